@@ -71,6 +71,15 @@ impl Bands {
         self.fd
     }
 
+    /// Whether a stem at rest breaks away under the net spring force `e = u - x`: `|e| > fs`.
+    ///
+    /// Every model asks this one question. The published models write it in algebraically equal
+    /// ways that differ by rounding exactly at the threshold.
+    #[inline(always)]
+    pub(crate) fn breaks(&self, e: f64) -> bool {
+        e.abs() > self.fs
+    }
+
     /// These bands, if `J <= S`: for models in which a slip cannot overshoot the input.
     pub(crate) fn without_overshoot(self) -> Result<Self> {
         if self.j <= self.s {

@@ -49,6 +49,14 @@ pub enum Error {
     /// Two settings exclude each other, or one needs another.
     #[error("{0}")]
     Inconsistent(String),
+    /// One of many loops was refused.
+    #[error("loop {index}: {source}")]
+    InLoop {
+        /// Its index, from 0.
+        index: usize,
+        /// Why.
+        source: Box<Error>,
+    },
     /// A numerical method could not go on.
     #[error("the {method} stopped at t = {time_s} s: {reason}")]
     Solver {

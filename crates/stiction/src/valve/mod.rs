@@ -1,5 +1,30 @@
 //! From controller output to valve position, sample by sample: one model, one file.
 
+mod assembly;
+mod chen;
+mod choudhury;
+mod he;
+mod ideal;
+mod kano;
+pub mod lanes;
+mod model;
+mod play;
+mod stem_lag;
+mod stenman;
+mod two_phase;
+
+pub use assembly::Assembly;
+pub use chen::Chen;
+pub use choudhury::Choudhury;
+pub use he::{He, HeWang};
+pub use ideal::Ideal;
+pub use kano::Kano;
+pub use model::{AnyModel, Description, Model};
+pub use play::Play;
+pub use stem_lag::StemLag;
+pub use stenman::Stenman;
+pub use two_phase::TwoPhase;
+
 use crate::error::{Error, Result, all_finite, finite};
 
 /// A direction of stem travel.

@@ -1,0 +1,69 @@
+//! Closed loops: one at a time, and many in a sweep.
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use std::hint::black_box;
+use stiction::Bands;
+use stiction::closed_loop::{ClosedLoop, Controller, Process, Signal, sweep};
+use stiction::valve::{Assembly, Model};
+
+/// The paper's loop with given stiction, statistics over `samples` of 0.1 s.
+fn paper_loop(s: f64, j: f64, samples: usize) -> ClosedLoop {
+    let model = Model::TwoPhase.build(Bands::from_s_j(s, j).unwrap()).unwrap();
+    let mut sticky = ClosedLoop::new(
+        Controller::pi(1.1, 2.5).unwrap(),
+        Assembly::new(model),
+        Process::first_order(1.5, 5.93, 1.07).unwrap(),
+    );
+    sticky.set_point = 5.0.into();
+    sticky.samples = samples;
+    sticky
+}
+
+fn one_loop(c: &mut Criterion) {
+    const SAMPLES: usize = 60_000;
+    let plain = paper_loop(5.0, 3.0, SAMPLES);
+    let mut noisy = plain.clone();
+    noisy.measurement = vec![Signal::Noise { sd: 0.05, tau_s: 0.0, seed: 1 }];
+    let mut group = c.benchmark_group("closed_loop/scalar");
+    group.throughput(Throughput::Elements(SAMPLES as u64));
+    group.bench_function("statistics", |b| b.iter(|| black_box(&plain).statistics().unwrap()));
+    group.bench_function("every sample kept", |b| b.iter(|| black_box(&plain).run().unwrap()));
+    group.bench_function("statistics, noisy", |b| {
+        b.iter(|| black_box(&noisy).statistics().unwrap())
+    });
+    group.finish();
+}
+
+fn many_loops(c: &mut Criterion) {
+    const SAMPLES: usize = 10_000;
+    let grid = |count: usize| -> Vec<ClosedLoop> {
+        (0..count)
+            .map(|i| {
+                let s = 1.0 + 9.0 * (i % 100) as f64 / 100.0;
+                paper_loop(s, s * (i / 100) as f64 / count as f64 * 100.0, SAMPLES)
+            })
+            .collect()
+    };
+    let mut group = c.benchmark_group("closed_loop/sweep");
+    group.sample_size(10);
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let loops = grid(10_000);
+        group.throughput(Throughput::Elements((SAMPLES * loops.len()) as u64));
+        group.bench_function(format!("10,000 loops of 10,000 samples, {threads} threads"), |b| {
+            b.iter(|| pool.install(|| sweep(black_box(&loops)).unwrap()));
+        });
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let mut loops = grid(1_000);
+    for (seed, l) in loops.iter_mut().enumerate() {
+        l.measurement = vec![Signal::Noise { sd: 0.05, tau_s: 0.0, seed: seed as u64 }];
+    }
+    group.throughput(Throughput::Elements((SAMPLES * loops.len()) as u64));
+    group.bench_function("1,000 noisy loops, 1 thread", |b| {
+        b.iter(|| pool.install(|| sweep(black_box(&loops)).unwrap()));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, one_loop, many_loops);
+criterion_main!(benches);

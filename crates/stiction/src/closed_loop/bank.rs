@@ -1,0 +1,295 @@
+//! Closed loops side by side: the arithmetic of one sample, for one loop or for sixteen.
+
+use super::controller::{Engaged, PiBank, PidBank};
+use super::process::{DelayLine, ProcessBank};
+use super::signal::SignalSource;
+use super::simulate::{ClosedLoop, Prepared, Sources};
+use crate::simd::Lane;
+use crate::valve::{AnyModel, Start, Valve};
+
+/// Valves side by side, each with its own OP.
+pub(super) trait ValveBank: Clone {
+    /// Steps the valve in lane `l`.
+    fn step(&mut self, l: usize, op: f64) -> f64;
+}
+
+/// `N` independent valves, stepped one after the other.
+#[derive(Clone)]
+pub(super) struct Each<V, const N: usize>(pub [V; N]);
+
+impl<V: Valve + Clone, const N: usize> ValveBank for Each<V, N> {
+    #[inline(always)]
+    fn step(&mut self, l: usize, op: f64) -> f64 {
+        self.0[l].step(op)
+    }
+}
+
+/// A sum of signals for each of `N` loops, drawn a few samples ahead.
+pub(super) struct Feed<const N: usize> {
+    constant: Lane<N>,
+    moving: Vec<(usize, SignalSource)>,
+    ahead: Vec<Lane<N>>,
+}
+
+/// Samples drawn ahead. Sixteen lanes of three feeds then fit the first-level cache.
+pub(super) const AHEAD: usize = 32;
+
+impl<const N: usize> Feed<N> {
+    fn new(constant: Lane<N>, moving: Vec<(usize, SignalSource)>) -> Self {
+        Self { constant, moving, ahead: vec![constant; AHEAD] }
+    }
+
+    fn refill(&mut self) {
+        if self.moving.is_empty() {
+            return;
+        }
+        self.ahead.fill(self.constant);
+        for (lane, source) in &mut self.moving {
+            for sample in &mut self.ahead {
+                sample[*lane] += source.draw();
+            }
+        }
+    }
+}
+
+/// Takes what happens in `N` loops, sample by sample.
+pub(super) trait Recorder<const N: usize>: Clone {
+    /// The first sample it wants to see.
+    fn from(&self) -> usize {
+        0
+    }
+
+    fn take(&mut self, k: usize, sample: &Sample<N>);
+}
+
+/// One sample of `N` loops.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample<const N: usize> {
+    pub sp: Lane<N>,
+    pub pv: Lane<N>,
+    pub op: Lane<N>,
+    pub vp: Lane<N>,
+}
+
+/// `N` closed loops with processes of at most `M` states.
+pub(super) struct LoopBank<V, const N: usize, const M: usize> {
+    state: LoopState<V, N, M>,
+    line: DelayLine<N>,
+    /// What goes beyond PI control without quantisation, if any lane does.
+    extras: Option<Extras<N>>,
+}
+
+/// The part of the loops that changes at every sample. It is copied before the first and then
+/// stays in registers; nothing may be in it that is rarely used or indexed at run time.
+#[derive(Clone)]
+struct LoopState<V, const N: usize, const M: usize> {
+    controller: PiBank<N>,
+    valve: V,
+    process: ProcessBank<N, M>,
+    op_rest: Lane<N>,
+    pv_rest: Lane<N>,
+}
+
+struct Extras<const N: usize> {
+    /// In place of the PI controllers.
+    controller: PidBank<N>,
+    op_quantum: Lane<N>,
+    pv_quantum: Lane<N>,
+}
+
+/// `value` in whole multiples of `quantum`, or as it is for a quantum of 0.
+#[inline(always)]
+fn quantised(value: f64, quantum: f64) -> f64 {
+    if quantum > 0.0 { (value / quantum).round_ties_even() * quantum } else { value }
+}
+
+impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
+    pub(super) fn new(loops: [&Prepared<'_>; N], valve: V) -> Self {
+        let of = |get: fn(&ClosedLoop) -> f64| Lane(loops.map(|l| get(l.settings)));
+        let controllers = loops.map(|l| {
+            let settings = l.settings;
+            let (op, pv) = (settings.op_rest, settings.pv_rest);
+            Engaged::new(&settings.controller, settings.sample_time, op, l.first_sp, pv)
+        });
+        let extras = loops.iter().any(|l| {
+            let settings = l.settings;
+            let quantised = settings.op_quantum > 0.0 || settings.pv_quantum > 0.0;
+            quantised || !settings.controller.is_plain_pi()
+        });
+        Self {
+            state: LoopState {
+                controller: PiBank::new(&controllers),
+                valve,
+                process: ProcessBank::new(loops.map(|l| &l.process)),
+                op_rest: of(|l| l.op_rest),
+                pv_rest: of(|l| l.pv_rest),
+            },
+            line: DelayLine::new(loops.map(|l| l.process.delay())),
+            extras: extras.then(|| Extras {
+                controller: PidBank::new(&controllers),
+                op_quantum: of(|l| l.op_quantum),
+                pv_quantum: of(|l| l.pv_quantum),
+            }),
+        }
+    }
+
+    /// Whether these loops can be played as `PLAIN`: PI control, no quantisation, and dead times
+    /// that are the same in all lanes.
+    pub(super) fn is_plain(&self) -> bool {
+        self.extras.is_none() && self.line.is_common()
+    }
+
+    /// The PV in lane `l` as the process gives it, before measurement.
+    pub(super) fn process_value(&self, l: usize) -> f64 {
+        self.state.process.output(l) + self.state.pv_rest[l]
+    }
+
+    /// Plays one sample of any loops; see [`LoopState::step`].
+    pub(super) fn step(&mut self, sp: Lane<N>, load: Lane<N>, measurement: Lane<N>) -> Sample<N> {
+        self.state.step::<false>(&mut self.line, &mut self.extras, sp, load, measurement)
+    }
+}
+
+impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
+    /// Plays one sample: `load` adds to the valve position, `measurement` to the PV.
+    ///
+    /// `PLAIN`, which only [plain](LoopBank::is_plain) banks may claim, leaves out all else. Asking
+    /// at every sample would cost more than the sample.
+    #[inline(always)]
+    fn step<const PLAIN: bool>(
+        &mut self,
+        line: &mut DelayLine<N>,
+        extras: &mut Option<Extras<N>>,
+        sp: Lane<N>,
+        load: Lane<N>,
+        measurement: Lane<N>,
+    ) -> Sample<N> {
+        // One loop over the lanes: the compiler turns it into vector code as a whole.
+        let zero = Lane::splat(0.0);
+        let (mut pv, mut op, mut vp, mut v) = (zero, zero, zero, zero);
+        for l in 0..N {
+            pv[l] = (self.process.output(l) + self.pv_rest[l]) + measurement[l];
+            if let (false, Some(extras)) = (PLAIN, &mut *extras) {
+                pv[l] = quantised(pv[l], extras.pv_quantum[l]);
+                op[l] = extras.controller.step(l, sp[l], pv[l]);
+                op[l] = quantised(op[l], extras.op_quantum[l]);
+            } else {
+                op[l] = self.controller.step(l, sp[l], pv[l]);
+            }
+            vp[l] = self.valve.step(l, op[l]);
+            v[l] = (vp[l] - self.op_rest[l]) + load[l];
+        }
+        self.process.advance(line.push::<PLAIN>(v));
+        Sample { sp, pv, op, vp }
+    }
+}
+
+/// What drives `N` loops from outside.
+pub(super) struct Feeds<const N: usize> {
+    sp: Feed<N>,
+    load: Feed<N>,
+    measurement: Feed<N>,
+}
+
+impl<const N: usize> Feeds<N> {
+    pub(super) fn new(loops: [&Prepared<'_>; N]) -> Self {
+        let feed = |get: for<'a> fn(&'a Prepared<'_>) -> &'a Sources| {
+            let moving = (0..N).flat_map(|l| get(loops[l]).1.iter().map(move |s| (l, s.clone())));
+            Feed::new(Lane(loops.map(|l| get(l).0)), moving.collect())
+        };
+        Self { sp: feed(|l| &l.sp), load: feed(|l| &l.load), measurement: feed(|l| &l.measurement) }
+    }
+}
+
+/// Plays `samples` samples of `bank` and shows `recorder` those it wants to see. Only
+/// [plain](LoopBank::is_plain) banks may be played as `PLAIN`.
+#[inline(always)]
+pub(super) fn play<
+    const PLAIN: bool,
+    V: ValveBank,
+    R: Recorder<N>,
+    const N: usize,
+    const M: usize,
+>(
+    mut bank: LoopBank<V, N, M>,
+    mut feeds: Feeds<N>,
+    samples: usize,
+    recorder: R,
+) -> R {
+    let mut state = bank.state.clone();
+    let mut recorder = recorder.clone();
+    let from = recorder.from().min(samples);
+    let mut k = 0;
+    while k < samples {
+        feeds.sp.refill();
+        feeds.load.refill();
+        feeds.measurement.refill();
+        let many = AHEAD.min(samples - k);
+        let (sp, load) = (&feeds.sp.ahead[..many], &feeds.load.ahead[..many]);
+        let measurement = &feeds.measurement.ahead[..many];
+        // Not a closure: that would not be inlined in both places.
+        let (line, extras) = (&mut bank.line, &mut bank.extras);
+        let unseen = from.saturating_sub(k).min(many);
+        for i in 0..unseen {
+            state.step::<PLAIN>(line, extras, sp[i], load[i], measurement[i]);
+        }
+        for i in unseen..many {
+            let sample = state.step::<PLAIN>(line, extras, sp[i], load[i], measurement[i]);
+            recorder.take(k + i, &sample);
+        }
+        k += many;
+    }
+    recorder
+}
+
+/// Runs `$body` with the constant `$m` bound to the number of states reserved for `$order`.
+macro_rules! with_order {
+    ($order:expr, $m:ident => $body:expr) => {
+        match $order {
+            0 | 1 => {
+                const $m: usize = 1;
+                $body
+            }
+            2 => {
+                const $m: usize = 2;
+                $body
+            }
+            3 | 4 => {
+                const $m: usize = 4;
+                $body
+            }
+            _ => {
+                const $m: usize = 8;
+                $body
+            }
+        }
+    };
+}
+pub(super) use with_order;
+
+/// Plays one loop and shows its samples to `recorder`.
+pub(super) fn play_one<R: Recorder<1>>(prepared: &Prepared<'_>, recorder: R) -> R {
+    let settings = prepared.settings;
+    let mut valve = settings.valve.clone();
+    valve.restart(Start::at_rest(settings.op_rest));
+    with_order!(prepared.process.order(), M => match valve.into_bare_model() {
+        // The commonest valve without a dispatch at every sample.
+        Ok(AnyModel::TwoPhase(valve)) => play_with::<_, _, M>(prepared, valve, recorder),
+        Ok(model) => play_with::<_, _, M>(prepared, model, recorder),
+        Err(valve) => play_with::<_, _, M>(prepared, *valve, recorder),
+    })
+}
+
+fn play_with<V: Valve + Clone, R: Recorder<1>, const M: usize>(
+    prepared: &Prepared<'_>,
+    valve: V,
+    recorder: R,
+) -> R {
+    let bank = LoopBank::<Each<V, 1>, 1, M>::new([prepared], Each([valve]));
+    let (feeds, samples) = (Feeds::new([prepared]), prepared.settings.samples);
+    if bank.is_plain() {
+        play::<true, _, _, 1, M>(bank, feeds, samples, recorder)
+    } else {
+        play::<false, _, _, 1, M>(bank, feeds, samples, recorder)
+    }
+}

@@ -1,0 +1,111 @@
+//! A master loop that sets the set point of a slave loop with a sticking valve.
+
+use super::bank::{Each, LoopBank, with_order};
+use super::controller::{Engaged, PidBank};
+use super::process::{DelayLine, ProcessBank};
+use super::simulate::{Prepared, total};
+use super::{ClosedLoop, Controller, Process, Run, SampledProcess, Signal};
+use crate::error::{Error, Result, finite};
+use crate::simd::Lane;
+use crate::valve::{Assembly, Start, Valve};
+
+/// A slave loop under a master, such as a flow loop that serves a temperature.
+///
+/// ```text
+/// master sp ──> master ──(+)── slave sp ──> slave loop ── slave PV ──> master process ──> master PV
+///                 ^    slave.set_point                                                  │
+///                 └─────────────────────────────────────────────────────────────────────┘
+/// ```
+/// The master's output is in units of the slave's PV. It adds to [`ClosedLoop::set_point`] of the
+/// slave, which is then the set point at the operating point. Both loops start at rest there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cascade {
+    /// The slave loop; its sample time and number of samples are those of the whole.
+    pub slave: ClosedLoop,
+    /// The master's controller: slave PV units per master PV unit.
+    pub controller: Controller,
+    /// From the slave's PV to the master's, about the operating point. The slave's PV is taken to
+    /// hold over each sample.
+    pub process: Process,
+    /// Set point of the master, in its PV units.
+    pub set_point: Signal,
+    /// Measurement noise and output disturbances of the master's PV; their sum adds to it.
+    pub measurement: Vec<Signal>,
+    /// The master's PV at the operating point.
+    pub pv_rest: f64,
+    /// The master acts at every so many samples of the slave.
+    pub every: usize,
+}
+
+/// What a simulated cascade did, sample by sample of the slave.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CascadeRun {
+    /// The slave loop; its set point is what the master asked for.
+    pub slave: Run,
+    /// Set point of the master.
+    pub sp: Vec<f64>,
+    /// Measured PV of the master.
+    pub pv: Vec<f64>,
+}
+
+impl Cascade {
+    /// Simulates both loops.
+    ///
+    /// # Errors
+    /// If a setting is out of its range; the message names it.
+    pub fn run(&self) -> Result<CascadeRun> {
+        if self.every == 0 {
+            return Err(Error::Parameter {
+                name: "samples of the slave per sample of the master",
+                value: 0.0,
+                allowed: "at least 1".to_owned(),
+            });
+        }
+        finite("operating point of the master's PV", self.pv_rest)?;
+        let slave = self.slave.prepare()?;
+        let ts = self.slave.sample_time;
+        let process = self.process.sampled(ts, self.slave.dead_time)?;
+        with_order!(slave.process.order().max(process.order()), M => {
+            self.play::<M>(&slave, &process)
+        })
+    }
+
+    fn play<const M: usize>(
+        &self,
+        slave: &Prepared<'_>,
+        process: &SampledProcess,
+    ) -> Result<CascadeRun> {
+        let (ts, n) = (self.slave.sample_time, self.slave.samples);
+        let trim = self.slave.set_point.sample(ts, n)?;
+        let load = total(&self.slave.load, ts, n)?;
+        let noise = total(&self.slave.measurement, ts, n)?;
+        let master_sp = self.set_point.sample(ts, n)?;
+        let master_noise = total(&self.measurement, ts, n)?;
+
+        let mut valve = self.slave.valve.clone();
+        valve.restart(Start::at_rest(self.slave.op_rest));
+        let mut bank = LoopBank::<Each<Assembly, 1>, 1, M>::new([slave], Each([valve]));
+        let mut master_process = ProcessBank::<1, M>::new([process]);
+        let mut master_line = DelayLine::new([process.delay()]);
+        let first_sp = master_sp.first().copied().unwrap_or(self.pv_rest);
+        let period = ts * self.every as f64;
+        let engaged = Engaged::new(&self.controller, period, 0.0, first_sp, self.pv_rest);
+        let mut master = PidBank::new(&[engaged]);
+
+        let mut run =
+            CascadeRun { slave: self.slave.empty_run(), sp: master_sp, pv: Vec::with_capacity(n) };
+        let mut output = 0.0;
+        for k in 0..n {
+            let pv = master_process.output(0) + self.pv_rest + master_noise[k];
+            if k % self.every == 0 {
+                output = master.step(0, run.sp[k], pv);
+            }
+            let flow = bank.process_value(0);
+            let sample = bank.step(Lane([trim[k] + output]), Lane([load[k]]), Lane([noise[k]]));
+            master_process.advance(master_line.push::<true>(Lane([flow - self.slave.pv_rest])));
+            run.pv.push(pv);
+            run.slave.push(&sample);
+        }
+        Ok(run)
+    }
+}

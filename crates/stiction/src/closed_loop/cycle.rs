@@ -1,0 +1,118 @@
+//! Periods and amplitudes of simulated cycles.
+
+use crate::error::{Error, Result, all_finite, positive};
+use crate::simd::Lane;
+
+/// Counts the upward crossings of a level, in `N` signals side by side.
+///
+/// A crossing counts once the signal rises above `level + band` after it was at or below
+/// `level - band`; its time is interpolated between the two samples about the threshold.
+#[derive(Debug, Clone)]
+pub(super) struct Crossings<const N: usize> {
+    low: Lane<N>,
+    high: Lane<N>,
+    previous: Lane<N>,
+    /// 1 once the signal was at or below `low` since the last crossing, else 0.
+    armed: Lane<N>,
+    /// On the heap, because it is rarely touched and must not keep the rest from registers.
+    counts: Box<Counts<N>>,
+}
+
+#[derive(Debug, Clone)]
+struct Counts<const N: usize> {
+    count: [u32; N],
+    first: Lane<N>,
+    last: Lane<N>,
+}
+
+impl<const N: usize> Crossings<N> {
+    pub(super) fn new(level: Lane<N>, band: Lane<N>) -> Self {
+        Self {
+            low: Lane::from_fn(|l| level[l] - band[l]),
+            high: Lane::from_fn(|l| level[l] + band[l]),
+            previous: Lane::splat(f64::NAN),
+            armed: Lane::splat(0.0),
+            counts: Box::new(Counts {
+                count: [0; N],
+                first: Lane::splat(0.0),
+                last: Lane::splat(0.0),
+            }),
+        }
+    }
+
+    /// Takes the sample number `k` of each signal.
+    #[inline(always)]
+    pub(super) fn take(&mut self, k: usize, value: &Lane<N>) {
+        let crosses: Lane<N> =
+            Lane::from_fn(|l| if value[l] > self.high[l] { self.armed[l] } else { 0.0 });
+        let any = crosses.iter().fold(0, |bits, crosses| bits | crosses.to_bits());
+        if any != 0 {
+            self.counts.add(k, crosses, self.previous, *value, self.high);
+        }
+        self.armed =
+            Lane::from_fn(
+                |l| if value[l] <= self.low[l] { 1.0 } else { self.armed[l] - crosses[l] },
+            );
+        self.previous = *value;
+    }
+
+    /// The mean period in samples, if there were at least three crossings.
+    pub(super) fn period(&self, lane: usize) -> Option<f64> {
+        let Counts { count, first, last } = &*self.counts;
+        let count = count[lane];
+        (count >= 3).then(|| (last[lane] - first[lane]) / f64::from(count - 1))
+    }
+}
+
+impl<const N: usize> Counts<N> {
+    /// Notes a crossing of `level` between the samples `k - 1` and `k` where `crosses` is not 0.
+    #[cold]
+    #[inline(never)]
+    fn add(
+        &mut self,
+        k: usize,
+        crosses: Lane<N>,
+        previous: Lane<N>,
+        value: Lane<N>,
+        level: Lane<N>,
+    ) {
+        for l in (0..N).filter(|l| crosses[*l] != 0.0) {
+            let part = (level[l] - previous[l]) / (value[l] - previous[l]);
+            self.last[l] = k as f64 - 1.0 + part;
+            if self.count[l] == 0 {
+                self.first[l] = self.last[l];
+            }
+            self.count[l] += 1;
+        }
+    }
+}
+
+/// Smallest and largest value.
+pub(super) fn range(signal: &[f64]) -> (f64, f64) {
+    signal
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
+}
+
+/// The mean period of `signal`, sampled every `sample_time` seconds: the mean time between upward
+/// crossings of the middle of its range. `None` if there are fewer than three.
+///
+/// `noise_band` (in the signal's units, 0 for a clean signal) is how far the signal must fall below
+/// and rise above the middle for a crossing to count; three standard deviations of the noise is a
+/// good choice.
+///
+/// # Errors
+/// If the signal is empty or not finite, or `sample_time` not positive.
+pub fn period(signal: &[f64], sample_time: f64, noise_band: f64) -> Result<Option<f64>> {
+    positive("sample time", sample_time)?;
+    all_finite("signal", signal)?;
+    if signal.is_empty() {
+        return Err(Error::Length { name: "signal", found: 0, expected: 1 });
+    }
+    let (low, high) = range(signal);
+    let mut crossings = Crossings::new(Lane([(low + high) / 2.0]), Lane([noise_band]));
+    for (k, value) in signal.iter().enumerate() {
+        crossings.take(k, &Lane([*value]));
+    }
+    Ok(crossings.period(0).map(|samples| samples * sample_time))
+}

@@ -1,0 +1,232 @@
+//! One closed loop, simulated.
+
+use super::bank::{Recorder, Sample, play_one};
+use super::cycle;
+use super::{Controller, DeadTime, Process, SampledProcess, Signal, SignalSource};
+use crate::error::{Result, finite, non_negative};
+use crate::valve::Assembly;
+
+/// A control loop and what happens to it. Plain data; [`ClosedLoop::run`] simulates it.
+///
+/// ```
+/// use stiction::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction::{Bands, valve::{Assembly, Model}};
+///
+/// // The paper's loop under strong stiction, its set point stepping to 5 at the beginning.
+/// let mut sticky = ClosedLoop::new(
+///     Controller::pi(1.1, 2.5)?,
+///     Assembly::new(Model::TwoPhase.build(Bands::from_s_j(5.0, 3.0)?)?),
+///     Process::first_order(1.5, 5.93, 1.07)?,
+/// );
+/// sticky.set_point = 5.0.into();
+/// sticky.sample_time = 0.01;
+/// sticky.samples = 60_000;
+/// let run = sticky.run()?;
+/// let period = run.period_s().unwrap();
+/// assert!((period - 18.024).abs() < 1e-3);
+/// # Ok::<(), stiction::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClosedLoop {
+    /// The controller.
+    pub controller: Controller,
+    /// The valve; it starts at rest at [`ClosedLoop::op_rest`].
+    pub valve: Assembly,
+    /// The process, about its operating point.
+    pub process: Process,
+    /// What to do with a dead time that is not a whole number of samples.
+    pub dead_time: DeadTime,
+    /// Time between samples, s.
+    pub sample_time: f64,
+    /// Number of samples.
+    pub samples: usize,
+    /// Controller output and valve position at the operating point, where the loop starts at rest;
+    /// percent of span.
+    pub op_rest: f64,
+    /// PV at the operating point.
+    pub pv_rest: f64,
+    /// Set point, in PV units.
+    pub set_point: Signal,
+    /// Load disturbances: their sum adds to the valve position before the process, percent.
+    pub load: Vec<Signal>,
+    /// Measurement noise and output disturbances: their sum adds to the PV, in its units.
+    pub measurement: Vec<Signal>,
+    /// Resolution of the controller output, percent; 0 for none.
+    pub op_quantum: f64,
+    /// Resolution of the measured PV, in its units; 0 for none.
+    pub pv_quantum: f64,
+}
+
+impl From<f64> for Signal {
+    fn from(value: f64) -> Self {
+        Self::Constant(value)
+    }
+}
+
+/// Constant part and moving parts of a sum of signals.
+pub(super) type Sources = (f64, Vec<SignalSource>);
+
+/// A loop with its settings checked and its process sampled.
+pub(super) struct Prepared<'a> {
+    pub settings: &'a ClosedLoop,
+    pub process: SampledProcess,
+    pub sp: Sources,
+    pub load: Sources,
+    pub measurement: Sources,
+    pub first_sp: f64,
+}
+
+impl ClosedLoop {
+    /// A loop at rest at the origin, 6,000 samples of 0.1 s, without disturbances.
+    pub fn new(controller: Controller, valve: Assembly, process: Process) -> Self {
+        Self {
+            controller,
+            valve,
+            process,
+            dead_time: DeadTime::default(),
+            sample_time: 0.1,
+            samples: 6_000,
+            op_rest: 0.0,
+            pv_rest: 0.0,
+            set_point: Signal::Constant(0.0),
+            load: vec![],
+            measurement: vec![],
+            op_quantum: 0.0,
+            pv_quantum: 0.0,
+        }
+    }
+
+    pub(super) fn prepare(&self) -> Result<Prepared<'_>> {
+        finite("operating point of the OP", self.op_rest)?;
+        finite("operating point of the PV", self.pv_rest)?;
+        non_negative("OP quantum", self.op_quantum)?;
+        non_negative("PV quantum", self.pv_quantum)?;
+        let sources = |signals: &[Signal]| -> Result<Sources> {
+            let mut sum = (0.0, vec![]);
+            for signal in signals {
+                let source = signal.source(self.sample_time, self.samples)?;
+                match signal {
+                    Signal::Constant(value) => sum.0 += value,
+                    _ => sum.1.push(source),
+                }
+            }
+            Ok(sum)
+        };
+        let process = self.process.sampled(self.sample_time, self.dead_time)?;
+        let sp = sources(std::slice::from_ref(&self.set_point))?;
+        let first_sp = sp.0 + sp.1.first().map_or(0.0, |source| source.clone().draw());
+        Ok(Prepared {
+            settings: self,
+            process,
+            load: sources(&self.load)?,
+            measurement: sources(&self.measurement)?,
+            sp,
+            first_sp,
+        })
+    }
+
+    /// Three standard deviations of what the measurement noise adds, and half a PV quantum: how
+    /// far the PV wanders without meaning it.
+    pub(super) fn noise_band(&self) -> f64 {
+        let variance: f64 = self
+            .measurement
+            .iter()
+            .map(|signal| if let Signal::Noise { sd, .. } = signal { sd * sd } else { 0.0 })
+            .sum();
+        3.0 * variance.sqrt() + self.pv_quantum / 2.0
+    }
+
+    /// Simulates the loop and keeps every sample.
+    ///
+    /// # Errors
+    /// If a setting is out of its range; the message names it.
+    pub fn run(&self) -> Result<Run> {
+        Ok(play_one(&self.prepare()?, self.empty_run()))
+    }
+
+    /// A run with room for all samples.
+    pub(super) fn empty_run(&self) -> Run {
+        let column = || Vec::with_capacity(self.samples);
+        Run {
+            sample_time: self.sample_time,
+            noise_band: self.noise_band(),
+            sp: column(),
+            pv: column(),
+            op: column(),
+            vp: column(),
+        }
+    }
+}
+
+/// The sum of `signals`, sample by sample.
+pub(super) fn total(signals: &[Signal], sample_time: f64, n: usize) -> Result<Vec<f64>> {
+    let mut sum = vec![0.0; n];
+    for signal in signals {
+        let samples = signal.sample(sample_time, n)?;
+        sum.iter_mut().zip(samples).for_each(|(sum, value)| *sum += value);
+    }
+    Ok(sum)
+}
+
+/// What a simulated loop did, sample by sample; sample `k` is at time `k sample_time`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Time between samples, s.
+    pub sample_time: f64,
+    /// How far the PV wanders by noise and quantisation alone, in its units.
+    pub noise_band: f64,
+    /// Set point.
+    pub sp: Vec<f64>,
+    /// Measured process value.
+    pub pv: Vec<f64>,
+    /// Controller output, percent.
+    pub op: Vec<f64>,
+    /// Valve position, percent.
+    pub vp: Vec<f64>,
+}
+
+impl Recorder<1> for Run {
+    #[inline(always)]
+    fn take(&mut self, _: usize, sample: &Sample<1>) {
+        self.push(sample);
+    }
+}
+
+impl Run {
+    #[inline(always)]
+    pub(super) fn push(&mut self, sample: &Sample<1>) {
+        self.sp.push(sample.sp[0]);
+        self.pv.push(sample.pv[0]);
+        self.op.push(sample.op[0]);
+        self.vp.push(sample.vp[0]);
+    }
+
+    /// Index at which the last half begins.
+    fn half(&self) -> usize {
+        self.pv.len() / 2
+    }
+
+    /// Period of the PV over the last half of the run, s: the mean time between its upward
+    /// crossings of the middle of its range. `None` if there are fewer than three.
+    pub fn period_s(&self) -> Option<f64> {
+        cycle::period(&self.pv[self.half()..], self.sample_time, self.noise_band).ok().flatten()
+    }
+
+    /// Half the peak-to-peak value of `signal` (one of this run's) over the last half of the run.
+    pub fn half_pp(&self, signal: &[f64]) -> f64 {
+        let (low, high) = cycle::range(&signal[self.half().min(signal.len())..]);
+        if low <= high { (high - low) / 2.0 } else { 0.0 }
+    }
+
+    /// Peak-to-peak value of the PV in the last quarter of the run over that in the quarter before:
+    /// 1 for a sustained cycle, less for one that dies out. `None` if the PV does not move.
+    pub fn growth(&self) -> Option<f64> {
+        let n = self.pv.len();
+        let width = |from: usize, to: usize| {
+            let (low, high) = cycle::range(&self.pv[from..to]);
+            high - low
+        };
+        let before = width(n / 2, n / 2 + n / 4);
+        (before > 0.0).then(|| width(n - n / 4, n) / before)
+    }
+}

@@ -1,0 +1,264 @@
+//! Many closed loops at once.
+
+use super::bank::{Each, Feeds, LoopBank, Recorder, Sample, ValveBank, play, play_one, with_order};
+use super::cycle::Crossings;
+use super::simulate::{ClosedLoop, Prepared};
+use crate::bands::Bands;
+use crate::error::{Error, Result};
+use crate::simd::{Kernel, LANES, Lane, widest};
+use crate::valve::lanes::{HeLanes, LaneValve, TwoPhaseLanes};
+use crate::valve::{AnyModel, Assembly, Start, Valve};
+use rayon::prelude::*;
+
+/// What a loop did over the last half of its samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Statistics {
+    /// Mean time between upward crossings of the set point by the PV, s; `None` if there are fewer
+    /// than three. In a cycle it is the period.
+    pub period_s: Option<f64>,
+    /// Half the peak-to-peak value of the controller output, percent.
+    pub op_half_pp: f64,
+    /// Half the peak-to-peak value of the valve position, percent.
+    pub vp_half_pp: f64,
+    /// Half the peak-to-peak value of the PV.
+    pub pv_half_pp: f64,
+    /// Mean control error, `sp - pv`.
+    pub error_mean: f64,
+    /// Root mean square of the control error.
+    pub error_rms: f64,
+    /// Mean absolute control error: IAE per second.
+    pub error_abs: f64,
+    /// Way travelled by the valve, percent per second.
+    pub travel_per_s: f64,
+}
+
+/// Gathers the statistics of `N` loops.
+#[derive(Clone)]
+struct Gather<const N: usize> {
+    /// Samples before this one do not count.
+    from: usize,
+    crossings: Crossings<N>,
+    op: [Lane<N>; 2],
+    vp: [Lane<N>; 2],
+    pv: [Lane<N>; 2],
+    sum: Lane<N>,
+    sum_sq: Lane<N>,
+    sum_abs: Lane<N>,
+    travel: Lane<N>,
+    previous: Lane<N>,
+}
+
+impl<const N: usize> Gather<N> {
+    fn new(loops: [&Prepared<'_>; N]) -> Self {
+        let empty = [Lane::splat(f64::INFINITY), Lane::splat(f64::NEG_INFINITY)];
+        Self {
+            from: loops[0].settings.samples / 2,
+            // The control error is crossed downwards where the PV crosses the set point upwards.
+            crossings: Crossings::new(
+                Lane::splat(0.0),
+                Lane(loops.map(|l| l.settings.noise_band())),
+            ),
+            op: empty,
+            vp: empty,
+            pv: empty,
+            sum: Lane::splat(0.0),
+            sum_sq: Lane::splat(0.0),
+            sum_abs: Lane::splat(0.0),
+            travel: Lane::splat(0.0),
+            previous: Lane::splat(f64::NAN),
+        }
+    }
+
+    fn statistics(&self, lane: usize, settings: &ClosedLoop) -> Statistics {
+        let count = (settings.samples - self.from) as f64;
+        let half_pp = |range: &[Lane<N>; 2]| {
+            let width = (range[1][lane] - range[0][lane]) / 2.0;
+            if width > 0.0 { width } else { 0.0 }
+        };
+        let mean = |sum: f64| if count > 0.0 { sum / count } else { 0.0 };
+        Statistics {
+            period_s: self.crossings.period(lane).map(|samples| samples * settings.sample_time),
+            op_half_pp: half_pp(&self.op),
+            vp_half_pp: half_pp(&self.vp),
+            pv_half_pp: half_pp(&self.pv),
+            error_mean: mean(self.sum[lane]),
+            error_rms: mean(self.sum_sq[lane]).sqrt(),
+            error_abs: mean(self.sum_abs[lane]),
+            travel_per_s: mean(self.travel[lane]) / settings.sample_time,
+        }
+    }
+}
+
+impl<const N: usize> Recorder<N> for Gather<N> {
+    fn from(&self) -> usize {
+        self.from
+    }
+
+    #[inline(always)]
+    fn take(&mut self, k: usize, sample: &Sample<N>) {
+        let above: Lane<N> = Lane::from_fn(|l| sample.pv[l] - sample.sp[l]);
+        self.crossings.take(k, &above);
+        for (range, value) in
+            [(&mut self.op, &sample.op), (&mut self.vp, &sample.vp), (&mut self.pv, &sample.pv)]
+        {
+            range[0] =
+                Lane::from_fn(|l| if value[l] < range[0][l] { value[l] } else { range[0][l] });
+            range[1] =
+                Lane::from_fn(|l| if value[l] > range[1][l] { value[l] } else { range[1][l] });
+        }
+        self.sum = Lane::from_fn(|l| self.sum[l] - above[l]);
+        self.sum_sq = Lane::from_fn(|l| self.sum_sq[l] + above[l] * above[l]);
+        self.sum_abs = Lane::from_fn(|l| self.sum_abs[l] + above[l].abs());
+        self.travel = Lane::from_fn(|l| {
+            let step = (sample.vp[l] - self.previous[l]).abs();
+            // Nothing was before the first sample.
+            self.travel[l] + if step >= 0.0 { step } else { 0.0 }
+        });
+        self.previous = sample.vp;
+    }
+}
+
+impl ClosedLoop {
+    /// Simulates the loop and keeps only its statistics.
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::run`].
+    pub fn statistics(&self) -> Result<Statistics> {
+        let prepared = self.prepare()?;
+        let gathered = play_one(&prepared, Gather::new([&prepared]));
+        Ok(gathered.statistics(0, self))
+    }
+}
+
+/// Which kind of valve bank a loop needs, so that loops of one kind can share a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    TwoPhase,
+    He,
+    Other,
+}
+
+fn kind(valve: &Assembly) -> Kind {
+    match valve.bare_model() {
+        Some(AnyModel::TwoPhase(valve)) if valve.is_laned() => Kind::TwoPhase,
+        Some(AnyModel::He(_)) => Kind::He,
+        _ => Kind::Other,
+    }
+}
+
+impl<L: LaneValve> ValveBank for L {
+    #[inline(always)]
+    fn step(&mut self, l: usize, op: f64) -> f64 {
+        LaneValve::step(self, l, op)
+    }
+}
+
+/// A block of loops to be played.
+struct Block<V, const PLAIN: bool, const M: usize> {
+    bank: LoopBank<V, LANES, M>,
+    feeds: Feeds<LANES>,
+    samples: usize,
+    gather: Gather<LANES>,
+}
+
+impl<V: ValveBank, const PLAIN: bool, const M: usize> Kernel for Block<V, PLAIN, M> {
+    type Output = Gather<LANES>;
+    #[inline(always)]
+    fn run(self) -> Gather<LANES> {
+        play::<PLAIN, _, _, LANES, M>(self.bank, self.feeds, self.samples, self.gather)
+    }
+}
+
+/// Plays a block of loops with these valves.
+fn play_with<V: ValveBank, const M: usize>(
+    loops: [&Prepared<'_>; LANES],
+    valves: V,
+) -> Gather<LANES> {
+    let bank = LoopBank::<V, LANES, M>::new(loops, valves);
+    let (feeds, samples) = (Feeds::new(loops), loops[0].settings.samples);
+    let gather = Gather::new(loops);
+    if bank.is_plain() {
+        widest(Block::<V, true, M> { bank, feeds, samples, gather })
+    } else {
+        widest(Block::<V, false, M> { bank, feeds, samples, gather })
+    }
+}
+
+/// Simulates all `loops`, which may differ in everything but their number of samples, and returns
+/// their statistics in the same order. The results are those of [`ClosedLoop::statistics`], bit for
+/// bit, on any number of threads.
+///
+/// Sixteen loops at a time share a processor core. Loops with a bare [`TwoPhase`] or [`He`] valve
+/// are the fastest; a load or noise that differs from sample to sample costs the time to draw it.
+///
+/// [`TwoPhase`]: crate::valve::TwoPhase
+/// [`He`]: crate::valve::He
+///
+/// # Errors
+/// If a loop has a setting out of range ([`Error::InLoop`] tells which), or their numbers of
+/// samples differ.
+pub fn sweep(loops: &[ClosedLoop]) -> Result<Vec<Statistics>> {
+    let in_loop = |index: usize| move |source| Error::InLoop { index, source: Box::new(source) };
+    if let Some(index) = loops.iter().position(|l| l.samples != loops[0].samples) {
+        return Err(Error::Length {
+            name: "a loop of the sweep",
+            found: loops[index].samples,
+            expected: loops[0].samples,
+        });
+    }
+    let prepared: Vec<Prepared<'_>> = loops
+        .par_iter()
+        .enumerate()
+        .map(|(index, settings)| settings.prepare().map_err(in_loop(index)))
+        .collect::<Result<_>>()?;
+
+    // Blocks of loops alike: in valve and order because they must be, in delay because equal
+    // delays are read fastest.
+    let mut order: Vec<usize> = (0..loops.len()).collect();
+    let alike = |i: &usize| {
+        let process = &prepared[*i].process;
+        let states = with_order!(process.order(), M => M);
+        (kind(&loops[*i].valve), states, process.delay())
+    };
+    order.sort_by_key(alike);
+    let blocks: Vec<&[usize]> = order
+        .chunk_by(|i, j| {
+            let (a, b) = (alike(i), alike(j));
+            (a.0, a.1) == (b.0, b.1)
+        })
+        .flat_map(|group| group.chunks(LANES))
+        .collect();
+
+    let results: Vec<Vec<Statistics>> =
+        blocks.par_iter().map(|block| play_block(block, &prepared)).collect();
+    let mut statistics: Vec<(usize, Statistics)> =
+        order.iter().copied().zip(results.into_iter().flatten()).collect();
+    statistics.sort_by_key(|(index, _)| *index);
+    Ok(statistics.into_iter().map(|(_, statistics)| statistics).collect())
+}
+
+/// Plays up to sixteen loops of one kind. Lanes without a loop of their own repeat the last.
+fn play_block(block: &[usize], prepared: &[Prepared<'_>]) -> Vec<Statistics> {
+    let loops: [&Prepared<'_>; LANES] =
+        std::array::from_fn(|l| &prepared[block[l.min(block.len() - 1)]]);
+    let bands: [Bands; LANES] = loops.map(|l| match l.settings.valve.bare_model() {
+        Some(AnyModel::TwoPhase(valve)) => valve.bands(),
+        Some(AnyModel::He(valve)) => valve.bands(),
+        _ => Bands::NONE,
+    });
+    let starts = loops.map(|l| Start::at_rest(l.settings.op_rest));
+    let gathered = with_order!(loops[0].process.order(), M => {
+        match kind(&loops[0].settings.valve) {
+            Kind::TwoPhase => play_with::<_, M>(loops, TwoPhaseLanes::starting(&bands, starts)),
+            Kind::He => play_with::<_, M>(loops, HeLanes::starting(&bands, starts)),
+            Kind::Other => {
+                let mut valves = loops.map(|l| l.settings.valve.clone());
+                for (valve, start) in valves.iter_mut().zip(starts) {
+                    valve.restart(start);
+                }
+                play_with::<_, M>(loops, Each(valves))
+            }
+        }
+    });
+    block.iter().enumerate().map(|(l, i)| gathered.statistics(l, prepared[*i].settings)).collect()
+}

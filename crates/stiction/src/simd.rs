@@ -1,0 +1,86 @@
+//! Lanes compiled for the widest vectors the processor has: the one place with `unsafe`.
+//!
+//! The same Rust code is compiled several times, for different vector widths, and the widest that
+//! the processor supports is chosen at run time. Nothing but the width differs: Rust never fuses
+//! or reorders floating-point operations, so all widths give the same bits.
+//!
+//! Calling a function compiled for more than the baseline is `unsafe`, because it must not happen
+//! on a processor that lacks the instructions. Each call below stands behind the check for just
+//! those instructions. What it buys is measured in `BENCHMARKS.md`.
+#![allow(unsafe_code)]
+
+/// How many candidates or loops are stepped together.
+pub const LANES: usize = 16;
+
+/// One number in each of `N` lanes: an array that starts on a cache line, so that no vector is read
+/// across two of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
+pub struct Lane<const N: usize = LANES>(pub [f64; N]);
+
+impl<const N: usize> Lane<N> {
+    /// The same value in every lane.
+    pub const fn splat(value: f64) -> Self {
+        Self([value; N])
+    }
+
+    /// `f(lane)` in each lane. Unlike `std::array::from_fn` it is always inlined: a call in the
+    /// inner loop would leave the wide vectors.
+    #[inline(always)]
+    pub(crate) fn from_fn(mut f: impl FnMut(usize) -> f64) -> Self {
+        let mut lanes = Self::splat(0.0);
+        for l in 0..N {
+            lanes[l] = f(l);
+        }
+        lanes
+    }
+}
+
+impl<const N: usize> std::ops::Deref for Lane<N> {
+    type Target = [f64; N];
+    #[inline(always)]
+    fn deref(&self) -> &[f64; N] {
+        &self.0
+    }
+}
+
+impl<const N: usize> std::ops::DerefMut for Lane<N> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64; N] {
+        &mut self.0
+    }
+}
+
+/// A computation worth compiling for wide vectors. `run` must be `#[inline(always)]`, and so must
+/// what it calls in its inner loop.
+pub(crate) trait Kernel {
+    type Output;
+    fn run(self) -> Self::Output;
+}
+
+/// Runs `kernel` with the widest vectors there are.
+pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+        fn avx512<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+        #[target_feature(enable = "avx2")]
+        fn avx2<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+        if is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512dq")
+        {
+            // SAFETY: the processor has all three features.
+            return unsafe { avx512(kernel) };
+        }
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has the feature.
+            return unsafe { avx2(kernel) };
+        }
+    }
+    kernel.run()
+}

@@ -1,0 +1,88 @@
+//! A model with its surroundings: input limits before it, stem dynamics behind it.
+
+use super::{AnyModel, Start, StemLag, Valve};
+use crate::error::{Error, Result};
+
+/// Input limits, then a model, then stem dynamics; the first and the last are optional.
+///
+/// With limits, the OP is clipped before the model sees it, as a positioner or an actuator at the
+/// end of its air supply does, and the position is kept within the same range, as the end stops do.
+/// A model that trails its input by `fd` then reaches only `high - fd` and `low + fd`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assembly {
+    limits: Option<(f64, f64)>,
+    model: AnyModel,
+    lag: Option<StemLag>,
+}
+
+impl Assembly {
+    /// The bare model.
+    pub fn new(model: AnyModel) -> Self {
+        Self { limits: None, model, lag: None }
+    }
+
+    /// Limits OP and position to `low..=high`, percent of span; 0 and 100 are usual.
+    ///
+    /// # Errors
+    /// If `low` is not below `high`, or either is NaN.
+    pub fn with_limits(mut self, low: f64, high: f64) -> Result<Self> {
+        if !(low < high) {
+            return Err(Error::Inconsistent(format!(
+                "the lower limit of the valve is {low}, but must be below the upper limit, {high}"
+            )));
+        }
+        self.limits = Some((low, high));
+        Ok(self)
+    }
+
+    /// Follows the model with a first-order stem lag.
+    pub fn with_lag(mut self, lag: StemLag) -> Self {
+        self.lag = Some(lag);
+        self
+    }
+
+    /// The bare model, if there is nothing before or behind it.
+    pub(crate) fn bare_model(&self) -> Option<&AnyModel> {
+        (self.limits.is_none() && self.lag.is_none()).then_some(&self.model)
+    }
+
+    /// The bare model, if there is nothing before or behind it; otherwise itself.
+    pub(crate) fn into_bare_model(self) -> std::result::Result<AnyModel, Box<Self>> {
+        if self.bare_model().is_some() { Ok(self.model) } else { Err(Box::new(self)) }
+    }
+}
+
+impl From<AnyModel> for Assembly {
+    fn from(model: AnyModel) -> Self {
+        Self::new(model)
+    }
+}
+
+impl Valve for Assembly {
+    #[inline]
+    fn step(&mut self, op: f64) -> f64 {
+        let mut x = match self.limits {
+            Some((low, high)) => self.model.step(op.max(low).min(high)).max(low).min(high),
+            None => self.model.step(op),
+        };
+        if let Some(lag) = &mut self.lag {
+            x = lag.step(x);
+        }
+        x
+    }
+
+    fn position(&self) -> f64 {
+        let limited = |x: f64| match self.limits {
+            Some((low, high)) => x.max(low).min(high),
+            None => x,
+        };
+        self.lag.as_ref().map_or_else(|| limited(self.model.position()), StemLag::position)
+    }
+
+    fn restart(&mut self, start: Start) {
+        self.model.restart(start);
+        if let Some(lag) = &mut self.lag {
+            lag.restart(start.position);
+        }
+    }
+}

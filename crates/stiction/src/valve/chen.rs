@@ -1,0 +1,73 @@
+//! The two-layer binary tree of Chen, Tan and Huang.
+
+use super::{Start, Valve};
+use crate::bands::Bands;
+
+/// Chen, Tan and Huang's two-layer binary tree model, as recalled: its chart was not at hand.
+///
+/// # Equations
+/// Layer 1 asks whether the stem moves, layer 2 whether it breaks away. With `e = u(k) - x(k-1)`,
+/// `du = u(k) - u(k-1)` and `d` the direction of motion:
+/// ```text
+/// moving, du d > 0:     x = u - d fd
+/// moving, otherwise:    x stays, and the stem is stuck from the next sample on
+/// stuck, |e| > fs:      d = sgn(e), x = u - d fd
+/// stuck, otherwise:     x stays
+/// ```
+/// Unlike [`TwoPhase`](super::TwoPhase) it does not ask for breakaway at the sample at which it
+/// stops: a reversal larger than `S` within one sample is answered one sample late. The revision by
+/// Li, Chen, Teo, Tan and Lee (Ind. Eng. Chem. Res., 2014) removes this weakness.
+///
+/// # Parameters
+/// [`Bands`] in percent of span; `J > S` is allowed.
+///
+/// # References
+/// S.-L. Chen, K. K. Tan, S. Huang, "Two-layer binary tree data-driven model for valve stiction",
+/// Ind. Eng. Chem. Res. 47 (2008) 2842-2848. Recalled, not read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chen {
+    bands: Bands,
+    position: f64,
+    op: f64,
+    /// Direction of motion, `+1` or `-1`; `0` while stuck.
+    motion: f64,
+}
+
+impl Chen {
+    /// A valve with these friction bands, stuck at 0.
+    pub fn new(bands: Bands) -> Self {
+        Self { bands, position: 0.0, op: 0.0, motion: 0.0 }
+    }
+}
+
+impl Valve for Chen {
+    #[inline]
+    fn step(&mut self, op: f64) -> f64 {
+        let du = op - self.op;
+        self.op = op;
+        if self.motion != 0.0 {
+            if self.motion * du > 0.0 {
+                self.position = op - self.motion * self.bands.fd();
+            } else {
+                self.motion = 0.0;
+            }
+        } else {
+            let e = op - self.position;
+            if self.bands.breaks(e) {
+                self.motion = 1f64.copysign(e);
+                self.position = op - self.motion * self.bands.fd();
+            }
+        }
+        self.position
+    }
+
+    fn position(&self) -> f64 {
+        self.position
+    }
+
+    fn restart(&mut self, start: Start) {
+        self.position = start.position;
+        self.op = start.op;
+        self.motion = if start.moving { start.direction.sign() } else { 0.0 };
+    }
+}

@@ -1,0 +1,186 @@
+//! Many candidates over one input: (S, J) pairs stepped together.
+//!
+//! Sixteen valves of one model advance side by side in vector registers; blocks of sixteen share
+//! the processor's cores. Every lane gives the same bits as the scalar model.
+
+use super::{He, Start, TwoPhase, Valve};
+use crate::bands::Bands;
+use crate::error::{Result, all_finite};
+use crate::simd::{Kernel, widest};
+use rayon::prelude::*;
+
+pub use crate::simd::{LANES, Lane};
+
+/// Valves of one model, one a lane.
+pub trait LaneValve: Copy + Send {
+    /// One valve a lane, with its own bands and its own start.
+    fn starting(bands: &[Bands; LANES], starts: [Start; LANES]) -> Self;
+
+    /// The position of the valve in lane `l` once its controller output has become `op`.
+    ///
+    /// To be called for all lanes in turn, in one loop: that the compiler can turn into vector
+    /// code.
+    fn step(&mut self, l: usize, op: f64) -> f64;
+}
+
+/// -0.0 in every lane, unknown to the compiler.
+///
+/// Adding it to the position of a stem that stays changes no bit. But without it the update is
+/// compiled to a masked store of the lanes that move, for which the next sample's load must wait:
+/// a sweep then takes twice as long.
+fn minus_zero() -> Lane {
+    std::hint::black_box(Lane::splat(-0.0))
+}
+
+/// [`TwoPhase`] valves, one a lane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TwoPhaseLanes {
+    fs: Lane,
+    fd: Lane,
+    position: Lane,
+    op: Lane,
+    motion: Lane,
+    minus_zero: Lane,
+}
+
+impl LaneValve for TwoPhaseLanes {
+    fn starting(bands: &[Bands; LANES], starts: [Start; LANES]) -> Self {
+        Self {
+            fs: Lane(bands.map(|b| b.fs())),
+            fd: Lane(bands.map(|b| b.fd())),
+            position: Lane(starts.map(|s| s.position)),
+            op: Lane(starts.map(|s| s.op)),
+            motion: Lane(starts.map(|s| if s.moving { s.direction.sign() } else { 0.0 })),
+            minus_zero: minus_zero(),
+        }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, l: usize, op: f64) -> f64 {
+        let du = op - self.op[l];
+        let e = op - self.position[l];
+        let keeps_moving = self.motion[l] * du > 0.0;
+        let after_break = if e.abs() > self.fs[l] { 1f64.copysign(e) } else { 0.0 };
+        let motion = if keeps_moving { 1f64.copysign(du) } else { after_break };
+        let moved = op - motion * self.fd[l];
+        let stays = self.position[l] + self.minus_zero[l];
+        self.position[l] = if motion != 0.0 { moved } else { stays };
+        self.motion[l] = motion;
+        self.op[l] = op;
+        self.position[l]
+    }
+}
+
+/// [`He`] valves, one a lane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeLanes {
+    fs: Lane,
+    fd: Lane,
+    position: Lane,
+    minus_zero: Lane,
+}
+
+impl LaneValve for HeLanes {
+    fn starting(bands: &[Bands; LANES], starts: [Start; LANES]) -> Self {
+        Self {
+            fs: Lane(bands.map(|b| b.fs())),
+            fd: Lane(bands.map(|b| b.fd())),
+            position: Lane(starts.map(|s| s.position)),
+            minus_zero: minus_zero(),
+        }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, l: usize, op: f64) -> f64 {
+        let e = op - self.position[l];
+        let moved = op - 1f64.copysign(e) * self.fd[l];
+        let stays = self.position[l] + self.minus_zero[l];
+        self.position[l] = if e.abs() > self.fs[l] { moved } else { stays };
+        self.position[l]
+    }
+}
+
+/// A model that exists both as a scalar [`Valve`] and in lanes.
+pub trait Laned: Valve {
+    /// The same model in lanes.
+    type Lanes: LaneValve;
+}
+
+impl Laned for TwoPhase {
+    type Lanes = TwoPhaseLanes;
+}
+
+impl Laned for He {
+    type Lanes = HeLanes;
+}
+
+/// All lanes over one input.
+struct Run<'a, L> {
+    valves: L,
+    op: &'a [f64],
+    vp: &'a mut [Lane],
+}
+
+impl<L: LaneValve> Kernel for Run<'_, L> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        // A copy of its own, so that the state stays in registers.
+        let mut valves = self.valves;
+        for (u, x) in self.op.iter().zip(self.vp) {
+            for (l, x) in x.iter_mut().enumerate() {
+                *x = valves.step(l, *u);
+            }
+        }
+    }
+}
+
+/// Drives every candidate in `bands` with the same `op`, starting from `start`, and returns what
+/// `digest` makes of each block, in the order of the candidates.
+///
+/// `digest` receives the index of the block's first candidate and the positions, one [`Lane`] a
+/// sample; candidate `first + l` is in lane `l`. Lanes past the last candidate repeat it. Blocks
+/// run on all threads of the current rayon pool; the result does not depend on their number.
+///
+/// ```
+/// use stiction::{Bands, valve::{Start, TwoPhase, lanes}};
+/// let op: Vec<f64> = (0..1000).map(|k| 20.0 * (k as f64 * 0.01).sin()).collect();
+/// let bands: Vec<Bands> =
+///     (0..40).map(|i| Bands::from_s_j(0.1 * i as f64, 0.05 * i as f64)).collect::<Result<_, _>>()?;
+/// let travel: Vec<f64> = lanes::run::<TwoPhase, _>(&bands, Start::default(), &op, |_, vp| {
+///     let last = vp.windows(2).fold([0.0; lanes::LANES], |mut sum, w| {
+///         sum.iter_mut().enumerate().for_each(|(l, s)| *s += (w[1][l] - w[0][l]).abs());
+///         sum
+///     });
+///     last.to_vec()
+/// })?
+/// .concat();
+/// assert!(travel[0] > travel[39]);
+/// # Ok::<(), stiction::Error>(())
+/// ```
+///
+/// # Errors
+/// If a sample of `op` or the start is NaN or infinite.
+pub fn run<M: Laned, R: Send>(
+    bands: &[Bands],
+    start: Start,
+    op: &[f64],
+    digest: impl Fn(usize, &[Lane]) -> R + Sync,
+) -> Result<Vec<R>> {
+    start.checked()?;
+    all_finite("op", op)?;
+    Ok(bands
+        .par_chunks(LANES)
+        .enumerate()
+        .map_init(
+            || vec![Lane::splat(0.0); op.len()],
+            |vp, (block, bands)| {
+                // Lanes past the last candidate repeat it.
+                let lanes = std::array::from_fn(|l| bands[l.min(bands.len() - 1)]);
+                let valves = M::Lanes::starting(&lanes, [start; LANES]);
+                widest(Run { valves, op, vp });
+                digest(block * LANES, vp)
+            },
+        )
+        .collect())
+}

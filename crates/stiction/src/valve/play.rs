@@ -1,0 +1,50 @@
+//! Play (backlash): a pure dead band.
+
+use super::{Start, Valve};
+use crate::error::{Result, non_negative};
+
+/// Play, or backlash: a pure dead band `S`.
+///
+/// # Equations
+/// ```text
+/// x = clamp(x(k-1), u - S/2, u + S/2)
+/// ```
+/// For `J = 0` every two-parameter model here equals it.
+///
+/// # Parameters
+/// `S`, the whole width of the dead band, percent of span. There is no slip jump.
+///
+/// # References
+/// The play operator of hysteresis theory (M. A. Krasnosel'skii, A. V. Pokrovskii, 1989).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Play {
+    half_width: f64,
+    position: f64,
+}
+
+impl Play {
+    /// A valve with dead band `s`, at 0.
+    ///
+    /// # Errors
+    /// If `s` is negative, NaN or infinite.
+    pub fn new(s: f64) -> Result<Self> {
+        Ok(Self { half_width: non_negative("S", s)? / 2.0, position: 0.0 })
+    }
+}
+
+impl Valve for Play {
+    #[inline]
+    fn step(&mut self, op: f64) -> f64 {
+        // Not `clamp`, which panics if rounding should ever cross the limits.
+        self.position = self.position.max(op - self.half_width).min(op + self.half_width);
+        self.position
+    }
+
+    fn position(&self) -> f64 {
+        self.position
+    }
+
+    fn restart(&mut self, start: Start) {
+        self.position = start.position;
+    }
+}

@@ -1,0 +1,105 @@
+//! The two-phase model: stuck, or moving.
+
+use super::{Start, Valve};
+use crate::bands::Bands;
+use crate::error::{Result, non_negative, positive};
+
+/// The paper's data-driven model with two parameters.
+///
+/// # What it models
+/// A stem is either *stuck* or *moving*. Moving, it trails the input by the dynamic friction band;
+/// it stops when the input pauses or reverses. Stuck, it stays until the net spring force exceeds
+/// the static friction band, and then jumps.
+///
+/// # Equations
+/// With `du = u(k) - u(k-1)`, `e = u(k) - x(k-1)` and `d = +1` or `-1` the direction of motion:
+/// ```text
+/// moving and du d > 0:   x = u - d fd                                   keeps moving
+/// otherwise, |e| > fs:   d = sgn(e), x = u - d fd                       slips
+/// otherwise:             x stays                                        stuck
+/// ```
+///
+/// # Parameters
+/// [`Bands`] in percent of span; `J > S` is allowed and makes each slip overshoot the input. The
+/// rest tolerance (default 0 %/s) is the input speed at and below which a moving stem comes to rest.
+///
+/// # Assumptions and limits
+/// The stem itself has no dynamics: follow it with a [`StemLag`](super::StemLag) where they matter.
+/// A measurement-noise-sized reversal of `u` stops the stem, so a noisy ramp becomes stick-slip.
+///
+/// # References
+/// "Modelling and Dynamic Analysis of Pneumatic Control Valve with Stiction", section 5, in the
+/// reading that makes its words a state machine. For `J <= S` it equals [`Kano`](super::Kano) and
+/// [`Choudhury`](super::Choudhury) sample for sample (property-tested).
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwoPhase {
+    bands: Bands,
+    /// Change of input per sample at and below which a moving stem comes to rest.
+    rest: f64,
+    position: f64,
+    op: f64,
+    /// Direction of motion, `+1` or `-1`; `0` while stuck. (Where it moved last does not matter.)
+    motion: f64,
+}
+
+impl TwoPhase {
+    /// A valve with these friction bands, stuck at 0.
+    pub fn new(bands: Bands) -> Self {
+        Self { bands, rest: 0.0, position: 0.0, op: 0.0, motion: 0.0 }
+    }
+
+    /// Takes an input slower than `speed` (percent of span per second), sampled every
+    /// `sample_time` seconds, for a pause: a moving stem comes to rest.
+    ///
+    /// # Errors
+    /// If `speed` is negative or `sample_time` is not positive, or either is not finite.
+    pub fn with_rest_tolerance(mut self, speed: f64, sample_time: f64) -> Result<Self> {
+        self.rest = non_negative("rest tolerance", speed)? * positive("sample time", sample_time)?;
+        Ok(self)
+    }
+
+    /// The friction bands.
+    pub fn bands(&self) -> Bands {
+        self.bands
+    }
+
+    /// Whether [`lanes`](super::lanes) can stand in for it: they know no rest tolerance.
+    pub(crate) fn is_laned(&self) -> bool {
+        self.rest == 0.0
+    }
+
+    /// Whether the stem moved at the last sample.
+    pub fn is_moving(&self) -> bool {
+        self.motion != 0.0
+    }
+}
+
+impl Valve for TwoPhase {
+    #[inline]
+    fn step(&mut self, op: f64) -> f64 {
+        let du = op - self.op;
+        self.op = op;
+        if self.motion * du > self.rest {
+            self.position = op - self.motion * self.bands.fd();
+        } else {
+            let e = op - self.position;
+            if self.bands.breaks(e) {
+                self.motion = 1f64.copysign(e);
+                self.position = op - self.motion * self.bands.fd();
+            } else {
+                self.motion = 0.0;
+            }
+        }
+        self.position
+    }
+
+    fn position(&self) -> f64 {
+        self.position
+    }
+
+    fn restart(&mut self, start: Start) {
+        self.position = start.position;
+        self.op = start.op;
+        self.motion = if start.moving { start.direction.sign() } else { 0.0 };
+    }
+}
