@@ -1,0 +1,2 @@
+//! A self-contained HTML page that shows figures with their captions and parameters.
+
