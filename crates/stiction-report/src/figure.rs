@@ -78,7 +78,8 @@ pub struct Panel {
     pub x_range: Option<(f64, f64)>,
     /// Ends of the y axis; by default all samples fit.
     pub y_range: Option<(f64, f64)>,
-    /// Whether a unit is equally long on both axes.
+    /// Whether a unit is equally long on both axes. The frame shrinks to the shape of the ranges; a
+    /// range shorter than a quarter of the other is widened, even if it is fixed.
     pub equal_aspect: bool,
     /// Where the legend stands.
     pub legend: Legend,
@@ -117,7 +118,7 @@ pub enum Style {
     Points,
 }
 
-/// Where the legend of a panel stands.
+/// Where the legend of a panel stands. In a chosen corner it may cover data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Legend {
