@@ -1,0 +1,299 @@
+//! Where everything goes on the sheet.
+
+use super::annotate::Mark;
+use super::axis::{self, Axis};
+use super::curve::Curve;
+use super::geometry::{Point, Rect};
+use super::legend::{self, Placed};
+use super::palette::{Look, looks};
+use super::{Annotation, Figure, Panel, Style, text};
+
+/// Font sizes, px.
+pub(super) const TITLE: u32 = 16;
+pub(super) const PANEL_TITLE: u32 = 13;
+pub(super) const LABEL: u32 = 13;
+pub(super) const TICK_LABEL: u32 = 12;
+
+/// Length of a tick.
+pub(super) const TICK: f64 = 4.0;
+/// Between a tick and its label, and between tick labels and the axis label.
+pub(super) const GAP: f64 = 4.0;
+
+/// Around the sheet.
+const EDGE: f64 = 10.0;
+/// To the right of a frame, for half a tick label.
+const OVERHANG: f64 = 16.0;
+/// Between panels side by side.
+const COLUMN_GAP: f64 = 14.0;
+/// Between panels above each other.
+const ROW_GAP: f64 = 12.0;
+/// Coordinates further off the sheet than this are drawn at this distance; renderers overflow.
+const FAR: f64 = 20_000.0;
+
+/// The sheet with all that is on it.
+pub(super) struct Sheet {
+    pub width: f64,
+    pub height: f64,
+    pub title: Vec<String>,
+    pub cells: Vec<Cell>,
+}
+
+/// One panel, placed.
+pub(super) struct Cell {
+    pub view: View,
+    pub looks: Vec<Look>,
+    pub legend: Option<Placed>,
+    pub title: Vec<String>,
+    pub x_label: Vec<String>,
+    pub y_label: Vec<String>,
+    /// Left edge of the column, where the y label begins.
+    pub left: f64,
+    /// Whether the x axis is lettered; if not, the panel below has the same axis.
+    pub lettered: bool,
+}
+
+/// A frame with its axes: from data to paper.
+pub(super) struct View {
+    pub frame: Rect,
+    pub x: Axis,
+    pub y: Axis,
+}
+
+impl View {
+    /// Where a point in data coordinates lies on paper.
+    pub fn place(&self, (x, y): (f64, f64)) -> Point {
+        let px = self.frame.x + self.x.fraction(x) * self.frame.w;
+        let py = self.frame.bottom() - self.y.fraction(y) * self.frame.h;
+        Point::new(px.clamp(-FAR, FAR), py.clamp(-FAR, FAR))
+    }
+}
+
+/// Ends of one panel's axes, and whether it letters its x axis.
+#[derive(Clone, Copy)]
+struct Ends {
+    x: (f64, f64),
+    y: (f64, f64),
+    lettered: bool,
+}
+
+impl Sheet {
+    /// Lays out a sound figure.
+    pub fn new(figure: &Figure) -> Self {
+        let columns = figure.columns.min(figure.panels.len());
+        let rows = figure.panels.len().div_ceil(columns);
+        let height = figure.panel_height.unwrap_or(match rows {
+            1 => 340.0,
+            2 => 230.0,
+            _ => 160.0,
+        });
+        let cell_width =
+            (figure.width - 2.0 * EDGE - (columns - 1) as f64 * COLUMN_GAP) / columns as f64;
+        let ends = ends(&figure.panels, columns);
+
+        // Columns: equal left margins, so that frames above each other align.
+        let mut cells: Vec<Cell> = Vec::with_capacity(figure.panels.len());
+        let mut margins = vec![0.0_f64; columns];
+        for (i, (panel, ends)) in figure.panels.iter().zip(&ends).enumerate() {
+            let y = y_axis(ends.y, height);
+            let y_label = text::wrap(&panel.y_label, f64::from(LABEL), 1.1 * height);
+            let lettering = y_label.len() as f64 * f64::from(LABEL) * text::LINE;
+            let margin = lettering + GAP + widest(&y) + GAP + TICK;
+            margins[i % columns] = margins[i % columns].max(margin);
+        }
+        let mut widths = vec![0.0_f64; columns];
+        for (i, (panel, ends)) in figure.panels.iter().zip(&ends).enumerate() {
+            let room = (cell_width - margins[i % columns] - OVERHANG).max(80.0);
+            let cell = cell(panel, ends, room, height);
+            widths[i % columns] = widths[i % columns].max(cell.view.frame.w);
+            cells.push(cell);
+        }
+        let mut left = EDGE;
+        for column in 0..columns {
+            for cell in cells.iter_mut().skip(column).step_by(columns) {
+                cell.left = left;
+                cell.view.frame.x =
+                    left + margins[column] + (widths[column] - cell.view.frame.w) / 2.0;
+            }
+            left += margins[column] + widths[column] + OVERHANG + COLUMN_GAP;
+        }
+        let width = left - COLUMN_GAP + EDGE;
+        let title = text::wrap(&figure.title, f64::from(TITLE) * text::BOLD, width - 2.0 * EDGE);
+
+        // Rows: frames side by side align at the top.
+        let mut top = EDGE + title.len() as f64 * f64::from(TITLE) * text::LINE;
+        top += if title.is_empty() { 0.0 } else { GAP };
+        for row in cells.chunks_mut(columns) {
+            let head = row.iter().map(Cell::head).fold(0.0, f64::max);
+            let frame = row.iter().map(|c| c.view.frame.h).fold(0.0, f64::max);
+            let foot = row.iter().map(Cell::foot).fold(0.0, f64::max);
+            for cell in row {
+                cell.view.frame.y = top + head;
+            }
+            top += head + frame + foot + ROW_GAP;
+        }
+        Self { width, height: top - ROW_GAP + EDGE, title, cells }
+    }
+}
+
+impl Cell {
+    /// Height above the frame.
+    fn head(&self) -> f64 {
+        self.title_height()
+            + self.legend.as_ref().map_or(0.0, Placed::head)
+            + self.note_height()
+            + f64::from(TICK_LABEL) / 2.0
+    }
+
+    /// Height of the note on the y labels.
+    pub fn note_height(&self) -> f64 {
+        if self.view.y.note.is_empty() { 0.0 } else { f64::from(TICK_LABEL) + GAP }
+    }
+
+    /// Height of the heading.
+    pub fn title_height(&self) -> f64 {
+        self.title.len() as f64 * f64::from(PANEL_TITLE) * text::LINE
+    }
+
+    /// Height below the frame.
+    fn foot(&self) -> f64 {
+        if self.lettered {
+            TICK + GAP
+                + f64::from(TICK_LABEL)
+                + GAP
+                + self.x_label.len() as f64 * f64::from(LABEL) * text::LINE
+        } else {
+            TICK
+        }
+    }
+}
+
+/// A panel whose frame has its size, but not yet its place.
+fn cell(panel: &Panel, ends: &Ends, room: f64, height: f64) -> Cell {
+    let (mut w, mut h) = (room, height);
+    if panel.equal_aspect {
+        let (xs, ys) = (ends.x.1 - ends.x.0, ends.y.1 - ends.y.0);
+        let scale = (room / xs).min(height / ys);
+        (w, h) = (xs * scale, ys * scale);
+    }
+    let frame = Rect::new(0.0, 0.0, w, h);
+    let view = View { frame, x: x_axis(ends.x, w), y: y_axis(ends.y, h) };
+    let looks = looks(panel);
+    let curves: Vec<Curve> =
+        panel.series.iter().zip(&looks).map(|(s, look)| Curve::new(s, look, &view)).collect();
+    let marks: Vec<Mark> = panel.annotations.iter().map(|a| Mark::new(a, &view, &curves)).collect();
+    let note = 2.0 * (text::width(&view.x.note, f64::from(TICK_LABEL)) + GAP);
+    Cell {
+        legend: legend::place(panel, &frame, &curves, &marks),
+        looks,
+        title: text::wrap(&panel.title, f64::from(PANEL_TITLE) * text::BOLD, w),
+        x_label: text::wrap(&panel.x_label, f64::from(LABEL), (w - note).max(60.0)),
+        y_label: text::wrap(&panel.y_label, f64::from(LABEL), 1.1 * h),
+        left: 0.0,
+        lettered: ends.lettered,
+        view,
+    }
+}
+
+/// An x axis with as many ticks as have room for their labels.
+fn x_axis(ends: (f64, f64), width: f64) -> Axis {
+    let fits = |axis: &Axis| {
+        let apart = axis.ticks.windows(2).map(|t| axis.fraction(t[1].at) - axis.fraction(t[0].at));
+        let room = apart.fold(1.0, f64::min) * width;
+        let label = |t: &axis::Tick| text::width(&t.label, f64::from(TICK_LABEL));
+        axis.ticks.iter().map(label).fold(0.0, f64::max) + 14.0 <= room
+    };
+    let most = (width / 48.0).clamp(2.0, 10.0) as usize;
+    let mut axes = (1..=most).rev().map(|count| Axis::new(ends, count));
+    axes.find(fits).unwrap_or_else(|| Axis::new(ends, 1))
+}
+
+fn y_axis(ends: (f64, f64), height: f64) -> Axis {
+    Axis::new(ends, (height / 26.0).clamp(2.0, 9.0) as usize)
+}
+
+fn widest(axis: &Axis) -> f64 {
+    axis.ticks.iter().map(|t| text::width(&t.label, f64::from(TICK_LABEL))).fold(0.0, f64::max)
+}
+
+/// Ends of all axes; panels above each other that share an x axis get the same ends.
+fn ends(panels: &[Panel], columns: usize) -> Vec<Ends> {
+    let mut all: Vec<Ends> = panels
+        .iter()
+        .map(|panel| Ends { x: (0.0, 1.0), y: y_ends(panel), lettered: true })
+        .collect();
+    for column in 0..columns {
+        let stack: Vec<usize> = (column..panels.len()).step_by(columns).collect();
+        for group in stack.chunk_by(|a, b| share_x(&panels[*a], &panels[*b])) {
+            let members: Vec<&Panel> = group.iter().map(|i| &panels[*i]).collect();
+            let x = x_ends(&members);
+            for (place, &i) in group.iter().enumerate() {
+                all[i].x = x;
+                all[i].lettered = place + 1 == group.len();
+            }
+        }
+    }
+    for (panel, ends) in panels.iter().zip(&mut all) {
+        if panel.equal_aspect {
+            // A strip would be too thin to see anything.
+            let (xs, ys) = (ends.x.1 - ends.x.0, ends.y.1 - ends.y.0);
+            ends.x = at_least(ends.x, ys / 4.0);
+            ends.y = at_least(ends.y, xs / 4.0);
+        }
+    }
+    all
+}
+
+/// Whether two panels above each other can have one x axis: the same quantity over about the same
+/// range.
+fn share_x(a: &Panel, b: &Panel) -> bool {
+    let same = a.x_label == b.x_label && a.x_range == b.x_range;
+    let span = |panels: &[&Panel]| {
+        let (lo, hi) = x_ends(panels);
+        hi - lo
+    };
+    same && !a.equal_aspect && !b.equal_aspect && span(&[a, b]) <= 1.5 * span(&[a]).min(span(&[b]))
+}
+
+fn x_ends(panels: &[&Panel]) -> (f64, f64) {
+    if let Some(range) = panels[0].x_range {
+        return range;
+    }
+    let samples = panels.iter().flat_map(|p| &p.series).flat_map(|s| s.x.iter().copied());
+    let marks = panels.iter().flat_map(|p| &p.annotations).flat_map(|a| points(a).0);
+    let mut series = panels.iter().flat_map(|p| &p.series);
+    // Time runs from edge to edge; maps and markers need a margin.
+    let edge_to_edge = series.all(|s| s.is_trend() && s.style != Style::Points);
+    let extent = axis::extent(samples.chain(marks));
+    if edge_to_edge {
+        axis::snapped(axis::widened(extent, 0.0))
+    } else {
+        axis::widened(extent, 0.05)
+    }
+}
+
+fn y_ends(panel: &Panel) -> (f64, f64) {
+    panel.y_range.unwrap_or_else(|| {
+        let samples = panel.series.iter().flat_map(|s| s.y.iter().copied());
+        let marks = panel.annotations.iter().flat_map(|a| points(a).1);
+        axis::widened(axis::extent(samples.chain(marks)), 0.06)
+    })
+}
+
+/// Coordinates of an annotation that axes should include.
+fn points(annotation: &Annotation) -> (Vec<f64>, Vec<f64>) {
+    match *annotation {
+        Annotation::Text { at, .. } => (vec![at.0], vec![at.1]),
+        Annotation::Arrow { from, to, .. } | Annotation::Dimension { from, to, .. } => {
+            (vec![from.0, to.0], vec![from.1, to.1])
+        }
+        Annotation::HorizontalLine { y, .. } => (vec![], vec![y]),
+        Annotation::VerticalLine { x, .. } => (vec![x], vec![]),
+        Annotation::XBand { .. } | Annotation::YBand { .. } => (vec![], vec![]),
+    }
+}
+
+/// `ends`, widened about their middle to a range of `span` if they are closer.
+fn at_least((lo, hi): (f64, f64), span: f64) -> (f64, f64) {
+    let missing = (span - (hi - lo)).max(0.0);
+    (lo - missing / 2.0, hi + missing / 2.0)
+}

@@ -1,0 +1,196 @@
+//! Draws a laid-out figure.
+
+use super::annotate::{self, Mark};
+use super::canvas::{Anchor, Canvas, Lettering, Stroke, Target};
+use super::curve::{Curve, RADIUS};
+use super::geometry::{Point, Rect};
+use super::layout::{Cell, GAP, LABEL, PANEL_TITLE, Sheet, TICK, TICK_LABEL, TITLE};
+use super::legend::{self, Placed};
+use super::palette::{BAND, DOTTED, GRID, INK, Look, PAPER, SOLID};
+use super::{Figure, Panel, text};
+
+/// Width of the strokes of a series, px.
+const PEN: f64 = 1.6;
+
+const FRAME: Stroke = Stroke { colour: INK, width: 0.8, dash: SOLID };
+const GRID_LINE: Stroke = Stroke { colour: GRID, width: 0.7, dash: SOLID };
+
+/// Half the height of a capital letter, in units of the font size.
+const MIDDLE: f64 = 0.365;
+
+/// Draws a sound figure.
+pub(super) fn paint(figure: &Figure, target: Target) -> Canvas {
+    let sheet = Sheet::new(figure);
+    let mut canvas = Canvas::new(target, sheet.width, sheet.height);
+    let title = Lettering { bold: true, ..lettering(TITLE, Anchor::Middle) };
+    let mut base = 10.0 + f64::from(TITLE);
+    for line in &sheet.title {
+        canvas.text(Point::new(sheet.width / 2.0, base), line, &title);
+        base += f64::from(TITLE) * text::LINE;
+    }
+    for (panel, cell) in figure.panels.iter().zip(&sheet.cells) {
+        paint_panel(&mut canvas, panel, cell);
+    }
+    canvas
+}
+
+fn lettering(size: u32, anchor: Anchor) -> Lettering {
+    Lettering { size, anchor, bold: false, upright: false, colour: INK }
+}
+
+fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
+    let view = &cell.view;
+    let frame = &view.frame;
+    let series = panel.series.iter().zip(&cell.looks);
+    let curves: Vec<Curve> = series.map(|(s, look)| Curve::new(s, look, view)).collect();
+    let marks: Vec<Mark> = panel.annotations.iter().map(|a| Mark::new(a, view, &curves)).collect();
+
+    for band in marks.iter().filter_map(|m| m.band) {
+        canvas.fill(&band, BAND, 0.22);
+    }
+    paint_grid(canvas, cell);
+    // The pen is wider than the edge it may run along.
+    canvas.clip(&frame.grown(PEN / 2.0));
+    for (curve, look) in curves.iter().zip(&cell.looks) {
+        match curve {
+            Curve::Lines(runs) => canvas.lines(runs, &pen(look)),
+            Curve::Points(points, marker) => canvas.markers(points, *marker, RADIUS, look.colour),
+        }
+    }
+    // Paper under a text hides curves, but no other annotation.
+    for note in marks.iter().filter_map(|m| m.note.as_ref()) {
+        canvas.fill(&note.rect.grown(1.0), PAPER, 0.8);
+    }
+    for mark in &marks {
+        for (from, to, stroke) in &mark.lines {
+            canvas.line(*from, *to, stroke);
+        }
+        for head in &mark.heads {
+            canvas.polygon(head, INK);
+        }
+    }
+    canvas.unclip();
+    canvas.outline(frame, &FRAME);
+    for note in marks.iter().filter_map(|m| m.note.as_ref()) {
+        paint_note(canvas, note);
+    }
+    paint_axes(canvas, cell);
+    if let Some(legend) = &cell.legend {
+        paint_legend(canvas, legend, cell);
+    }
+    let mut base = frame.y
+        - cell.legend.as_ref().map_or(0.0, Placed::head)
+        - cell.note_height()
+        - cell.title_height()
+        - GAP
+        + f64::from(PANEL_TITLE);
+    let title = Lettering { bold: true, ..lettering(PANEL_TITLE, Anchor::Middle) };
+    for line in &cell.title {
+        canvas.text(Point::new(frame.centre().x, base), line, &title);
+        base += f64::from(PANEL_TITLE) * text::LINE;
+    }
+}
+
+fn pen(look: &Look) -> Stroke {
+    // Dots as wide as the strokes of other lines look thinner.
+    let width = if look.dash == DOTTED { 1.15 * PEN } else { PEN };
+    Stroke { colour: look.colour, width, dash: look.dash }
+}
+
+fn paint_grid(canvas: &mut Canvas, cell: &Cell) {
+    let (view, frame) = (&cell.view, &cell.view.frame);
+    let vertical = view.x.ticks.iter().map(|tick| {
+        let x = view.place((tick.at, view.y.lo)).x;
+        vec![Point::new(x, frame.y), Point::new(x, frame.bottom())]
+    });
+    let horizontal = view.y.ticks.iter().map(|tick| {
+        let y = view.place((view.x.lo, tick.at)).y;
+        vec![Point::new(frame.x, y), Point::new(frame.right(), y)]
+    });
+    canvas.lines(&vertical.chain(horizontal).collect::<Vec<_>>(), &GRID_LINE);
+}
+
+fn paint_axes(canvas: &mut Canvas, cell: &Cell) {
+    let (view, frame) = (&cell.view, &cell.view.frame);
+    let small = f64::from(TICK_LABEL);
+    let mut ticks = Vec::new();
+
+    for tick in &view.y.ticks {
+        let y = view.place((view.x.lo, tick.at)).y;
+        ticks.push(vec![Point::new(frame.x - TICK, y), Point::new(frame.x, y)]);
+        let at = Point::new(frame.x - TICK - GAP, y + MIDDLE * small);
+        canvas.text(at, &tick.label, &lettering(TICK_LABEL, Anchor::End));
+    }
+    if !view.y.note.is_empty() {
+        let at = Point::new(frame.x, frame.y - GAP - 1.0);
+        canvas.text(at, &view.y.note, &lettering(TICK_LABEL, Anchor::Start));
+    }
+    let upright = Lettering { upright: true, ..lettering(LABEL, Anchor::Middle) };
+    for (i, line) in cell.y_label.iter().enumerate() {
+        let x = cell.left + f64::from(LABEL) * (1.0 + i as f64 * text::LINE);
+        canvas.text(Point::new(x, frame.centre().y), line, &upright);
+    }
+
+    for tick in &view.x.ticks {
+        let x = view.place((tick.at, view.y.lo)).x;
+        ticks.push(vec![Point::new(x, frame.bottom()), Point::new(x, frame.bottom() + TICK)]);
+        if cell.lettered {
+            let at = Point::new(x, frame.bottom() + TICK + GAP + 0.8 * small);
+            canvas.text(at, &tick.label, &lettering(TICK_LABEL, Anchor::Middle));
+        }
+    }
+    if cell.lettered {
+        let mut base = frame.bottom() + TICK + GAP + small + GAP + f64::from(LABEL);
+        if !view.x.note.is_empty() {
+            let at = Point::new(frame.right(), base);
+            canvas.text(at, &view.x.note, &lettering(TICK_LABEL, Anchor::End));
+        }
+        for line in &cell.x_label {
+            let at = Point::new(frame.centre().x, base);
+            canvas.text(at, line, &lettering(LABEL, Anchor::Middle));
+            base += f64::from(LABEL) * text::LINE;
+        }
+    }
+    canvas.lines(&ticks, &FRAME);
+}
+
+fn paint_note(canvas: &mut Canvas, note: &annotate::Note) {
+    let size = f64::from(annotate::SIZE);
+    for (i, line) in note.lines.iter().enumerate() {
+        let y = note.rect.y + (i as f64 + 0.5) * size * text::LINE + MIDDLE * size;
+        let at = Point::new(note.rect.centre().x, y);
+        canvas.text(at, line, &lettering(annotate::SIZE, Anchor::Middle));
+    }
+}
+
+fn paint_legend(canvas: &mut Canvas, legend: &Placed, cell: &Cell) {
+    let frame = &cell.view.frame;
+    let raised = if legend.inside { 0.0 } else { cell.note_height() };
+    let corner = Point::new(frame.x + legend.rect.x, frame.y + legend.rect.y - raised);
+    if legend.inside {
+        let rect = Rect { x: corner.x, y: corner.y, ..legend.rect };
+        canvas.fill(&rect, PAPER, 0.9);
+        canvas.outline(&rect, &GRID_LINE);
+    }
+    for entry in &legend.entries {
+        let look = &cell.looks[entry.series];
+        let at = Point::new(corner.x + entry.at.x, corner.y + entry.at.y);
+        let middle = at.y + legend::STEP / 2.0;
+        match look.marker {
+            Some(marker) => {
+                let centre = Point::new(at.x + legend::KEY / 2.0, middle);
+                canvas.markers(&[centre], marker, RADIUS * 1.3, look.colour);
+            }
+            None => canvas.line(
+                Point::new(at.x, middle),
+                Point::new(at.x + legend::KEY, middle),
+                &pen(look),
+            ),
+        }
+        for (i, line) in entry.lines.iter().enumerate() {
+            let base = at.y + legend::BASE + i as f64 * legend::STEP;
+            let start = Point::new(at.x + legend::KEY + legend::KEY_GAP, base);
+            canvas.text(start, line, &lettering(legend::SIZE, Anchor::Start));
+        }
+    }
+}
