@@ -1,2 +1,45 @@
-//! The command.
-fn main() {}
+//! The `stiction` command: sticking control valves, simulated.
+#![forbid(unsafe_code)]
+
+mod figures;
+mod output;
+mod simulate;
+mod valve;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Sticking control valves: models, open and closed loops, the paper's figures.
+///
+/// Exit codes: 0, it ran; 2, it could not run, and the message says why.
+#[derive(Parser)]
+#[command(name = "stiction", version, max_term_width = 100, subcommand_required = true)]
+#[command(arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Valve(valve::Args),
+    Simulate(simulate::Args),
+    Figures(figures::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Valve(args) => valve::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Figures(args) => figures::run(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // A reader that has seen enough, such as `head`, is no failure.
+        Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("stiction: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}

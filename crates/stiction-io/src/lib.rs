@@ -1,1 +1,15 @@
-//! x
+//! Reading and writing for [`stiction`]: scenarios in TOML, signals in CSV.
+//!
+//! Nothing read here is silently coerced, dropped or filled in: what cannot be understood is an
+//! error that names the file, the line or row, the key or column, and what would be right.
+#![forbid(unsafe_code)]
+
+mod built_in;
+mod error;
+mod fields;
+pub mod scenario;
+pub mod table;
+
+pub use error::{Error, Result};
+pub use scenario::Scenario;
+pub use table::Table;

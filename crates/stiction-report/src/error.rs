@@ -91,7 +91,19 @@ pub enum Error {
         /// The allowed range, in words.
         allowed: &'static str,
     },
+    /// What was to be drawn could not be simulated.
+    #[error(transparent)]
+    Simulation(#[from] stiction::Error),
+    /// The scenario to be drawn is not what it should be.
+    #[error("{0}")]
+    Scenario(String),
     /// The picture could not be turned into pixels.
     #[error("the picture could not be encoded as PNG: {0}")]
     Png(String),
+}
+
+impl From<stiction_io::Error> for Error {
+    fn from(error: stiction_io::Error) -> Self {
+        Self::Scenario(error.to_string())
+    }
 }

@@ -1,7 +1,9 @@
 //! Pictures and pages for people: figures as SVG and PNG, galleries as self-contained HTML.
 //!
 //! * [`figure`]: figures as plain data, drawn as SVG text or PNG bytes;
-//! * [`page`]: an HTML page that shows figures with their captions and parameters.
+//! * [`page`]: an HTML page that shows figures with their captions and parameters;
+//! * [`run`]: figures of simulated runs;
+//! * [`paper`]: the figures of the paper.
 //!
 //! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
 //! output.
@@ -30,6 +32,8 @@ mod error;
 mod escape;
 pub mod figure;
 pub mod page;
+pub mod paper;
+pub mod run;
 
 pub use error::Error;
 pub use figure::{Annotation, Figure, Legend, Panel, Series, Style};

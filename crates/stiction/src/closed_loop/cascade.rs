@@ -49,11 +49,16 @@ pub struct CascadeRun {
 }
 
 impl Cascade {
-    /// Simulates both loops.
+    /// Whether every setting is in its range.
     ///
     /// # Errors
-    /// If a setting is out of its range; the message names it.
-    pub fn run(&self) -> Result<CascadeRun> {
+    /// If not; the message names the setting.
+    pub fn check(&self) -> Result<()> {
+        self.prepare().map(|_| ())
+    }
+
+    /// The slave with its settings checked, and the master's process sampled.
+    fn prepare(&self) -> Result<(Prepared<'_>, SampledProcess)> {
         if self.every == 0 {
             return Err(Error::Parameter {
                 name: "samples of the slave per sample of the master",
@@ -62,9 +67,18 @@ impl Cascade {
             });
         }
         finite("operating point of the master's PV", self.pv_rest)?;
-        let slave = self.slave.prepare()?;
         let ts = self.slave.sample_time;
-        let process = self.process.sampled(ts, self.slave.dead_time)?;
+        self.set_point.source(ts, self.slave.samples)?;
+        let slave = self.slave.prepare()?;
+        Ok((slave, self.process.sampled(ts, self.slave.dead_time)?))
+    }
+
+    /// Simulates both loops.
+    ///
+    /// # Errors
+    /// If a setting is out of its range; the message names it.
+    pub fn run(&self) -> Result<CascadeRun> {
+        let (slave, process) = self.prepare()?;
         with_order!(slave.process.order().max(process.order()), M => {
             self.play::<M>(&slave, &process)
         })

@@ -96,6 +96,14 @@ impl ClosedLoop {
         }
     }
 
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// If not; the message names the setting.
+    pub fn check(&self) -> Result<()> {
+        self.prepare().map(|_| ())
+    }
+
     pub(super) fn prepare(&self) -> Result<Prepared<'_>> {
         finite("operating point of the OP", self.op_rest)?;
         finite("operating point of the PV", self.pv_rest)?;

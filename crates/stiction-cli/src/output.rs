@@ -1,0 +1,32 @@
+//! Writing results to files and to standard output.
+
+use anyhow::{Context, Result};
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+/// Writes `bytes` to the file at `path`, or to standard output for none or `-`.
+pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
+    match path {
+        Some(path) if path != Path::new("-") => {
+            std::fs::write(path, bytes).with_context(|| path.display().to_string())
+        }
+        _ => {
+            let mut out = std::io::stdout().lock();
+            out.write_all(bytes)?;
+            Ok(out.flush()?)
+        }
+    }
+}
+
+/// Prints one line to standard output.
+pub fn line(text: impl std::fmt::Display) -> Result<()> {
+    write(None, format!("{text}\n").as_bytes())
+}
+
+/// Whether the reader of our output has gone.
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
+        .any(|cause| cause.kind() == ErrorKind::BrokenPipe)
+}

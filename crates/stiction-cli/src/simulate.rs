@@ -1,0 +1,196 @@
+//! `stiction simulate`: scenarios.
+
+use crate::output;
+use anyhow::{Context, Result};
+use clap::Parser;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use stiction::closed_loop::{Run, period};
+use stiction_io::scenario::{self, Scenario, System};
+use stiction_io::table;
+use stiction_report::{Figure, run};
+
+/// Simulate a scenario: a valve on a test signal, a control loop, or a cascade.
+///
+/// The CSV has the columns t, sp, pv, op, vp; those a scenario lacks stay empty. Without any output
+/// asked for, a summary is printed.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction simulate paper/closed-loop --set valve.S=4 -o run.csv --plot run.svg
+  stiction simulate paper/closed-loop --print > my-loop.toml
+  stiction simulate my-loop.toml --json")]
+pub struct Args {
+    /// List the built-in scenarios
+    #[arg(long)]
+    list: bool,
+    /// Name of a built-in scenario, or a TOML file
+    #[arg(required_unless_present = "list")]
+    scenario: Option<String>,
+    /// Change a key of the scenario, such as valve.S=4; may be given several times
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Print the scenario as TOML, with all changes, instead of simulating it
+    #[arg(long)]
+    print: bool,
+    /// Write every sample to this CSV file; - is standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Draw the run to this file, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What there is to tell about a run.
+struct Report {
+    period_s: Option<f64>,
+    /// Half peak-to-peak values of OP, VP and PV over the last half.
+    half_pp: [Option<f64>; 3],
+    growth: Option<f64>,
+    csv: String,
+    figure: Figure,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    if args.list {
+        for (name, title) in scenario::built_in() {
+            output::line(format!("{name:26} {title}"))?;
+        }
+        return Ok(());
+    }
+    let name = args.scenario.context("no scenario")?;
+    let scenario = Scenario::open(&name, &args.set)?;
+    for note in &scenario.notes {
+        eprintln!("note: {note}");
+    }
+    if args.print {
+        return output::write(None, scenario.text.as_bytes());
+    }
+    let report = simulate(&scenario)?;
+    if let Some(path) = &args.plot {
+        plot(path, &report.figure)?;
+    }
+    if let Some(path) = &args.output {
+        output::write(Some(path), report.csv.as_bytes())?;
+    }
+    if args.json {
+        output::line(serde_json::to_string_pretty(&to_json(&name, &scenario, &report)?)?)?;
+    } else if args.output.is_none() && args.plot.is_none() {
+        summarise(&scenario, &report)?;
+    }
+    Ok(())
+}
+
+fn simulate(scenario: &Scenario) -> Result<Report> {
+    let title = &scenario.title;
+    Ok(match &scenario.system {
+        System::OpenLoop(system) => {
+            let done = system.run()?;
+            let last = &done.vp[done.vp.len() / 2..];
+            let half_pp = |signal: &[f64]| Some(half_pp(&signal[signal.len() / 2..]));
+            Report {
+                period_s: period(last, done.sample_time, 0.0)?,
+                half_pp: [half_pp(&done.op), half_pp(&done.vp), None],
+                growth: None,
+                csv: csv(done.sample_time, [None, None, Some(&done.op), Some(&done.vp)], &[]),
+                figure: run::open_loop(title, &done),
+            }
+        }
+        System::ClosedLoop(system) => {
+            let done = system.run()?;
+            closed_loop_report(&done, run::closed_loop(title, &done), &[])
+        }
+        System::Cascade(system) => {
+            let done = system.run()?;
+            let master: [(&str, Option<&[f64]>); 2] =
+                [("master_sp", Some(&done.sp)), ("master_pv", Some(&done.pv))];
+            closed_loop_report(&done.slave, run::cascade(title, &done), &master)
+        }
+    })
+}
+
+fn closed_loop_report(done: &Run, figure: Figure, more: &[(&str, Option<&[f64]>)]) -> Report {
+    let columns = [Some(&done.sp), Some(&done.pv), Some(&done.op), Some(&done.vp)];
+    Report {
+        period_s: done.period_s(),
+        half_pp: [&done.op, &done.vp, &done.pv].map(|signal| Some(done.half_pp(signal))),
+        growth: done.growth(),
+        csv: csv(done.sample_time, columns, more),
+        figure,
+    }
+}
+
+fn half_pp(signal: &[f64]) -> f64 {
+    let low = signal.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (high - low) / 2.0
+}
+
+fn csv(
+    sample_time: f64,
+    columns: [Option<&Vec<f64>>; 4],
+    more: &[(&str, Option<&[f64]>)],
+) -> String {
+    let samples = columns.iter().flatten().map(|c| c.len()).max().unwrap_or(0);
+    // Rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
+    let unit = 10f64.powf((6.0 - sample_time.log10()).ceil().clamp(0.0, 15.0));
+    let times: Vec<f64> =
+        (0..samples).map(|k| (k as f64 * sample_time * unit).round() / unit).collect();
+    let [sp, pv, op, vp] = columns.map(|column| column.map(Vec::as_slice));
+    let mut all: Vec<(&str, Option<&[f64]>)> =
+        vec![("t", Some(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];
+    all.extend(more);
+    table::write(&all)
+}
+
+fn plot(path: &Path, figure: &Figure) -> Result<()> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let bytes = match extension.to_ascii_lowercase().as_str() {
+        "svg" => figure.svg()?.into_bytes(),
+        "png" => figure.png()?,
+        _ => anyhow::bail!("--plot {}: the file must end in .svg or .png", path.display()),
+    };
+    output::write(Some(path), &bytes)
+}
+
+fn to_json(name: &str, scenario: &Scenario, report: &Report) -> Result<Value> {
+    let settings: toml::Table = scenario.text.parse()?;
+    let [op, vp, pv] = report.half_pp;
+    Ok(json!({
+        "tool": concat!("stiction ", env!("CARGO_PKG_VERSION")),
+        "scenario": name,
+        "title": scenario.title,
+        "scenario_sha256": format!("{:x}", Sha256::digest(&scenario.text)),
+        "settings": settings,
+        "period_s": report.period_s,
+        "half_pp": { "op": op, "vp": vp, "pv": pv },
+        "growth": report.growth,
+        "window": "last half of the run",
+    }))
+}
+
+fn summarise(scenario: &Scenario, report: &Report) -> Result<()> {
+    output::line(&scenario.title)?;
+    let period = report.period_s.map_or("none found".to_owned(), |t| format!("{t:.4} s"));
+    output::line(format!("period                {period}"))?;
+    for (name, value) in ["OP", "VP", "PV"].iter().zip(report.half_pp) {
+        if let Some(value) = value {
+            let unit = if *name == "PV" { "" } else { " %" };
+            output::line(format!("half peak-to-peak {name}  {value:.5}{unit}"))?;
+        }
+    }
+    if let Some(growth) = report.growth {
+        let word = if growth < 0.95 {
+            "dies out"
+        } else if growth > 1.05 {
+            "grows"
+        } else {
+            "persists"
+        };
+        output::line(format!("PV, last quarter over the one before: {growth:.3} ({word})"))?;
+    }
+    output::line("(over the last half of the run)")
+}

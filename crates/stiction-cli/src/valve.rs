@@ -1,0 +1,90 @@
+//! `stiction valve`: a valve model on a column of a table.
+
+use crate::output;
+use anyhow::{Context, Result};
+use clap::Parser;
+use std::path::PathBuf;
+use stiction::Bands;
+use stiction::valve::{AnyModel, HeWang, Model, Start, Valve};
+use stiction_io::Table;
+
+/// Drive a valve model with a signal from a CSV file.
+///
+/// Writes the same rows with a column vp, the valve position, added. S, J and both signals are in
+/// percent of span.
+#[derive(Parser)]
+#[command(
+    after_help = "Example:\n  stiction valve --model two-phase --S 5 --J 2 in.csv -o out.csv"
+)]
+pub struct Args {
+    /// List the models, with what they do and where they come from
+    #[arg(long)]
+    list: bool,
+    /// Name of the model
+    #[arg(long, default_value = "two-phase", value_name = "NAME")]
+    model: String,
+    /// Stick band plus dead band, percent of span
+    #[arg(long = "S", value_name = "PERCENT", allow_negative_numbers = true)]
+    s: Option<f64>,
+    /// Slip jump, percent of span
+    #[arg(long = "J", value_name = "PERCENT", allow_negative_numbers = true)]
+    j: Option<f64>,
+    /// Overshoot of a slip, for he-wang: 1 (none) to 2 (no damping)
+    #[arg(long = "K", value_name = "FACTOR", allow_negative_numbers = true)]
+    k: Option<f64>,
+    /// Position and input before the first sample [default: the first value of the column]
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
+    start: Option<f64>,
+    /// Column that holds the valve's input
+    #[arg(long, default_value = "u", value_name = "NAME")]
+    column: String,
+    /// CSV file with a header row
+    #[arg(required_unless_present = "list")]
+    input: Option<PathBuf>,
+    /// File to write [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    if args.list {
+        for model in Model::ALL {
+            let model = model.describe();
+            output::line(format!(
+                "{:10} {}\n{:10} {}",
+                model.name, model.summary, "", model.citation
+            ))?;
+        }
+        return Ok(());
+    }
+    let model = Model::by_name(&args.model)?;
+    let description = model.describe();
+    let need = |name, value: Option<f64>, used| match value {
+        None if used => {
+            anyhow::bail!("model {} needs {name}, in percent of span", description.name)
+        }
+        Some(value) if !used => {
+            eprintln!("note: model {} does not use {name}", description.name);
+            Ok(value)
+        }
+        value => Ok(value.unwrap_or(0.0)),
+    };
+    let s = need("--S", args.s, description.uses_s)?;
+    let j = need("--J", args.j, description.uses_j)?;
+    let bands = Bands::from_s_j(s, j)?;
+    let mut valve = match (model, args.k) {
+        (Model::HeWang, Some(k)) => AnyModel::HeWang(HeWang::new(bands, k)?),
+        (_, Some(_)) => anyhow::bail!("--K is the overshoot of model he-wang only"),
+        (_, None) => model.build(bands)?,
+    };
+
+    let input = args.input.context("no input file")?;
+    let table = Table::read(&input)?;
+    let op = table.column(&args.column)?;
+    let start = args.start.unwrap_or(op[0]);
+    anyhow::ensure!(start.is_finite(), "--start is {start}, but must be a finite number");
+    valve.restart(Start::at_rest(start));
+    let mut vp = vec![0.0; op.len()];
+    valve.run(&op, &mut vp)?;
+    output::write(args.output.as_deref(), table.with_column("vp", &vp)?.as_bytes())
+}

@@ -1,0 +1,200 @@
+//! The keys of a TOML table, taken one by one. What was not taken in the end is an error.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// What is wrong in a TOML text, and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wrong {
+    pub span: Range<usize>,
+    pub message: String,
+}
+
+/// A TOML table from which keys are taken.
+pub struct Fields<'a, 'i> {
+    table: &'a DeTable<'i>,
+    /// Dotted path of the table, empty at the top.
+    path: String,
+    span: Range<usize>,
+    /// Every key that was asked for, given or not.
+    asked: RefCell<Vec<&'static str>>,
+}
+
+type Result<T> = std::result::Result<T, Wrong>;
+
+impl<'a, 'i> Fields<'a, 'i> {
+    /// The table that is a whole document.
+    pub fn document(document: &'a Spanned<DeTable<'i>>) -> Self {
+        Self::new(document.get_ref(), String::new(), document.span())
+    }
+
+    fn new(table: &'a DeTable<'i>, path: String, span: Range<usize>) -> Self {
+        Self { table, path, span, asked: RefCell::default() }
+    }
+
+    /// The dotted path of `key`.
+    fn path_of(&self, key: &str) -> String {
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
+    }
+
+    /// An error at `key`, or at the table where the key is not given.
+    pub fn wrong(&self, key: &str, message: impl std::fmt::Display) -> Wrong {
+        let span = self.table.get(key).map_or(self.span.clone(), Spanned::span);
+        Wrong { span, message: format!("{}: {message}", self.path_of(key)) }
+    }
+
+    /// An error about the table as a whole.
+    pub fn wrong_table(&self, message: impl std::fmt::Display) -> Wrong {
+        let message = match self.path.as_str() {
+            "" => message.to_string(),
+            path => format!("[{path}]: {message}"),
+        };
+        Wrong { span: self.span.clone(), message }
+    }
+
+    /// The core's refusal of what this table says, at the key it names if there is one.
+    pub fn refused(&self, error: stiction::Error) -> Wrong {
+        match &error {
+            stiction::Error::Parameter { name, .. } if self.has(name) => self.wrong(name, error),
+            _ => self.wrong_table(error),
+        }
+    }
+
+    fn get(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'i>>> {
+        self.asked.borrow_mut().push(key);
+        self.table.get(key)
+    }
+
+    /// Whether `key` is given, without taking it.
+    pub fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
+    }
+
+    /// A number, if given.
+    pub fn number(&self, key: &'static str) -> Result<Option<f64>> {
+        self.get(key).map(|value| self.as_number(key, value)).transpose()
+    }
+
+    /// A number, or `default` where it is not given.
+    pub fn number_or(&self, key: &'static str, default: f64) -> Result<f64> {
+        Ok(self.number(key)?.unwrap_or(default))
+    }
+
+    /// A number that must be given.
+    pub fn required_number(&self, key: &'static str) -> Result<f64> {
+        self.number(key)?.ok_or_else(|| self.wrong(key, "is missing; give a number"))
+    }
+
+    fn as_number(&self, key: &str, value: &Spanned<DeValue<'i>>) -> Result<f64> {
+        let number = match value.get_ref() {
+            DeValue::Float(float) => float.as_str().parse().ok(),
+            DeValue::Integer(integer) => {
+                i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64)
+            }
+            _ => None,
+        };
+        match number {
+            Some(number) if f64::is_finite(number) => Ok(number),
+            _ => Err(Wrong {
+                span: value.span(),
+                message: format!("{}: must be a finite number", self.path_of(key)),
+            }),
+        }
+    }
+
+    /// A whole number of at least 0, if given.
+    pub fn count(&self, key: &'static str) -> Result<Option<u64>> {
+        let Some(number) = self.number(key)? else { return Ok(None) };
+        // Whole numbers beyond 2^53 would not be the ones that were written.
+        if number >= 0.0 && number.fract() == 0.0 && number <= 9_007_199_254_740_992.0 {
+            Ok(Some(number as u64))
+        } else {
+            Err(self.wrong(key, format!("is {number}, but must be a whole number of at least 0")))
+        }
+    }
+
+    /// A text, if given.
+    pub fn text(&self, key: &'static str) -> Result<Option<&'a str>> {
+        match self.get(key) {
+            None => Ok(None),
+            Some(value) => match value.get_ref().as_str() {
+                Some(text) => Ok(Some(text)),
+                None => Err(self.wrong(key, "must be a text in quotes")),
+            },
+        }
+    }
+
+    /// One of the `choices`, or the first where the key is not given.
+    pub fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)]) -> Result<T> {
+        let Some(text) = self.text(key)? else { return Ok(choices[0].1) };
+        choices.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
+            let known = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>();
+            self.wrong(key, format!("is \"{text}\", but must be one of {}", known.join(", ")))
+        })
+    }
+
+    /// A list of numbers, if given.
+    pub fn numbers(&self, key: &'static str) -> Result<Option<Vec<f64>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let list = value.get_ref().as_array();
+        let list = list.ok_or_else(|| self.wrong(key, "must be a list of numbers"))?;
+        list.iter().map(|item| self.as_number(key, item)).collect::<Result<_>>().map(Some)
+    }
+
+    /// A list of pairs of numbers, if given.
+    pub fn pairs(&self, key: &'static str) -> Result<Option<Vec<(f64, f64)>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let wrong = || self.wrong(key, "must be a list of [time, value] pairs");
+        let list = value.get_ref().as_array().ok_or_else(wrong)?;
+        let pair = |item: &Spanned<DeValue<'i>>| {
+            let pair = item.get_ref().as_array().filter(|pair| pair.len() == 2);
+            let pair = pair.ok_or_else(wrong)?;
+            Ok((self.as_number(key, &pair[0])?, self.as_number(key, &pair[1])?))
+        };
+        list.iter().map(pair).collect::<Result<_>>().map(Some)
+    }
+
+    /// A table, if given.
+    pub fn table(&self, key: &'static str) -> Result<Option<Fields<'a, 'i>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        match value.get_ref().as_table() {
+            Some(table) => Ok(Some(Fields::new(table, self.path_of(key), value.span()))),
+            None => Err(self.wrong(key, format!("must be a table, [{}]", self.path_of(key)))),
+        }
+    }
+
+    /// All tables of an array of tables; none where the key is not given. A single table counts as
+    /// an array of one.
+    pub fn tables(&self, key: &'static str) -> Result<Vec<Fields<'a, 'i>>> {
+        let Some(value) = self.get(key) else { return Ok(vec![]) };
+        let wrong = || self.wrong(key, format!("must be tables, [[{}]]", self.path_of(key)));
+        let fields = |value: &'a Spanned<DeValue<'i>>| {
+            let table = value.get_ref().as_table().ok_or_else(wrong)?;
+            Ok(Fields::new(table, self.path_of(key), value.span()))
+        };
+        match value.get_ref() {
+            DeValue::Array(list) => list.iter().map(fields).collect(),
+            _ => Ok(vec![fields(value)?]),
+        }
+    }
+
+    /// Ends the taking: a key that nothing asked for is an error.
+    pub fn finish(self) -> Result<()> {
+        let asked = self.asked.borrow();
+        let Some((key, _)) = self.table.iter().find(|(key, _)| !asked.contains(&&**key.get_ref()))
+        else {
+            return Ok(());
+        };
+        let mut known = asked.clone();
+        known.sort_unstable();
+        known.dedup();
+        let message = format!(
+            "unknown key \"{}\"; known here are {}",
+            self.path_of(key.get_ref()),
+            known.join(", ")
+        );
+        Err(Wrong { span: key.span(), message })
+    }
+}

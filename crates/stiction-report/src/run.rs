@@ -1,0 +1,56 @@
+//! Figures of simulated runs.
+
+use crate::figure::{Figure, Panel, Series, colour};
+use stiction::closed_loop::{CascadeRun, OpenLoopRun, Run};
+
+/// The times of `samples` samples, s.
+pub fn times(samples: usize, sample_time: f64) -> Vec<f64> {
+    (0..samples).map(|k| k as f64 * sample_time).collect()
+}
+
+/// Controller output and valve position over time.
+fn valve_panel(t: &[f64], op: &[f64], vp: &[f64]) -> Panel {
+    Panel::new("time (s)", "OP, VP (% of span)")
+        .with(Series::line("valve position VP", t, vp).colour(colour::VERMILION))
+        .with(Series::dashed("controller output OP", t, op).colour(colour::BLUE))
+}
+
+/// Set point and PV over time; `what` names the PV with its unit.
+fn pv_panel(t: &[f64], sp: &[f64], pv: &[f64], what: &str) -> Panel {
+    Panel::new("time (s)", what)
+        .with(Series::line("PV", t, pv).colour(colour::GREEN))
+        .with(Series::dashed("set point SP", t, sp).colour(colour::BLACK))
+}
+
+/// Position against input.
+fn map_panel(op: &[f64], vp: &[f64]) -> Panel {
+    Panel::new("controller output OP (% of span)", "valve position VP (% of span)")
+        .with(Series::line("VP", op, vp).colour(colour::VERMILION))
+}
+
+/// A valve on a test signal: both over time, and one against the other.
+pub fn open_loop(title: &str, run: &OpenLoopRun) -> Figure {
+    let t = times(run.op.len(), run.sample_time);
+    Figure::new(title)
+        .with(valve_panel(&t, &run.op, &run.vp))
+        .with(map_panel(&run.op, &run.vp))
+        .columns(2)
+        .width(1000.0)
+}
+
+/// A loop: set point and PV over OP and VP.
+pub fn closed_loop(title: &str, run: &Run) -> Figure {
+    let t = times(run.op.len(), run.sample_time);
+    Figure::new(title)
+        .with(pv_panel(&t, &run.sp, &run.pv, "PV, SP (units of the PV)"))
+        .with(valve_panel(&t, &run.op, &run.vp))
+}
+
+/// A cascade: the master over the slave over OP and VP.
+pub fn cascade(title: &str, run: &CascadeRun) -> Figure {
+    let t = times(run.pv.len(), run.slave.sample_time);
+    Figure::new(title)
+        .with(pv_panel(&t, &run.sp, &run.pv, "master (units of its PV)"))
+        .with(pv_panel(&t, &run.slave.sp, &run.slave.pv, "slave (units of its PV)"))
+        .with(valve_panel(&t, &run.slave.op, &run.slave.vp))
+}

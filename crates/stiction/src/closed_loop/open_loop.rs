@@ -1,0 +1,51 @@
+//! A valve driven by a signal, without a loop around it.
+
+use super::Signal;
+use crate::error::{Result, finite};
+use crate::valve::{Assembly, Start, Valve};
+
+/// A valve on a test signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenLoop {
+    /// The valve.
+    pub valve: Assembly,
+    /// Controller output, percent of span.
+    pub input: Signal,
+    /// Where the valve starts at rest, percent of span; at the first value of the input if not
+    /// given.
+    pub start: Option<f64>,
+    /// Time between samples, s.
+    pub sample_time: f64,
+    /// Number of samples.
+    pub samples: usize,
+}
+
+/// What the valve of an [`OpenLoop`] did, sample by sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenLoopRun {
+    /// Time between samples, s.
+    pub sample_time: f64,
+    /// Controller output, percent.
+    pub op: Vec<f64>,
+    /// Valve position, percent.
+    pub vp: Vec<f64>,
+}
+
+impl OpenLoop {
+    /// Drives the valve with the signal.
+    ///
+    /// # Errors
+    /// If a setting is out of its range; the message names it.
+    pub fn run(&self) -> Result<OpenLoopRun> {
+        let op = self.input.sample(self.sample_time, self.samples)?;
+        let start = match self.start {
+            Some(start) => finite("start position", start)?,
+            None => op.first().copied().unwrap_or(0.0),
+        };
+        let mut valve = self.valve.clone();
+        valve.restart(Start::at_rest(start));
+        let mut vp = vec![0.0; op.len()];
+        valve.run(&op, &mut vp)?;
+        Ok(OpenLoopRun { sample_time: self.sample_time, op, vp })
+    }
+}
