@@ -118,8 +118,23 @@ fn slips_and_stops_agree() {
              stop_at {stop_at:.1e} m trace {path:.1e} m",
             case.key
         );
-        for (s, x) in response.samples.iter().zip(&trace) { if (s.position_m - x).abs() > 5e-10 { println!("{} {:e} {:e} {}", s.time_s, s.position_m, s.position_m - x, s.velocity_m_per_s); } }
         assert!(slip_time < 1e-6 && stop_time < 1e-6, "{}", case.key);
         assert!(slip_from < 1e-9 && stop_at < 1e-9 && path < 1e-7, "{}", case.key);
     }
+}
+
+#[test]
+fn lugre_follows_the_reference_trace() {
+    let column = traces();
+    let times = column("t");
+    let signal = triangle(&times, &column("P_usp"));
+    let set = stiction::stem::ParameterSet::named("usp-lugre").unwrap();
+    let parameters = StemParameters { end_stops: false, ..set.stem };
+    let stem = Stem::new(parameters, set.friction).unwrap();
+    let start = StemStart { relaxed: true, ..StemStart::at_rest(0.0) };
+    let response = stem.simulate(&signal, start, &times).unwrap();
+    let trace = column("x_usp_lugre");
+    let path = worst(response.samples.iter().zip(&trace).map(|(s, x)| (s.position_m, *x)));
+    println!("LuGre: {path:.1e} m, {:.1e} of travel", path / parameters.stroke_m);
+    assert!(path < 1e-6 * parameters.stroke_m);
 }
