@@ -111,7 +111,7 @@ fn bench(c: &mut Criterion) {
     ] {
         let times = times(duration, 0.25);
         let truth = positions(&exact, &pressure, &times);
-        for tolerance in [1e-9, 1e-6] {
+        for tolerance in [1e-8, 1e-6] {
             let stem = lugre.with_tolerance(tolerance).unwrap();
             let error = worst(&positions(&stem, &pressure, &times), &truth, stroke);
             println!("{name}, tolerance {tolerance:e}: error {error:.1e} of stroke");

@@ -113,13 +113,20 @@ fn slips_and_stops_agree() {
         let slip_from = place(&numbers(&reference["slip_from_m"]), &slips);
         let stop_at = place(&numbers(&reference["stop_at_m"]), &stops);
         let path = worst(response.samples.iter().zip(&trace).map(|(s, x)| (s.position_m, *x)));
+        // In the middle of a slip the reference shows its own slip time error, 5e-11 of the time;
+        // the closed solution in stem_laws.rs confirms that the error is the reference's.
+        let astray = response.samples.iter().zip(&trace).find(|(s, x)| {
+            let allowed = 1e-9 + s.velocity_m_per_s.abs() * 1e-10 * s.time_s;
+            (s.position_m - **x).abs() > allowed
+        });
+        assert!(astray.is_none(), "{}: {astray:?}", case.key);
         println!(
             "{}: slip {slip_time:.1e} stop {stop_time:.1e} relative; slip_from {slip_from:.1e} m \
              stop_at {stop_at:.1e} m trace {path:.1e} m",
             case.key
         );
         assert!(slip_time < 1e-6 && stop_time < 1e-6, "{}", case.key);
-        assert!(slip_from < 1e-9 && stop_at < 1e-9 && path < 1e-7, "{}", case.key);
+        assert!(slip_from < 1e-9 && stop_at < 1e-9, "{}", case.key);
     }
 }
 
@@ -137,4 +144,61 @@ fn lugre_follows_the_reference_trace() {
     let path = worst(response.samples.iter().zip(&trace).map(|(s, x)| (s.position_m, *x)));
     println!("LuGre: {path:.1e} m, {:.1e} of travel", path / parameters.stroke_m);
     assert!(path < 1e-6 * parameters.stroke_m);
+}
+
+#[test]
+fn the_map_to_data_driven_parameters_agrees() {
+    for case in &CASES {
+        let reference = &physical()[case.key];
+        let found = stem(reference).equivalent().unwrap();
+        for (name, value) in [
+            ("zeta", found.damping_ratio),
+            ("K_theory", found.overshoot),
+            ("fs_m", found.fs_m),
+            ("fd_m", found.fd_m),
+            ("S_m", found.s_m),
+            ("J_m", found.j_m),
+            ("S_pct", found.bands.s()),
+            ("J_pct", found.bands.j()),
+        ] {
+            let expected = number(&reference[name]);
+            assert!((value / expected - 1.0).abs() < 1e-13, "{} {name}: {value}", case.key);
+        }
+    }
+}
+
+#[test]
+fn a_moving_stem_trails_its_ramp() {
+    for case in [&CASES[0], &CASES[4]] {
+        let (reference, _, response) = run(case);
+        let stem = stem(&reference);
+        let p = stem.parameters();
+        let rate = number(&reference["ramp_rate_m_s"]);
+        let at_90 = response.samples.iter().find(|s| s.time_s == 90.0).unwrap();
+        let spring = (p.area_m2 * at_90.pressure_pa - p.preload_n) / p.spring_n_per_m;
+        let error = spring - at_90.position_m;
+        let theory = stem.equivalent().unwrap().trailing_m(rate);
+        println!("{}: trails {error:.15} m, theory {theory:.15} m", case.key);
+        assert!((error - number(&reference["e_at_90s_m"])).abs() < 1e-12);
+        assert!((error - theory).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_criterion_foretells_staircase_or_sliding() {
+    let expected = [
+        SlidingKind::Smooth,
+        SlidingKind::Staircase,
+        SlidingKind::Staircase,
+        SlidingKind::Staircase,
+        SlidingKind::Smooth,
+    ];
+    for (case, expected) in CASES.iter().zip(expected) {
+        let (reference, _, response) = run(case);
+        let kind = stem(&reference).equivalent().unwrap().sliding;
+        // Four strokes in two triangles: more slips than strokes make a staircase.
+        let staircase = response.slips().count() > 4;
+        assert_eq!(kind, expected, "{}", case.key);
+        assert_eq!(staircase, kind == SlidingKind::Staircase, "{}", case.key);
+    }
 }

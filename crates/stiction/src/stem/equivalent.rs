@@ -9,6 +9,8 @@ use crate::error::Result;
 pub enum SlidingKind {
     /// It goes on moving: Kano's, Choudhury's and the two-phase model describe it.
     Smooth,
+    /// It goes on moving, but its velocity swings about the ramp's. In position it looks smooth.
+    Rippling,
     /// It stops again and again: He's model describes it.
     Staircase,
 }
@@ -44,10 +46,17 @@ pub struct Equivalent {
     pub viscous_lag_s: f64,
     /// How it moves under a slow ramp.
     ///
-    /// Smooth if friction rises with velocity everywhere, viscous friction outweighing the steepest
-    /// Stribeck fall: `Fv > sqrt(2/e) (Fs - Fc)/vs = 0.8578 (Fs - Fc)/vs`; or if static friction acts
-    /// only at rest and `z >= 1`. Otherwise a staircase is to be expected, though a fast enough ramp
-    /// can keep any stem moving.
+    /// If static friction acts only at rest (`vs = 0`): smooth for `z >= 1`, else a staircase.
+    /// Otherwise, with the Stribeck curve,
+    ///
+    /// * smooth if friction rises with velocity everywhere, `Fv >= 0.8578 (Fs - Fc)/vs`;
+    /// * rippling if it falls somewhere but never below `Fs`, `Fv >= 0.6382 (Fs - Fc)/vs`: where
+    ///   the falling part ends, the velocity drops, but not to zero;
+    /// * a staircase if it dips below `Fs`: then the velocity drops to zero.
+    ///
+    /// This concerns ramps at rates where friction falls with velocity. A slower one lets the stem
+    /// creep, a faster one lets it slide smoothly in any case. Derived for this project and
+    /// confirmed by simulation; frictional memory and bristles are left out.
     pub sliding: SlidingKind,
 }
 
@@ -74,10 +83,14 @@ impl Stem {
         let signal_n =
             parameters.area_m2 * (parameters.pressure_max_pa - parameters.pressure_min_pa);
         let bands = |span_n: f64| Bands::from_fs_fd(100.0 * fs_n / span_n, 100.0 * fd_n / span_n);
-        let smooth = if friction.static_only_at_rest() {
-            damping_ratio >= 1.0
+        let sliding = if friction.static_only_at_rest() {
+            if damping_ratio >= 1.0 { SlidingKind::Smooth } else { SlidingKind::Staircase }
+        } else if viscous >= friction.steepest_fall_n_s_per_m() {
+            SlidingKind::Smooth
+        } else if viscous >= friction.steepest_dip_n_s_per_m() {
+            SlidingKind::Rippling
         } else {
-            viscous >= friction.steepest_fall_n_s_per_m()
+            SlidingKind::Staircase
         };
         Ok(Equivalent {
             fs_m: fs_n / k,
@@ -89,7 +102,7 @@ impl Stem {
             damping_ratio,
             overshoot: overshoot(damping_ratio),
             viscous_lag_s: viscous / k,
-            sliding: if smooth { SlidingKind::Smooth } else { SlidingKind::Staircase },
+            sliding,
         })
     }
 }

@@ -103,7 +103,7 @@ impl Response {
 
 impl Stem {
     /// Relative tolerance unless another is asked for.
-    pub const DEFAULT_TOLERANCE: f64 = 1e-9;
+    pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
     /// A stem with this friction.
     ///

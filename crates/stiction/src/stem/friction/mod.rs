@@ -234,20 +234,35 @@ impl FrictionLaw {
         }
     }
 
-    /// Steepest fall of steady friction with velocity, leaving out the viscous part, N s/m:
+    /// Steepest fall of steady friction with velocity, leaving out the viscous part, N s/m. With at
+    /// least so much viscous friction the whole rises with velocity everywhere.
+    ///
     /// `sqrt(2/e) (Fs - Fc)/vs` for the Stribeck curve (at `v = vs/sqrt 2`), `3 sqrt(3)/8 Fs,inf/vs`
     /// for Armstrong's, 0 for Dahl's, and infinite if static friction acts only at rest (`vs = 0`).
     pub fn steepest_fall_n_s_per_m(&self) -> f64 {
+        self.fall_over_stribeck((2.0 / std::f64::consts::E).sqrt(), 0.375 * 3.0_f64.sqrt())
+    }
+
+    /// Steepest line from static friction down to the friction of motion, leaving out the viscous
+    /// part, N s/m. With at least so much viscous friction the whole never dips below static
+    /// friction.
+    ///
+    /// `0.6382 (Fs - Fc)/vs` for the Stribeck curve: the greatest `(1 - exp(-r^2))/r`, which is
+    /// `2r/(1 + 2r^2)` at the root of `exp(r^2) = 1 + 2r^2`, `r^2 = 1.2564`. `Fs,inf/(2 vs)` for
+    /// Armstrong's; otherwise as for [`Self::steepest_fall_n_s_per_m`].
+    pub fn steepest_dip_n_s_per_m(&self) -> f64 {
+        self.fall_over_stribeck(0.638_172_686_338_951_5, 0.5)
+    }
+
+    /// `(Fs - Fc)/vs` times a factor for the Stribeck curve or for Armstrong's.
+    fn fall_over_stribeck(&self, stribeck: f64, armstrong: f64) -> f64 {
         let fall_n = self.static_n() - self.coulomb_n();
         if fall_n == 0.0 {
             return 0.0;
         }
         match self {
-            Self::Armstrong(law) => 0.375 * 3.0_f64.sqrt() * fall_n / law.stribeck_m_per_s,
-            _ => {
-                let vs = self.steady().map_or(0.0, Classical::stribeck_m_per_s);
-                (2.0 / std::f64::consts::E).sqrt() * fall_n / vs
-            }
+            Self::Armstrong(law) => armstrong * fall_n / law.stribeck_m_per_s,
+            _ => stribeck * fall_n / self.steady().map_or(0.0, Classical::stribeck_m_per_s),
         }
     }
 
