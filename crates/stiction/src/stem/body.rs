@@ -39,6 +39,11 @@ impl Body {
         }
     }
 
+    /// `position_m`, but not past an end stop, where rounding may carry it.
+    pub(super) fn within(&self, position_m: f64) -> f64 {
+        position_m.clamp(self.lower_m, self.upper_m)
+    }
+
     /// Whether an end stop forbids motion in `direction`.
     pub(super) fn blocked(&self, position_m: f64, direction: Direction) -> bool {
         self.room_m(position_m, direction) <= 0.0

@@ -113,7 +113,6 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         let elapsed = freed?;
         self.held = false;
         self.direction = opposite(self.direction);
-        self.law.stick_all();
         recorder.event(time_s + elapsed, EventKind::Slip, self.direction, self.state[0]);
         Some(elapsed)
     }
@@ -139,7 +138,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                 recorder.until(time_s, time_s + step.start + step.length, |s| {
                     let y = step.at(s);
                     State {
-                        position_m: y[0],
+                        position_m: system.body.within(y[0]),
                         velocity_m_per_s: y[1],
                         friction_n: system.law.response(&y, sign).force_n,
                         pressure_pa: drive.pressure_pa + drive.rise(s),
@@ -152,6 +151,8 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         let now_s = time_s + outcome.elapsed;
         match guard {
             0 => {
+                // What the guard says, free of the solver's noise, so that it holds next time.
+                self.state[1] = -sign * resolution;
                 self.direction = opposite(self.direction);
                 self.law.stick_all();
                 recorder.event(now_s, EventKind::Reversal, self.direction, self.state[0]);
@@ -160,6 +161,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                 self.state[0] = self.body.stop_m(self.direction);
                 self.state[1] = 0.0;
                 self.held = true;
+                self.law.stick_all();
                 recorder.event(now_s, EventKind::EndStop, self.direction, self.state[0]);
             }
             element => self.law.loosen(element - 2),

@@ -166,7 +166,14 @@ impl LinearFlow {
                 let fast_part = jerk - slow * a;
                 let bend = (-fast_part / lag_part).ln() / (self.decay - fast);
                 let bend = if bend > 0.0 && bend < end { bend } else { end };
-                let acceleration = |s: f64| self.acceleration(s);
+                // Carried by exp(-slow s), it keeps its sign where it would underflow.
+                let acceleration = |s: f64| {
+                    let split = slow - fast;
+                    let impulse = if split == 0.0 { s } else { -(-split * s).exp_m1() / split };
+                    let lag = self.lagged * self.decay * self.decay;
+                    let lag = if lag == 0.0 { 0.0 } else { lag * ((self.decay - slow) * s).exp() };
+                    lag + a + fast_part * impulse
+                };
                 let turns = [(0.0, bend), (bend, end)]
                     .map(|(from, to)| crossing(acceleration, from, to).unwrap_or(end));
                 first_fall(excess, turns, end)
@@ -240,6 +247,17 @@ mod tests {
                 assert!((found - scanned).abs() <= 1e-5, "{damping} {level}: {found} {scanned}");
                 assert!((flow.velocity(found) - level).abs() < 1e-13);
             }
+        }
+    }
+
+    #[test]
+    fn a_fall_long_before_the_end_is_found() {
+        for direction in [1.0, -1.0] {
+            let body = Oscillator { mass: 1.36, damping: 548.9, spring: 52_500.0 };
+            let forcing = Forcing { net: 0.0, slope: 0.0, settling: 0.0, decay: 0.0 };
+            let flow = LinearFlow::new(body, forcing, 0.5 * direction).unwrap();
+            let short = flow.velocity_falls(direction, 0.0, 0.05).unwrap();
+            assert_eq!(flow.velocity_falls(direction, 0.0, 50.0), Some(short));
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::body::{Body, Recorder, State};
 use super::bristle_motion::BristleMotion;
-use super::friction::{Dahl, FrictionLaw, GmsInUse, LuGre};
+use super::friction::{Dahl, FrictionLaw, GmsInUse, Karnopp, LuGre};
 use super::parameters::{ParameterSet, StemParameters};
 use super::pressure::{Drive, PressureSignal, Segment};
 use super::stick_slip::StickSlip;
@@ -218,11 +218,11 @@ impl Run {
         let balanced = !start.relaxed;
         let motion = match stem.friction {
             FrictionLaw::Classical(steady) => {
-                Motion::StickSlip(StickSlip::classical(body, steady, 0.0, position_m))
+                let law = Karnopp::new(steady, 0.0)?;
+                Motion::StickSlip(StickSlip::classical(body, law, position_m))
             }
             FrictionLaw::Karnopp(law) => {
-                let band = law.band_m_per_s();
-                Motion::StickSlip(StickSlip::classical(body, *law.steady(), band, position_m))
+                Motion::StickSlip(StickSlip::classical(body, law, position_m))
             }
             FrictionLaw::Armstrong(law) => {
                 Motion::StickSlip(StickSlip::armstrong(body, law, position_m, &drive))

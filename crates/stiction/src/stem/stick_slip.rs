@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
-use super::friction::{Armstrong, Classical};
+use super::friction::{Armstrong, Karnopp};
 use super::linear::{Forcing, LinearFlow, Oscillator};
 use super::pressure::Drive;
 use super::radau::{self, GUARDS, Step, System, Tolerance};
@@ -18,8 +18,8 @@ use crate::valve::Direction;
 /// The friction law in use.
 #[derive(Debug, Clone)]
 pub(super) enum Law {
-    /// Classical friction with Karnopp's band, which is 0 for none.
-    Classical { steady: Classical, band_m_per_s: f64 },
+    /// Karnopp friction; classical if its band is 0.
+    Classical(Karnopp),
     /// Armstrong's law with what it remembers.
     Armstrong { law: Armstrong, memory: Memory },
 }
@@ -54,7 +54,7 @@ impl Law {
     /// Speed below which the stem counts as standing still, m/s.
     fn band(&self) -> f64 {
         match self {
-            Self::Classical { band_m_per_s, .. } => *band_m_per_s,
+            Self::Classical(law) => law.band_m_per_s(),
             Self::Armstrong { .. } => 0.0,
         }
     }
@@ -62,7 +62,7 @@ impl Law {
     /// Friction that must be exceeded to leave rest, N.
     fn static_n(&self, time_s: f64) -> f64 {
         match self {
-            Self::Classical { steady, .. } => steady.static_n(),
+            Self::Classical(law) => law.breakaway_n(),
             Self::Armstrong { law, memory } => {
                 let dwell = time_s - memory.rest_since_s;
                 law.coulomb_n + law.static_excess_after(memory.excess_n, dwell)
@@ -73,7 +73,8 @@ impl Law {
     /// Friction while sliding in the direction `sign`, N.
     fn sliding_n(&self, sign: f64, velocity: f64, remembered: f64) -> f64 {
         match self {
-            Self::Classical { steady, .. } => {
+            Self::Classical(law) => {
+                let steady = law.steady();
                 sign * steady.sliding_n(velocity) + steady.viscous_n_s_per_m() * velocity
             }
             Self::Armstrong { law, memory } => {
@@ -86,7 +87,8 @@ impl Law {
     /// Derivative of [`Self::sliding_n`] with respect to the present velocity, N s/m.
     fn sliding_slope(&self, sign: f64, velocity: f64) -> f64 {
         match self {
-            Self::Classical { steady, .. } => {
+            Self::Classical(law) => {
+                let steady = law.steady();
                 sign * steady.sliding_slope(velocity) + steady.viscous_n_s_per_m()
             }
             Self::Armstrong { law, memory } if law.memory_s == 0.0 => {
@@ -99,7 +101,7 @@ impl Law {
     /// The velocity that the Stribeck part sees at `time_s`, when the stem moves at `velocity`.
     fn remembered(&self, time_s: f64, velocity: f64) -> f64 {
         match self {
-            Self::Classical { .. } => velocity,
+            Self::Classical(_) => velocity,
             Self::Armstrong { law, .. } if law.memory_s == 0.0 => velocity,
             Self::Armstrong { law, memory } => memory.velocity_at(time_s - law.memory_s),
         }
@@ -208,13 +210,8 @@ struct Ended {
 }
 
 impl StickSlip {
-    pub(super) fn classical(
-        body: Body,
-        steady: Classical,
-        band_m_per_s: f64,
-        position_m: f64,
-    ) -> Self {
-        let law = Law::Classical { steady, band_m_per_s };
+    pub(super) fn classical(body: Body, law: Karnopp, position_m: f64) -> Self {
+        let law = Law::Classical(law);
         Self { body, law, mode: Mode::Held, position_m, velocity_m_per_s: 0.0 }
     }
 
@@ -256,7 +253,7 @@ impl StickSlip {
     /// carried by an end stop.
     fn held_friction(&self, net_n: f64) -> f64 {
         let most = match &self.law {
-            Law::Classical { steady, .. } => steady.static_n(),
+            Law::Classical(law) => law.breakaway_n(),
             Law::Armstrong { law, .. } => law.coulomb_n + law.static_excess_n,
         };
         net_n.clamp(-most, most)
@@ -305,7 +302,7 @@ impl StickSlip {
         let net_n = self.body.net_n(drive, memory.anchor_m);
         let stiffness = law.presliding_n_per_m + self.body.stem.spring_n_per_m;
         let position_m = memory.anchor_m + net_n / stiffness;
-        self.position_m = position_m.clamp(self.body.lower_m, self.body.upper_m);
+        self.position_m = self.body.within(position_m);
     }
 
     fn at_end_stop(&self) -> bool {
@@ -339,12 +336,13 @@ impl StickSlip {
             let margin = |s: f64| self.law.static_n(time_s + s) - direction.sign() * held_n(s);
             let turn = drive.turning_point();
             match &self.law {
-                Law::Classical { .. } => first_fall(margin, turn, left),
+                Law::Classical(_) => first_fall(margin, turn, left),
                 // Rising friction against a lagged pressure may turn in between: look more often.
                 Law::Armstrong { .. } => {
-                    let looks = (1..64).map(|i| left * (f64::from(i) / 64.0).powi(3));
-                    let mut nodes: Vec<f64> = looks.chain(turn).collect();
-                    nodes.sort_by(f64::total_cmp);
+                    let mut nodes: [f64; 64] =
+                        std::array::from_fn(|i| left * ((i + 1) as f64 / 64.0).powi(3));
+                    nodes[63] = turn.unwrap_or(left);
+                    nodes.sort_unstable_by(f64::total_cmp);
                     first_fall(margin, nodes, left)
                 }
             }
@@ -355,8 +353,8 @@ impl StickSlip {
         let first = [up, down].into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
 
         let lasted = first.map_or(left, |(s, _)| s);
-        let (from_m, lower_m, upper_m) = (self.position_m, self.body.lower_m, self.body.upper_m);
-        let place = |s: f64| (from_m + yielding * area * drive.rise(s)).clamp(lower_m, upper_m);
+        let (body, from_m) = (self.body, self.position_m);
+        let place = |s: f64| body.within(from_m + yielding * area * drive.rise(s));
         recorder.until(time_s, time_s + lasted, |s| State {
             position_m: place(s),
             velocity_m_per_s: 0.0,
@@ -365,6 +363,12 @@ impl StickSlip {
         });
         self.position_m = place(lasted);
         let (elapsed, direction) = first?;
+        if self.body.blocked(self.position_m, direction) {
+            // Presliding has carried the stem to its end stop.
+            recorder.event(time_s + elapsed, EventKind::EndStop, direction, self.position_m);
+            let net_n = self.body.net_n(&drive.later(elapsed), self.position_m);
+            return Some(Ended { elapsed, net_n });
+        }
         // Exactly the threshold, free of rounding, unless the pressure jumped past it.
         let limit_n = self.law.static_n(time_s + elapsed);
         let net_n = direction.sign() * limit_n.max(direction.sign() * held_n(elapsed));
@@ -451,7 +455,7 @@ impl StickSlip {
             Some(flow) => self.slide_exactly(&flow, drive, direction, time_s, left, recorder),
             None => self.slide_stepwise(drive, net_n, direction, time_s, left, recorder)?,
         };
-        self.position_m = from_m + slid.displacement_m;
+        self.position_m = self.body.within(from_m + slid.displacement_m);
         self.velocity_m_per_s = slid.velocity_m_per_s;
         let Some(end) = slid.end else { return Ok(None) };
 
@@ -486,7 +490,8 @@ impl StickSlip {
 
     /// The closed solution, if friction is constant but for its viscous part.
     fn exact_flow(&self, drive: &Drive, net_n: f64, direction: Direction) -> Option<LinearFlow> {
-        let Law::Classical { steady, .. } = &self.law else { return None };
+        let Law::Classical(law) = &self.law else { return None };
+        let steady = law.steady();
         if steady.stribeck_m_per_s() > 0.0 && steady.static_n() > steady.coulomb_n() {
             return None;
         }
@@ -524,7 +529,7 @@ impl StickSlip {
         recorder.until(time_s, time_s + elapsed, |s| {
             let velocity = flow.velocity(s);
             State {
-                position_m: self.position_m + flow.displacement(s),
+                position_m: self.body.within(self.position_m + flow.displacement(s)),
                 velocity_m_per_s: velocity,
                 friction_n: self.law.sliding_n(sign, velocity, velocity),
                 pressure_pa: drive.pressure_pa + drive.rise(s),
@@ -573,7 +578,7 @@ impl StickSlip {
                     let [moved_m, velocity] = step.at(s);
                     let remembered = system.law.remembered(time_s + s, velocity);
                     State {
-                        position_m: from_m + moved_m,
+                        position_m: system.body.within(from_m + moved_m),
                         velocity_m_per_s: velocity,
                         friction_n: system.law.sliding_n(sign, velocity, remembered),
                         pressure_pa: drive.pressure_pa + drive.rise(s),
