@@ -432,7 +432,7 @@ fn an_air_lag_delays_and_rounds_the_pressure() {
     }
     // Breaks away when Sa p = Fs.
     let slip = response.slips().next().unwrap().time_s;
-    let expected = -2.0 * (-1708.0 / (0.0645 * 6e4) as f64).ln_1p();
+    let expected = -2.0 * f64::ln_1p(-1708.0 / (0.0645 * 6e4));
     assert!((slip - expected).abs() < 1e-12);
 }
 

@@ -1,5 +1,6 @@
 //! The stem against an independent event-driven oracle (fixtures/stem/physical.json and
-//! physical_traces.csv: a 400 s pressure triangle on five valves).
+//! physical_traces.csv: a 400 s pressure triangle on five valves, computed by scripts that share no code
+//! with this project).
 
 use std::path::PathBuf;
 
