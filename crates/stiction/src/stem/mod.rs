@@ -33,6 +33,21 @@
 //! other motion by a Radau IIA integrator of order 5 with dense output. Nothing depends on a sample
 //! time.
 //!
+//! # Example
+//!
+//! ```
+//! use stiction::stem::{PressureSignal, Stem, StemStart};
+//!
+//! let stem = Stem::named("cts")?;
+//! assert!((stem.equivalent()?.bands.j() - 5.343).abs() < 1e-3);
+//!
+//! let ramp = PressureSignal::from_points(vec![(0.0, 0.0), (100.0, 68_948.0)])?;
+//! let response = stem.simulate(&ramp, StemStart::at_rest(0.0), &[50.0, 100.0])?;
+//! let slip = response.slips().next().expect("the ramp overcomes static friction");
+//! assert!((slip.time_s - 38.407).abs() < 1e-3);
+//! # Ok::<(), stiction::Error>(())
+//! ```
+//!
 //! # Where to find what
 //!
 //! * [`Stem`] and [`Stem::simulate`]: one valve, one pressure signal, samples and events.

@@ -54,8 +54,8 @@ pub(super) trait System<const N: usize> {
     /// Values that are at least 0 while the system stays as it is; unused ones are infinite.
     fn guards(&self, y: &[f64; N]) -> [f64; GUARDS];
 
-    /// Longest step the system allows.
-    fn longest_step(&self) -> f64 {
+    /// Longest step the system allows from `s` on.
+    fn longest_step(&self, _s: f64) -> f64 {
         f64::INFINITY
     }
 
@@ -132,6 +132,7 @@ pub(super) fn integrate<const N: usize, S: System<N>>(
     let mut last: Option<(Step<N>, f64)> = None;
     for _ in 0..MOST_STEPS {
         let left = duration - s;
+        length = length.min(system.longest_step(s));
         let ends = length >= left * (1.0 - 1e-12);
         let wanted = if ends { left } else { length };
         if s + wanted == s {
@@ -167,7 +168,7 @@ pub(super) fn integrate<const N: usize, S: System<N>>(
             return Ok(Outcome { elapsed: duration, y, guard: None });
         }
         s += wanted;
-        length = (wanted * factor.clamp(0.2, 10.0)).min(system.longest_step());
+        length = wanted * factor.clamp(0.2, 10.0);
         last = Some((step, error.max(1e-2)));
     }
     stopped(s, "it needs more than ten million steps")
@@ -184,7 +185,7 @@ fn first_step<const N: usize, S: System<N>>(
     let speed = norm(&rate, &scales(y, tolerance));
     let change = tolerance.relative.powf(-0.25);
     let step = if speed > 0.0 { change / speed } else { 1e-3 * duration };
-    step.min(duration).min(system.longest_step())
+    step.min(duration)
 }
 
 struct Attempt<const N: usize> {

@@ -119,11 +119,15 @@ impl Law {
 }
 
 impl Memory {
+    /// Velocity at a moment of the past; 0 where the stem was at rest.
     fn velocity_at(&self, time_s: f64) -> f64 {
-        let at = self.past.partition_point(|past| past.end_s() < time_s);
+        // Rounding may put the very end of what is known just after it.
+        let slack_s = 4.0 * f64::EPSILON * time_s.abs();
+        let at = self.past.partition_point(|past| past.end_s() + slack_s < time_s);
         match self.past.get(at) {
             Some(past) if past.start_s <= time_s => {
-                past.step.at(past.step.start + (time_s - past.start_s))[1]
+                let into_s = (time_s - past.start_s).min(past.step.length);
+                past.step.at(past.step.start + into_s)[1]
             }
             _ => 0.0,
         }
@@ -174,9 +178,14 @@ impl System<2> for Slide<'_> {
         guards
     }
 
-    fn longest_step(&self) -> f64 {
+    /// Armstrong's memory must be known when a step begins, and the onset of the slip, remembered
+    /// after one memory time and again after the next, must fall between steps.
+    fn longest_step(&self, s: f64) -> f64 {
         match &*self.law {
-            Law::Armstrong { law, .. } if law.memory_s > 0.0 => law.memory_s,
+            Law::Armstrong { law, .. } if law.memory_s > 0.0 => {
+                let left = law.memory_s - s % law.memory_s;
+                if left > 1e-6 * law.memory_s { left } else { law.memory_s }
+            }
             _ => f64::INFINITY,
         }
     }
