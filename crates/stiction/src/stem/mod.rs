@@ -68,6 +68,7 @@ mod roots;
 mod simulate;
 mod stem_valve;
 mod stick_slip;
+mod sticking_law;
 
 pub use equivalent::{Equivalent, SlidingKind};
 pub use friction::FrictionLaw;

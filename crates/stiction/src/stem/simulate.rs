@@ -6,6 +6,7 @@ use super::friction::{Dahl, FrictionLaw, GmsInUse, Karnopp, LuGre};
 use super::parameters::{ParameterSet, StemParameters};
 use super::pressure::{Drive, PressureSignal, Segment};
 use super::stick_slip::StickSlip;
+use super::sticking_law::StickingLaw;
 use crate::error::{Error, Result, all_finite, finite, require};
 use crate::valve::Direction;
 
@@ -218,14 +219,17 @@ impl Run {
         let balanced = !start.relaxed;
         let motion = match stem.friction {
             FrictionLaw::Classical(steady) => {
-                let law = Karnopp::new(steady, 0.0)?;
-                Motion::StickSlip(StickSlip::classical(body, law, position_m))
+                let law = StickingLaw::Classical(Karnopp::new(steady, 0.0)?);
+                Motion::StickSlip(StickSlip::new(body, law, position_m))
             }
             FrictionLaw::Karnopp(law) => {
-                Motion::StickSlip(StickSlip::classical(body, law, position_m))
+                let law = StickingLaw::Classical(law);
+                Motion::StickSlip(StickSlip::new(body, law, position_m))
             }
             FrictionLaw::Armstrong(law) => {
-                Motion::StickSlip(StickSlip::armstrong(body, law, position_m, &drive))
+                let net_n = body.net_n(&drive, position_m);
+                let law = StickingLaw::armstrong(law, position_m, net_n);
+                Motion::StickSlip(StickSlip::new(body, law, position_m))
             }
             FrictionLaw::Dahl(law) => {
                 Motion::Dahl(BristleMotion::new(body, law, position_m, &drive, balanced))

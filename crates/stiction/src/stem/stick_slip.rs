@@ -3,45 +3,15 @@
 //! The stem is held, breaking away (Karnopp's band only), or sliding. Each mode lasts until a
 //! located event, and the next follows from what ended it, so nothing chatters.
 
-use std::collections::VecDeque;
-
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
-use super::friction::{Armstrong, Karnopp};
 use super::linear::{Forcing, LinearFlow, Oscillator};
 use super::pressure::Drive;
 use super::radau::{self, GUARDS, Step, System, Tolerance};
 use super::roots::{crossing, first_fall};
 use super::simulate::EventKind;
+use super::sticking_law::StickingLaw;
 use crate::error::Result;
 use crate::valve::Direction;
-
-/// The friction law in use.
-#[derive(Debug, Clone)]
-pub(super) enum Law {
-    /// Karnopp friction; classical if its band is 0.
-    Classical(Karnopp),
-    /// Armstrong's law with what it remembers.
-    Armstrong { law: Armstrong, memory: Memory },
-}
-
-/// What Armstrong's law remembers.
-#[derive(Debug, Clone)]
-pub(super) struct Memory {
-    /// Velocity over the last `memory_s` seconds; 0 where nothing is kept.
-    past: VecDeque<Past>,
-    /// Static excess in force during a slip, or met at the end of the last one, N.
-    excess_n: f64,
-    /// When the stem came to rest, s; before all time if it has not moved yet.
-    rest_since_s: f64,
-    /// Where the presliding spring is relaxed, m.
-    anchor_m: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Past {
-    start_s: f64,
-    step: Step<2>,
-}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mode {
@@ -50,100 +20,10 @@ enum Mode {
     Sliding(Direction),
 }
 
-impl Law {
-    /// Speed below which the stem counts as standing still, m/s.
-    fn band(&self) -> f64 {
-        match self {
-            Self::Classical(law) => law.band_m_per_s(),
-            Self::Armstrong { .. } => 0.0,
-        }
-    }
-
-    /// Friction that must be exceeded to leave rest, N.
-    fn static_n(&self, time_s: f64) -> f64 {
-        match self {
-            Self::Classical(law) => law.breakaway_n(),
-            Self::Armstrong { law, memory } => {
-                let dwell = time_s - memory.rest_since_s;
-                law.coulomb_n + law.static_excess_after(memory.excess_n, dwell)
-            }
-        }
-    }
-
-    /// Friction while sliding in the direction `sign`, N.
-    fn sliding_n(&self, sign: f64, velocity: f64, remembered: f64) -> f64 {
-        match self {
-            Self::Classical(law) => {
-                let steady = law.steady();
-                sign * steady.sliding_n(velocity) + steady.viscous_n_s_per_m() * velocity
-            }
-            Self::Armstrong { law, memory } => {
-                let excess = memory.excess_n * law.stribeck_factor(remembered);
-                sign * (law.coulomb_n + excess) + law.viscous_n_s_per_m * velocity
-            }
-        }
-    }
-
-    /// Derivative of [`Self::sliding_n`] with respect to the present velocity, N s/m.
-    fn sliding_slope(&self, sign: f64, velocity: f64) -> f64 {
-        match self {
-            Self::Classical(law) => {
-                let steady = law.steady();
-                sign * steady.sliding_slope(velocity) + steady.viscous_n_s_per_m()
-            }
-            Self::Armstrong { law, memory } if law.memory_s == 0.0 => {
-                sign * memory.excess_n * law.stribeck_slope(velocity) + law.viscous_n_s_per_m
-            }
-            Self::Armstrong { law, .. } => law.viscous_n_s_per_m,
-        }
-    }
-
-    /// The velocity that the Stribeck part sees at `time_s`, when the stem moves at `velocity`.
-    fn remembered(&self, time_s: f64, velocity: f64) -> f64 {
-        match self {
-            Self::Classical(_) => velocity,
-            Self::Armstrong { law, .. } if law.memory_s == 0.0 => velocity,
-            Self::Armstrong { law, memory } => memory.velocity_at(time_s - law.memory_s),
-        }
-    }
-
-    /// Notes that a slip has ended with this net force.
-    fn come_to_rest(&mut self, time_s: f64, position_m: f64, net_n: f64) {
-        let remembered = self.remembered(time_s, 0.0);
-        if let Self::Armstrong { law, memory } = self {
-            memory.excess_n *= law.stribeck_factor(remembered);
-            memory.rest_since_s = time_s;
-            memory.anchor_m = position_m - net_n / law.presliding_n_per_m;
-        }
-    }
-}
-
-impl Memory {
-    /// Velocity at a moment of the past; 0 where the stem was at rest.
-    fn velocity_at(&self, time_s: f64) -> f64 {
-        // Rounding may put the very end of what is known just after it.
-        let slack_s = 4.0 * f64::EPSILON * time_s.abs();
-        let at = self.past.partition_point(|past| past.end_s() + slack_s < time_s);
-        match self.past.get(at) {
-            Some(past) if past.start_s <= time_s => {
-                let into_s = (time_s - past.start_s).min(past.step.length);
-                past.step.at(past.step.start + into_s)[1]
-            }
-            _ => 0.0,
-        }
-    }
-}
-
-impl Past {
-    fn end_s(&self) -> f64 {
-        self.start_s + self.step.length
-    }
-}
-
 /// The equations of a slip: displacement and velocity since its beginning.
 struct Slide<'a> {
     body: &'a Body,
-    law: &'a mut Law,
+    law: &'a mut StickingLaw,
     drive: &'a Drive,
     net_n: f64,
     sign: f64,
@@ -181,24 +61,16 @@ impl System<2> for Slide<'_> {
     /// Armstrong's memory must be known when a step begins, and the onset of the slip, remembered
     /// after one memory time and again after the next, must fall between steps.
     fn longest_step(&self, s: f64) -> f64 {
-        match &*self.law {
-            Law::Armstrong { law, .. } if law.memory_s > 0.0 => {
-                let left = law.memory_s - s % law.memory_s;
-                if left > 1e-6 * law.memory_s { left } else { law.memory_s }
-            }
-            _ => f64::INFINITY,
+        let memory_s = self.law.memory_s();
+        if memory_s == 0.0 {
+            return f64::INFINITY;
         }
+        let left = memory_s - s % memory_s;
+        if left > 1e-6 * memory_s { left } else { memory_s }
     }
 
     fn accepted(&mut self, step: &Step<2>) {
-        if let Law::Armstrong { law, memory } = self.law {
-            let start_s = self.start_s + step.start;
-            memory.past.push_back(Past { start_s, step: *step });
-            let oldest_s = start_s - law.memory_s;
-            while memory.past.front().is_some_and(|past| past.end_s() < oldest_s) {
-                memory.past.pop_front();
-            }
-        }
+        self.law.remember(self.start_s + step.start, step);
     }
 }
 
@@ -206,7 +78,7 @@ impl System<2> for Slide<'_> {
 #[derive(Debug, Clone)]
 pub(super) struct StickSlip {
     body: Body,
-    law: Law,
+    law: StickingLaw,
     mode: Mode,
     position_m: f64,
     velocity_m_per_s: f64,
@@ -219,22 +91,8 @@ struct Ended {
 }
 
 impl StickSlip {
-    pub(super) fn classical(body: Body, law: Karnopp, position_m: f64) -> Self {
-        let law = Law::Classical(law);
-        Self { body, law, mode: Mode::Held, position_m, velocity_m_per_s: 0.0 }
-    }
-
-    /// At rest with the presliding spring carrying the net force at `drive`, as far as it can.
-    pub(super) fn armstrong(body: Body, law: Armstrong, position_m: f64, drive: &Drive) -> Self {
-        let most = law.coulomb_n + law.static_excess_n;
-        let carried = body.net_n(drive, position_m).clamp(-most, most);
-        let memory = Memory {
-            past: VecDeque::new(),
-            excess_n: law.static_excess_n,
-            rest_since_s: f64::NEG_INFINITY,
-            anchor_m: position_m - carried / law.presliding_n_per_m,
-        };
-        let law = Law::Armstrong { law, memory };
+    /// At rest.
+    pub(super) fn new(body: Body, law: StickingLaw, position_m: f64) -> Self {
         Self { body, law, mode: Mode::Held, position_m, velocity_m_per_s: 0.0 }
     }
 
@@ -251,21 +109,11 @@ impl StickSlip {
                 (velocity, self.law.sliding_n(direction.sign(), velocity, remembered))
             }
             Mode::Held | Mode::Breaking(_) => {
-                (0.0, self.held_friction(self.body.net_n(drive, self.position_m)))
+                (0.0, self.law.held_n(self.body.net_n(drive, self.position_m)))
             }
         };
         let pressure_pa = drive.pressure_pa;
         State { position_m: self.position_m, velocity_m_per_s, friction_n, pressure_pa }
-    }
-
-    /// Friction on a stem at rest: the net force, as far as friction can hold it. The rest is
-    /// carried by an end stop.
-    fn held_friction(&self, net_n: f64) -> f64 {
-        let most = match &self.law {
-            Law::Classical(law) => law.breakaway_n(),
-            Law::Armstrong { law, .. } => law.coulomb_n + law.static_excess_n,
-        };
-        net_n.clamp(-most, most)
     }
 
     /// Goes on for `duration` from `time_s`, driven by `drive`.
@@ -304,13 +152,13 @@ impl StickSlip {
 
     /// Moves a presliding stem to where its springs balance the pressure, which may have jumped.
     fn settle_presliding(&mut self, drive: &Drive) {
-        let Law::Armstrong { law, memory } = &self.law else { return };
+        let Some(anchor_m) = self.law.anchor_m() else { return };
         if self.mode != Mode::Held || self.at_end_stop() {
             return;
         }
-        let net_n = self.body.net_n(drive, memory.anchor_m);
-        let stiffness = law.presliding_n_per_m + self.body.stem.spring_n_per_m;
-        let position_m = memory.anchor_m + net_n / stiffness;
+        let net_n = self.body.net_n(drive, anchor_m);
+        let stiffness = self.law.presliding_n_per_m() + self.body.stem.spring_n_per_m;
+        let position_m = anchor_m + net_n / stiffness;
         self.position_m = self.body.within(position_m);
     }
 
@@ -330,11 +178,10 @@ impl StickSlip {
     ) -> Option<Ended> {
         let area = self.body.stem.area_m2;
         // A presliding stem yields a little, and its own spring takes that share of the force.
-        let yielding = match &self.law {
-            Law::Armstrong { law, .. } if !self.at_end_stop() => {
-                1.0 / (law.presliding_n_per_m + self.body.stem.spring_n_per_m)
-            }
-            _ => 0.0,
+        let yielding = if self.at_end_stop() {
+            0.0
+        } else {
+            1.0 / (self.law.presliding_n_per_m() + self.body.stem.spring_n_per_m)
         };
         let carried = 1.0 - self.body.stem.spring_n_per_m * yielding;
         let held_n = |s: f64| net_n + carried * area * drive.rise(s);
@@ -345,9 +192,9 @@ impl StickSlip {
             let margin = |s: f64| self.law.static_n(time_s + s) - direction.sign() * held_n(s);
             let turn = drive.turning_point();
             match &self.law {
-                Law::Classical(_) => first_fall(margin, turn, left),
+                StickingLaw::Classical(_) => first_fall(margin, turn, left),
                 // Rising friction against a lagged pressure may turn in between: look more often.
-                Law::Armstrong { .. } => {
+                StickingLaw::Armstrong { .. } => {
                     let mut nodes: [f64; 64] =
                         std::array::from_fn(|i| left * ((i + 1) as f64 / 64.0).powi(3));
                     nodes[63] = turn.unwrap_or(left);
@@ -367,7 +214,7 @@ impl StickSlip {
         recorder.until(time_s, time_s + lasted, |s| State {
             position_m: place(s),
             velocity_m_per_s: 0.0,
-            friction_n: self.held_friction(held_n(s)),
+            friction_n: self.law.held_n(held_n(s)),
             pressure_pa: drive.pressure_pa + drive.rise(s),
         });
         self.position_m = place(lasted);
@@ -382,10 +229,7 @@ impl StickSlip {
         let limit_n = self.law.static_n(time_s + elapsed);
         let net_n = direction.sign() * limit_n.max(direction.sign() * held_n(elapsed));
         self.velocity_m_per_s = 0.0;
-        if let Law::Armstrong { law, memory } = &mut self.law {
-            let dwell = time_s + elapsed - memory.rest_since_s;
-            memory.excess_n = law.static_excess_after(memory.excess_n, dwell);
-        }
+        self.law.break_loose(time_s + elapsed);
         if self.law.band() > 0.0 {
             self.mode = Mode::Breaking(direction);
         } else {
@@ -499,7 +343,7 @@ impl StickSlip {
 
     /// The closed solution, if friction is constant but for its viscous part.
     fn exact_flow(&self, drive: &Drive, net_n: f64, direction: Direction) -> Option<LinearFlow> {
-        let Law::Classical(law) = &self.law else { return None };
+        let StickingLaw::Classical(law) = &self.law else { return None };
         let steady = law.steady();
         if steady.stribeck_m_per_s() > 0.0 && steady.static_n() > steady.coulomb_n() {
             return None;
