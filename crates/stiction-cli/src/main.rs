@@ -4,6 +4,7 @@
 mod figures;
 mod output;
 mod simulate;
+mod stem;
 mod valve;
 
 use clap::{Parser, Subcommand};
@@ -23,6 +24,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Valve(valve::Args),
+    Stem(stem::Args),
     Simulate(simulate::Args),
     Figures(figures::Args),
 }
@@ -30,6 +32,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Valve(args) => valve::run(args),
+        Command::Stem(args) => stem::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Figures(args) => figures::run(args),
     };

@@ -5,7 +5,8 @@ use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::run;
 use stiction::Bands;
 use stiction::closed_loop::{CascadeRun, OpenLoopRun, Run};
-use stiction::valve::{Start, TwoPhase, Valve};
+use stiction::stem::{PressureSignal, Response, Sample, Stem, StemStart};
+use stiction::valve::{Model, Start, TwoPhase, Valve};
 use stiction_io::scenario::{Scenario, System};
 
 /// Title of the gallery.
@@ -40,8 +41,21 @@ pub type Make = fn() -> Result<Drawn, Error>;
 
 /// All figures, in the paper's order.
 pub const FIGURES: &[Make] = &[
-    figure_3, figure_5, figure_6, figure_7, figure_8, figure_9, figure_10, figure_11, figure_13,
-    figure_14, figure_15, figure_16, figure_17,
+    figure_2,
+    figure_3,
+    figure_5,
+    figure_6,
+    figure_7,
+    figure_8,
+    figure_9,
+    figure_10,
+    figure_11,
+    figure_13,
+    figure_14,
+    figure_15,
+    figure_16,
+    figure_17,
+    figure_physical,
 ];
 
 fn drawn(name: &'static str, number: &str, scenario: &Scenario, figure: Figure) -> Drawn {
@@ -90,60 +104,174 @@ fn cascade() -> Result<(Scenario, CascadeRun), Error> {
     }
 }
 
+/// The stem of parameter set `name` on a slow triangle from 0 to 100 % in 200 s: times and
+/// response.
+fn slow_triangle(name: &str) -> Result<(Stem, Vec<f64>, Response), Error> {
+    let stem = Stem::named(name)?;
+    let pressure = |op| stem.parameters().pressure_pa(op);
+    let points = vec![(0.0, pressure(0.0)), (100.0, pressure(100.0)), (200.0, pressure(0.0))];
+    let times = run::times(8_001, 0.025);
+    let response =
+        stem.simulate(&PressureSignal::from_points(points)?, StemStart::at_rest(0.0), &times)?;
+    Ok((stem, times, response))
+}
+
+/// Parameters of a stem, for the gallery.
+fn stem_parameters(name: &str, stem: &Stem) -> Vec<(String, String, String)> {
+    let p = stem.parameters();
+    let own = [
+        ("mass", p.mass_kg, "kg"),
+        ("spring", p.spring_n_per_m, "N/m"),
+        ("diaphragm area", p.area_m2, "m2"),
+        ("stroke", p.stroke_m, "m"),
+    ];
+    let of = |what: &str| format!("{name}: {what}");
+    let own = own.map(|(what, value, unit)| (of(what), value.to_string(), unit.to_owned()));
+    let law = stem.friction().values().into_iter();
+    let friction = law.map(|(what, value)| (of(what), value.to_string(), String::new()));
+    own.into_iter().chain(friction).collect()
+}
+
+/// Figure 2: the spring force while the stem moves in steps.
+fn figure_2() -> Result<Drawn, Error> {
+    let name = "cts-stribeck";
+    let (stem, times, response) = slow_triangle(name)?;
+    let force = |s: &Sample| stem.parameters().net_force_n(s.pressure_pa, s.position_m);
+    let shown: Vec<usize> =
+        (0..times.len()).filter(|k| (30.0..=60.0).contains(&times[*k])).collect();
+    let t: Vec<f64> = shown.iter().map(|k| times[*k]).collect();
+    let forces: Vec<f64> = shown.iter().map(|k| force(&response.samples[*k])).collect();
+    let (fs, fc) = (stem.friction().static_n(), stem.friction().coulomb_n());
+    let at = |time: f64| {
+        let k = t.iter().position(|t| *t >= time).unwrap_or(0);
+        (t[k], forces[k])
+    };
+    let slips: Vec<f64> = response.slips().map(|e| e.time_s).take(3).collect();
+    let stops: Vec<f64> = response.stops().map(|e| e.time_s).take(3).collect();
+    let (a, b, c) = (at(31.5), (slips[0], fs), at(stops[0] + 0.025));
+    let (d, e) = ((slips[1], fs), at(stops[1] + 0.025));
+    let panel = Panel::new("time (s)", "spring force on the stem (N)")
+        .with(Series::line("spring force", &t[..], &forces[..]).colour(colour::VERMILION))
+        .note(Annotation::horizontal_line(fs, "static friction Fs"))
+        .note(Annotation::horizontal_line(fc, "Coulomb friction Fc"))
+        .note(Annotation::text("a", (a.0 - 0.5, a.1 + 8.0)))
+        .note(Annotation::text("b", (b.0 - 0.4, b.1 + 14.0)))
+        .note(Annotation::text("c", (c.0 + 0.4, c.1 - 14.0)))
+        .note(Annotation::text("d", (d.0 - 0.4, d.1 + 14.0)))
+        .note(Annotation::text("e", (e.0 + 0.4, e.1 - 14.0)))
+        .x_range(30.0, 60.0)
+        .y_range(fc - 120.0, fs + 60.0);
+    let figure = Figure::new("Force profile during stiction")
+        .caption(
+            "The force rises while the stem sticks (a-b), falls as it slips at Fs (b-c), and rises \
+             again (c-d-e): stick-slip of a physical valve on a slow ramp.",
+        )
+        .with(panel);
+    Ok(Drawn {
+        name: "figure-02-force-profile",
+        heading: "Figure 2: Force profile during stiction".to_owned(),
+        figure,
+        parameters: stem_parameters(name, &stem),
+    })
+}
+
+/// One figure the paper lacks: its data-driven model beside the physical one it stands for.
+fn figure_physical() -> Result<Drawn, Error> {
+    let mut figure = Figure::new("Data-driven against physical model on the same input")
+        .caption(
+            "Where static friction acts only at rest the stem slides and two-phase describes it \
+             (left); where friction falls with velocity it moves in steps, as in He's model (right).",
+        )
+        .columns(2)
+        .width(1000.0);
+    let mut parameters = vec![];
+    for (name, title, model) in [
+        ("cts", "static friction only at rest", Model::TwoPhase),
+        ("cts-stribeck", "Stribeck friction", Model::He),
+    ] {
+        let (stem, _, response) = slow_triangle(name)?;
+        let p = stem.parameters();
+        // Where the stem would rest without friction, in percent of stroke.
+        let demand: Vec<f64> = response
+            .samples
+            .iter()
+            .map(|s| p.percent(p.net_force_n(s.pressure_pa, 0.0) / p.spring_n_per_m))
+            .collect();
+        let physical: Vec<f64> = response.samples.iter().map(|s| p.percent(s.position_m)).collect();
+        let bands = stem.equivalent()?.bands;
+        let mut valve = model.build(bands)?;
+        let mut vp = vec![0.0; demand.len()];
+        valve.run(&demand, &mut vp)?;
+        let label = format!("{} model", model.describe().name);
+        figure = figure.with(
+            Panel::new("position without friction (% of stroke)", "stem position (% of stroke)")
+                .title(title)
+                .with(Series::line("physical stem", &demand[..], physical).colour(colour::SKY))
+                .with(Series::dashed(&label, &demand[..], vp).colour(colour::VERMILION)),
+        );
+        let unit = "% of stroke".to_owned();
+        parameters.extend(stem_parameters(name, &stem));
+        parameters.push((format!("{label}: S"), format!("{:.3}", bands.s()), unit.clone()));
+        parameters.push((format!("{label}: J"), format!("{:.3}", bands.j()), unit));
+    }
+    Ok(Drawn {
+        name: "figure-18-data-driven-and-physical",
+        heading: "Data-driven against physical model".to_owned(),
+        figure,
+        parameters,
+    })
+}
+
 /// Figure 3: input against position, with the bands marked.
 fn figure_3() -> Result<Drawn, Error> {
-    let (s, j) = (5.0, 2.0);
+    let (s, j) = (10.0, 4.0);
     let bands = Bands::from_s_j(s, j)?;
-    // Down to the left end, up and through the middle, back: one loop from turning point to
-    // turning point, with a pause on the way up.
-    let pause = 52.0;
+    // Up, down, up again with a pause: shown is the loop from the upper turning point on.
+    let (low, high, pause) = (30.0, 70.0, 52.0);
     let leg = |from: f64, to: f64| {
-        let n = ((to - from).abs() / 0.02).round() as usize;
+        let n = (f64::abs(to - from) / 0.02).round() as usize;
         (0..n).map(move |k| from + (to - from) * k as f64 / n as f64).collect::<Vec<_>>()
     };
-    let op: Vec<f64> = [leg(50.0, 60.0), leg(60.0, 40.0), leg(40.0, pause)]
-        .concat()
-        .into_iter()
-        .chain([pause, pause])
-        .chain(leg(pause, 60.0))
-        .collect();
+    let first = leg(50.0, high);
+    let pausing = vec![pause, pause];
+    let legs = [first.clone(), leg(high, low), leg(low, pause), pausing, leg(pause, high)];
+    let op = legs.concat();
     let mut valve = TwoPhase::new(bands);
     valve.restart(Start::at_rest(50.0));
     let mut vp = vec![0.0; op.len()];
     valve.run(&op, &mut vp)?;
-    // From the upper turning point on, the start no longer matters.
-    let from = leg(50.0, 60.0).len();
-    let (op, vp) = (&op[from..], &vp[from..]);
+    let (op, vp) = (&op[first.len()..], &vp[first.len()..]);
 
-    let low = 40.0 + bands.fd();
-    let (a, b, c) = ((40.0, low), (40.0 + s - j, low), (40.0 + s, low));
-    let d = (40.0 + s, low + j);
-    let at_pause = pause - bands.fd();
+    let level = low + bands.fd();
+    let (a, b, c) = ((low, level), (low + s - j, level), (low + s, level));
+    let d = (low + s, level + j);
+    let e = (pause, pause - bands.fd());
+    let f = (pause + j, e.1);
     let panel = Panel::new("controller output OP (% of span)", "valve position VP (% of span)")
         .with(Series::line("sticking valve", op, vp).colour(colour::VERMILION))
         .with(
-            Series::dotted("valve without friction", [38.0, 62.0], [38.0, 62.0])
+            Series::dotted("valve without friction", [26.0, 74.0], [26.0, 74.0])
                 .colour(colour::BLACK),
         )
-        .note(Annotation::dimension(a, b, "dead band", -22.0))
-        .note(Annotation::dimension(b, c, "stick band", -22.0))
-        .note(Annotation::dimension(a, c, "S", -52.0))
+        .note(Annotation::dimension(a, b, "dead band", -18.0))
+        .note(Annotation::dimension(b, c, "stick band", -46.0))
+        .note(Annotation::dimension(a, c, "S", -74.0))
         .note(Annotation::dimension(c, d, "slip jump J", 26.0))
-        .note(Annotation::arrow("moving phase", (53.0, 46.5), (49.0, 49.0 - bands.fd())))
+        .note(Annotation::arrow("moving phase", (53.0, 40.0), (45.5, 45.5 - bands.fd())))
         .note(Annotation::arrow(
-            "pause: stuck again, only J to overcome",
-            (52.5, 44.0),
-            (pause + j / 2.0, at_pause),
+            "after a pause only J is to overcome",
+            (60.0, 44.5),
+            (f.0 - 1.0, f.1),
         ))
-        .note(Annotation::text("A", (39.5, low + 0.7)))
-        .note(Annotation::text("B", (b.0, low + 0.7)))
-        .note(Annotation::text("C", (c.0 - 0.4, low + 0.7)))
-        .note(Annotation::text("D", (d.0 - 0.5, d.1 + 0.4)))
-        .note(Annotation::text("E", (pause - 0.6, at_pause + 0.5)))
-        .note(Annotation::text("F", (pause + j + 0.5, at_pause - 0.5)))
-        .note(Annotation::text("G", (60.4, 60.0 - bands.fd() + 0.4)))
-        .x_range(37.0, 63.0)
-        .y_range(37.0, 63.0)
+        .note(Annotation::text("A", (a.0 - 1.2, a.1)))
+        .note(Annotation::text("B", (b.0, b.1 + 1.2)))
+        .note(Annotation::text("C", (c.0 - 1.2, c.1 + 1.2)))
+        .note(Annotation::text("D", (d.0 - 1.0, d.1 + 1.0)))
+        .note(Annotation::text("E", (e.0 - 0.6, e.1 + 1.4)))
+        .note(Annotation::text("F", (f.0 + 1.2, f.1)))
+        .note(Annotation::text("G", (high + 1.2, high - bands.fd())))
+        .x_range(24.0, 76.0)
+        .y_range(24.0, 76.0)
         .equal_aspect()
         .legend(Legend::TopLeft);
     let figure = Figure::new("Typical behaviour of a sticking valve")
@@ -261,21 +389,23 @@ fn figure_15() -> Result<Drawn, Error> {
 
 fn figure_16() -> Result<Drawn, Error> {
     let (scenario, done) = cascade()?;
-    let figure = run::cascade(
-        "Step response of a flow loop with stiction, slave of a temperature",
-        &done,
-    )
-    .caption(
+    let title = "Step response of a flow loop with stiction, slave of a temperature";
+    let mut figure = run::cascade(title, &done).caption(
         "A simulated laboratory flow loop: 1,100 samples of 0.01 s; the temperature steps at \
-             1 s, the flow follows and cycles.",
+         1 s, the flow follows and cycles.",
     );
+    for (panel, label) in figure.panels.iter_mut().zip(["temperature (degrees)", "flow (%)"]) {
+        panel.y_label = label.to_owned();
+    }
     Ok(drawn("figure-16-flow-step", "16", &scenario, figure))
 }
 
 fn figure_17() -> Result<Drawn, Error> {
     let (scenario, done) = cascade()?;
-    let figure = op_pv_figure("Controller output against flow of the laboratory loop", &done.slave)
-        .caption("The recorded loop's map resembles that of the simulated one in Figure 15.");
+    let mut figure =
+        op_pv_figure("Controller output against flow of the laboratory loop", &done.slave)
+            .caption("With sharp turning points, like the simulated loop's map in Figure 15.");
+    figure.panels[0].y_label = "flow (%)".to_owned();
     Ok(drawn("figure-17-flow-op-pv", "17", &scenario, figure))
 }
 

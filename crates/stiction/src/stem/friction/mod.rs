@@ -60,7 +60,7 @@ pub struct LawEntry {
     pub parameters: &'static [&'static str],
 }
 
-/// Every friction law.
+/// Every friction law. The journal papers are cited from memory; they were not at hand.
 pub const LAWS: [LawEntry; 6] = [
     LawEntry {
         name: "classical",
@@ -182,6 +182,46 @@ impl FrictionLaw {
                 .checked()?,
             ),
         })
+    }
+
+    /// Name and value of every parameter, in the order of the law's [`LawEntry`].
+    pub fn values(&self) -> Vec<(&'static str, f64)> {
+        let mut values = match self.steady() {
+            Some(law) => {
+                let stribeck = law.stribeck_m_per_s();
+                vec![law.static_n(), law.coulomb_n(), law.viscous_n_s_per_m(), stribeck]
+            }
+            None => vec![],
+        };
+        match self {
+            Self::Classical(_) => {}
+            Self::Karnopp(law) => values.push(law.band_m_per_s()),
+            Self::Dahl(law) => {
+                values.extend([law.coulomb_n(), law.stiffness_n_per_m(), law.viscous_n_s_per_m()]);
+            }
+            Self::LuGre(law) => {
+                values.extend([law.stiffness_n_per_m(), law.damping_n_s_per_m()]);
+            }
+            Self::Gms(law) => {
+                values.push(law.attraction_n_per_s());
+                for element in law.elements() {
+                    let GmsElement { stiffness_n_per_m, damping_n_s_per_m, share } = element;
+                    values.extend([stiffness_n_per_m, damping_n_s_per_m, share]);
+                }
+            }
+            Self::Armstrong(law) => values.extend([
+                law.presliding_n_per_m,
+                law.coulomb_n,
+                law.viscous_n_s_per_m,
+                law.static_excess_n,
+                law.stribeck_m_per_s,
+                law.memory_s,
+                law.rise_s,
+            ]),
+        }
+        let entry = LAWS.iter().find(|entry| entry.name == self.name());
+        let names = entry.map_or(&[][..], |entry| entry.parameters);
+        names.iter().copied().zip(values).collect()
     }
 
     /// Name of the law, as in [`LAWS`].

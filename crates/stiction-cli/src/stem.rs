@@ -1,0 +1,279 @@
+//! `stiction stem`: the physical valve on a signal.
+
+use crate::output;
+use anyhow::{Context, Result, bail};
+use clap::{Parser, ValueEnum};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use stiction::closed_loop::{Signal, Wave};
+use stiction::stem::friction::LAWS;
+use stiction::stem::{
+    EventKind, FrictionLaw, ParameterSet, PressureSignal, Response, SETS, Stem, StemParameters,
+    StemStart,
+};
+use stiction_io::{Table, table};
+
+/// Move a physical valve: mass, spring, air pressure and friction.
+///
+/// The signal is the controller output in percent, straight between its samples; it sets the air
+/// pressure. Writes CSV with the columns t, op, pressure_pa, vp (percent of stroke), position_m,
+/// velocity_m_per_s and friction_n.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction stem --set cts-stribeck --period 200 --duration 400 -o stem.csv --events slips.csv
+  stiction stem --set usp --friction lugre --with stiffness_n_per_m=2.6e7 \\
+      --with damping_n_s_per_m=20396 -o lugre.csv
+  stiction stem --set cts --input op.csv --column u -o out.csv")]
+pub struct Args {
+    /// List the parameter sets and the friction laws
+    #[arg(long)]
+    list: bool,
+    /// Name of a parameter set
+    #[arg(long, default_value = "cts", value_name = "NAME")]
+    set: String,
+    /// Friction law [default: that of the set]
+    #[arg(long, value_name = "LAW")]
+    friction: Option<String>,
+    /// Change a parameter of stem or friction, such as coulomb_n=900; may be given several times
+    #[arg(long = "with", value_name = "NAME=VALUE")]
+    changes: Vec<String>,
+    /// Read the signal from this CSV file, which needs a column t, instead of making one
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
+    /// Column of the file that holds the controller output
+    #[arg(long, default_value = "u", value_name = "NAME", requires = "input")]
+    column: String,
+    /// Shape of the signal
+    #[arg(long, value_enum, default_value = "ramp", conflicts_with = "input")]
+    signal: Shape,
+    /// Mean of the signal, percent
+    #[arg(long, default_value_t = 50.0, value_name = "PERCENT", allow_negative_numbers = true)]
+    mean: f64,
+    /// Half the peak-to-peak value of the signal, percent
+    #[arg(long, default_value_t = 50.0, value_name = "PERCENT", allow_negative_numbers = true)]
+    amplitude: f64,
+    /// Period of the signal, s; it begins at its lowest point
+    #[arg(long, default_value_t = 200.0, value_name = "S", allow_negative_numbers = true)]
+    period: f64,
+    /// How long the signal lasts, s [default: two periods]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// Time between samples, s
+    #[arg(long, default_value_t = 0.1, value_name = "S", allow_negative_numbers = true)]
+    sample_time: f64,
+    /// Position at the beginning, percent of stroke [default: where spring and pressure balance]
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
+    start: Option<f64>,
+    /// File to write [default: standard output, unless --json]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write slips and stops, with their exact times, to this CSV file
+    #[arg(long, value_name = "FILE")]
+    events: Option<PathBuf>,
+    /// Print the equivalent S, J and overshoot, and the number of slips, as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Shape {
+    /// Straight up and straight down
+    Ramp,
+    Sine,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    if args.list {
+        return list();
+    }
+    let stem = build(&args)?;
+    let (times, op) = signal(&args)?;
+    let parameters = stem.parameters();
+    let points = times.iter().zip(&op).map(|(t, op)| (*t, parameters.pressure_pa(*op)));
+    let pressure = PressureSignal::from_points(points.collect())?;
+    let start = match args.start {
+        Some(percent) => parameters.position_m(percent),
+        None => {
+            let balance = parameters.net_force_n(pressure.first_pa(), 0.0);
+            let position = balance / parameters.spring_n_per_m;
+            if parameters.end_stops { position.max(0.0).min(parameters.stroke_m) } else { position }
+        }
+    };
+    let response = stem.simulate(&pressure, StemStart::at_rest(start), &times)?;
+
+    if let Some(path) = &args.events {
+        write_events(path, parameters, &response)?;
+    }
+    if args.output.is_some() || !args.json {
+        let column = |get: fn(&stiction::stem::Sample) -> f64| -> Vec<f64> {
+            response.samples.iter().map(get).collect()
+        };
+        let position = column(|s| s.position_m);
+        let vp: Vec<f64> = position.iter().map(|x| parameters.percent(*x)).collect();
+        let csv = table::write(&[
+            ("t", Some(&times)),
+            ("op", Some(&op)),
+            ("pressure_pa", Some(&column(|s| s.pressure_pa))),
+            ("vp", Some(&vp)),
+            ("position_m", Some(&position)),
+            ("velocity_m_per_s", Some(&column(|s| s.velocity_m_per_s))),
+            ("friction_n", Some(&column(|s| s.friction_n))),
+        ]);
+        output::write(args.output.as_deref(), csv.as_bytes())?;
+    }
+    if args.json {
+        output::line(serde_json::to_string_pretty(&to_json(&args, &stem, &response)?)?)?;
+    }
+    Ok(())
+}
+
+fn list() -> Result<()> {
+    output::line("parameter sets")?;
+    for name in SETS {
+        let set = ParameterSet::named(name)?;
+        output::line(format!("  {name:21} {}\n  {:21} {}", set.summary, "", set.source))?;
+    }
+    output::line("friction laws")?;
+    for law in LAWS {
+        output::line(format!("  {:21} {}\n  {:21} {}", law.name, law.summary, "", law.source))?;
+        output::line(format!("  {:21} parameters: {}", "", law.parameters.join(", ")))?;
+    }
+    Ok(())
+}
+
+/// The named set with the friction law and the changes asked for.
+fn build(args: &Args) -> Result<Stem> {
+    let set = ParameterSet::named(&args.set)?;
+    let mut changes = args.changes.iter().map(|c| parse(c)).collect::<Result<Vec<_>>>()?;
+    let mut take = |name: &str| {
+        // The last change of a parameter counts.
+        let found = changes.iter().rev().find(|(n, _)| n == name).map(|(_, value)| *value);
+        changes.retain(|(n, _)| n != name);
+        found
+    };
+    let mut p = set.stem;
+    for (name, field) in [
+        ("mass_kg", &mut p.mass_kg),
+        ("spring_n_per_m", &mut p.spring_n_per_m),
+        ("area_m2", &mut p.area_m2),
+        ("preload_n", &mut p.preload_n),
+        ("stroke_m", &mut p.stroke_m),
+        ("pressure_min_pa", &mut p.pressure_min_pa),
+        ("pressure_max_pa", &mut p.pressure_max_pa),
+        ("air_lag_s", &mut p.air_lag_s),
+    ] {
+        *field = take(name).unwrap_or(*field);
+    }
+    if let Some(value) = take("end_stops") {
+        p.end_stops = value != 0.0;
+    }
+
+    let wanted = args.friction.as_deref().unwrap_or(set.friction.name());
+    let known = set.friction.values();
+    let mut missing = vec![];
+    let names = LAWS.iter().find(|law| law.name == wanted).map_or(&[][..], |law| law.parameters);
+    let values: Vec<f64> = names
+        .iter()
+        .map(|name| {
+            let inherited = known.iter().find(|(n, _)| n == name).map(|(_, value)| *value);
+            take(name).or(inherited).unwrap_or_else(|| {
+                missing.push(*name);
+                0.0
+            })
+        })
+        .collect();
+    if !missing.is_empty() {
+        bail!(
+            "friction law {wanted} needs {}, which set {} does not have; give each as --with \
+             NAME=VALUE",
+            missing.join(", "),
+            set.name
+        );
+    }
+    let friction = FrictionLaw::from_name(wanted, &values)?;
+    if let Some((name, _)) = changes.first() {
+        let stem = "mass_kg, spring_n_per_m, area_m2, preload_n, stroke_m, pressure_min_pa, \
+                    pressure_max_pa, air_lag_s, end_stops";
+        bail!("there is no parameter \"{name}\"; there are {stem}, {}", names.join(", "));
+    }
+    Ok(Stem::new(p, friction)?)
+}
+
+/// `NAME=VALUE`.
+fn parse(change: &str) -> Result<(String, f64)> {
+    let form = || format!("--with {change}: write NAME=VALUE, such as coulomb_n=900");
+    let (name, value) = change.split_once('=').with_context(form)?;
+    Ok((name.trim().to_owned(), value.trim().parse().with_context(form)?))
+}
+
+/// Times and controller output.
+fn signal(args: &Args) -> Result<(Vec<f64>, Vec<f64>)> {
+    if let Some(path) = &args.input {
+        let table = Table::read(path)?;
+        return Ok((table.column("t")?, table.column(&args.column)?));
+    }
+    let duration = args.duration.unwrap_or(2.0 * args.period);
+    let samples = (duration / args.sample_time).round() + 1.0;
+    if !(2.0..=1e8).contains(&samples) {
+        bail!(
+            "--duration {duration} at --sample-time {} makes {samples} samples, but must make \
+             between 2 and 100 million",
+            args.sample_time
+        );
+    }
+    let wave = match args.signal {
+        Shape::Ramp => Wave::Ramp,
+        Shape::Sine => Wave::Sine,
+    };
+    let signal = Signal::Periodic {
+        wave,
+        mean: args.mean,
+        amplitude: args.amplitude,
+        period_s: args.period,
+        phase: -0.25,
+    };
+    let op = signal.sample(args.sample_time, samples as usize)?;
+    Ok(((0..op.len()).map(|k| k as f64 * args.sample_time).collect(), op))
+}
+
+fn write_events(path: &Path, parameters: &StemParameters, response: &Response) -> Result<()> {
+    let mut text = "t,event,direction,vp,position_m\n".to_owned();
+    for event in &response.events {
+        let kind = match event.kind {
+            EventKind::Slip => "slip",
+            EventKind::Stop => "stop",
+            EventKind::Reversal => "reversal",
+            EventKind::EndStop => "end stop",
+        };
+        let percent = parameters.percent(event.position_m);
+        let direction = event.direction.sign();
+        text += &format!("{},{kind},{direction},{percent},{}\n", event.time_s, event.position_m);
+    }
+    output::write(Some(path), text.as_bytes())
+}
+
+fn to_json(args: &Args, stem: &Stem, response: &Response) -> Result<serde_json::Value> {
+    let map = stem.equivalent()?;
+    let values: serde_json::Map<_, _> =
+        stem.friction().values().into_iter().map(|(n, v)| (n.to_owned(), json!(v))).collect();
+    let p = stem.parameters();
+    Ok(json!({
+        "tool": concat!("stiction ", env!("CARGO_PKG_VERSION")),
+        "set": args.set,
+        "stem": {
+            "mass_kg": p.mass_kg, "spring_n_per_m": p.spring_n_per_m, "area_m2": p.area_m2,
+            "preload_n": p.preload_n, "stroke_m": p.stroke_m,
+            "pressure_min_pa": p.pressure_min_pa, "pressure_max_pa": p.pressure_max_pa,
+            "air_lag_s": p.air_lag_s, "end_stops": p.end_stops,
+        },
+        "friction": { "law": stem.friction().name(), "parameters": values },
+        "equivalent": {
+            "S_percent_of_stroke": map.bands.s(), "J_percent_of_stroke": map.bands.j(),
+            "S_percent_of_signal": map.signal_bands.s(), "J_percent_of_signal": map.signal_bands.j(),
+            "K": map.overshoot, "damping_ratio": map.damping_ratio,
+            "sliding": format!("{:?}", map.sliding).to_lowercase(),
+        },
+        "slips": response.slips().count(),
+        "stops": response.stops().count(),
+    }))
+}
