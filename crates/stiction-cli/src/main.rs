@@ -8,6 +8,7 @@ mod stem;
 mod valve;
 
 use clap::{Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Sticking control valves: models, open and closed loops, the paper's figures.
@@ -41,7 +42,8 @@ fn main() -> ExitCode {
         // A reader that has seen enough, such as `head`, is no failure.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("stiction: {error:#}");
+            // Not eprintln!, which panics where standard error is closed.
+            let _ = writeln!(std::io::stderr(), "stiction: {error:#}");
             ExitCode::from(2)
         }
     }

@@ -23,6 +23,11 @@ pub fn line(text: impl std::fmt::Display) -> Result<()> {
     write(None, format!("{text}\n").as_bytes())
 }
 
+/// Tells the user something beside the result. Where no one can read it, that is no failure.
+pub fn note(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "note: {text}");
+}
+
 /// Whether the reader of our output has gone.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error

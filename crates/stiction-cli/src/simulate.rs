@@ -1,7 +1,7 @@
 //! `stiction simulate`: scenarios.
 
 use crate::output;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Parser;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -64,7 +64,7 @@ pub fn run(args: Args) -> Result<()> {
     let name = args.scenario.context("no scenario")?;
     let scenario = Scenario::open(&name, &args.set)?;
     for note in &scenario.notes {
-        eprintln!("note: {note}");
+        output::note(note);
     }
     if args.print {
         return output::write(None, scenario.text.as_bytes());
@@ -89,6 +89,7 @@ fn simulate(scenario: &Scenario) -> Result<Report> {
     Ok(match &scenario.system {
         System::OpenLoop(system) => {
             let done = system.run()?;
+            check_finite(done.sample_time, &[("OP", &done.op), ("VP", &done.vp)])?;
             let last = &done.vp[done.vp.len() / 2..];
             let half_pp = |signal: &[f64]| Some(half_pp(&signal[signal.len() / 2..]));
             Report {
@@ -101,26 +102,47 @@ fn simulate(scenario: &Scenario) -> Result<Report> {
         }
         System::ClosedLoop(system) => {
             let done = system.run()?;
-            closed_loop_report(&done, run::closed_loop(title, &done), &[])
+            closed_loop_report(&done, run::closed_loop(title, &done), &[])?
         }
         System::Cascade(system) => {
             let done = system.run()?;
             let master: [(&str, Option<&[f64]>); 2] =
                 [("master_sp", Some(&done.sp)), ("master_pv", Some(&done.pv))];
-            closed_loop_report(&done.slave, run::cascade(title, &done), &master)
+            check_finite(done.slave.sample_time, &[("the master's PV", &done.pv)])?;
+            closed_loop_report(&done.slave, run::cascade(title, &done), &master)?
         }
     })
 }
 
-fn closed_loop_report(done: &Run, figure: Figure, more: &[(&str, Option<&[f64]>)]) -> Report {
+fn closed_loop_report(
+    done: &Run,
+    figure: Figure,
+    more: &[(&str, Option<&[f64]>)],
+) -> Result<Report> {
+    let signals = [("PV", &done.pv[..]), ("OP", &done.op), ("VP", &done.vp)];
+    check_finite(done.sample_time, &signals)?;
     let columns = [Some(&done.sp), Some(&done.pv), Some(&done.op), Some(&done.vp)];
-    Report {
+    Ok(Report {
         period_s: done.period_s(),
         half_pp: [&done.op, &done.vp, &done.pv].map(|signal| Some(done.half_pp(signal))),
         growth: done.growth(),
         csv: csv(done.sample_time, columns, more),
         figure,
+    })
+}
+
+/// That every sample is a number: those after an overflow say nothing.
+fn check_finite(sample_time: f64, signals: &[(&str, &[f64])]) -> Result<()> {
+    for (name, signal) in signals {
+        if let Some(k) = signal.iter().position(|value| !value.is_finite()) {
+            bail!(
+                "{name} overflows at t = {} s: the system is unstable, or a number in the scenario \
+                 is far too large; lower the controller's gain, or shorten the duration",
+                k as f64 * sample_time
+            );
+        }
     }
+    Ok(())
 }
 
 fn half_pp(signal: &[f64]) -> f64 {
@@ -136,9 +158,14 @@ fn csv(
 ) -> String {
     let samples = columns.iter().flatten().map(|c| c.len()).max().unwrap_or(0);
     // Rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
-    let unit = 10f64.powf((6.0 - sample_time.log10()).ceil().clamp(0.0, 15.0));
-    let times: Vec<f64> =
-        (0..samples).map(|k| (k as f64 * sample_time * unit).round() / unit).collect();
+    let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
+    // Beyond these digits a number's own rounding is finer.
+    let unit = (digits <= 15.0).then(|| 10f64.powf(digits));
+    let time = |k| {
+        let t = k as f64 * sample_time;
+        unit.map_or(t, |unit| (t * unit).round() / unit)
+    };
+    let times: Vec<f64> = (0..samples).map(time).collect();
     let [sp, pv, op, vp] = columns.map(|column| column.map(Vec::as_slice));
     let mut all: Vec<(&str, Option<&[f64]>)> =
         vec![("t", Some(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];
@@ -151,7 +178,7 @@ fn plot(path: &Path, figure: &Figure) -> Result<()> {
     let bytes = match extension.to_ascii_lowercase().as_str() {
         "svg" => figure.svg()?.into_bytes(),
         "png" => figure.png()?,
-        _ => anyhow::bail!("--plot {}: the file must end in .svg or .png", path.display()),
+        _ => bail!("--plot {}: the file must end in .svg or .png", path.display()),
     };
     output::write(Some(path), &bytes)
 }

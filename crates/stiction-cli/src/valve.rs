@@ -64,7 +64,7 @@ pub fn run(args: Args) -> Result<()> {
             anyhow::bail!("model {} needs {name}, in percent of span", description.name)
         }
         Some(value) if !used => {
-            eprintln!("note: model {} does not use {name}", description.name);
+            output::note(format!("model {} does not use {name}", description.name));
             Ok(value)
         }
         value => Ok(value.unwrap_or(0.0)),

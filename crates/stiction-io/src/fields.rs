@@ -1,4 +1,7 @@
 //! The keys of a TOML table, taken one by one. What was not taken in the end is an error.
+//!
+//! A key that no variant of the table knows is an error at once: a misspelt `kc` is to be reported
+//! where it stands, not as a missing `kc`.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -18,6 +21,8 @@ pub struct Fields<'a, 'i> {
     /// Dotted path of the table, empty at the top.
     path: String,
     span: Range<usize>,
+    /// Every key that may be asked for.
+    known: &'static [&'static str],
     /// Every key that was asked for, given or not.
     asked: RefCell<Vec<&'static str>>,
 }
@@ -25,13 +30,35 @@ pub struct Fields<'a, 'i> {
 type Result<T> = std::result::Result<T, Wrong>;
 
 impl<'a, 'i> Fields<'a, 'i> {
-    /// The table that is a whole document.
-    pub fn document(document: &'a Spanned<DeTable<'i>>) -> Self {
-        Self::new(document.get_ref(), String::new(), document.span())
+    /// The table that is a whole document, of which `known` are all keys.
+    pub fn document(
+        document: &'a Spanned<DeTable<'i>>,
+        known: &'static [&'static str],
+    ) -> Result<Self> {
+        Self::new(document.get_ref(), String::new(), document.span(), known)
     }
 
-    fn new(table: &'a DeTable<'i>, path: String, span: Range<usize>) -> Self {
-        Self { table, path, span, asked: RefCell::default() }
+    fn new(
+        table: &'a DeTable<'i>,
+        path: String,
+        span: Range<usize>,
+        known: &'static [&'static str],
+    ) -> Result<Self> {
+        let fields = Self { table, path, span, known, asked: RefCell::default() };
+        fields.only(known)?;
+        Ok(fields)
+    }
+
+    /// An error at the first key that is not among the `known`.
+    fn only(&self, known: &[&str]) -> Result<()> {
+        let unknown = self.table.keys().filter(|key| !known.contains(&&**key.get_ref()));
+        let Some(key) = unknown.min_by_key(|key| key.span().start) else { return Ok(()) };
+        let mut known = known.to_vec();
+        known.sort_unstable();
+        known.dedup();
+        let path = self.path_of(key.get_ref());
+        let message = format!("unknown key \"{path}\"; known here are {}", known.join(", "));
+        Err(Wrong { span: key.span(), message })
     }
 
     /// The dotted path of `key`.
@@ -63,6 +90,7 @@ impl<'a, 'i> Fields<'a, 'i> {
     }
 
     fn get(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'i>>> {
+        debug_assert!(self.known.contains(&key), "{} is asked for, but not known", key);
         self.asked.borrow_mut().push(key);
         self.table.get(key)
     }
@@ -156,23 +184,31 @@ impl<'a, 'i> Fields<'a, 'i> {
         list.iter().map(pair).collect::<Result<_>>().map(Some)
     }
 
-    /// A table, if given.
-    pub fn table(&self, key: &'static str) -> Result<Option<Fields<'a, 'i>>> {
+    /// A table, of which `known` are all keys, if given.
+    pub fn table(
+        &self,
+        key: &'static str,
+        known: &'static [&'static str],
+    ) -> Result<Option<Fields<'a, 'i>>> {
         let Some(value) = self.get(key) else { return Ok(None) };
         match value.get_ref().as_table() {
-            Some(table) => Ok(Some(Fields::new(table, self.path_of(key), value.span()))),
+            Some(table) => Fields::new(table, self.path_of(key), value.span(), known).map(Some),
             None => Err(self.wrong(key, format!("must be a table, [{}]", self.path_of(key)))),
         }
     }
 
     /// All tables of an array of tables; none where the key is not given. A single table counts as
     /// an array of one.
-    pub fn tables(&self, key: &'static str) -> Result<Vec<Fields<'a, 'i>>> {
+    pub fn tables(
+        &self,
+        key: &'static str,
+        known: &'static [&'static str],
+    ) -> Result<Vec<Fields<'a, 'i>>> {
         let Some(value) = self.get(key) else { return Ok(vec![]) };
         let wrong = || self.wrong(key, format!("must be tables, [[{}]]", self.path_of(key)));
         let fields = |value: &'a Spanned<DeValue<'i>>| {
             let table = value.get_ref().as_table().ok_or_else(wrong)?;
-            Ok(Fields::new(table, self.path_of(key), value.span()))
+            Fields::new(table, self.path_of(key), value.span(), known)
         };
         match value.get_ref() {
             DeValue::Array(list) => list.iter().map(fields).collect(),
@@ -182,19 +218,6 @@ impl<'a, 'i> Fields<'a, 'i> {
 
     /// Ends the taking: a key that nothing asked for is an error.
     pub fn finish(self) -> Result<()> {
-        let asked = self.asked.borrow();
-        let Some((key, _)) = self.table.iter().find(|(key, _)| !asked.contains(&&**key.get_ref()))
-        else {
-            return Ok(());
-        };
-        let mut known = asked.clone();
-        known.sort_unstable();
-        known.dedup();
-        let message = format!(
-            "unknown key \"{}\"; known here are {}",
-            self.path_of(key.get_ref()),
-            known.join(", ")
-        );
-        Err(Wrong { span: key.span(), message })
+        self.only(&self.asked.borrow())
     }
 }

@@ -93,12 +93,8 @@ impl Scenario {
                 })?;
                 let text = String::from_utf8(text).map_err(|e| Error::Scenario {
                     origin: name.to_owned(),
-                    line: e.as_bytes()[..e.utf8_error().valid_up_to()]
-                        .iter()
-                        .filter(|byte| **byte == b'\n')
-                        .count()
-                        + 1,
-                    message: "is not UTF-8 text".to_owned(),
+                    line: line_of(e.as_bytes(), e.utf8_error().valid_up_to()),
+                    message: "is not UTF-8 text; save the file in UTF-8".to_owned(),
                 })?;
                 (text, Some(path.parent().unwrap_or(Path::new("."))))
             }
@@ -125,16 +121,23 @@ impl Scenario {
     pub fn parse(text: &str, origin: &str, folder: Option<&Path>) -> Result<Self> {
         let at = |wrong: Wrong| Error::Scenario {
             origin: origin.to_owned(),
-            line: text[..wrong.span.start.min(text.len())].matches('\n').count() + 1,
+            line: line_of(text.as_bytes(), wrong.span.start),
             message: wrong.message,
         };
         let document = DeTable::parse(text).map_err(|e| {
             at(Wrong { span: e.span().unwrap_or_default(), message: e.message().to_owned() })
         })?;
         let mut builder = Builder { folder, notes: vec![] };
-        let (title, system) = builder.scenario(Fields::document(&document)).map_err(at)?;
+        let (title, system) = Fields::document(&document, keys::SCENARIO)
+            .and_then(|top| builder.scenario(top))
+            .map_err(at)?;
         Ok(Self { title, system, text: text.to_owned(), notes: builder.notes })
     }
+}
+
+/// The line, from 1, on which the byte at `position` stands.
+fn line_of(text: &[u8], position: usize) -> usize {
+    text.iter().take(position).filter(|byte| **byte == b'\n').count() + 1
 }
 
 impl Scenario {
@@ -212,15 +215,35 @@ fn put(
         return Err("the key is incomplete; write, for instance, valve.S=4".to_owned());
     };
     if rest.is_empty() {
+        let mut value = value;
+        if let Some(old) = table.get(first).and_then(toml_edit::Item::as_value) {
+            // With the comment behind it, which tells its unit.
+            *value.decor_mut() = old.decor().clone();
+        }
         table.insert(first, toml_edit::Item::Value(value));
         return Ok(());
     }
-    let item = table.entry(first).or_insert_with(toml_edit::table);
+    let index = rest[0].parse::<usize>().ok();
+    let item = table.entry(first).or_insert_with(|| match index {
+        Some(_) => toml_edit::array(),
+        None => toml_edit::table(),
+    });
+    // `load = [{ value = 1 }]` is as good as `[[load]]`.
+    let inline = item.as_array().is_some_and(|list| list.iter().all(|v| v.is_inline_table()));
+    if inline && index.is_some() {
+        let list = std::mem::take(item).into_array_of_tables();
+        *item = list.map_or_else(|item| item, toml_edit::Item::ArrayOfTables);
+    }
     if let Some(list) = item.as_array_of_tables_mut() {
         let count = list.len();
-        let table = rest[0].parse().ok().and_then(|index| list.get_mut(index));
-        let table = table.ok_or_else(|| {
-            format!("\"{first}\" has {count} tables; write {first}.0 for the first of them")
+        if index == Some(count) {
+            list.push(toml_edit::Table::new());
+        }
+        let table = index.and_then(|index| list.get_mut(index)).ok_or_else(|| {
+            format!(
+                "\"{first}\" has {count} tables; count them from {first}.0, and write \
+                 {first}.{count} to add one"
+            )
         })?;
         return put(table, &rest[1..], value);
     }
@@ -245,6 +268,73 @@ struct Clock {
     samples: usize,
 }
 
+/// All keys of each table, whatever its kind.
+mod keys {
+    type Keys = &'static [&'static str];
+
+    pub const SCENARIO: Keys = &[
+        "title",
+        "sample_time",
+        "duration",
+        "input",
+        "start",
+        "valve",
+        "controller",
+        "process",
+        "operating_point",
+        "resolution",
+        "set_point",
+        "noise",
+        "measurement",
+        "load",
+        "master",
+    ];
+    pub const VALVE: Keys =
+        &["model", "S", "J", "fs", "fd", "K", "rest_tolerance", "limits", "lag"];
+    pub const CONTROLLER: Keys = &[
+        "kc",
+        "ti",
+        "td",
+        "kp",
+        "ki",
+        "kd",
+        "filter",
+        "set_point_weight",
+        "derivative_on",
+        "form",
+        "handover",
+        "limits",
+        "anti_windup",
+        "tracking_time",
+    ];
+    pub const PROCESS: Keys = &["type", "gain", "tau", "tau2", "num", "den", "delay", "dead_time"];
+    pub const OPERATING_POINT: Keys = &["op", "pv"];
+    pub const RESOLUTION: Keys = &["op", "pv"];
+    pub const SIGNAL: Keys = &[
+        "signal",
+        "value",
+        "mean",
+        "amplitude",
+        "period",
+        "phase",
+        "steps",
+        "start",
+        "slope",
+        "from",
+        "step",
+        "dwell",
+        "stairs",
+        "sd",
+        "tau",
+        "seed",
+        "file",
+        "column",
+    ];
+    pub const NOISE: Keys = &["sd", "tau", "seed"];
+    pub const MASTER: Keys =
+        &["every", "operating_point", "set_point", "controller", "process", "noise", "measurement"];
+}
+
 /// The longest run a scenario may ask for. One of this length takes gigabytes.
 const MAX_SAMPLES: f64 = 1e8;
 
@@ -264,14 +354,14 @@ impl Builder<'_> {
             ));
         }
         let clock = Clock { sample_time, samples: samples as usize };
-        let system = if let Some(input) = top.table("input")? {
+        let system = if let Some(input) = top.table("input", keys::SIGNAL)? {
             let start = top.number("start")?;
             let valve = self.valve(&top, clock)?;
             let input = self.signal(input, clock)?;
             System::OpenLoop(OpenLoop { valve, input, start, sample_time, samples: clock.samples })
         } else {
             let slave = self.closed_loop(&top, clock)?;
-            match top.table("master")? {
+            match top.table("master", keys::MASTER)? {
                 None => System::ClosedLoop(slave),
                 Some(master) => System::Cascade(Box::new(self.cascade(master, slave, clock)?)),
             }
@@ -288,23 +378,34 @@ impl Builder<'_> {
     }
 
     fn closed_loop(&mut self, top: &Fields<'_, '_>, clock: Clock) -> Built<ClosedLoop> {
-        let controller = self.controller(section(top, "controller")?)?;
-        let (process, dead_time) = self.process(section(top, "process")?)?;
+        if !["controller", "process"].iter().any(|key| top.has(key)) {
+            return Err(top.wrong_table(
+                "simulates nothing; add [controller] and [process] for a control loop, or [input] \
+                 for a valve on a test signal",
+            ));
+        }
+        let controller = self.controller(section(top, "controller", keys::CONTROLLER)?)?;
+        let (process, dead_time) = self.process(section(top, "process", keys::PROCESS)?)?;
         let mut system = ClosedLoop::new(controller, self.valve(top, clock)?, process);
         system.dead_time = dead_time;
         system.sample_time = clock.sample_time;
         system.samples = clock.samples;
-        if let Some(rest) = top.table("operating_point")? {
+        if let Some(rest) = top.table("operating_point", keys::OPERATING_POINT)? {
             system.op_rest = rest.number_or("op", 0.0)?;
             system.pv_rest = rest.number_or("pv", 0.0)?;
             rest.finish()?;
         }
-        if let Some(quantum) = top.table("resolution")? {
-            system.op_quantum = quantum.number_or("op", 0.0)?;
-            system.pv_quantum = quantum.number_or("pv", 0.0)?;
+        if let Some(quantum) = top.table("resolution", keys::RESOLUTION)? {
+            let step = |key| match quantum.number_or(key, 0.0)? {
+                step if step < 0.0 => {
+                    Err(quantum.wrong(key, format!("is {step}, but must be at least 0")))
+                }
+                step => Ok(step),
+            };
+            (system.op_quantum, system.pv_quantum) = (step("op")?, step("pv")?);
             quantum.finish()?;
         }
-        system.set_point = match top.table("set_point")? {
+        system.set_point = match top.table("set_point", keys::SIGNAL)? {
             Some(fields) => self.signal(fields, clock)?,
             None => system.pv_rest.into(),
         };
@@ -316,7 +417,7 @@ impl Builder<'_> {
     /// `[noise]` and `[[measurement]]`: what adds to a PV.
     fn measurement(&mut self, top: &Fields<'_, '_>, clock: Clock) -> Built<Vec<Signal>> {
         let mut signals = vec![];
-        if let Some(fields) = top.table("noise")? {
+        if let Some(fields) = top.table("noise", keys::NOISE)? {
             signals.push(noise(&fields)?);
             fields.finish()?;
         }
@@ -330,7 +431,10 @@ impl Builder<'_> {
         key: &'static str,
         clock: Clock,
     ) -> Built<Vec<Signal>> {
-        top.tables(key)?.into_iter().map(|fields| self.signal(fields, clock)).collect()
+        top.tables(key, keys::SIGNAL)?
+            .into_iter()
+            .map(|fields| self.signal(fields, clock))
+            .collect()
     }
 
     fn cascade(
@@ -340,18 +444,21 @@ impl Builder<'_> {
         clock: Clock,
     ) -> Built<Cascade> {
         let every = master.count("every")?.unwrap_or(1);
+        if every == 0 {
+            return Err(master.wrong("every", "is 0 samples, but must be at least 1"));
+        }
         let pv_rest = master.number_or("operating_point", 0.0)?;
-        let set_point = match master.table("set_point")? {
+        let set_point = match master.table("set_point", keys::SIGNAL)? {
             Some(fields) => self.signal(fields, clock)?,
             None => pv_rest.into(),
         };
-        let (process, dead_time) = self.process(section(&master, "process")?)?;
+        let (process, dead_time) = self.process(section(&master, "process", keys::PROCESS)?)?;
         if dead_time != slave.dead_time {
             return Err(master.wrong("process", "dead_time must be that of the slave's process"));
         }
         let cascade = Cascade {
             slave,
-            controller: self.controller(section(&master, "controller")?)?,
+            controller: self.controller(section(&master, "controller", keys::CONTROLLER)?)?,
             process,
             set_point,
             measurement: self.measurement(&master, clock)?,
@@ -464,7 +571,7 @@ impl Builder<'_> {
     }
 
     fn valve(&mut self, top: &Fields<'_, '_>, clock: Clock) -> Built<Assembly> {
-        let fields = section(top, "valve")?;
+        let fields = section(top, "valve", keys::VALVE)?;
         let model = fields.text("model")?.unwrap_or("two-phase");
         let model = Model::by_name(model).map_err(|e| fields.wrong("model", e))?;
         let (s, j) = (fields.number("S")?, fields.number("J")?);
@@ -606,8 +713,12 @@ const SIGNALS: &[(&str, Kind)] = &[
 ];
 
 /// A table that must be there.
-fn section<'a, 'i>(top: &Fields<'a, 'i>, key: &'static str) -> Built<Fields<'a, 'i>> {
-    top.table(key)?.ok_or_else(|| top.wrong(key, format!("is missing; add a table [{key}]")))
+fn section<'a, 'i>(
+    top: &Fields<'a, 'i>,
+    key: &'static str,
+    known: &'static [&'static str],
+) -> Built<Fields<'a, 'i>> {
+    top.table(key, known)?.ok_or_else(|| top.wrong(key, format!("is missing; add a table [{key}]")))
 }
 
 fn noise(fields: &Fields<'_, '_>) -> Built<Signal> {

@@ -13,6 +13,8 @@ pub struct Table {
     delimiter: u8,
     header: Vec<String>,
     rows: Vec<csv::StringRecord>,
+    /// The line of the file on which each row begins, from 1.
+    lines: Vec<usize>,
 }
 
 /// Names by which a column of times is known.
@@ -43,26 +45,21 @@ impl Table {
             wrong(format!("line {line} is not UTF-8 text; save the file as CSV in UTF-8"))
         })?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let first = text.lines().next().unwrap_or("");
+        let first = text.lines().find(|line| !line.is_empty()).unwrap_or("");
         if first.trim().is_empty() {
             return Err(wrong(
                 "is empty; a header row and at least two rows are needed".to_owned(),
             ));
         }
-        let count = |d: &u8| first.bytes().filter(|b| b == d).count();
-        // The comma where there is no other: max_by_key keeps the last of equals.
-        let delimiter = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
+        let delimiter = delimiter(first);
         let mut reader =
             csv::ReaderBuilder::new().delimiter(delimiter).from_reader(text.as_bytes());
-        let ragged = |e: csv::Error| match e.kind() {
-            csv::ErrorKind::UnequalLengths { pos, expected_len, len } => wrong(format!(
-                "row {} has {len} cells, but the header has {expected_len} columns",
-                pos.as_ref().map_or(0, csv::Position::line)
-            )),
-            _ => wrong(e.to_string()),
-        };
-        let header: Vec<String> =
-            reader.headers().map_err(&ragged)?.iter().map(|name| name.trim().to_owned()).collect();
+        let header: Vec<String> = reader
+            .headers()
+            .map_err(|e| wrong(e.to_string()))?
+            .iter()
+            .map(|name| name.trim().to_owned())
+            .collect();
         for (i, name) in header.iter().enumerate() {
             if header[..i].contains(name) {
                 return Err(wrong(format!("has two columns named \"{name}\"; rename one")));
@@ -73,19 +70,32 @@ impl Table {
                 "row 1 must name the columns, but reads \"{first}\"; add a header such as \"t,u\""
             )));
         }
-        let rows = reader.records().collect::<std::result::Result<Vec<_>, _>>().map_err(ragged)?;
+        let mut records = RecordLines { text: text.as_bytes(), at: 0, line: 1 };
+        let (mut rows, mut lines) = (vec![], vec![]);
+        for row in reader.records() {
+            let row = row.map_err(|e| match e.kind() {
+                csv::ErrorKind::UnequalLengths { pos, expected_len, len } => wrong(format!(
+                    "row {} has {len} cells, but the header has {expected_len} columns; give every \
+                     row as many cells",
+                    records.line(pos.as_ref())
+                )),
+                _ => wrong(e.to_string()),
+            })?;
+            lines.push(records.line(row.position()));
+            rows.push(row);
+        }
         if rows.len() < 2 {
             return Err(wrong(format!(
                 "has {} below its header; a signal needs at least two",
                 if rows.is_empty() { "no row" } else { "one row" }
             )));
         }
-        let table = Self { origin: origin.to_owned(), delimiter, header, rows };
+        let table = Self { origin: origin.to_owned(), delimiter, header, rows, lines };
         table.check_times()?;
         Ok(table)
     }
 
-    /// The times must ascend, where there are numeric ones.
+    /// The times must be numbers that ascend, where there are times.
     fn check_times(&self) -> Result<()> {
         let Some(name) = self.header.iter().find(|name| is_time(name)) else { return Ok(()) };
         let times = self.column(name)?;
@@ -105,7 +115,7 @@ impl Table {
 
     /// An error about the cell in data row `index`, counted from 0.
     fn cell(&self, index: usize, column: &str, message: String) -> Error {
-        let row = self.rows[index].position().map_or(index + 2, |p| p.line() as usize);
+        let row = self.lines[index];
         Error::Cell { origin: self.origin.clone(), row, column: column.to_owned(), message }
     }
 
@@ -143,9 +153,12 @@ impl Table {
             match cell.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
                 _ if cell.is_empty() => {
-                    Err(self.cell(i, name, "is empty, but a number is needed".to_owned()))
+                    Err(self.cell(i, name, "is empty; a number is needed".to_owned()))
                 }
-                _ => Err(self.cell(i, name, format!("\"{cell}\" is not a finite number"))),
+                _ => {
+                    let example = "write numbers like 1.5 or 2e-3";
+                    Err(self.cell(i, name, format!("\"{cell}\" is not a finite number; {example}")))
+                }
             }
         };
         self.rows.iter().enumerate().map(number).collect()
@@ -162,17 +175,61 @@ impl Table {
             return Err(wrong(format!("has a column \"{name}\" already; rename it")));
         }
         if values.len() != self.rows.len() {
-            let message = format!("has {} rows, but {} values", self.rows.len(), values.len());
+            let (rows, values) = (self.rows.len(), values.len());
+            let message = format!("has {rows} rows, but {values} values; give one a row");
             return Err(wrong(message));
         }
-        let mut writer = csv::WriterBuilder::new().delimiter(self.delimiter).from_writer(vec![]);
+        let separator = char::from(self.delimiter).to_string();
+        let header = self.header.iter().map(String::as_str).chain([name]).map(quoted);
+        let header = header.collect::<Vec<_>>().join(&separator) + "\n";
+        let mut writer =
+            csv::WriterBuilder::new().delimiter(self.delimiter).from_writer(header.into_bytes());
         let io = |e: csv::Error| wrong(e.to_string());
-        writer.write_record(self.header.iter().map(String::as_str).chain([name])).map_err(io)?;
         for (row, value) in self.rows.iter().zip(values) {
             let value = value.to_string();
             writer.write_record(row.iter().chain([value.as_str()])).map_err(io)?;
         }
         finish(writer).map_err(wrong)
+    }
+}
+
+/// Tells on which line of a text its records begin. The reader's own count stops before line ends
+/// and blank lines that precede a record.
+struct RecordLines<'t> {
+    text: &'t [u8],
+    at: usize,
+    line: usize,
+}
+
+impl RecordLines<'_> {
+    /// The line, from 1, of the record at `position`; records in their order.
+    fn line(&mut self, position: Option<&csv::Position>) -> usize {
+        let start = position.map_or(self.at, |position| position.byte() as usize);
+        let ends = self.text[start..].iter().take_while(|b| matches!(**b, b'\r' | b'\n')).count();
+        let passed = &self.text[self.at..start + ends];
+        self.line += passed.iter().filter(|b| **b == b'\n').count();
+        self.at = start + ends;
+        self.line
+    }
+}
+
+/// What separates the cells of a `header`: the comma, the semicolon or the tab, whichever it has most
+/// of outside quotes; the comma where there is none.
+fn delimiter(header: &str) -> u8 {
+    let bare = || header.split('"').step_by(2).flat_map(str::bytes);
+    // max_by_key keeps the last of equals.
+    [b'\t', b';', b',']
+        .into_iter()
+        .max_by_key(|d| bare().filter(|b| b == d).count())
+        .unwrap_or(b',')
+}
+
+/// `name` in quotes where, without them, it could be mistaken for several columns.
+fn quoted(name: &str) -> std::borrow::Cow<'_, str> {
+    if name.contains([',', ';', '\t', '"', '\r', '\n']) {
+        format!("\"{}\"", name.replace('"', "\"\"")).into()
+    } else {
+        name.into()
     }
 }
 
