@@ -44,8 +44,9 @@ impl Table {
             let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
             wrong(format!("line {line} is not UTF-8 text; save the file as CSV in UTF-8"))
         })?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let first = text.lines().find(|line| !line.is_empty()).unwrap_or("");
+        // The CSV reader skips a byte order mark by itself.
+        let shown = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let first = shown.lines().find(|line| !line.is_empty()).unwrap_or("");
         if first.trim().is_empty() {
             return Err(wrong(
                 "is empty; a header row and at least two rows are needed".to_owned(),
@@ -224,9 +225,10 @@ fn delimiter(header: &str) -> u8 {
         .unwrap_or(b',')
 }
 
-/// `name` in quotes where, without them, it could be mistaken for several columns.
+/// `name` in quotes where, without them, it could be mistaken for several columns, or its beginning
+/// for a byte order mark.
 fn quoted(name: &str) -> std::borrow::Cow<'_, str> {
-    if name.contains([',', ';', '\t', '"', '\r', '\n']) {
+    if name.contains([',', ';', '\t', '"', '\r', '\n', '\u{feff}']) {
         format!("\"{}\"", name.replace('"', "\"\"")).into()
     } else {
         name.into()
