@@ -81,11 +81,18 @@ impl<'a, 'i> Fields<'a, 'i> {
         Wrong { span: self.span.clone(), message }
     }
 
-    /// The core's refusal of what this table says, at the key it names if there is one.
+    /// The core's refusal of what this table says, at the key it names if there is one: "stem lag"
+    /// is `lag`, "rest tolerance" is `rest_tolerance`.
     pub fn refused(&self, error: stiction::Error) -> Wrong {
-        match &error {
-            stiction::Error::Parameter { name, .. } if self.has(name) => self.wrong(name, error),
-            _ => self.wrong_table(error),
+        let stiction::Error::Parameter { name, .. } = &error else {
+            return self.wrong_table(error);
+        };
+        let name = format!(" {}", name.to_lowercase().replace('_', " "));
+        let named =
+            |key: &str| name.ends_with(&format!(" {}", key.to_lowercase().replace('_', " ")));
+        match self.table.keys().find(|key| named(key.get_ref())) {
+            Some(key) => self.wrong(key.get_ref(), error),
+            None => self.wrong_table(error),
         }
     }
 

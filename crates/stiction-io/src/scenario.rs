@@ -41,7 +41,7 @@ pub enum System {
     /// A valve on a test signal.
     OpenLoop(OpenLoop),
     /// A control loop.
-    ClosedLoop(ClosedLoop),
+    ClosedLoop(Box<ClosedLoop>),
     /// A slave loop under a master.
     Cascade(Box<Cascade>),
 }
@@ -362,7 +362,7 @@ impl Builder<'_> {
         } else {
             let slave = self.closed_loop(&top, clock)?;
             match top.table("master", keys::MASTER)? {
-                None => System::ClosedLoop(slave),
+                None => System::ClosedLoop(Box::new(slave)),
                 Some(master) => System::Cascade(Box::new(self.cascade(master, slave, clock)?)),
             }
         };

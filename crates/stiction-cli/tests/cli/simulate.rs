@@ -35,11 +35,14 @@ fn every_built_in_fills_the_columns_it_has() {
         assert_eq!(rows.len(), samples.round() as usize, "{name}");
         let times = column(&csv, "t");
         assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
-        assert!(rows.iter().all(|row| row[3] != "" && row[4] != ""), "{name}");
+        assert!(rows.iter().all(|row| !row[3].is_empty() && !row[4].is_empty()), "{name}");
 
         // The signals an open loop lacks stay empty; a cascade has two more.
         let is_loop = !name.contains("open-loop") && !name.contains("step-");
-        assert!(rows.iter().all(|row| (row[1] != "" && row[2] != "") == is_loop), "{name}");
+        assert!(
+            rows.iter().all(|row| (!row[1].is_empty() && !row[2].is_empty()) == is_loop),
+            "{name}"
+        );
         let more: &[&str] =
             if name.contains("cascade") { &["master_sp", "master_pv"] } else { &[] };
         assert_eq!(header[5..], *more, "{name}");
