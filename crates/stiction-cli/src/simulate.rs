@@ -191,11 +191,11 @@ fn to_json(name: &str, scenario: &Scenario, report: &Report) -> Result<Value> {
         "scenario": name,
         "title": scenario.title,
         "scenario_sha256": format!("{:x}", Sha256::digest(&scenario.text)),
-        "settings": settings,
         "period_s": report.period_s,
         "half_pp": { "op": op, "vp": vp, "pv": pv },
         "growth": report.growth,
         "window": "last half of the run",
+        "settings": settings,
     }))
 }
 

@@ -21,8 +21,7 @@ use stiction_io::{Table, table};
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction stem --set cts-stribeck --period 200 --duration 400 -o stem.csv --events slips.csv
-  stiction stem --set usp --friction lugre --with stiffness_n_per_m=2.6e7 \\
-      --with damping_n_s_per_m=20396 -o lugre.csv
+  stiction stem --set usp --friction lugre --with coulomb_n=650 -o lugre.csv
   stiction stem --set cts --input op.csv --column u -o out.csv")]
 pub struct Args {
     /// List the parameter sets and the friction laws
@@ -169,7 +168,10 @@ fn build(args: &Args) -> Result<Stem> {
     }
 
     let wanted = args.friction.as_deref().unwrap_or(set.friction.name());
-    let known = set.friction.values();
+    // What the set's own law does not have, the same valve's set for the wanted law may.
+    let sibling = ParameterSet::named(&format!("{}-{wanted}", set.name));
+    let mut known = set.friction.values();
+    known.extend(sibling.map_or(vec![], |sibling| sibling.friction.values()));
     let mut missing = vec![];
     let names = LAWS.iter().find(|law| law.name == wanted).map_or(&[][..], |law| law.parameters);
     let values: Vec<f64> = names

@@ -1,5 +1,37 @@
 //! Sticking control valves: models with known truth, and the loops around them.
-#![deny(unsafe_code)]
+//!
+//! * [`Bands`]: how much a valve sticks; S and J against static and dynamic friction bands.
+//! * [`valve`]: from controller output to valve position, sample by sample; every published
+//!   data-driven model behind one trait, by name, and many candidates at once.
+//! * [`stem`]: the physical valve, its friction laws, and the map to S and J.
+//! * [`closed_loop`]: signals, processes, controllers, loops, cascades, and sweeps of loops.
+//!
+//! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds,
+//! the process value (PV) in its own units. The crate computes and does nothing else: no files, no
+//! clock, no panics on bad input, and the same bytes for the same input on any number of threads.
+//!
+//! ```
+//! use stiction::Bands;
+//! use stiction::closed_loop::{ClosedLoop, Controller, Process};
+//! use stiction::valve::{Assembly, Model, Start, TwoPhase, Valve};
+//!
+//! // A valve: |54 - 50| exceeds fs = 3.5, so it slips, and then trails the input by fd = 1.5.
+//! let mut valve = TwoPhase::new(Bands::from_s_j(5.0, 2.0)?);
+//! valve.restart(Start::at_rest(50.0));
+//! assert_eq!(valve.step(54.0), 52.5);
+//!
+//! // The same in a loop: it cycles.
+//! let model = Model::by_name("two-phase")?.build(Bands::from_s_j(5.0, 2.0)?)?;
+//! let mut sticky = ClosedLoop::new(
+//!     Controller::pi(1.1, 2.5)?,
+//!     Assembly::new(model),
+//!     Process::first_order(1.5, 5.93, 1.07)?,
+//! );
+//! sticky.set_point = 5.0.into();
+//! let run = sticky.run()?;
+//! assert!(run.period_s().is_some_and(|period| (21.0..24.0).contains(&period)));
+//! # Ok::<(), stiction::Error>(())
+//! ```
 
 pub mod bands;
 pub mod closed_loop;

@@ -58,29 +58,70 @@ pub(crate) trait Kernel {
     fn run(self) -> Self::Output;
 }
 
-/// Runs `kernel` with the widest vectors there are.
-pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
+/// How wide the vectors of a compilation are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Width {
+    /// What every processor of the target has.
+    Baseline,
     #[cfg(target_arch = "x86_64")]
-    {
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Width {
+    /// All widths this processor has, the widest first.
+    pub(crate) fn available() -> impl Iterator<Item = Self> {
+        [
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2,
+            Self::Baseline,
+        ]
+        .into_iter()
+        .filter(|width| width.is_available())
+    }
+
+    fn is_available(self) -> bool {
+        match self {
+            Self::Baseline => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+            }
+        }
+    }
+
+    /// Runs `kernel` with vectors of this width, or of the baseline if the processor lacks it.
+    pub(crate) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
         fn avx512<K: Kernel>(kernel: K) -> K::Output {
             kernel.run()
         }
+        #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx2")]
         fn avx2<K: Kernel>(kernel: K) -> K::Output {
             kernel.run()
         }
-        if is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("avx512dq")
-        {
-            // SAFETY: the processor has all three features.
-            return unsafe { avx512(kernel) };
-        }
-        if is_x86_feature_detected!("avx2") {
+        match self {
+            // SAFETY: the processor has all the features that `is_available` asks for.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 if self.is_available() => unsafe { avx512(kernel) },
             // SAFETY: the processor has the feature.
-            return unsafe { avx2(kernel) };
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 if self.is_available() => unsafe { avx2(kernel) },
+            _ => kernel.run(),
         }
     }
-    kernel.run()
+}
+
+/// Runs `kernel` with the widest vectors there are.
+pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
+    Width::available().next().unwrap_or(Width::Baseline).run(kernel)
 }

@@ -311,7 +311,8 @@ impl Pid {
             high,
             clamping: c.anti_windup == AntiWindup::Clamping,
             tracking: match c.anti_windup {
-                AntiWindup::BackCalculation(time) => ts / time,
+                // Without integral action the integral is the operating point, which stays.
+                AntiWindup::BackCalculation(time) if c.ki != 0.0 => ts / time,
                 _ => 0.0,
             },
             integral: engaged.integral,

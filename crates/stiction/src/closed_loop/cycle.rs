@@ -1,6 +1,6 @@
 //! Periods and amplitudes of simulated cycles.
 
-use crate::error::{Error, Result, all_finite, positive};
+use crate::error::{Error, Result, all_finite, non_negative, positive};
 use crate::simd::Lane;
 
 /// Counts the upward crossings of a level, in `N` signals side by side.
@@ -102,9 +102,10 @@ pub(super) fn range(signal: &[f64]) -> (f64, f64) {
 /// good choice.
 ///
 /// # Errors
-/// If the signal is empty or not finite, or `sample_time` not positive.
+/// If the signal is empty or not finite, `sample_time` not positive, or `noise_band` negative.
 pub fn period(signal: &[f64], sample_time: f64, noise_band: f64) -> Result<Option<f64>> {
     positive("sample time", sample_time)?;
+    non_negative("noise band", noise_band)?;
     all_finite("signal", signal)?;
     if signal.is_empty() {
         return Err(Error::Length { name: "signal", found: 0, expected: 1 });

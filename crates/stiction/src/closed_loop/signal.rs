@@ -16,7 +16,11 @@ pub enum Wave {
 
 impl Wave {
     /// The value at `phase`, counted in periods.
-    fn at(self, phase: f64) -> f64 {
+    fn at(self, mut phase: f64) -> f64 {
+        if self == Self::Square {
+            // An edge at a whole number of samples must not slip by rounding.
+            phase += phase.abs() * 1e-12;
+        }
         let p = phase - phase.floor();
         match self {
             Self::Sine => (std::f64::consts::TAU * p).sin(),

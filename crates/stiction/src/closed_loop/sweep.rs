@@ -262,3 +262,46 @@ fn play_block(block: &[usize], prepared: &[Prepared<'_>]) -> Vec<Statistics> {
     });
     block.iter().enumerate().map(|(l, i)| gathered.statistics(l, prepared[*i].settings)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::{Controller, Process, Signal};
+    use crate::simd::Width;
+    use crate::valve::Model;
+
+    /// A block of cycling loops, noisy or not, to be played with vectors of some width.
+    fn played(width: Width, sd: f64) -> Vec<Statistics> {
+        let loops: [ClosedLoop; LANES] = std::array::from_fn(|l| {
+            let bands = Bands::from_s_j(5.0, 0.4 * l as f64).unwrap();
+            let mut sticky = ClosedLoop::new(
+                Controller::pi(1.1, 2.5).unwrap(),
+                Model::TwoPhase.build(bands).unwrap().into(),
+                Process::first_order(1.5, 5.93, 1.07).unwrap(),
+            );
+            sticky.set_point = 5.0.into();
+            sticky.measurement = vec![Signal::Noise { sd, tau_s: 0.0, seed: l as u64 }];
+            sticky
+        });
+        let prepared = loops.each_ref().map(|l| l.prepare().unwrap());
+        let loops = prepared.each_ref();
+        let bands = std::array::from_fn(|l| Bands::from_s_j(5.0, 0.4 * l as f64).unwrap());
+        let valves = TwoPhaseLanes::starting(&bands, [Start::default(); LANES]);
+        let gathered = width.run(Block::<_, true, 1> {
+            bank: LoopBank::new(loops, valves),
+            feeds: Feeds::new(loops),
+            samples: loops[0].settings.samples,
+            gather: Gather::new(loops),
+        });
+        (0..LANES).map(|l| gathered.statistics(l, loops[l].settings)).collect()
+    }
+
+    #[test]
+    fn all_widths_give_the_same_bits() {
+        for sd in [0.0, 0.2] {
+            for width in Width::available() {
+                assert_eq!(played(width, sd), played(Width::Baseline, sd), "{width:?}");
+            }
+        }
+    }
+}

@@ -184,3 +184,34 @@ pub fn run<M: Laned, R: Send>(
         )
         .collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::NormalStream;
+    use crate::simd::Width;
+
+    /// Positions to the bit, for vectors of some width.
+    fn positions<L: LaneValve>(width: Width, op: &[f64]) -> Vec<[u64; LANES]> {
+        // Dead band alone, both, and slips that overshoot.
+        let bands = std::array::from_fn(|l| Bands::from_s_j(3.0, 0.4 * l as f64).unwrap());
+        let mut vp = vec![Lane::splat(0.0); op.len()];
+        let valves = L::starting(&bands, [Start::default(); LANES]);
+        width.run(Run { valves, op, vp: &mut vp });
+        vp.iter().map(|x| x.map(f64::to_bits)).collect()
+    }
+
+    #[test]
+    fn all_widths_give_the_same_bits() {
+        let mut stream = NormalStream::new(1);
+        let op: Vec<f64> = (0..2_000).map(|_| 5.0 * stream.draw()).collect();
+        for width in Width::available() {
+            let (two_phase, he) = (
+                positions::<TwoPhaseLanes>(Width::Baseline, &op),
+                positions::<HeLanes>(Width::Baseline, &op),
+            );
+            assert!(positions::<TwoPhaseLanes>(width, &op) == two_phase, "{width:?}");
+            assert!(positions::<HeLanes>(width, &op) == he, "{width:?}");
+        }
+    }
+}
