@@ -50,8 +50,15 @@ struct Report {
     /// Half peak-to-peak values of OP, VP and PV over the last half.
     half_pp: [Option<f64>; 3],
     growth: Option<f64>,
-    csv: String,
-    figure: Figure,
+    csv: Option<String>,
+    figure: Option<Figure>,
+}
+
+/// What of a report is asked for: of a long run, text and figure take most of the time and memory.
+#[derive(Clone, Copy)]
+struct Wanted {
+    csv: bool,
+    figure: bool,
 }
 
 pub fn run(args: Args) -> Result<()> {
@@ -69,12 +76,13 @@ pub fn run(args: Args) -> Result<()> {
     if args.print {
         return output::write(None, scenario.text.as_bytes());
     }
-    let report = simulate(&scenario)?;
-    if let Some(path) = &args.plot {
-        plot(path, &report.figure)?;
+    let wanted = Wanted { csv: args.output.is_some(), figure: args.plot.is_some() };
+    let report = simulate(&scenario, wanted)?;
+    if let (Some(path), Some(figure)) = (&args.plot, &report.figure) {
+        plot(path, figure)?;
     }
-    if let Some(path) = &args.output {
-        output::write(Some(path), report.csv.as_bytes())?;
+    if let (Some(path), Some(csv)) = (&args.output, &report.csv) {
+        output::write(Some(path), csv.as_bytes())?;
     }
     if args.json {
         output::line(serde_json::to_string_pretty(&to_json(&name, &scenario, &report)?)?)?;
@@ -84,7 +92,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-fn simulate(scenario: &Scenario) -> Result<Report> {
+fn simulate(scenario: &Scenario, wanted: Wanted) -> Result<Report> {
     let title = &scenario.title;
     Ok(match &scenario.system {
         System::OpenLoop(system) => {
@@ -96,27 +104,40 @@ fn simulate(scenario: &Scenario) -> Result<Report> {
                 period_s: period(last, done.sample_time, 0.0)?,
                 half_pp: [half_pp(&done.op), half_pp(&done.vp), None],
                 growth: None,
-                csv: csv(done.sample_time, [None, None, Some(&done.op), Some(&done.vp)], &[]),
-                figure: run::open_loop(title, &done),
+                csv: wanted.csv.then(|| {
+                    csv(done.sample_time, [None, None, Some(&done.op), Some(&done.vp)], &[])
+                }),
+                figure: wanted.figure.then(|| run::open_loop(title, &done)),
             }
         }
         System::ClosedLoop(system) => {
             let done = system.run()?;
-            closed_loop_report(&done, run::closed_loop(title, &done), &[])?
+            closed_loop_report(
+                &done,
+                wanted.figure.then(|| run::closed_loop(title, &done)),
+                wanted,
+                &[],
+            )?
         }
         System::Cascade(system) => {
             let done = system.run()?;
             let master: [(&str, Option<&[f64]>); 2] =
                 [("master_sp", Some(&done.sp)), ("master_pv", Some(&done.pv))];
             check_finite(done.slave.sample_time, &[("the master's PV", &done.pv)])?;
-            closed_loop_report(&done.slave, run::cascade(title, &done), &master)?
+            closed_loop_report(
+                &done.slave,
+                wanted.figure.then(|| run::cascade(title, &done)),
+                wanted,
+                &master,
+            )?
         }
     })
 }
 
 fn closed_loop_report(
     done: &Run,
-    figure: Figure,
+    figure: Option<Figure>,
+    wanted: Wanted,
     more: &[(&str, Option<&[f64]>)],
 ) -> Result<Report> {
     let signals = [("PV", &done.pv[..]), ("OP", &done.op), ("VP", &done.vp)];
@@ -126,7 +147,7 @@ fn closed_loop_report(
         period_s: done.period_s(),
         half_pp: [&done.op, &done.vp, &done.pv].map(|signal| Some(done.half_pp(signal))),
         growth: done.growth(),
-        csv: csv(done.sample_time, columns, more),
+        csv: wanted.csv.then(|| csv(done.sample_time, columns, more)),
         figure,
     })
 }
