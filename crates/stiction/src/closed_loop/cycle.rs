@@ -87,8 +87,11 @@ impl<const N: usize> Counts<N> {
     }
 }
 
-/// Smallest and largest value.
+/// Smallest and largest value; both NaN if any value is.
 pub(super) fn range(signal: &[f64]) -> (f64, f64) {
+    if signal.iter().any(|v| v.is_nan()) {
+        return (f64::NAN, f64::NAN);
+    }
     signal
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))

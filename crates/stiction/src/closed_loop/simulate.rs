@@ -220,10 +220,11 @@ impl Run {
         cycle::period(&self.pv[self.half()..], self.sample_time, self.noise_band).ok().flatten()
     }
 
-    /// Half the peak-to-peak value of `signal` (one of this run's) over the last half of the run.
+    /// Half the peak-to-peak value of `signal` (one of this run's) over the last half of the run;
+    /// NaN if the loop overflowed.
     pub fn half_pp(&self, signal: &[f64]) -> f64 {
         let (low, high) = cycle::range(&signal[self.half().min(signal.len())..]);
-        if low <= high { (high - low) / 2.0 } else { 0.0 }
+        if signal.is_empty() { 0.0 } else { (high - low) / 2.0 }
     }
 
     /// Peak-to-peak value of the PV in the last quarter of the run over that in the quarter before:
