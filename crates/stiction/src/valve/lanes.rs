@@ -115,9 +115,9 @@ impl<L: LaneValve> Kernel for Run<'_, L> {
         // A copy of its own, so that the state stays in registers.
         let mut valves = self.valves;
         for (u, x) in self.op.iter().zip(self.vp) {
-            for (l, x) in x.iter_mut().enumerate() {
-                *x = valves.step(l, *u);
-            }
+            // By way of an array that cannot overlap the input: otherwise a loop for the case that
+            // they do keeps the state out of registers.
+            *x = Lane::from_fn(|l| valves.step(l, *u));
         }
     }
 }
@@ -156,9 +156,12 @@ pub fn run<M: Laned, R: Send>(
 ) -> Result<Vec<R>> {
     start.checked()?;
     all_finite("op", op)?;
+    // One share a thread: each pays once for its buffer, which costs as much as filling it.
+    let share = bands.len().div_ceil(LANES).div_ceil(rayon::current_num_threads());
     Ok(bands
         .par_chunks(LANES)
         .enumerate()
+        .with_min_len(share)
         .map_init(
             || vec![Lane::splat(0.0); op.len()],
             |vp, (block, bands)| {
