@@ -35,30 +35,28 @@ fn one_valve(c: &mut Criterion) {
     group.finish();
 }
 
+/// Sixteen lanes of 2,000 samples fit the second-level cache, of 10,000 they do not.
 fn many_candidates(c: &mut Criterion) {
-    let op = input();
     let bands: Vec<Bands> = (0..160)
         .map(|i| Bands::from_s_j(0.1 + 0.05 * i as f64, 0.02 * i as f64).unwrap())
         .collect();
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let mut group = c.benchmark_group("valve/lanes");
-    group.throughput(Throughput::Elements((SAMPLES * bands.len()) as u64));
-    let last = |_, vp: &[lanes::Lane]| vp[SAMPLES - 1];
-    group.bench_function("two-phase, 160 candidates, 1 thread", |b| {
-        b.iter(|| {
-            one_thread.install(|| {
-                lanes::run::<TwoPhase, _>(black_box(&bands), Start::at_rest(50.0), &op, last)
-                    .unwrap()
-            })
+    for samples in [2_000, SAMPLES] {
+        let op = &input()[..samples];
+        group.throughput(Throughput::Elements((samples * bands.len()) as u64));
+        let last = |_, vp: &[lanes::Lane]| vp[samples - 1];
+        let start = Start::at_rest(50.0);
+        let what = format!("160 candidates, {samples} samples, 1 thread");
+        group.bench_function(format!("two-phase, {what}"), |b| {
+            let run = || lanes::run::<TwoPhase, _>(black_box(&bands), start, op, last).unwrap();
+            b.iter(|| one_thread.install(run));
         });
-    });
-    group.bench_function("he, 160 candidates, 1 thread", |b| {
-        b.iter(|| {
-            one_thread.install(|| {
-                lanes::run::<He, _>(black_box(&bands), Start::at_rest(50.0), &op, last).unwrap()
-            })
+        group.bench_function(format!("he, {what}"), |b| {
+            let run = || lanes::run::<He, _>(black_box(&bands), start, op, last).unwrap();
+            b.iter(|| one_thread.install(run));
         });
-    });
+    }
     group.finish();
 }
 

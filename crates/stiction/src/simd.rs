@@ -70,6 +70,11 @@ pub(crate) enum Width {
 }
 
 impl Width {
+    /// The widest this processor has.
+    pub(crate) fn widest() -> Self {
+        Self::available().next().unwrap_or(Self::Baseline)
+    }
+
     /// All widths this processor has, the widest first.
     pub(crate) fn available() -> impl Iterator<Item = Self> {
         [
@@ -119,9 +124,4 @@ impl Width {
             _ => kernel.run(),
         }
     }
-}
-
-/// Runs `kernel` with the widest vectors there are.
-pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
-    Width::available().next().unwrap_or(Width::Baseline).run(kernel)
 }

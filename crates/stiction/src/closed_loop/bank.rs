@@ -4,7 +4,7 @@ use super::controller::{Engaged, PiBank, PidBank};
 use super::process::{DelayLine, ProcessBank};
 use super::signal::SignalSource;
 use super::simulate::{ClosedLoop, Prepared, Sources};
-use crate::simd::Lane;
+use crate::simd::{Kernel, Lane, Width};
 use crate::valve::{AnyModel, Start, Valve};
 
 /// Valves side by side, each with its own OP.
@@ -31,35 +31,39 @@ pub(super) struct Feed<const N: usize> {
     ahead: Vec<Lane<N>>,
 }
 
-/// Samples drawn ahead. Sixteen lanes of three feeds then fit the first-level cache.
-pub(super) const AHEAD: usize = 32;
+/// Samples drawn ahead, played in a row, and then recorded. Sixteen lanes of them fit the
+/// first-level cache.
+const AHEAD: usize = 32;
 
 impl<const N: usize> Feed<N> {
     fn new(constant: Lane<N>, moving: Vec<(usize, SignalSource)>) -> Self {
         Self { constant, moving, ahead: vec![constant; AHEAD] }
     }
 
-    fn refill(&mut self) {
-        if self.moving.is_empty() {
-            return;
+    /// The next samples, at most [`AHEAD`].
+    fn draw(&mut self, samples: usize) -> &[Lane<N>] {
+        let ahead = &mut self.ahead[..samples];
+        if !self.moving.is_empty() {
+            ahead.fill(self.constant);
         }
-        self.ahead.fill(self.constant);
         for (lane, source) in &mut self.moving {
-            for sample in &mut self.ahead {
+            for sample in ahead.iter_mut() {
                 sample[*lane] += source.draw();
             }
         }
+        ahead
     }
 }
 
-/// Takes what happens in `N` loops, sample by sample.
-pub(super) trait Recorder<const N: usize>: Clone {
+/// Takes what happens in `N` loops.
+pub(super) trait Recorder<const N: usize> {
     /// The first sample it wants to see.
     fn from(&self) -> usize {
         0
     }
 
-    fn take(&mut self, k: usize, sample: &Sample<N>);
+    /// Takes some samples in a row, the first of which is number `k`.
+    fn take(&mut self, k: usize, samples: &[Sample<N>]);
 }
 
 /// One sample of `N` loops.
@@ -79,8 +83,8 @@ pub(super) struct LoopBank<V, const N: usize, const M: usize> {
     extras: Option<Extras<N>>,
 }
 
-/// The part of the loops that changes at every sample. It is copied before the first and then
-/// stays in registers; nothing may be in it that is rarely used or indexed at run time.
+/// The part of the loops that changes at every sample. It is copied before a stretch and then stays
+/// in registers; nothing may be in it that is rarely used or indexed at run time.
 #[derive(Clone)]
 struct LoopState<V, const N: usize, const M: usize> {
     controller: PiBank<N>,
@@ -145,7 +149,12 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
     }
 
     /// Plays one sample of any loops; see [`LoopState::step`].
-    pub(super) fn step(&mut self, sp: Lane<N>, load: Lane<N>, measurement: Lane<N>) -> Sample<N> {
+    pub(super) fn step(
+        &mut self,
+        sp: &Lane<N>,
+        load: &Lane<N>,
+        measurement: &Lane<N>,
+    ) -> Sample<N> {
         self.state.step::<false>(&mut self.line, &mut self.extras, sp, load, measurement)
     }
 }
@@ -160,9 +169,9 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
         &mut self,
         line: &mut DelayLine<N>,
         extras: &mut Option<Extras<N>>,
-        sp: Lane<N>,
-        load: Lane<N>,
-        measurement: Lane<N>,
+        sp: &Lane<N>,
+        load: &Lane<N>,
+        measurement: &Lane<N>,
     ) -> Sample<N> {
         // One loop over the lanes: the compiler turns it into vector code as a whole.
         let zero = Lane::splat(0.0);
@@ -180,7 +189,7 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
             v[l] = (vp[l] - self.op_rest[l]) + load[l];
         }
         self.process.advance(line.push::<PLAIN>(v));
-        Sample { sp, pv, op, vp }
+        Sample { sp: *sp, pv, op, vp }
     }
 }
 
@@ -201,9 +210,52 @@ impl<const N: usize> Feeds<N> {
     }
 }
 
+/// Some samples in a row: the inner loop. It is compiled by itself, so that the registers need hold
+/// nothing but the state of the loops.
+struct Stretch<'a, const PLAIN: bool, V, const N: usize, const M: usize> {
+    bank: &'a mut LoopBank<V, N, M>,
+    sp: &'a [Lane<N>],
+    load: &'a [Lane<N>],
+    measurement: &'a [Lane<N>],
+    played: &'a mut [Sample<N>],
+}
+
+impl<const PLAIN: bool, V: ValveBank, const N: usize, const M: usize> Kernel
+    for Stretch<'_, PLAIN, V, N, M>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let LoopBank { state: kept, line, extras } = self.bank;
+        let mut state = kept.clone();
+        let driven = self.sp.iter().zip(self.load).zip(self.measurement);
+        for (sample, ((sp, load), measurement)) in self.played.iter_mut().zip(driven) {
+            let Sample { pv, op, vp, .. } =
+                state.step::<PLAIN>(line, extras, sp, load, measurement);
+            // The arrays alone: a single lane would drag its padding along.
+            (sample.sp.0, sample.pv.0, sample.op.0, sample.vp.0) = (sp.0, pv.0, op.0, vp.0);
+        }
+        *kept = state;
+    }
+}
+
+/// Shows some samples in a row to a recorder.
+struct Record<'a, R, const N: usize> {
+    recorder: &'a mut R,
+    k: usize,
+    samples: &'a [Sample<N>],
+}
+
+impl<R: Recorder<N>, const N: usize> Kernel for Record<'_, R, N> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.recorder.take(self.k, self.samples);
+    }
+}
+
 /// Plays `samples` samples of `bank` and shows `recorder` those it wants to see. Only
 /// [plain](LoopBank::is_plain) banks may be played as `PLAIN`.
-#[inline(always)]
 pub(super) fn play<
     const PLAIN: bool,
     V: ValveBank,
@@ -211,33 +263,29 @@ pub(super) fn play<
     const N: usize,
     const M: usize,
 >(
+    width: Width,
     mut bank: LoopBank<V, N, M>,
     mut feeds: Feeds<N>,
     samples: usize,
-    recorder: R,
+    mut recorder: R,
 ) -> R {
-    let mut state = bank.state.clone();
-    let mut recorder = recorder.clone();
-    let from = recorder.from().min(samples);
-    let mut k = 0;
-    while k < samples {
-        feeds.sp.refill();
-        feeds.load.refill();
-        feeds.measurement.refill();
-        let many = AHEAD.min(samples - k);
-        let (sp, load) = (&feeds.sp.ahead[..many], &feeds.load.ahead[..many]);
-        let measurement = &feeds.measurement.ahead[..many];
-        // Not a closure: that would not be inlined in both places.
-        let (line, extras) = (&mut bank.line, &mut bank.extras);
-        let unseen = from.saturating_sub(k).min(many);
-        for i in 0..unseen {
-            state.step::<PLAIN>(line, extras, sp[i], load[i], measurement[i]);
+    let zero = Lane::splat(0.0);
+    let mut played = [Sample { sp: zero, pv: zero, op: zero, vp: zero }; AHEAD];
+    let from = recorder.from();
+    for k in (0..samples).step_by(AHEAD) {
+        let played = &mut played[..AHEAD.min(samples - k)];
+        width.run(Stretch::<PLAIN, V, N, M> {
+            bank: &mut bank,
+            sp: feeds.sp.draw(played.len()),
+            load: feeds.load.draw(played.len()),
+            measurement: feeds.measurement.draw(played.len()),
+            played,
+        });
+        let unseen = from.saturating_sub(k);
+        if unseen < played.len() {
+            let samples = &played[unseen..];
+            width.run(Record { recorder: &mut recorder, k: k + unseen, samples });
         }
-        for i in unseen..many {
-            let sample = state.step::<PLAIN>(line, extras, sp[i], load[i], measurement[i]);
-            recorder.take(k + i, &sample);
-        }
-        k += many;
     }
     recorder
 }
@@ -288,8 +336,8 @@ fn play_with<V: Valve + Clone, R: Recorder<1>, const M: usize>(
     let bank = LoopBank::<Each<V, 1>, 1, M>::new([prepared], Each([valve]));
     let (feeds, samples) = (Feeds::new([prepared]), prepared.settings.samples);
     if bank.is_plain() {
-        play::<true, _, _, 1, M>(bank, feeds, samples, recorder)
+        play::<true, _, _, 1, M>(Width::Baseline, bank, feeds, samples, recorder)
     } else {
-        play::<false, _, _, 1, M>(bank, feeds, samples, recorder)
+        play::<false, _, _, 1, M>(Width::Baseline, bank, feeds, samples, recorder)
     }
 }

@@ -1,6 +1,6 @@
 //! A master loop that sets the set point of a slave loop with a sticking valve.
 
-use super::bank::{Each, LoopBank, with_order};
+use super::bank::{Each, LoopBank, Recorder, with_order};
 use super::controller::{Engaged, PidBank};
 use super::process::{DelayLine, ProcessBank};
 use super::simulate::{Prepared, total};
@@ -115,10 +115,10 @@ impl Cascade {
                 output = master.step(0, run.sp[k], pv);
             }
             let flow = bank.process_value(0);
-            let sample = bank.step(Lane([trim[k] + output]), Lane([load[k]]), Lane([noise[k]]));
+            let sample = bank.step(&Lane([trim[k] + output]), &Lane([load[k]]), &Lane([noise[k]]));
             master_process.advance(master_line.push::<true>(Lane([flow - self.slave.pv_rest])));
             run.pv.push(pv);
-            run.slave.push(&sample);
+            run.slave.take(k, &[sample]);
         }
         Ok(run)
     }

@@ -40,20 +40,25 @@ impl<const N: usize> Crossings<N> {
         }
     }
 
-    /// Takes the sample number `k` of each signal.
+    /// Takes some samples in a row, the first of which is number `k`; `value` is that of a lane.
     #[inline(always)]
-    pub(super) fn take(&mut self, k: usize, value: &Lane<N>) {
-        let crosses: Lane<N> =
-            Lane::from_fn(|l| if value[l] > self.high[l] { self.armed[l] } else { 0.0 });
-        let any = crosses.iter().fold(0, |bits, crosses| bits | crosses.to_bits());
-        if any != 0 {
-            self.counts.add(k, crosses, self.previous, *value, self.high);
+    pub(super) fn take<S>(&mut self, k: usize, samples: &[S], value: impl Fn(&S, usize) -> f64) {
+        let (mut armed, mut previous) = (self.armed, self.previous);
+        for (i, sample) in samples.iter().enumerate() {
+            let value: Lane<N> = Lane::from_fn(|l| value(sample, l));
+            let crosses: Lane<N> =
+                Lane::from_fn(|l| if value[l] > self.high[l] { armed[l] } else { 0.0 });
+            let any = crosses.iter().fold(0, |bits, crosses| bits | crosses.to_bits());
+            if any != 0 {
+                self.counts.add(k + i, crosses, previous, value, self.high);
+            }
+            armed =
+                Lane::from_fn(
+                    |l| if value[l] <= self.low[l] { 1.0 } else { armed[l] - crosses[l] },
+                );
+            previous = value;
         }
-        self.armed =
-            Lane::from_fn(
-                |l| if value[l] <= self.low[l] { 1.0 } else { self.armed[l] - crosses[l] },
-            );
-        self.previous = *value;
+        (self.armed, self.previous) = (armed, previous);
     }
 
     /// The mean period in samples, if there were at least three crossings.
@@ -115,8 +120,6 @@ pub fn period(signal: &[f64], sample_time: f64, noise_band: f64) -> Result<Optio
     }
     let (low, high) = range(signal);
     let mut crossings = Crossings::new(Lane([(low + high) / 2.0]), Lane([noise_band]));
-    for (k, value) in signal.iter().enumerate() {
-        crossings.take(k, &Lane([*value]));
-    }
+    crossings.take(0, signal, |value, _| *value);
     Ok(crossings.period(0).map(|samples| samples * sample_time))
 }

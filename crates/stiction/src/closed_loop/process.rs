@@ -316,10 +316,11 @@ impl<const N: usize> DelayLine<N> {
         let mask = self.ring.len() - 1;
         let head = self.head;
         self.head = head.wrapping_add(1);
-        self.ring[head & mask] = v;
+        // The arrays alone: a single lane would drag its padding along.
+        self.ring[head & mask].0 = v.0;
         let row = |delay: usize| head.wrapping_sub(delay) & mask;
         if COMMON {
-            self.ring[row(self.delay[0])]
+            Lane(self.ring[row(self.delay[0])].0)
         } else {
             Lane::from_fn(|l| self.ring[row(self.delay[l])][l])
         }

@@ -194,21 +194,15 @@ pub struct Run {
 }
 
 impl Recorder<1> for Run {
-    #[inline(always)]
-    fn take(&mut self, _: usize, sample: &Sample<1>) {
-        self.push(sample);
+    fn take(&mut self, _: usize, samples: &[Sample<1>]) {
+        self.sp.extend(samples.iter().map(|s| s.sp[0]));
+        self.pv.extend(samples.iter().map(|s| s.pv[0]));
+        self.op.extend(samples.iter().map(|s| s.op[0]));
+        self.vp.extend(samples.iter().map(|s| s.vp[0]));
     }
 }
 
 impl Run {
-    #[inline(always)]
-    pub(super) fn push(&mut self, sample: &Sample<1>) {
-        self.sp.push(sample.sp[0]);
-        self.pv.push(sample.pv[0]);
-        self.op.push(sample.op[0]);
-        self.vp.push(sample.vp[0]);
-    }
-
     /// Index at which the last half begins.
     fn half(&self) -> usize {
         self.pv.len() / 2

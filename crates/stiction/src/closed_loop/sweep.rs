@@ -5,7 +5,7 @@ use super::cycle::Crossings;
 use super::simulate::{ClosedLoop, Prepared};
 use crate::bands::Bands;
 use crate::error::{Error, Result};
-use crate::simd::{Kernel, LANES, Lane, widest};
+use crate::simd::{LANES, Lane, Width};
 use crate::valve::lanes::{HeLanes, LaneValve, TwoPhaseLanes};
 use crate::valve::{AnyModel, Assembly, Start, Valve};
 use rayon::prelude::*;
@@ -33,7 +33,6 @@ pub struct Statistics {
 }
 
 /// Gathers the statistics of `N` loops.
-#[derive(Clone)]
 struct Gather<const N: usize> {
     /// Samples before this one do not count.
     from: usize,
@@ -94,28 +93,55 @@ impl<const N: usize> Recorder<N> for Gather<N> {
         self.from
     }
 
+    // A loop for each group of statistics, on a copy of its own: it stays in registers.
     #[inline(always)]
-    fn take(&mut self, k: usize, sample: &Sample<N>) {
-        let above: Lane<N> = Lane::from_fn(|l| sample.pv[l] - sample.sp[l]);
-        self.crossings.take(k, &above);
-        for (range, value) in
-            [(&mut self.op, &sample.op), (&mut self.vp, &sample.vp), (&mut self.pv, &sample.pv)]
-        {
-            range[0] =
-                Lane::from_fn(|l| if value[l] < range[0][l] { value[l] } else { range[0][l] });
-            range[1] =
-                Lane::from_fn(|l| if value[l] > range[1][l] { value[l] } else { range[1][l] });
+    fn take(&mut self, k: usize, samples: &[Sample<N>]) {
+        widen(&mut self.op, samples, |sample| &sample.op);
+        widen(&mut self.vp, samples, |sample| &sample.vp);
+        widen(&mut self.pv, samples, |sample| &sample.pv);
+
+        let (mut sum, mut sum_sq, mut sum_abs) = (self.sum, self.sum_sq, self.sum_abs);
+        for sample in samples {
+            for l in 0..N {
+                let e = sample.sp[l] - sample.pv[l];
+                sum[l] += e;
+                sum_sq[l] += e * e;
+                sum_abs[l] += e.abs();
+            }
         }
-        self.sum = Lane::from_fn(|l| self.sum[l] - above[l]);
-        self.sum_sq = Lane::from_fn(|l| self.sum_sq[l] + above[l] * above[l]);
-        self.sum_abs = Lane::from_fn(|l| self.sum_abs[l] + above[l].abs());
-        self.travel = Lane::from_fn(|l| {
-            let step = (sample.vp[l] - self.previous[l]).abs();
-            // Nothing was before the first sample.
-            self.travel[l] + if step >= 0.0 { step } else { 0.0 }
-        });
-        self.previous = sample.vp;
+        (self.sum, self.sum_sq, self.sum_abs) = (sum, sum_sq, sum_abs);
+
+        let (mut travel, mut previous) = (self.travel, self.previous);
+        for sample in samples {
+            for l in 0..N {
+                let step = (sample.vp[l] - previous[l]).abs();
+                // Nothing was before the first sample.
+                travel[l] += if step >= 0.0 { step } else { 0.0 };
+                previous[l] = sample.vp[l];
+            }
+        }
+        (self.travel, self.previous) = (travel, previous);
+
+        self.crossings.take(k, samples, |sample, l| sample.pv[l] - sample.sp[l]);
     }
+}
+
+/// Widens a range by the values of `samples`.
+#[inline(always)]
+fn widen<const N: usize>(
+    range: &mut [Lane<N>; 2],
+    samples: &[Sample<N>],
+    value: impl Fn(&Sample<N>) -> &Lane<N>,
+) {
+    let [mut low, mut high] = *range;
+    for sample in samples {
+        let value = value(sample);
+        for l in 0..N {
+            low[l] = if value[l] < low[l] { value[l] } else { low[l] };
+            high[l] = if value[l] > high[l] { value[l] } else { high[l] };
+        }
+    }
+    *range = [low, high];
 }
 
 impl ClosedLoop {
@@ -153,24 +179,9 @@ impl<L: LaneValve> ValveBank for L {
     }
 }
 
-/// A block of loops to be played.
-struct Block<V, const PLAIN: bool, const M: usize> {
-    bank: LoopBank<V, LANES, M>,
-    feeds: Feeds<LANES>,
-    samples: usize,
-    gather: Gather<LANES>,
-}
-
-impl<V: ValveBank, const PLAIN: bool, const M: usize> Kernel for Block<V, PLAIN, M> {
-    type Output = Gather<LANES>;
-    #[inline(always)]
-    fn run(self) -> Gather<LANES> {
-        play::<PLAIN, _, _, LANES, M>(self.bank, self.feeds, self.samples, self.gather)
-    }
-}
-
 /// Plays a block of loops with these valves.
 fn play_with<V: ValveBank, const M: usize>(
+    width: Width,
     loops: [&Prepared<'_>; LANES],
     valves: V,
 ) -> Gather<LANES> {
@@ -178,9 +189,9 @@ fn play_with<V: ValveBank, const M: usize>(
     let (feeds, samples) = (Feeds::new(loops), loops[0].settings.samples);
     let gather = Gather::new(loops);
     if bank.is_plain() {
-        widest(Block::<V, true, M> { bank, feeds, samples, gather })
+        play::<true, _, _, LANES, M>(width, bank, feeds, samples, gather)
     } else {
-        widest(Block::<V, false, M> { bank, feeds, samples, gather })
+        play::<false, _, _, LANES, M>(width, bank, feeds, samples, gather)
     }
 }
 
@@ -230,7 +241,7 @@ pub fn sweep(loops: &[ClosedLoop]) -> Result<Vec<Statistics>> {
         .collect();
 
     let results: Vec<Vec<Statistics>> =
-        blocks.par_iter().map(|block| play_block(block, &prepared)).collect();
+        blocks.par_iter().map(|block| play_block(Width::widest(), block, &prepared)).collect();
     let mut statistics: Vec<(usize, Statistics)> =
         order.iter().copied().zip(results.into_iter().flatten()).collect();
     statistics.sort_by_key(|(index, _)| *index);
@@ -238,7 +249,7 @@ pub fn sweep(loops: &[ClosedLoop]) -> Result<Vec<Statistics>> {
 }
 
 /// Plays up to sixteen loops of one kind. Lanes without a loop of their own repeat the last.
-fn play_block(block: &[usize], prepared: &[Prepared<'_>]) -> Vec<Statistics> {
+fn play_block(width: Width, block: &[usize], prepared: &[Prepared<'_>]) -> Vec<Statistics> {
     let loops: [&Prepared<'_>; LANES] =
         std::array::from_fn(|l| &prepared[block[l.min(block.len() - 1)]]);
     let bands: [Bands; LANES] = loops.map(|l| match l.settings.valve.bare_model() {
@@ -249,14 +260,14 @@ fn play_block(block: &[usize], prepared: &[Prepared<'_>]) -> Vec<Statistics> {
     let starts = loops.map(|l| Start::at_rest(l.settings.op_rest));
     let gathered = with_order!(loops[0].process.order(), M => {
         match kind(&loops[0].settings.valve) {
-            Kind::TwoPhase => play_with::<_, M>(loops, TwoPhaseLanes::starting(&bands, starts)),
-            Kind::He => play_with::<_, M>(loops, HeLanes::starting(&bands, starts)),
+            Kind::TwoPhase => play_with::<_, M>(width, loops, TwoPhaseLanes::starting(&bands, starts)),
+            Kind::He => play_with::<_, M>(width, loops, HeLanes::starting(&bands, starts)),
             Kind::Other => {
                 let mut valves = loops.map(|l| l.settings.valve.clone());
                 for (valve, start) in valves.iter_mut().zip(starts) {
                     valve.restart(start);
                 }
-                play_with::<_, M>(loops, Each(valves))
+                play_with::<_, M>(width, loops, Each(valves))
             }
         }
     });
@@ -267,11 +278,10 @@ fn play_block(block: &[usize], prepared: &[Prepared<'_>]) -> Vec<Statistics> {
 mod tests {
     use super::*;
     use crate::closed_loop::{Controller, Process, Signal};
-    use crate::simd::Width;
     use crate::valve::Model;
 
-    /// A block of cycling loops, noisy or not, to be played with vectors of some width.
-    fn played(width: Width, sd: f64) -> Vec<Statistics> {
+    /// A block of cycling loops, noisy or not, quantised or not, played with vectors of some width.
+    fn played(width: Width, sd: f64, pv_quantum: f64) -> Vec<Statistics> {
         let loops: [ClosedLoop; LANES] = std::array::from_fn(|l| {
             let bands = Bands::from_s_j(5.0, 0.4 * l as f64).unwrap();
             let mut sticky = ClosedLoop::new(
@@ -281,26 +291,19 @@ mod tests {
             );
             sticky.set_point = 5.0.into();
             sticky.measurement = vec![Signal::Noise { sd, tau_s: 0.0, seed: l as u64 }];
+            sticky.pv_quantum = pv_quantum;
             sticky
         });
-        let prepared = loops.each_ref().map(|l| l.prepare().unwrap());
-        let loops = prepared.each_ref();
-        let bands = std::array::from_fn(|l| Bands::from_s_j(5.0, 0.4 * l as f64).unwrap());
-        let valves = TwoPhaseLanes::starting(&bands, [Start::default(); LANES]);
-        let gathered = width.run(Block::<_, true, 1> {
-            bank: LoopBank::new(loops, valves),
-            feeds: Feeds::new(loops),
-            samples: loops[0].settings.samples,
-            gather: Gather::new(loops),
-        });
-        (0..LANES).map(|l| gathered.statistics(l, loops[l].settings)).collect()
+        let prepared: Vec<_> = loops.iter().map(|l| l.prepare().unwrap()).collect();
+        play_block(width, &std::array::from_fn::<usize, LANES, _>(|l| l), &prepared)
     }
 
     #[test]
     fn all_widths_give_the_same_bits() {
-        for sd in [0.0, 0.2] {
+        for (sd, pv_quantum) in [(0.0, 0.0), (0.2, 0.0), (0.2, 0.05)] {
+            let expected = played(Width::Baseline, sd, pv_quantum);
             for width in Width::available() {
-                assert_eq!(played(width, sd), played(Width::Baseline, sd), "{width:?}");
+                assert_eq!(played(width, sd, pv_quantum), expected, "{width:?}");
             }
         }
     }

@@ -6,8 +6,10 @@
 use super::{He, Start, TwoPhase, Valve};
 use crate::bands::Bands;
 use crate::error::{Result, all_finite};
-use crate::simd::{Kernel, widest};
+use crate::simd::{Kernel, Width};
 use rayon::prelude::*;
+// Not `if`: a branch can become masked loads, which keep the state of the lanes out of registers.
+use std::hint::select_unpredictable as select;
 
 pub use crate::simd::{LANES, Lane};
 
@@ -23,15 +25,6 @@ pub trait LaneValve: Copy + Send {
     fn step(&mut self, l: usize, op: f64) -> f64;
 }
 
-/// -0.0 in every lane, unknown to the compiler.
-///
-/// Adding it to the position of a stem that stays changes no bit. But without it the update is
-/// compiled to a masked store of the lanes that move, for which the next sample's load must wait:
-/// a sweep then takes twice as long.
-fn minus_zero() -> Lane {
-    std::hint::black_box(Lane::splat(-0.0))
-}
-
 /// [`TwoPhase`] valves, one a lane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoPhaseLanes {
@@ -40,7 +33,6 @@ pub struct TwoPhaseLanes {
     position: Lane,
     op: Lane,
     motion: Lane,
-    minus_zero: Lane,
 }
 
 impl LaneValve for TwoPhaseLanes {
@@ -51,7 +43,6 @@ impl LaneValve for TwoPhaseLanes {
             position: Lane(starts.map(|s| s.position)),
             op: Lane(starts.map(|s| s.op)),
             motion: Lane(starts.map(|s| if s.moving { s.direction.sign() } else { 0.0 })),
-            minus_zero: minus_zero(),
         }
     }
 
@@ -60,12 +51,11 @@ impl LaneValve for TwoPhaseLanes {
         let du = op - self.op[l];
         let e = op - self.position[l];
         let keeps_moving = self.motion[l] * du > 0.0;
-        let after_break = if e.abs() > self.fs[l] { 1f64.copysign(e) } else { 0.0 };
-        let motion = if keeps_moving { 1f64.copysign(du) } else { after_break };
-        let moved = op - motion * self.fd[l];
-        let stays = self.position[l] + self.minus_zero[l];
-        self.position[l] = if motion != 0.0 { moved } else { stays };
-        self.motion[l] = motion;
+        let moves = keeps_moving | (e.abs() > self.fs[l]);
+        let direction = 1f64.copysign(select(keeps_moving, du, e));
+        let moved = op - direction * self.fd[l];
+        self.position[l] = select(moves, moved, self.position[l]);
+        self.motion[l] = select(moves, direction, 0.0);
         self.op[l] = op;
         self.position[l]
     }
@@ -77,7 +67,6 @@ pub struct HeLanes {
     fs: Lane,
     fd: Lane,
     position: Lane,
-    minus_zero: Lane,
 }
 
 impl LaneValve for HeLanes {
@@ -86,7 +75,6 @@ impl LaneValve for HeLanes {
             fs: Lane(bands.map(|b| b.fs())),
             fd: Lane(bands.map(|b| b.fd())),
             position: Lane(starts.map(|s| s.position)),
-            minus_zero: minus_zero(),
         }
     }
 
@@ -94,8 +82,7 @@ impl LaneValve for HeLanes {
     fn step(&mut self, l: usize, op: f64) -> f64 {
         let e = op - self.position[l];
         let moved = op - 1f64.copysign(e) * self.fd[l];
-        let stays = self.position[l] + self.minus_zero[l];
-        self.position[l] = if e.abs() > self.fs[l] { moved } else { stays };
+        self.position[l] = select(e.abs() > self.fs[l], moved, self.position[l]);
         self.position[l]
     }
 }
@@ -128,9 +115,9 @@ impl<L: LaneValve> Kernel for Run<'_, L> {
         // A copy of its own, so that the state stays in registers.
         let mut valves = self.valves;
         for (u, x) in self.op.iter().zip(self.vp) {
-            for (l, x) in x.iter_mut().enumerate() {
-                *x = valves.step(l, *u);
-            }
+            // By way of an array that cannot overlap the input: otherwise a loop for the case that
+            // they do keeps the state out of registers.
+            *x = Lane::from_fn(|l| valves.step(l, *u));
         }
     }
 }
@@ -169,16 +156,19 @@ pub fn run<M: Laned, R: Send>(
 ) -> Result<Vec<R>> {
     start.checked()?;
     all_finite("op", op)?;
+    // One share a thread: each pays once for its buffer, which costs as much as filling it.
+    let share = bands.len().div_ceil(LANES).div_ceil(rayon::current_num_threads());
     Ok(bands
         .par_chunks(LANES)
         .enumerate()
+        .with_min_len(share)
         .map_init(
             || vec![Lane::splat(0.0); op.len()],
             |vp, (block, bands)| {
                 // Lanes past the last candidate repeat it.
                 let lanes = std::array::from_fn(|l| bands[l.min(bands.len() - 1)]);
                 let valves = M::Lanes::starting(&lanes, [start; LANES]);
-                widest(Run { valves, op, vp });
+                Width::widest().run(Run { valves, op, vp });
                 digest(block * LANES, vp)
             },
         )
@@ -189,7 +179,6 @@ pub fn run<M: Laned, R: Send>(
 mod tests {
     use super::*;
     use crate::closed_loop::NormalStream;
-    use crate::simd::Width;
 
     /// Positions to the bit, for vectors of some width.
     fn positions<L: LaneValve>(width: Width, op: &[f64]) -> Vec<[u64; LANES]> {
