@@ -18,6 +18,36 @@ fn paper_loop(s: f64, j: f64, samples: usize) -> ClosedLoop {
     sticky
 }
 
+/// What a page of straight code makes of the same loop, keeping nothing but the PV's range: the
+/// peer of the scalar loop.
+fn straight_code(samples: usize) -> (f64, f64) {
+    let (kc, ti, gain, tau, ts, delay) = (1.1, 2.5, 1.5, 5.93, 0.1, 11);
+    let (fs, fd) = (4.0, 1.0);
+    let (ki, a) = (kc / ti * ts, f64::exp(-ts / tau));
+    let b = gain * (1.0 - a);
+    let mut past = vec![0.0; samples];
+    let (mut y, mut integral, mut x, mut motion, mut before) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for k in 0..samples {
+        let e = 5.0 - y;
+        integral += ki * e;
+        let u = kc * e + integral;
+        if motion * (u - before) > 0.0 {
+            x = u - motion * fd;
+        } else if f64::abs(u - x) > fs {
+            motion = f64::signum(u - x);
+            x = u - motion * fd;
+        } else {
+            motion = 0.0;
+        }
+        before = u;
+        past[k] = x;
+        (low, high) = (f64::min(low, y), f64::max(high, y));
+        y = a * y + b * if k >= delay { past[k - delay] } else { 0.0 };
+    }
+    (low, high)
+}
+
 fn one_loop(c: &mut Criterion) {
     const SAMPLES: usize = 60_000;
     let plain = paper_loop(5.0, 3.0, SAMPLES);
@@ -25,6 +55,9 @@ fn one_loop(c: &mut Criterion) {
     noisy.measurement = vec![Signal::Noise { sd: 0.05, tau_s: 0.0, seed: 1 }];
     let mut group = c.benchmark_group("closed_loop/scalar");
     group.throughput(Throughput::Elements(SAMPLES as u64));
+    group.bench_function("peer: straight code, PV range only", |b| {
+        b.iter(|| straight_code(black_box(SAMPLES)));
+    });
     group.bench_function("statistics", |b| b.iter(|| black_box(&plain).statistics().unwrap()));
     group.bench_function("every sample kept", |b| b.iter(|| black_box(&plain).run().unwrap()));
     group.bench_function("statistics, noisy", |b| {
