@@ -336,8 +336,8 @@ fn play_with<V: Valve + Clone, R: Recorder<1>, const M: usize>(
     let bank = LoopBank::<Each<V, 1>, 1, M>::new([prepared], Each([valve]));
     let (feeds, samples) = (Feeds::new([prepared]), prepared.settings.samples);
     if bank.is_plain() {
-        play::<true, _, _, 1, M>(Width::Baseline, bank, feeds, samples, recorder)
+        play::<true, _, _, 1, M>(Width::widest(), bank, feeds, samples, recorder)
     } else {
-        play::<false, _, _, 1, M>(Width::Baseline, bank, feeds, samples, recorder)
+        play::<false, _, _, 1, M>(Width::widest(), bank, feeds, samples, recorder)
     }
 }

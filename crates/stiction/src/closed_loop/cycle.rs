@@ -50,7 +50,7 @@ impl<const N: usize> Crossings<N> {
                 Lane::from_fn(|l| if value[l] > self.high[l] { armed[l] } else { 0.0 });
             let any = crosses.iter().fold(0, |bits, crosses| bits | crosses.to_bits());
             if any != 0 {
-                self.counts.add(k + i, crosses, previous, value, self.high);
+                self.counts.add(k + i, crosses.0, previous.0, value.0, self.high.0);
             }
             armed =
                 Lane::from_fn(
@@ -76,10 +76,10 @@ impl<const N: usize> Counts<N> {
     fn add(
         &mut self,
         k: usize,
-        crosses: Lane<N>,
-        previous: Lane<N>,
-        value: Lane<N>,
-        level: Lane<N>,
+        crosses: [f64; N],
+        previous: [f64; N],
+        value: [f64; N],
+        level: [f64; N],
     ) {
         for l in (0..N).filter(|l| crosses[*l] != 0.0) {
             let part = (level[l] - previous[l]) / (value[l] - previous[l]);

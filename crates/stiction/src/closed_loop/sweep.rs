@@ -93,55 +93,40 @@ impl<const N: usize> Recorder<N> for Gather<N> {
         self.from
     }
 
-    // A loop for each group of statistics, on a copy of its own: it stays in registers.
     #[inline(always)]
     fn take(&mut self, k: usize, samples: &[Sample<N>]) {
-        widen(&mut self.op, samples, |sample| &sample.op);
-        widen(&mut self.vp, samples, |sample| &sample.vp);
-        widen(&mut self.pv, samples, |sample| &sample.pv);
-
+        // Copies of their own: they stay in registers.
+        let (mut op, mut vp, mut pv) = (self.op, self.vp, self.pv);
         let (mut sum, mut sum_sq, mut sum_abs) = (self.sum, self.sum_sq, self.sum_abs);
+        let (mut travel, mut previous) = (self.travel, self.previous);
         for sample in samples {
             for l in 0..N {
+                widen(&mut op, l, sample.op[l]);
+                widen(&mut vp, l, sample.vp[l]);
+                widen(&mut pv, l, sample.pv[l]);
                 let e = sample.sp[l] - sample.pv[l];
                 sum[l] += e;
                 sum_sq[l] += e * e;
                 sum_abs[l] += e.abs();
-            }
-        }
-        (self.sum, self.sum_sq, self.sum_abs) = (sum, sum_sq, sum_abs);
-
-        let (mut travel, mut previous) = (self.travel, self.previous);
-        for sample in samples {
-            for l in 0..N {
                 let step = (sample.vp[l] - previous[l]).abs();
                 // Nothing was before the first sample.
                 travel[l] += if step >= 0.0 { step } else { 0.0 };
                 previous[l] = sample.vp[l];
             }
         }
+        (self.op, self.vp, self.pv) = (op, vp, pv);
+        (self.sum, self.sum_sq, self.sum_abs) = (sum, sum_sq, sum_abs);
         (self.travel, self.previous) = (travel, previous);
 
         self.crossings.take(k, samples, |sample, l| sample.pv[l] - sample.sp[l]);
     }
 }
 
-/// Widens a range by the values of `samples`.
+/// Widens the range in lane `l` by `value`.
 #[inline(always)]
-fn widen<const N: usize>(
-    range: &mut [Lane<N>; 2],
-    samples: &[Sample<N>],
-    value: impl Fn(&Sample<N>) -> &Lane<N>,
-) {
-    let [mut low, mut high] = *range;
-    for sample in samples {
-        let value = value(sample);
-        for l in 0..N {
-            low[l] = if value[l] < low[l] { value[l] } else { low[l] };
-            high[l] = if value[l] > high[l] { value[l] } else { high[l] };
-        }
-    }
-    *range = [low, high];
+fn widen<const N: usize>(range: &mut [Lane<N>; 2], l: usize, value: f64) {
+    range[0][l] = if value < range[0][l] { value } else { range[0][l] };
+    range[1][l] = if value > range[1][l] { value } else { range[1][l] };
 }
 
 impl ClosedLoop {
