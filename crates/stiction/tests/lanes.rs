@@ -18,9 +18,12 @@ fn cases(cases: u32) -> ProptestConfig {
 
 /// The positions of every candidate, by lanes.
 fn by_lanes<M: Laned>(bands: &[Bands], start: Start, op: &[f64]) -> Vec<Vec<u64>> {
-    lanes::run::<M, _>(bands, start, op, |first, vp| {
-        let here = lanes::LANES.min(bands.len() - first);
-        (0..here).map(|l| vp.iter().map(|x| x[l].to_bits()).collect()).collect::<Vec<_>>()
+    let begin = |first| vec![vec![]; lanes::LANES.min(bands.len() - first)];
+    lanes::run::<M, _>(bands, start, op, begin, |positions, at, vp| {
+        for (l, positions) in positions.iter_mut().enumerate() {
+            assert_eq!(positions.len(), at);
+            positions.extend(vp.iter().map(|x| x[l].to_bits()));
+        }
     })
     .unwrap()
     .concat()
@@ -75,12 +78,15 @@ proptest! {
 #[test]
 fn lanes_refuse_bad_samples() {
     let bands = [Bands::NONE];
-    let run = |start, op: &[f64]| lanes::run::<He, _>(&bands, start, op, |_, _| ()).unwrap_err();
+    let run = |start, op: &[f64]| {
+        lanes::run::<He, _>(&bands, start, op, |_| (), |_, _, _| ()).unwrap_err()
+    };
     let error = run(Start::default(), &[0.0, f64::NAN]);
     assert!(matches!(error, Error::NonFinite { index: 1, .. }), "{error}");
     let error = run(Start::at_rest(f64::INFINITY), &[0.0]);
     assert!(matches!(error, Error::Parameter { name: "start position", .. }), "{error}");
-    assert!(lanes::run::<He, _>(&[], Start::default(), &[0.0], |_, _| ()).unwrap().is_empty());
+    let nothing = lanes::run::<He, _>(&[], Start::default(), &[0.0], |_| (), |_, _, _| ());
+    assert!(nothing.unwrap().is_empty());
 }
 
 const SAMPLES: usize = 700;

@@ -101,7 +101,7 @@ impl Laned for He {
     type Lanes = HeLanes;
 }
 
-/// All lanes over one input.
+/// All lanes over a stretch of one input.
 struct Run<'a, L> {
     valves: L,
     op: &'a [f64],
@@ -109,9 +109,9 @@ struct Run<'a, L> {
 }
 
 impl<L: LaneValve> Kernel for Run<'_, L> {
-    type Output = ();
+    type Output = L;
     #[inline(always)]
-    fn run(self) {
+    fn run(self) -> L {
         // A copy of its own, so that the state stays in registers.
         let mut valves = self.valves;
         for (u, x) in self.op.iter().zip(self.vp) {
@@ -119,60 +119,74 @@ impl<L: LaneValve> Kernel for Run<'_, L> {
             // they do keeps the state out of registers.
             *x = Lane::from_fn(|l| valves.step(l, *u));
         }
+        valves
     }
 }
 
+/// Samples stepped before their positions are handed over: few enough that they stay in the
+/// first-level cache.
+const STRETCH: usize = 128;
+
 /// Drives every candidate in `bands` with the same `op`, starting from `start`, and returns what
-/// `digest` makes of each block, in the order of the candidates.
+/// `take` gathers for each block of [`LANES`] candidates, in their order.
 ///
-/// `digest` receives the index of the block's first candidate and the positions, one [`Lane`] a
-/// sample; candidate `first + l` is in lane `l`. Lanes past the last candidate repeat it. Blocks
-/// run on all threads of the current rayon pool; the result does not depend on their number.
+/// `begin` makes what is to be gathered for the block whose first candidate has the given index.
+/// `take` receives it with the index of a sample and the positions from that sample on, one
+/// [`Lane`] a sample; candidate `first + l` is in lane `l`. Stretches come in order, and together
+/// they cover all of `op`. Lanes past the last candidate repeat it.
+///
+/// Blocks run on all threads of the current rayon pool; the result does not depend on their number.
 ///
 /// ```
 /// use stiction::{Bands, valve::{Start, TwoPhase, lanes}};
 /// let op: Vec<f64> = (0..1000).map(|k| 20.0 * (k as f64 * 0.01).sin()).collect();
 /// let bands: Vec<Bands> =
 ///     (0..40).map(|i| Bands::from_s_j(0.1 * i as f64, 0.05 * i as f64)).collect::<Result<_, _>>()?;
-/// let travel: Vec<f64> = lanes::run::<TwoPhase, _>(&bands, Start::default(), &op, |_, vp| {
-///     let last = vp.windows(2).fold([0.0; lanes::LANES], |mut sum, w| {
-///         sum.iter_mut().enumerate().for_each(|(l, s)| *s += (w[1][l] - w[0][l]).abs());
-///         sum
-///     });
-///     last.to_vec()
-/// })?
+/// // How well each candidate's position correlates with the input.
+/// let products = lanes::run::<TwoPhase, _>(
+///     &bands,
+///     Start::default(),
+///     &op,
+///     |_| [0.0; lanes::LANES],
+///     |sums, at, vp| {
+///         for (x, u) in vp.iter().zip(&op[at..]) {
+///             for l in 0..lanes::LANES {
+///                 sums[l] += x[l] * u;
+///             }
+///         }
+///     },
+/// )?
 /// .concat();
-/// assert!(travel[0] > travel[39]);
+/// assert!(products[0] > products[39]);
 /// # Ok::<(), stiction::Error>(())
 /// ```
 ///
 /// # Errors
 /// If a sample of `op` or the start is NaN or infinite.
-pub fn run<M: Laned, R: Send>(
+pub fn run<M: Laned, A: Send>(
     bands: &[Bands],
     start: Start,
     op: &[f64],
-    digest: impl Fn(usize, &[Lane]) -> R + Sync,
-) -> Result<Vec<R>> {
+    begin: impl Fn(usize) -> A + Sync,
+    take: impl Fn(&mut A, usize, &[Lane]) + Sync,
+) -> Result<Vec<A>> {
     start.checked()?;
     all_finite("op", op)?;
-    // One share a thread: each pays once for its buffer, which costs as much as filling it.
-    let share = bands.len().div_ceil(LANES).div_ceil(rayon::current_num_threads());
-    Ok(bands
-        .par_chunks(LANES)
-        .enumerate()
-        .with_min_len(share)
-        .map_init(
-            || vec![Lane::splat(0.0); op.len()],
-            |vp, (block, bands)| {
-                // Lanes past the last candidate repeat it.
-                let lanes = std::array::from_fn(|l| bands[l.min(bands.len() - 1)]);
-                let valves = M::Lanes::starting(&lanes, [start; LANES]);
-                Width::widest().run(Run { valves, op, vp });
-                digest(block * LANES, vp)
-            },
-        )
-        .collect())
+    let width = Width::widest();
+    let block = |(block, bands): (usize, &[Bands])| {
+        // Lanes past the last candidate repeat it.
+        let lanes = std::array::from_fn(|l| bands[l.min(bands.len() - 1)]);
+        let mut valves = M::Lanes::starting(&lanes, [start; LANES]);
+        let mut vp = [Lane::splat(0.0); STRETCH];
+        let mut gathered = begin(block * LANES);
+        for (i, op) in op.chunks(STRETCH).enumerate() {
+            let vp = &mut vp[..op.len()];
+            valves = width.run(Run { valves, op, vp });
+            take(&mut gathered, i * STRETCH, vp);
+        }
+        gathered
+    };
+    Ok(bands.par_chunks(LANES).enumerate().map(block).collect())
 }
 
 #[cfg(test)]

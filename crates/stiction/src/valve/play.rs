@@ -35,8 +35,12 @@ impl Play {
 impl Valve for Play {
     #[inline]
     fn step(&mut self, op: f64) -> f64 {
-        // Not `clamp`, which panics if rounding should ever cross the limits.
-        self.position = self.position.max(op - self.half_width).min(op + self.half_width);
+        let (low, high) = (op - self.half_width, op + self.half_width);
+        if self.position < low {
+            self.position = low;
+        } else if self.position > high {
+            self.position = high;
+        }
         self.position
     }
 
