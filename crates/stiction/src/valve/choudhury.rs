@@ -66,7 +66,14 @@ impl Choudhury {
 impl Valve for Choudhury {
     #[inline]
     fn step(&mut self, op: f64) -> f64 {
-        let trend = sgn(op - self.op);
+        let v = op - self.op;
+        if !self.stuck && self.trend * v > 0.0 {
+            // The commonest case, first: still moving the same way.
+            self.op = op;
+            self.position = op - self.trend * self.bands.fd();
+            return self.position;
+        }
+        let trend = sgn(v);
         let e = op - self.position;
         if trend == self.trend {
             if self.stuck && trend != 0.0 {
