@@ -6,7 +6,7 @@ use clap::Parser;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
-use stiction::closed_loop::{Run, period};
+use stiction::closed_loop::Run;
 use stiction_io::scenario::{self, Scenario, System};
 use stiction_io::table;
 use stiction_report::{Figure, run};
@@ -98,11 +98,9 @@ fn simulate(scenario: &Scenario, wanted: Wanted) -> Result<Report> {
         System::OpenLoop(system) => {
             let done = system.run()?;
             check_finite(done.sample_time, &[("OP", &done.op), ("VP", &done.vp)])?;
-            let last = &done.vp[done.vp.len() / 2..];
-            let half_pp = |signal: &[f64]| Some(half_pp(&signal[signal.len() / 2..]));
             Report {
-                period_s: period(last, done.sample_time, 0.0)?,
-                half_pp: [half_pp(&done.op), half_pp(&done.vp), None],
+                period_s: done.period_s(),
+                half_pp: [Some(done.half_pp(&done.op)), Some(done.half_pp(&done.vp)), None],
                 growth: None,
                 csv: wanted.csv.then(|| {
                     csv(done.sample_time, [None, None, Some(&done.op), Some(&done.vp)], &[])
@@ -164,12 +162,6 @@ fn check_finite(sample_time: f64, signals: &[(&str, &[f64])]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn half_pp(signal: &[f64]) -> f64 {
-    let low = signal.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    (high - low) / 2.0
 }
 
 fn csv(

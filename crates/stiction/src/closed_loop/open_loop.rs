@@ -1,6 +1,6 @@
 //! A valve driven by a signal, without a loop around it.
 
-use super::Signal;
+use super::{Signal, cycle};
 use crate::error::{Result, finite};
 use crate::valve::{Assembly, Start, Valve};
 
@@ -47,5 +47,18 @@ impl OpenLoop {
         let mut vp = vec![0.0; op.len()];
         valve.run(&op, &mut vp)?;
         Ok(OpenLoopRun { sample_time: self.sample_time, op, vp })
+    }
+}
+
+impl OpenLoopRun {
+    /// Period of the valve position over the last half of the run, s: the mean time between its
+    /// upward crossings of the middle of its range. `None` if there are fewer than three.
+    pub fn period_s(&self) -> Option<f64> {
+        cycle::period(&self.vp[self.vp.len() / 2..], self.sample_time, 0.0).ok().flatten()
+    }
+
+    /// Half the peak-to-peak value of `signal` (one of this run's) over the last half of the run.
+    pub fn half_pp(&self, signal: &[f64]) -> f64 {
+        cycle::half_pp_of_last_half(signal)
     }
 }

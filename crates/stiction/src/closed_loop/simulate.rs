@@ -217,8 +217,7 @@ impl Run {
     /// Half the peak-to-peak value of `signal` (one of this run's) over the last half of the run;
     /// NaN if the loop overflowed.
     pub fn half_pp(&self, signal: &[f64]) -> f64 {
-        let (low, high) = cycle::range(&signal[self.half().min(signal.len())..]);
-        if signal.is_empty() { 0.0 } else { (high - low) / 2.0 }
+        cycle::half_pp_of_last_half(signal)
     }
 
     /// Peak-to-peak value of the PV in the last quarter of the run over that in the quarter before:
