@@ -8,8 +8,10 @@ mod built_in;
 mod error;
 mod fields;
 pub mod scenario;
+pub mod sheet;
 pub mod table;
 
 pub use error::{Error, Result};
 pub use scenario::Scenario;
+pub use sheet::Sheet;
 pub use table::Table;

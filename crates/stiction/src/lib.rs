@@ -35,7 +35,12 @@
 
 pub mod bands;
 pub mod closed_loop;
+pub mod detect;
+pub mod diagnose;
 mod error;
+pub mod oscillation;
+pub mod recording;
+pub mod series;
 mod simd;
 pub mod stem;
 pub mod valve;

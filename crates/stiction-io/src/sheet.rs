@@ -1,0 +1,81 @@
+//! What every file format is read into: named columns of cells, before anyone asks what they mean.
+
+/// A table from a file, whatever its format.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sheet {
+    /// The file, as it is named in messages.
+    pub origin: String,
+    /// Which part of the file, such as `cdata.chemicals.loop2` of a MATLAB file; empty if it has one
+    /// part only.
+    pub part: String,
+    /// The columns in the order of the file, all of one length.
+    pub columns: Vec<Column>,
+    /// Time between rows in s, where the file tells it beside the columns.
+    pub sample_time: Option<f64>,
+    /// What else the file says of the whole, such as `("type", "1")`.
+    pub attributes: Vec<(String, String)>,
+    /// The row of the file that each cell of a column comes from, from 1, as a spreadsheet or editor
+    /// counts; empty where rows have no number of their own, and the index from 1 is used.
+    pub rows: Vec<usize>,
+}
+
+/// A named column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name, trimmed.
+    pub name: String,
+    /// Its unit, where the file names one.
+    pub unit: Option<String>,
+    /// Its cells.
+    pub cells: Cells,
+}
+
+/// The cells of a column, as the format stores them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Numbers; NaN where there is none.
+    Numbers(Vec<f64>),
+    /// Text as it was written; empty where there is none.
+    Text(Vec<String>),
+    /// Times, s since 1970-01-01; NaN where there is none. Without a zone they are local, and so are
+    /// these.
+    Times {
+        /// The times.
+        seconds: Vec<f64>,
+        /// Whether they are UTC, not local in an unknown zone.
+        utc: bool,
+    },
+}
+
+impl Cells {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Numbers(cells) => cells.len(),
+            Self::Text(cells) => cells.len(),
+            Self::Times { seconds, .. } => seconds.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Sheet {
+    /// How many rows.
+    pub fn len(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.cells.len())
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The number by which the file counts the row at `index`.
+    pub fn row(&self, index: usize) -> usize {
+        self.rows.get(index).copied().unwrap_or(index + 1)
+    }
+}

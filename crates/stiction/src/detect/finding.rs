@@ -1,0 +1,110 @@
+//! What a detector says.
+
+use super::Method;
+
+/// What a detector decides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// The valve sticks.
+    Sticks,
+    /// The valve does not stick.
+    DoesNotStick,
+    /// Something in the loop is not linear.
+    Nonlinear,
+    /// Nothing speaks against a linear loop.
+    Linear,
+    /// The method applies, and its statistic lies between its thresholds.
+    Undecided,
+    /// The method does not apply, or the data do not suffice.
+    Abstains,
+}
+
+impl Decision {
+    /// Its name, as in `does not stick`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sticks => "sticks",
+            Self::DoesNotStick => "does not stick",
+            Self::Nonlinear => "nonlinear",
+            Self::Linear => "linear",
+            Self::Undecided => "undecided",
+            Self::Abstains => "abstains",
+        }
+    }
+}
+
+/// A named number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Number {
+    /// Its name, such as `delta tau`.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its unit; empty for a ratio or count.
+    pub unit: &'static str,
+}
+
+impl Number {
+    /// A number with a unit; empty for none.
+    pub fn new(name: &'static str, value: f64, unit: &'static str) -> Self {
+        Self { name, value, unit }
+    }
+}
+
+/// Why a method does not judge, a sentence that names the remedy where there is one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Abstention(pub String);
+
+/// What a detector says of one stretch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Which.
+    pub method: &'static Method,
+    /// What it decides.
+    pub decision: Decision,
+    /// The number the decision rests on.
+    pub statistic: Option<f64>,
+    /// The value of the statistic from which the decision is positive.
+    pub threshold: Option<f64>,
+    /// A sentence: what the numbers say, or why the method abstains.
+    pub reason: String,
+    /// All numbers of the method.
+    pub numbers: Vec<Number>,
+    /// What to keep in mind when reading it, such as an assumption that could not be checked.
+    pub caveats: Vec<String>,
+}
+
+impl Finding {
+    /// A finding of a method that judged.
+    pub fn new(
+        method: &'static Method,
+        decision: Decision,
+        statistic: f64,
+        threshold: f64,
+        reason: String,
+        numbers: Vec<Number>,
+    ) -> Self {
+        Self {
+            method,
+            decision,
+            statistic: Some(statistic),
+            threshold: Some(threshold),
+            reason,
+            numbers,
+            caveats: vec![],
+        }
+    }
+
+    /// A finding of a method that does not judge.
+    pub fn abstains(method: &'static Method, why: Abstention) -> Self {
+        Self {
+            method,
+            decision: Decision::Abstains,
+            statistic: None,
+            threshold: None,
+            reason: why.0,
+            numbers: vec![],
+            caveats: vec![],
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The published detectors of stiction, one file each, behind one trait and one registry.
+//!
+//! A detector is given a [`Subject`]: one stretch of a recording with what is known about its loop.
+//! It answers with a [`Finding`]: its statistic, its threshold, its decision, the numbers between,
+//! and, where it does not apply, why it abstains. Each also has its own method that returns a typed
+//! result with all that a plot of its evidence needs.
+//!
+//! Detectors differ in what they assume, need and mean; none is right on all loops. Thresholds are the
+//! published ones; where those could only be recalled, the documentation of the detector says so.
+
+mod finding;
+mod subject;
+
+pub use finding::{Abstention, Decision, Finding, Number};
+pub use subject::{ControlError, ErrorSource, Subject};
+
+/// What a method is, before it sees any data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Method {
+    /// Its name in commands and files, such as `horch`.
+    pub name: &'static str,
+    /// Its title, such as `Horch's cross-correlation`.
+    pub title: &'static str,
+    /// Authors, year, journal; and whether its formulas were read or recalled.
+    pub source: &'static str,
+    /// Name of its statistic, with its unit if it has one.
+    pub statistic: &'static str,
+    /// The decision rule, a sentence with the thresholds.
+    pub rule: &'static str,
+    /// For which loops it was made.
+    pub applies: Applies,
+    /// What a positive decision means.
+    pub decides: Decides,
+    /// The signals it cannot do without.
+    pub needs: Needs,
+}
+
+/// The loops a method was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Applies {
+    /// Any.
+    AnyLoop,
+    /// Those with a self-regulating process.
+    SelfRegulating,
+    /// Those with an integrating process.
+    Integrating,
+}
+
+/// What a positive decision of a method means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decides {
+    /// That the valve sticks; such methods vote.
+    Stiction,
+    /// That something in the loop is not linear, whatever it is; such methods do not vote.
+    Nonlinearity,
+}
+
+/// The signals a method cannot do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Needs {
+    /// OP alone.
+    Op,
+    /// OP and PV.
+    OpAndPv,
+    /// The control error, from PV and, where it is recorded, SP.
+    Error,
+    /// OP and a measured valve position.
+    OpAndVp,
+}
+
+/// A method with its parameters.
+pub trait Detector: Send + Sync {
+    /// What it is.
+    fn method(&self) -> &'static Method;
+    /// Its parameters as they are set.
+    fn parameters(&self) -> Vec<Number>;
+    /// What it says of a stretch. It never fails: what it cannot judge, it abstains from.
+    fn judge(&self, subject: &Subject<'_>) -> Finding;
+}

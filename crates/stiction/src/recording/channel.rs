@@ -1,0 +1,129 @@
+//! One signal of a recording.
+
+use crate::error::{Error, Result};
+
+/// How far a sample can be trusted, by what the historian said of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quality {
+    /// It is said to be good, or nothing is said.
+    Good,
+    /// It is said to be doubtful; its value is used, and counted as doubtful.
+    Uncertain,
+    /// It is said to be bad; its value is not used.
+    Bad,
+    /// There is no value.
+    Missing,
+}
+
+impl Quality {
+    /// Whether the value of such a sample is used.
+    pub fn is_usable(self) -> bool {
+        matches!(self, Self::Good | Self::Uncertain)
+    }
+}
+
+/// Where a range comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RangeSource {
+    /// The user gave it.
+    Given,
+    /// The file says so.
+    Metadata,
+    /// Guessed from the values.
+    Estimated,
+}
+
+/// The instrument range of a signal: which values are 0 % and 100 %.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// The value that is 0 %.
+    pub low: f64,
+    /// The value that is 100 %.
+    pub high: f64,
+    /// Who says so.
+    pub source: RangeSource,
+}
+
+impl Range {
+    /// A range; the ends are finite and `high` is above `low`.
+    pub fn new(low: f64, high: f64, source: RangeSource) -> Result<Self> {
+        crate::error::finite("the low end of the range", low)?;
+        crate::error::require("the high end of the range", high, high > low, "above the low end")?;
+        Ok(Self { low, high, source })
+    }
+
+    /// A value as percent of the range.
+    pub fn percent(&self, value: f64) -> f64 {
+        // Values already in percent are kept to the bit.
+        if self.low == 0.0 && self.high == 100.0 {
+            return value;
+        }
+        (value - self.low) / (self.high - self.low) * 100.0
+    }
+}
+
+/// One signal: samples with times and qualities, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Times, s on the recording's clock; they need not ascend.
+    pub time: Vec<f64>,
+    /// Values; NaN where the quality is not usable.
+    pub values: Vec<f64>,
+    /// What is said of each.
+    pub quality: Vec<Quality>,
+    /// Unit, where the file names one.
+    pub unit: Option<String>,
+    /// Instrument range, where it is known.
+    pub range: Option<Range>,
+}
+
+impl Channel {
+    /// A channel of good samples, those that are NaN missing. `signal` names it in errors.
+    ///
+    /// # Errors
+    /// Without any sample, if times and values differ in number, if a time is not finite, or if a
+    /// value is infinite.
+    pub fn new(signal: &'static str, time: Vec<f64>, values: Vec<f64>) -> Result<Self> {
+        let quality = values
+            .iter()
+            .map(|v| if v.is_nan() { Quality::Missing } else { Quality::Good })
+            .collect();
+        Self::with_quality(signal, time, values, quality)
+    }
+
+    /// A channel whose samples are of the given qualities; the value of a sample that is not usable is
+    /// forgotten.
+    ///
+    /// # Errors
+    /// As for [`Channel::new`], and if a usable sample is not a number.
+    pub fn with_quality(
+        signal: &'static str,
+        time: Vec<f64>,
+        mut values: Vec<f64>,
+        quality: Vec<Quality>,
+    ) -> Result<Self> {
+        for found in [time.len(), quality.len()] {
+            if found != values.len() {
+                return Err(Error::Length { name: signal, found, expected: values.len() });
+            }
+        }
+        if values.is_empty() {
+            return Err(Error::Length { name: signal, found: 0, expected: 1 });
+        }
+        crate::error::all_finite("the times", &time)?;
+        for (index, (value, quality)) in values.iter_mut().zip(&quality).enumerate() {
+            if !quality.is_usable() {
+                *value = f64::NAN;
+            } else if !value.is_finite() {
+                return Err(Error::NonFinite { signal, index, value: *value });
+            }
+        }
+        Ok(Self { time, values, quality, unit: None, range: None })
+    }
+
+    /// Share of the samples whose value is used.
+    pub fn usable_share(&self) -> f64 {
+        let usable = self.quality.iter().filter(|q| q.is_usable()).count();
+        usable as f64 / self.quality.len() as f64
+    }
+}

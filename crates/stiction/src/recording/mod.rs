@@ -1,0 +1,109 @@
+//! A loop's OP, PV, SP, VP and mode over time, as a plant recorded them, and what can be made of it.
+//!
+//! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
+//! * [`Grid`]: its automatic stretches on a regular grid, with everything that was mended on the way;
+//! * [`fitness`]: whether the data can answer.
+
+mod channel;
+pub mod fitness;
+mod grid;
+mod loop_type;
+
+pub use channel::{Channel, Quality, Range, RangeSource};
+pub use fitness::Fitness;
+pub use grid::{Grid, GridOptions, Interpolation, Repair, RepairKind, Stretch};
+pub use loop_type::{Dynamics, LoopType};
+
+use crate::error::{Error, Result};
+
+/// What the controller was doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// It controls to a set point of the operator.
+    Automatic,
+    /// It controls to a set point that another controller writes.
+    Cascade,
+    /// The operator sets the OP.
+    Manual,
+    /// Not recorded, not understood, or something else, such as initialising or tracking.
+    Other,
+}
+
+impl Mode {
+    /// Whether the controller was in command of the valve.
+    pub fn is_closed(self) -> bool {
+        matches!(self, Self::Automatic | Self::Cascade)
+    }
+}
+
+/// The mode over time; each holds until the next.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Modes {
+    /// When, s on the recording's clock.
+    pub time: Vec<f64>,
+    /// What, from then on.
+    pub modes: Vec<Mode>,
+}
+
+/// A loop as a plant recorded it.
+///
+/// Every channel has its own times, because historians that store changes only give each tag its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Tag of the loop.
+    pub name: String,
+    /// What it controls.
+    pub loop_type: LoopType,
+    /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
+    pub start: Option<f64>,
+    /// Controller output, percent unless its range says otherwise.
+    pub op: Channel,
+    /// Process value, in its own units.
+    pub pv: Option<Channel>,
+    /// Set point, in the units of the PV.
+    pub sp: Option<Channel>,
+    /// Measured valve position, percent unless its range says otherwise.
+    pub vp: Option<Channel>,
+    /// The controller's mode; without it the loop is taken to be in automatic throughout.
+    pub mode: Option<Modes>,
+    /// What the reader of the file wants the user to know.
+    pub notes: Vec<String>,
+}
+
+impl Recording {
+    /// A recording at a fixed sample time, in s, that starts at time zero.
+    ///
+    /// Samples that are NaN count as missing. An infinite sample is an error, as is a sample time
+    /// that is not above 0, and a channel with no sample.
+    pub fn regular(
+        name: impl Into<String>,
+        sample_time: f64,
+        op: &[f64],
+        pv: Option<&[f64]>,
+        sp: Option<&[f64]>,
+    ) -> Result<Self> {
+        crate::error::positive("the sample time", sample_time)?;
+        let channel = |signal: &'static str, values: &[f64]| {
+            if values.len() != op.len() {
+                return Err(Error::Length {
+                    name: signal,
+                    found: values.len(),
+                    expected: op.len(),
+                });
+            }
+            let time = (0..values.len()).map(|k| k as f64 * sample_time).collect();
+            Channel::new(signal, time, values.to_vec())
+        };
+        Ok(Self {
+            name: name.into(),
+            loop_type: LoopType::Unknown,
+            start: None,
+            op: channel("OP", op)?,
+            pv: pv.map(|pv| channel("PV", pv)).transpose()?,
+            sp: sp.map(|sp| channel("SP", sp)).transpose()?,
+            vp: None,
+            mode: None,
+            notes: vec![],
+        })
+    }
+}

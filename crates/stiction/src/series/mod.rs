@@ -1,0 +1,19 @@
+//! What every method needs of a series of samples: moments, correlation, crossings, spectra, lines.
+//!
+//! Lags and places are in samples; slices are taken as they are, so whoever wants the mean removed
+//! removes it, unless a function says that it does.
+
+mod correlation;
+mod crossings;
+mod fit;
+mod spectrum;
+mod statistics;
+
+pub use correlation::{CrossCorrelation, autocorrelation, cross_correlation};
+pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, zero_crossings};
+pub use fit::{Line, line};
+pub use spectrum::{Periodogram, Spectrum, fft_length, periodogram};
+pub use statistics::{
+    centred, detrended, excess_kurtosis, max, mean, median, median_absolute_deviation, min,
+    quantile, sample_std, skewness, span, standardised, std, variance,
+};
