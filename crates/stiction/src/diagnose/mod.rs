@@ -1,1 +1,9 @@
 //! From a recording to a verdict with its evidence.
+//!
+//! ```text
+//! Recording ──> Grid ──> the longest stretch ──> Fitness, Oscillation ──> Findings ──> Verdict
+//! ```
+
+mod verdict;
+
+pub use verdict::{Basis, Estimate, Stiction, Verdict, VerdictClass, Votes, preliminary};

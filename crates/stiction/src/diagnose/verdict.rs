@@ -1,0 +1,194 @@
+//! The verdict on a valve.
+
+use crate::detect::{Decides, Decision, Finding};
+use crate::recording::fitness::{Class, Fitness};
+
+/// What is concluded about a valve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum VerdictClass {
+    /// It sticks.
+    Sticks,
+    /// It does not stick.
+    DoesNotStick,
+    /// The data cannot answer, or the evidence is divided.
+    CannotTell,
+}
+
+impl VerdictClass {
+    /// Its name, as in `does not stick`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sticks => "sticks",
+            Self::DoesNotStick => "does not stick",
+            Self::CannotTell => "cannot tell",
+        }
+    }
+}
+
+/// What a verdict rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Basis {
+    /// The measured valve position.
+    ValvePosition,
+    /// The majority of the published methods that apply.
+    Majority,
+    /// Nothing: the data cannot answer.
+    None,
+}
+
+impl Basis {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ValvePosition => "measured valve position",
+            Self::Majority => "majority of the applicable methods",
+            Self::None => "none",
+        }
+    }
+}
+
+/// How the methods voted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Votes {
+    /// Methods that say the valve sticks.
+    pub sticks: usize,
+    /// Methods that say it does not.
+    pub does_not_stick: usize,
+    /// Methods that apply and are undecided.
+    pub undecided: usize,
+    /// Methods that abstain.
+    pub abstains: usize,
+}
+
+impl Votes {
+    /// Counts the methods that decide on stiction; those that test for linearity only have no vote.
+    pub fn of(findings: &[Finding]) -> Self {
+        let mut votes = Self::default();
+        for finding in findings.iter().filter(|f| f.method.decides == Decides::Stiction) {
+            match finding.decision {
+                Decision::Sticks => votes.sticks += 1,
+                Decision::DoesNotStick => votes.does_not_stick += 1,
+                Decision::Abstains => votes.abstains += 1,
+                _ => votes.undecided += 1,
+            }
+        }
+        votes
+    }
+}
+
+/// What is concluded, on what, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The conclusion.
+    pub class: VerdictClass,
+    /// What it rests on.
+    pub basis: Basis,
+    /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
+    pub probability: Option<f64>,
+    /// How the published methods voted.
+    pub votes: Votes,
+    /// Why, in sentences.
+    pub reasons: Vec<String>,
+}
+
+/// A number with an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The best value.
+    pub value: f64,
+    /// Lower end of its interval.
+    pub low: f64,
+    /// Upper end of its interval.
+    pub high: f64,
+}
+
+/// How much a valve sticks.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Stiction {
+    /// What it was found with: the valve model, or the measured position.
+    pub model: Option<String>,
+    /// Stick band plus dead band, percent of span.
+    pub s: Option<Estimate>,
+    /// Slip jump, percent of span.
+    pub j: Option<Estimate>,
+    /// Why a number is missing.
+    pub why_not: Option<String>,
+}
+
+/// How many methods must decide, at least, before a majority counts.
+pub const FEWEST_VOTES: usize = 3;
+
+/// The preliminary verdict: that of the measured valve position if there is one, else that of the
+/// majority of the published methods.
+///
+/// The rule, which is ours and has not been fitted to anything:
+///
+/// 1. data that are unfit give `cannot tell`;
+/// 2. a method named `direct` that decided is followed, because it has seen the valve move;
+/// 3. else each method that decides on stiction has one vote. With at least [`FEWEST_VOTES`] decided
+///    votes, more than half of which agree, they win; anything else is `cannot tell`.
+///
+/// Votes of methods that look at the same feature are not independent, so the share of votes is no
+/// probability.
+pub fn preliminary(fitness: &Fitness, findings: &[Finding]) -> Verdict {
+    let votes = Votes::of(findings);
+    let cannot_tell = |reasons: Vec<String>| Verdict {
+        class: VerdictClass::CannotTell,
+        basis: Basis::None,
+        probability: None,
+        votes,
+        reasons,
+    };
+    if fitness.class == Class::Unfit {
+        let mut reasons = vec!["the data cannot answer".to_owned()];
+        let unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+        reasons.extend(unfit.map(|m| m.reason.clone()));
+        return cannot_tell(reasons);
+    }
+    let direct = findings.iter().find(|f| f.method.name == "direct");
+    if let Some(direct) = direct
+        && let Some(class) = class_of(direct.decision)
+    {
+        return Verdict {
+            class,
+            basis: Basis::ValvePosition,
+            probability: None,
+            votes,
+            reasons: vec![direct.reason.clone()],
+        };
+    }
+    let decided = votes.sticks + votes.does_not_stick;
+    let tally = format!(
+        "{} of {decided} methods that decide say it sticks; {} are undecided, {} abstain",
+        votes.sticks, votes.undecided, votes.abstains
+    );
+    if decided < FEWEST_VOTES {
+        return cannot_tell(vec![
+            tally,
+            format!("fewer than {FEWEST_VOTES} methods decide, too few for a majority"),
+        ]);
+    }
+    let class = match (2 * votes.sticks).cmp(&decided) {
+        std::cmp::Ordering::Greater => VerdictClass::Sticks,
+        std::cmp::Ordering::Less => VerdictClass::DoesNotStick,
+        std::cmp::Ordering::Equal => {
+            return cannot_tell(vec![tally, "the methods are evenly divided".to_owned()]);
+        }
+    };
+    let agree = findings
+        .iter()
+        .filter(|f| f.method.decides == Decides::Stiction && class_of(f.decision) == Some(class));
+    let mut reasons = vec![tally];
+    reasons.extend(agree.map(|f| format!("{}: {}", f.method.title, f.reason)));
+    Verdict { class, basis: Basis::Majority, probability: None, votes, reasons }
+}
+
+fn class_of(decision: Decision) -> Option<VerdictClass> {
+    match decision {
+        Decision::Sticks => Some(VerdictClass::Sticks),
+        Decision::DoesNotStick => Some(VerdictClass::DoesNotStick),
+        _ => None,
+    }
+}
