@@ -36,6 +36,9 @@ pub struct Args {
     /// Write every sample to this CSV file; - is standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write these columns only, such as t,sp,pv,op: what a plant records, without the valve position
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "output")]
+    columns: Vec<String>,
     /// Draw the run to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -56,8 +59,10 @@ struct Report {
 
 /// What of a report is asked for: of a long run, text and figure take most of the time and memory.
 #[derive(Clone, Copy)]
-struct Wanted {
+struct Wanted<'a> {
     csv: bool,
+    /// The columns of the CSV; all if none are named.
+    columns: &'a [String],
     figure: bool,
 }
 
@@ -76,7 +81,8 @@ pub fn run(args: Args) -> Result<()> {
     if args.print {
         return output::write(None, scenario.text.as_bytes());
     }
-    let wanted = Wanted { csv: args.output.is_some(), figure: args.plot.is_some() };
+    let wanted =
+        Wanted { csv: args.output.is_some(), columns: &args.columns, figure: args.plot.is_some() };
     let report = simulate(&scenario, wanted)?;
     if let (Some(path), Some(figure)) = (&args.plot, &report.figure) {
         plot(path, figure)?;
@@ -92,7 +98,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-fn simulate(scenario: &Scenario, wanted: Wanted) -> Result<Report> {
+fn simulate(scenario: &Scenario, wanted: Wanted<'_>) -> Result<Report> {
     let title = &scenario.title;
     Ok(match &scenario.system {
         System::OpenLoop(system) => {
@@ -102,9 +108,11 @@ fn simulate(scenario: &Scenario, wanted: Wanted) -> Result<Report> {
                 period_s: done.period_s(),
                 half_pp: [Some(done.half_pp(&done.op)), Some(done.half_pp(&done.vp)), None],
                 growth: None,
-                csv: wanted.csv.then(|| {
-                    csv(done.sample_time, [None, None, Some(&done.op), Some(&done.vp)], &[])
-                }),
+                csv: wanted.csv(
+                    done.sample_time,
+                    [None, None, Some(&done.op), Some(&done.vp)],
+                    &[],
+                )?,
                 figure: wanted.figure.then(|| run::open_loop(title, &done)),
             }
         }
@@ -135,7 +143,7 @@ fn simulate(scenario: &Scenario, wanted: Wanted) -> Result<Report> {
 fn closed_loop_report(
     done: &Run,
     figure: Option<Figure>,
-    wanted: Wanted,
+    wanted: Wanted<'_>,
     more: &[(&str, Option<&[f64]>)],
 ) -> Result<Report> {
     let signals = [("PV", &done.pv[..]), ("OP", &done.op), ("VP", &done.vp)];
@@ -145,7 +153,7 @@ fn closed_loop_report(
         period_s: done.period_s(),
         half_pp: [&done.op, &done.vp, &done.pv].map(|signal| Some(done.half_pp(signal))),
         growth: done.growth(),
-        csv: wanted.csv.then(|| csv(done.sample_time, columns, more)),
+        csv: wanted.csv(done.sample_time, columns, more)?,
         figure,
     })
 }
@@ -164,26 +172,42 @@ fn check_finite(sample_time: f64, signals: &[(&str, &[f64])]) -> Result<()> {
     Ok(())
 }
 
-fn csv(
-    sample_time: f64,
-    columns: [Option<&Vec<f64>>; 4],
-    more: &[(&str, Option<&[f64]>)],
-) -> String {
-    let samples = columns.iter().flatten().map(|c| c.len()).max().unwrap_or(0);
-    // Rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
-    let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
-    // Beyond these digits a number's own rounding is finer.
-    let unit = (digits <= 15.0).then(|| 10f64.powf(digits));
-    let time = |k| {
-        let t = k as f64 * sample_time;
-        unit.map_or(t, |unit| (t * unit).round() / unit)
-    };
-    let times: Vec<f64> = (0..samples).map(time).collect();
-    let [sp, pv, op, vp] = columns.map(|column| column.map(Vec::as_slice));
-    let mut all: Vec<(&str, Option<&[f64]>)> =
-        vec![("t", Some(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];
-    all.extend(more);
-    table::write(&all)
+impl Wanted<'_> {
+    /// The wanted columns as CSV, if it is wanted.
+    fn csv(
+        &self,
+        sample_time: f64,
+        columns: [Option<&Vec<f64>>; 4],
+        more: &[(&str, Option<&[f64]>)],
+    ) -> Result<Option<String>> {
+        if !self.csv {
+            return Ok(None);
+        }
+        let samples = columns.iter().flatten().map(|c| c.len()).max().unwrap_or(0);
+        // Rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
+        let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
+        // Beyond these digits a number's own rounding is finer.
+        let unit = (digits <= 15.0).then(|| 10f64.powf(digits));
+        let time = |k| {
+            let t = k as f64 * sample_time;
+            unit.map_or(t, |unit| (t * unit).round() / unit)
+        };
+        let times: Vec<f64> = (0..samples).map(time).collect();
+        let [sp, pv, op, vp] = columns.map(|column| column.map(Vec::as_slice));
+        let mut all: Vec<(&str, Option<&[f64]>)> =
+            vec![("t", Some(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];
+        all.extend(more);
+        if !self.columns.is_empty() {
+            let known = all.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+            let chosen = self.columns.iter().map(|wanted| {
+                all.iter().find(|(name, _)| name == wanted).copied().with_context(|| {
+                    format!("--columns: there is no column \"{wanted}\"; there are {known}")
+                })
+            });
+            all = chosen.collect::<Result<_>>()?;
+        }
+        Ok(Some(table::write(&all)))
+    }
 }
 
 fn plot(path: &Path, figure: &Figure) -> Result<()> {

@@ -19,4 +19,9 @@ built_in!(
     "paper/flow-cascade",
     "choudhury/concentration",
     "choudhury/level",
+    "samples/sticky-flow",
+    "samples/disturbed-flow",
+    "samples/aggressive-flow",
+    "samples/quantised-level",
+    "samples/cascade-slave",
 );

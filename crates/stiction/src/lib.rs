@@ -39,6 +39,7 @@ pub mod detect;
 pub mod diagnose;
 mod error;
 pub mod oscillation;
+pub mod population;
 pub mod recording;
 pub mod series;
 mod simd;

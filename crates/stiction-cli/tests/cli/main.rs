@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The names of the built-in scenarios.
-const BUILT_IN: [&str; 10] = [
+const BUILT_IN: [&str; 15] = [
     "paper/open-loop-linear",
     "paper/open-loop-deadband",
     "paper/open-loop-stiction",
@@ -23,6 +23,11 @@ const BUILT_IN: [&str; 10] = [
     "paper/flow-cascade",
     "choudhury/concentration",
     "choudhury/level",
+    "samples/sticky-flow",
+    "samples/disturbed-flow",
+    "samples/aggressive-flow",
+    "samples/quantised-level",
+    "samples/cascade-slave",
 ];
 
 /// What a run of the command left behind.

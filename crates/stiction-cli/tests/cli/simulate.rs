@@ -2,6 +2,7 @@
 
 use crate::{BUILT_IN, column, command, folder, read, rows, run, write};
 use serde_json::Value;
+use std::path::Path;
 
 fn number(json: &Value, path: &str) -> f64 {
     json.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path} in {json}"))
@@ -93,7 +94,7 @@ fn the_summary_reads_like_this() {
 #[test]
 fn a_printed_scenario_is_the_same_scenario() {
     let folder = folder("round-trip");
-    let settings = ["--set", "title=changed", "--set", "valve.S=4.5"];
+    let settings = ["--set", "title=changed", "--set", "sample_time=0.5"];
     for name in BUILT_IN {
         let printed = run(&folder, &[&["simulate", name, "--print"][..], &settings].concat());
         write(&folder, "mine.toml", printed.quiet_success());
@@ -267,4 +268,37 @@ fn the_number_of_threads_makes_no_difference() {
         })
     };
     assert!(outputs("1") == outputs("2"));
+}
+
+#[test]
+fn the_sample_recordings_come_out_of_their_scenarios() {
+    let here = folder("sample-recordings");
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples");
+    let truth = std::fs::read_to_string(samples.join("truth.csv")).unwrap();
+    assert_eq!(truth.lines().count(), 6);
+    for row in truth.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let (file, scenario) = (cells[0], cells[6]);
+        let made = run(&here, &["simulate", scenario, "--columns", "t,sp,pv,op", "-o", "-"]);
+        let kept = std::fs::read_to_string(samples.join(file)).unwrap();
+        assert!(made.quiet_success() == kept, "{file} differs from {scenario}");
+        // The truth is that of the scenario.
+        let settings = run(&here, &["simulate", scenario, "--json"]).json();
+        let valve = &settings["settings"]["valve"];
+        assert_eq!(valve["model"], cells[2]);
+        for (key, cell) in [("S", cells[3]), ("J", cells[4])] {
+            assert_eq!(valve[key].as_f64().unwrap_or(0.0), cell.parse::<f64>().unwrap(), "{file}");
+        }
+    }
+}
+
+#[test]
+fn columns_are_chosen_by_name() {
+    let here = folder("chosen-columns");
+    let csv = run(&here, &["simulate", "paper/step-linear", "--columns", "vp,t", "-o", "-"])
+        .quiet_success();
+    assert_eq!(csv.lines().next(), Some("vp,t"));
+    let refused =
+        run(&here, &["simulate", "paper/step-linear", "--columns", "t,mv", "-o", "-"]).refusal();
+    assert!(refused.contains("no column \"mv\"; there are t, sp, pv, op, vp"), "{refused}");
 }
