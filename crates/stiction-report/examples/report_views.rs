@@ -16,15 +16,19 @@ fn stretches(
     cuts: &[(f64, f64)],
 ) -> Result<Vec<Stretch>, stiction::Error> {
     let mut flow = ClosedLoop::new(
-        Controller::pi(0.4, 8.0)?,
+        Controller::pi(0.55, 3.5)?,
         Assembly::new(Model::TwoPhase.build(Bands::from_s_j(s, j)?)?),
-        Process::first_order(1.2, 4.0, 1.0)?,
+        Process::first_order(1.5, 5.93, 1.07)?,
     );
     flow.sample_time = 1.0;
     flow.samples = samples;
     flow.op_rest = 45.0;
     flow.pv_rest = 60.0;
-    flow.set_point = Signal::Steps(vec![(0.0, 60.0), (samples as f64 / 2.0, 63.0)]);
+    flow.set_point = Signal::Steps(vec![
+        (0.0, 60.0),
+        (0.04 * samples as f64, 63.0),
+        (0.6 * samples as f64, 65.0),
+    ]);
     flow.measurement = vec![Signal::Noise { sd: 0.15, tau_s: 0.0, seed: 7 }];
     let run = flow.run()?;
     let stretch = |&(from, to): &(f64, f64)| {

@@ -17,9 +17,10 @@
   const number = (value, decimals) => value.toFixed(decimals).replace("-", "\u2212");
   const decimalsOf = (step) => Math.min(9, Math.max(0, Math.ceil(-Math.log10(Math.abs(step)) - 1e-6)));
 
-  // A value with as many digits as its list resolves.
+  // A value with as many digits as its list resolves; in lists of logarithms, four.
   function written(value, step) {
     const size = Math.abs(value);
+    if (step === null && size >= 1e-4 && size < 1e9) return String(Number(value.toPrecision(4)));
     if (size !== 0 && (size < 1e-4 || size >= 1e9)) return value.toExponential(3).replace("-", "\u2212");
     return number(value, decimalsOf(step));
   }
@@ -28,10 +29,11 @@
     return new Date(Math.round(value * 10) * 100).toISOString().replace("T", " ").replace(/(\.0)?00Z$|Z$/, "");
   }
 
-  // A list as the report packs it.
-  function unpack({ from, step, d }) {
+  // A list as the report packs it; on logarithmic axes, of logarithms.
+  function unpack({ from, step, d }, scale) {
     let sum = 0;
-    return { step, values: Float64Array.from(d, (each) => from + step * (sum += each)) };
+    const values = Float64Array.from(d, (each) => from + step * (sum += each));
+    return scale === "log" ? { step: null, values: values.map((v) => 10 ** v) } : { step, values };
   }
 
   // Index of the value nearest to x in an ascending list.
@@ -53,9 +55,11 @@
       Object.assign(this, data, { svg, node });
       this.key = data.group === null ? null : scope + "/" + data.group;
       this.range = [data.x.lo, data.x.hi];
+      // What stands for ticks, grid and words while the panel is zoomed.
+      this.own = [];
       for (const series of this.series) {
-        series.x = unpack(series.x);
-        series.y = unpack(series.y);
+        series.x = unpack(series.x, this.x.scale);
+        series.y = unpack(series.y, this.y.scale);
       }
       this.lead = this.series.find((series) => series.kind === "trend");
       this.hover = this.draw("g", { class: "hover", "pointer-events": "none" });
@@ -139,33 +143,43 @@
         part.setAttribute("transform", `matrix(${k} 0 0 1 ${shift} 0)`);
         part.classList.toggle("zoomed", !whole);
       }
-      for (const note of this.node.querySelectorAll(".notes > *")) {
-        const middle = Number(note.getAttribute("x")) + Number(note.getAttribute("width") || 0) / 2;
-        const to = k * middle + shift;
-        note.setAttribute("transform", `translate(${to - middle} 0)`);
+      for (const note of this.node.querySelectorAll(".note")) {
+        const anchor = Number(note.dataset.x);
+        const to = k * anchor + shift;
+        note.setAttribute("transform", `translate(${to - anchor} 0)`);
         note.style.visibility = to < left || to > left + width ? "hidden" : "";
       }
-      const still = this.node.querySelectorAll(".x-grid, .x-ticks");
+      const still = this.node.querySelectorAll(".x-grid, .x-ticks, .words");
       for (const part of still) part.style.display = whole ? "" : "none";
-      this.ownTicks?.remove();
-      this.ownTicks = null;
+      for (const part of this.own) part.remove();
+      this.own = [];
       if (!whole) this.letter();
     }
     letter() {
       const [left, top, width, height] = this.frame;
+      // The grid lies below the curves, what is written above them.
+      const grid = this.draw("g", { class: "own-grid" });
       const group = this.draw("g", { class: "own-ticks" });
       const make = this.x.scale === "clock" ? clockTicks : linearTicks;
       for (const { at, label } of make(...this.range, Math.max(2, Math.min(8, width / 90)))) {
         const x = this.px(at);
         if (x < left - 0.5 || x > left + width + 0.5) continue;
-        group.append(this.draw("line", { x1: x, x2: x, y1: top, y2: top + height, class: "grid" }));
+        grid.append(this.draw("line", { x1: x, x2: x, y1: top, y2: top + height }));
         group.append(this.draw("line", { x1: x, x2: x, y1: top + height, y2: top + height + 4 }));
         if (!this.lettered) continue;
         const y = top + height + 17.6;
         group.append(this.draw("text", { x, y, "text-anchor": "middle", "font-size": 12 }, label));
       }
-      this.ownTicks = group;
-      this.node.prepend(group);
+      // The words of the strip, in the middle of what can be seen of their spans.
+      for (const [from, to, word] of this.spans) {
+        const [a, b] = [Math.max(this.px(from), left), Math.min(this.px(to), left + width)];
+        if (b - a < 7 * word.length) continue;
+        const middle = { x: (a + b) / 2, y: this.base, "text-anchor": "middle", "font-size": 11 };
+        group.append(this.draw("text", middle, word));
+      }
+      this.node.prepend(grid);
+      this.node.append(group);
+      this.own = [grid, group];
     }
   }
 

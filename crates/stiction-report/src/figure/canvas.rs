@@ -246,14 +246,21 @@ impl Canvas {
 
     /// Draws what a script can find by its class; elsewhere, just draws.
     pub fn part(&mut self, class: &str, draw: impl FnOnce(&mut Self)) {
+        self.group(format!("class=\"{class}\""), draw);
+    }
+
+    /// Draws what a script can find by its class, with the abscissa to which it belongs; elsewhere,
+    /// just draws.
+    pub fn part_at(&mut self, class: &str, x: f64, draw: impl FnOnce(&mut Self)) {
+        self.group(format!("class=\"{class}\" data-x=\"{x:.1}\""), draw);
+    }
+
+    fn group(&mut self, attributes: String, draw: impl FnOnce(&mut Self)) {
         if !self.is_page() {
             return draw(self);
         }
-        self.scene.add(Primitive::GroupStart {
-            transform: None,
-            title: None,
-            extra_attrs: Some(format!("class=\"{class}\"")),
-        });
+        let extra_attrs = Some(attributes);
+        self.scene.add(Primitive::GroupStart { transform: None, title: None, extra_attrs });
         draw(self);
         self.scene.add(Primitive::GroupEnd);
     }

@@ -5,6 +5,7 @@ use super::axis::{self, Axis};
 use super::curve::{Curve, edges};
 use super::geometry::{Point, Rect};
 use super::legend::{self, Placed};
+use super::paint::MIDDLE;
 use super::palette::{Look, looks};
 use super::{Annotation, Figure, Panel, Scale, Series, Style, text};
 
@@ -167,6 +168,11 @@ impl Cell {
         let frame = &self.view.frame;
         let bottom = frame.y - self.note_height() - GAP;
         Rect::new(frame.x, bottom - STRIP, frame.w, STRIP)
+    }
+
+    /// The base line of the words of the strip.
+    pub fn strip_base(&self) -> f64 {
+        self.strip_rect().centre().y + MIDDLE * f64::from(STRIP_TEXT)
     }
 
     /// Height of the heading.

@@ -1,8 +1,9 @@
 //! What a script needs to read values from a picture and to zoom: frames, axes, samples, as JSON.
 //!
 //! Numbers are written compactly. A list of values is `{"from", "step", "d"}`: value `i` is
-//! `from + step * (d[0] + ... + d[i])` with whole `d`. The step resolves a part in 10,000 to 100,000
-//! of the range of the list, or is the distance of its values if they are equally far apart.
+//! `from + step * (d[0] + ... + d[i])` with whole `d`. The step resolves a part in 1,000 to 10,000
+//! of the range of the list, or is the distance of its values if they are equally far apart. On
+//! logarithmic axes the list is of the decimal logarithms, as its scale says.
 
 use std::fmt::Write;
 
@@ -51,7 +52,7 @@ fn panel_data(panel: &Panel, cell: &Cell) -> String {
         .collect();
     format!(
         "{{\"frame\":[{:.1},{:.1},{:.1},{:.1}],\"x\":{},\"y\":{},\"group\":{},\"lettered\":{},\
-         \"strip\":{},\"spans\":[{}],\"series\":[{}]}}",
+         \"strip\":{},\"base\":{:.1},\"spans\":[{}],\"series\":[{}]}}",
         frame.x,
         frame.y,
         frame.w,
@@ -61,6 +62,7 @@ fn panel_data(panel: &Panel, cell: &Cell) -> String {
         panel.group.as_deref().map_or("null".to_owned(), text),
         cell.lettered,
         panel.strip.as_ref().map_or("null".to_owned(), |strip| text(&strip.name)),
+        cell.strip_base(),
         spans.join(","),
         series.join(",")
     )
@@ -98,8 +100,8 @@ fn series_data(series: &Series, look: &Look, panel: &Panel, cell: &Cell) -> Stri
     format!(
         "{{\"name\":{},\"kind\":\"{kind}\",\"colour\":\"#{r:02x}{g:02x}{b:02x}\",\"x\":{},\"y\":{}}}",
         text(name),
-        packed(&series.x, &kept),
-        packed(&series.y, &kept)
+        packed(&series.x, &kept, panel.x_scale),
+        packed(&series.y, &kept, panel.y_scale)
     )
 }
 
@@ -125,13 +127,20 @@ fn quantity(label: &str) -> (&str, &str) {
 }
 
 /// The values at some indices, as described at the head of this file.
-fn packed(values: &[f64], indices: &[usize]) -> String {
+fn packed(values: &[f64], indices: &[usize], scale: Scale) -> String {
+    let logarithms: Vec<f64>;
+    let values = if scale == Scale::Log {
+        logarithms = values.iter().map(|v| axis::logarithm(*v)).collect();
+        &logarithms
+    } else {
+        values
+    };
     let (from, step, whole): (f64, f64, Vec<i64>) = match distance(values) {
         Some(step) => (values[0], step, indices.iter().map(|&i| i as i64).collect()),
         None => {
             let (lo, hi) = axis::extent(values.iter().copied());
             let span = if axis::is_constant(lo, hi) { lo.abs().max(hi.abs()) } else { hi - lo };
-            let power = if span > 0.0 { span.log10().floor() as i32 - 4 } else { 0 };
+            let power = if span > 0.0 { span.log10().floor() as i32 - 3 } else { 0 };
             let step = 10f64.powi(power.clamp(-300, 300));
             (0.0, step, indices.iter().map(|&i| (values[i] / step).round() as i64).collect())
         }
@@ -178,7 +187,7 @@ mod tests {
     use super::*;
 
     fn all(values: &[f64]) -> String {
-        packed(values, &(0..values.len()).collect::<Vec<_>>())
+        packed(values, &(0..values.len()).collect::<Vec<_>>(), Scale::Linear)
     }
 
     #[test]
@@ -186,7 +195,7 @@ mod tests {
         assert_eq!(all(&[0.5, 1.0, 1.5]), r#"{"from":5e-1,"step":5e-1,"d":[0,1,1]}"#);
         assert_eq!(
             all(&[50.0, 53.217, 50.5]),
-            r#"{"from":0e0,"step":1e-4,"d":[500000,32170,-27170]}"#
+            r#"{"from":0e0,"step":1e-3,"d":[50000,3217,-2717]}"#
         );
         assert_eq!(all(&[0.0, 0.0]), r#"{"from":0e0,"step":1e0,"d":[0,0]}"#);
     }

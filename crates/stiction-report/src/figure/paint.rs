@@ -19,12 +19,13 @@ const THIN: Stroke = Stroke { colour: INK, width: 0.5, dash: SOLID };
 
 /// Classes of the parts that the script of a live page moves, or replaces, when a reader zooms.
 const MOVING: &str = "moving";
-const NOTES: &str = "notes";
+const NOTE: &str = "note";
+const WORDS: &str = "words";
 const X_GRID: &str = "x-grid";
 const X_TICKS: &str = "x-ticks";
 
 /// Half the height of a capital letter, in units of the font size.
-const MIDDLE: f64 = 0.365;
+pub(super) const MIDDLE: f64 = 0.365;
 
 /// Draws a sound figure.
 pub(super) fn paint(figure: &Figure, target: Target) -> Canvas {
@@ -69,9 +70,9 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
     });
     // Paper under a text hides curves, but no other annotation.
     let notes: Vec<&annotate::Note> = marks.iter().filter_map(|m| m.note.as_ref()).collect();
-    canvas.part(NOTES, |canvas| {
-        notes.iter().for_each(|note| canvas.fill(&note.rect.grown(1.0), PAPER, 0.8));
-    });
+    for note in &notes {
+        paint_anchored(canvas, note, |canvas| canvas.fill(&note.rect.grown(1.0), PAPER, 0.8));
+    }
     canvas.part(MOVING, |canvas| {
         for mark in &marks {
             for (from, to, stroke) in &mark.lines {
@@ -84,7 +85,9 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
     });
     canvas.unclip();
     canvas.outline(frame, &FRAME);
-    canvas.part(NOTES, |canvas| notes.iter().for_each(|note| paint_note(canvas, note)));
+    for note in &notes {
+        paint_anchored(canvas, note, |canvas| paint_note(canvas, note));
+    }
     if let Some(strip) = &panel.strip {
         paint_strip(canvas, strip, cell);
     }
@@ -114,6 +117,14 @@ fn paint_moving(canvas: &mut Canvas, rect: &Rect, draw: impl FnOnce(&mut Canvas)
     canvas.clip(rect);
     canvas.part(MOVING, draw);
     canvas.unclip();
+}
+
+/// Paints what moves with the anchor of a note.
+fn paint_anchored(canvas: &mut Canvas, note: &annotate::Note, draw: impl FnOnce(&mut Canvas)) {
+    match note.anchor {
+        Some(x) => canvas.part_at(NOTE, x, draw),
+        None => draw(canvas),
+    }
 }
 
 fn paint_curve(canvas: &mut Canvas, curve: &Curve, look: &Look) {
@@ -154,8 +165,8 @@ fn paint_strip(canvas: &mut Canvas, strip: &Strip, cell: &Cell) {
     });
     canvas.outline(&rect, &THIN);
     let small = f64::from(STRIP_TEXT);
-    let base = rect.centre().y + MIDDLE * small;
-    canvas.part(NOTES, |canvas| {
+    let base = cell.strip_base();
+    canvas.part(WORDS, |canvas| {
         for (rect, span) in &spans {
             if text::width(&span.word, small) + 2.0 * GAP <= rect.w {
                 let at = Point::new(rect.centre().x, base);

@@ -149,7 +149,7 @@ pub struct Card {
     pub caveats: Vec<String>,
 }
 
-/// A number with four digits that count and a true minus sign.
+/// A number with four digits, without zeros at its end, and with a true minus sign.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     let text = if !value.is_finite() {
@@ -160,7 +160,12 @@ pub fn number(value: f64) -> String {
         format!("{value:.3e}")
     } else {
         let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
-        format!("{value:.decimals$}")
+        let text = format!("{value:.decimals$}");
+        if decimals > 0 {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
     };
     text.replace('-', "−")
 }
@@ -567,9 +572,12 @@ mod tests {
     use super::number;
 
     #[test]
-    fn numbers_have_four_digits() {
+    fn numbers_have_four_digits_at_most() {
         for (value, want) in [
             (0.0, "0"),
+            (100.0, "100"),
+            (2.5, "2.5"),
+            (59.999_99, "60"),
             (-3.141_59, "−3.142"),
             (123_456.0, "123456"),
             (0.012_345, "0.01235"),

@@ -393,15 +393,15 @@ pub fn autocorrelations(stretch: &Stretch, context: &Context<'_>) -> Option<Figu
             let half = mean(&apart) * stretch.sample_time;
             found.push(format!("{name} {}", axis.duration(2.0 * half)));
         }
-        crossings.push((format!("zeros, {name}"), places, colour));
+        crossings.push((format!("zeros, {name}"), places));
         let x: Vec<f64> = (0..acf.len()).map(|lag| at(lag as f64)).collect();
         panel = panel.with(Series::line(name, x, acf).colour(colour));
     }
-    for (label, places, colour) in crossings {
+    for (label, places) in crossings {
         if !places.is_empty() {
             let x: Vec<f64> = places.iter().map(|p| at(*p)).collect();
             let zeros = vec![0.0; x.len()];
-            panel = panel.with(Series::points(label, x, zeros).colour(colour));
+            panel = panel.with(Series::points(label, x, zeros).colour(colour::BLACK));
         }
     }
     if panel.series.is_empty() {
@@ -459,7 +459,10 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         if !tops.is_empty() {
             let (x, y): (Vec<f64>, Vec<f64>) =
                 tops.iter().map(|&bin| (axis.at(period(bin)), share(bin))).unzip();
-            panel = panel.with(Series::points(format!("peaks, {name}"), x, y).colour(colour));
+            // Names of several peaks would cover each other.
+            panel = panel.note(Annotation::vertical_line(x[0], axis.duration(period(tops[0]))));
+            panel =
+                panel.with(Series::points(format!("peaks, {name}"), x, y).colour(colour::BLACK));
         }
     }
     if panel.series.is_empty() {
