@@ -276,7 +276,7 @@ mod tests {
         for (lo, hi, count, want) in [
             (0.5, 2000.0, 6, &["1", "10", "100", "1000"][..]),
             (3.0, 60.0, 6, &["5", "10", "20", "50"]),
-            (1e-7, 2e6, 5, &["10⁻⁷", "0.0001", "0.1", "100", "10⁵"]),
+            (1e-7, 2e6, 5, &["10⁻⁷", "10⁻⁴", "0.1", "100", "10⁵"]),
         ] {
             let axis = Axis::new((lo, hi), count, Scale::Log);
             let labels: Vec<&str> = axis.ticks.iter().map(|t| t.label.as_str()).collect();

@@ -10,7 +10,7 @@ use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, Span, Stri
 use stiction::detect::{ErrorSource, Subject};
 use stiction::recording::{LoopType, Mode, Modes, Stretch};
 use stiction::series::{
-    autocorrelation, centred, cross_correlation, mean, periodogram, quantile, span, std,
+    autocorrelation, centred, cross_correlation, mean, median, periodogram, quantile, span, std,
     zero_crossings,
 };
 
@@ -156,7 +156,7 @@ pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Op
 
     let panel = |y_label: String| {
         let mut panel =
-            Panel::new(axis.label.clone(), y_label).x_scale(axis.scale).group(TIME).height(190.0);
+            Panel::new(axis.label.clone(), y_label).x_scale(axis.scale).group(TIME).height(170.0);
         for pair in stretches.windows(2) {
             let gap = (at(pair[0].from + pair[0].duration()), at(pair[1].from));
             panel = panel.note(Annotation::x_band(gap.0, gap.1, ""));
@@ -430,7 +430,7 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         .x_scale(Scale::Log)
         .y_scale(Scale::Log)
         .legend(Legend::Above);
-    let mut found = Vec::new();
+    let (mut found, mut marks) = (Vec::new(), Vec::new());
     for (name, values, colour) in signals(stretch) {
         if span(&values) == 0.0 {
             continue;
@@ -460,7 +460,11 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
             let (x, y): (Vec<f64>, Vec<f64>) =
                 tops.iter().map(|&bin| (axis.at(period(bin)), share(bin))).unzip();
             // Names of several peaks would cover each other.
-            panel = panel.note(Annotation::vertical_line(x[0], axis.duration(period(tops[0]))));
+            let marked = |x: f64| marks.iter().any(|m: &f64| (x / m).ln().abs() < 0.2);
+            if !marked(x[0]) {
+                marks.push(x[0]);
+                panel = panel.note(Annotation::vertical_line(x[0], axis.duration(period(tops[0]))));
+            }
             panel =
                 panel.with(Series::points(format!("peaks, {name}"), x, y).colour(colour::BLACK));
         }
@@ -468,6 +472,11 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
     if panel.series.is_empty() {
         return None;
     }
+    // Room for the names of the peaks.
+    let shares = || panel.series.iter().flat_map(|s| s.y.iter().copied());
+    let (low, high) =
+        shares().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
+    panel.y_range = Some((low / 2.0, high * 12.0));
     let mut caption = "Spectrum under a Hann window; each signal has a total of 1.".to_owned();
     if !found.is_empty() {
         caption.push_str(&format!(" Highest peaks: {}.", found.join("; ")));
@@ -556,17 +565,20 @@ fn dominant_period(stretch: &Stretch) -> Option<f64> {
     (lines.power[top] > 0.0).then(|| stretch.sample_time / lines.frequency[top])
 }
 
-/// Bins of the three highest peaks that have at least a hundredth of the highest, none of which is
-/// within a quarter of another; highest first.
+/// Bins of the three highest peaks that have at least a twentieth of the highest, none of which is
+/// within a quarter of another; highest first. What is less than 25 times the median is a peak of
+/// noise: of a million bins of white noise none is expected to be 20 times the median.
 fn peaks(power: &[f64]) -> Vec<usize> {
+    let floor = 25.0 * median(power);
     let mut order: Vec<usize> = (2..power.len().saturating_sub(1))
         .filter(|&i| power[i] > power[i - 1] && power[i] >= power[i + 1])
+        .filter(|&i| power[i] > floor)
         .collect();
     order.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
     let mut chosen: Vec<usize> = Vec::new();
     for bin in order {
         let far = |other: &usize| (bin as f64 / *other as f64).ln().abs() > 0.25;
-        let high = chosen.first().is_none_or(|first| power[bin] >= 0.01 * power[*first]);
+        let high = chosen.first().is_none_or(|first| power[bin] >= 0.05 * power[*first]);
         if chosen.len() < 3 && high && chosen.iter().all(far) {
             chosen.push(bin);
         }
