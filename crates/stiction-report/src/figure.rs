@@ -11,6 +11,11 @@
 //! Series are told apart by dash pattern or marker as well as by colour, and the colours are
 //! those of Okabe and Ito, which remain distinct for colour-blind readers.
 //!
+//! An axis divides its range linearly, logarithmically or as dates and times, see [`Scale`].
+//!
+//! On a page with the script of the report a figure is [`Live`]: its values can be read at the
+//! pointer, and panels of one [`Panel::group`] zoom together.
+//!
 //! # Long series
 //!
 //! A series is reduced before it is drawn, so that 60,000 samples do not make a file of

@@ -60,7 +60,7 @@ fn report(samples: usize) -> Report {
         .with(card)
         .with(Block::Details { summary: HOSTILE.into(), blocks: vec![table.into()] });
     let figures = views::all(&stretches, 1, Some(&ELLIPSE), &context);
-    assert_eq!(figures.len(), 6);
+    assert_eq!(figures.len(), 7);
     for figure in figures {
         section = section.with(figure);
     }
@@ -157,7 +157,7 @@ fn equal_reports_give_equal_bytes() {
 #[test]
 fn long_recordings_make_small_files() {
     let html = report(121_000).html().unwrap();
-    // Two loops with seven figures each.
+    // Two loops with eight figures each.
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
     assert!(html.contains("every extreme is kept"));
 }

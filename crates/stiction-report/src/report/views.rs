@@ -20,6 +20,8 @@ const WIDTH: f64 = 860.0;
 const REDUCED_FROM: usize = 3_000;
 /// The panels of this group share the time axis.
 const TIME: &str = "time";
+/// The panels of this group share the time axis of the end of a stretch.
+const DETAIL: &str = "detail";
 
 /// What is known about a loop beside its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -244,6 +246,39 @@ fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Stri
     (!spans.is_empty()).then(|| Strip { name: "mode".to_owned(), spans })
 }
 
+/// The last few periods of a stretch, those on the map, with every sample.
+///
+/// `None` if the stretch has not twice as many.
+pub fn detail(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+    let from = last_periods(stretch, context);
+    if 2 * from < stretch.len() {
+        return None;
+    }
+    let part = |signal: &Option<Vec<f64>>| signal.as_ref().map(|x| x[from..].to_vec());
+    let end = Stretch {
+        from: stretch.from + from as f64 * stretch.sample_time,
+        sample_time: stretch.sample_time,
+        op: stretch.op[from..].to_vec(),
+        pv: part(&stretch.pv),
+        sp: part(&stretch.sp),
+        vp: part(&stretch.vp),
+        bridged: 0,
+    };
+    let mut figure = trends(&[end], 0, context)?;
+    figure.caption = format!("The end of the stretch. {}", figure.caption);
+    for panel in &mut figure.panels {
+        panel.group = Some(DETAIL.to_owned());
+    }
+    Some(figure)
+}
+
+/// Where the last six periods of a stretch begin; without a period, its last 1,000 samples.
+fn last_periods(stretch: &Stretch, context: &Context<'_>) -> usize {
+    let period = context.period_of(stretch);
+    let samples = period.map_or(1_000, |p| (6.0 * p / stretch.sample_time).ceil() as usize);
+    stretch.len() - samples.max(50).min(stretch.len())
+}
+
 /// PV against OP over the last few periods, with arrows along the way; and an ellipse, with its width
 /// in the direction of the OP, if one is given.
 ///
@@ -253,15 +288,12 @@ pub fn pv_op_map(
     ellipse: Option<&Ellipse>,
     context: &Context<'_>,
 ) -> Option<Figure> {
-    const PERIODS: f64 = 6.0;
     const MOST: usize = 1_500;
     let pv = stretch.pv.as_ref()?;
     if span(pv) == 0.0 || span(&stretch.op) == 0.0 {
         return None;
     }
-    let period = context.period_of(stretch);
-    let samples = period.map_or(1_000, |p| (PERIODS * p / stretch.sample_time).ceil() as usize);
-    let from = stretch.len() - samples.clamp(50, 1_000_000).min(stretch.len());
+    let from = last_periods(stretch, context);
     let stride = (stretch.len() - from).div_ceil(MOST);
     let thinned = |x: &[f64]| -> Vec<f64> { x[from..].iter().copied().step_by(stride).collect() };
     let (op, pv) = (thinned(&stretch.op), thinned(pv));
@@ -441,7 +473,9 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         if !(all > 0.0 && highest > 0.0) {
             continue;
         }
-        let tops = peaks(&lines.power);
+        // What has not three periods in the stretch is a trend.
+        let first = lines.frequency.partition_point(|f| f * (stretch.len() as f64) < 3.0);
+        let tops = peaks(&lines.power, first);
         let period = |bin: usize| stretch.sample_time / lines.frequency[bin];
         if !tops.is_empty() {
             let listed: Vec<String> = tops.iter().map(|b| axis.duration(period(*b))).collect();
@@ -565,12 +599,12 @@ fn dominant_period(stretch: &Stretch) -> Option<f64> {
     (lines.power[top] > 0.0).then(|| stretch.sample_time / lines.frequency[top])
 }
 
-/// Bins of the three highest peaks that have at least a twentieth of the highest, none of which is
+/// Bins from `first` on of the three highest peaks that have at least a twentieth of the highest, none of which is
 /// within a quarter of another; highest first. What is less than 25 times the median is a peak of
 /// noise: of a million bins of white noise none is expected to be 20 times the median.
-fn peaks(power: &[f64]) -> Vec<usize> {
+fn peaks(power: &[f64], first: usize) -> Vec<usize> {
     let floor = 25.0 * median(power);
-    let mut order: Vec<usize> = (2..power.len().saturating_sub(1))
+    let mut order: Vec<usize> = (first.max(1)..power.len().saturating_sub(1))
         .filter(|&i| power[i] > power[i - 1] && power[i] >= power[i + 1])
         .filter(|&i| power[i] > floor)
         .collect();
@@ -596,6 +630,7 @@ pub fn all(
     let Some(stretch) = stretches.get(judged) else { return Vec::new() };
     [
         trends(stretches, judged, context),
+        detail(stretch, context),
         pv_op_map(stretch, ellipse, context),
         op_pv_correlation(stretch, context),
         autocorrelations(stretch, context),
@@ -636,6 +671,7 @@ mod tests {
     fn peaks_are_apart() {
         let mut power = vec![0.0; 100];
         (power[10], power[11], power[30], power[50]) = (9.0, 10.0, 1.0, 0.01);
-        assert_eq!(peaks(&power), [11, 30]);
+        assert_eq!(peaks(&power, 1), [11, 30]);
+        assert_eq!(peaks(&power, 12), [30]);
     }
 }
