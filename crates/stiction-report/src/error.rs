@@ -36,10 +36,11 @@ pub enum Error {
         /// Number of y values.
         y: usize,
     },
-    /// A sample that has no place on paper: NaN, infinite, or beyond 1e300.
+    /// A sample that has no place on paper: NaN, infinite, beyond 1e300, or not above zero on a
+    /// logarithmic axis.
     #[error(
         "{axis} value {index} of series \"{series}\" of panel {panel} is {value}, but must be \
-         finite and at most 1e300 in magnitude"
+         finite and at most 1e300 in magnitude, and above zero on a logarithmic axis"
     )]
     Sample {
         /// Index of the panel, from 0.

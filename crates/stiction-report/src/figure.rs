@@ -11,6 +11,11 @@
 //! Series are told apart by dash pattern or marker as well as by colour, and the colours are
 //! those of Okabe and Ito, which remain distinct for colour-blind readers.
 //!
+//! An axis divides its range linearly, logarithmically or as dates and times, see [`Scale`].
+//!
+//! On a page with the script of the report a figure is [`Live`]: its values can be read at the
+//! pointer, and panels of one [`Panel::group`] zoom together.
+//!
 //! # Long series
 //!
 //! A series is reduced before it is drawn, so that 60,000 samples do not make a file of
@@ -24,10 +29,12 @@
 mod annotate;
 mod axis;
 mod canvas;
+mod clock;
 mod curve;
 mod geometry;
 mod layout;
 mod legend;
+mod live;
 mod paint;
 mod palette;
 mod pixels;
@@ -37,6 +44,7 @@ mod text;
 use crate::error::Error;
 use canvas::Target;
 
+pub use live::Live;
 pub use palette::colour;
 
 /// The largest magnitude that can be drawn; beyond it differences overflow.
@@ -83,6 +91,52 @@ pub struct Panel {
     pub equal_aspect: bool,
     /// Where the legend stands.
     pub legend: Legend,
+    /// How the x axis divides its range.
+    pub x_scale: Scale,
+    /// How the y axis divides its range.
+    pub y_scale: Scale,
+    /// Height between the axes, px; by default that of the figure.
+    pub height: Option<f64>,
+    /// What was the case when, in a strip above the axes.
+    pub strip: Option<Strip>,
+    /// Panels of one group share their crosshair and their zoom on a live page; by default a panel
+    /// keeps to itself and cannot be zoomed.
+    pub group: Option<String>,
+}
+
+/// How an axis divides its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Scale {
+    /// Equal differences are equally long.
+    #[default]
+    Linear,
+    /// Equal ratios are equally long. All values must be above zero.
+    Log,
+    /// Linear, and the values are seconds since 1970-01-01 UTC, written as dates and times.
+    Clock,
+}
+
+/// A thin strip above a pair of axes that says in words what was the case over ranges of x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strip {
+    /// What the words are about, such as `mode`.
+    pub name: String,
+    /// The ranges.
+    pub spans: Vec<Span>,
+}
+
+/// One range of a [`Strip`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Span {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    /// What was the case; left out where it has no room.
+    pub word: String,
+    /// How dark it is, from 0 to 1.
+    pub shade: f64,
 }
 
 /// One curve or cloud of points.
@@ -98,6 +152,8 @@ pub struct Series {
     pub style: Style,
     /// Index into the palette, see [`colour`]; by default the place of the series in its panel.
     pub colour: Option<usize>,
+    /// Indices of samples that are not joined to the one before, ascending.
+    pub breaks: Vec<usize>,
 }
 
 /// How the samples of a series are joined.
@@ -116,6 +172,8 @@ pub enum Style {
     Steps,
     /// Not joined: a marker for each sample, of another shape for each such series.
     Points,
+    /// A bar from zero for each sample, as in a histogram; as wide as the samples are apart.
+    Bars,
 }
 
 /// Where the legend of a panel stands. In a chosen corner it may cover data.
@@ -267,6 +325,20 @@ impl Figure {
         Ok(paint::paint(self, Target::Svg).into_svg(&self.title, &self.caption))
     }
 
+    /// The picture as an SVG with what a script needs to read values from it and to zoom.
+    ///
+    /// `id` names it: no other picture of the page may have the same. Without the script the SVG
+    /// shows what [`Figure::svg`] shows.
+    ///
+    /// # Errors
+    /// If the figure is malformed; see [`Error`].
+    pub fn live(&self, id: &str) -> Result<Live, Error> {
+        self.check()?;
+        let target = Target::Page { id: id.to_owned() };
+        let svg = paint::paint(self, target).into_svg(&self.title, &self.caption);
+        Ok(Live { svg, data: live::data(self) })
+    }
+
     /// The picture as a PNG file with two pixels to the px, lettered in a bundled font.
     ///
     /// Equal figures give equal bytes.
@@ -295,6 +367,9 @@ impl Figure {
         if let Some(height) = self.panel_height {
             size("panel_height", height, 40.0, 2000.0, "40 to 2000 px")?;
         }
+        for height in self.panels.iter().filter_map(|panel| panel.height) {
+            size("height of a panel", height, 40.0, 2000.0, "40 to 2000 px")?;
+        }
         self.panels.iter().enumerate().try_for_each(|(index, panel)| panel.check(index))
     }
 }
@@ -312,6 +387,11 @@ impl Panel {
             y_range: None,
             equal_aspect: false,
             legend: Legend::Auto,
+            x_scale: Scale::Linear,
+            y_scale: Scale::Linear,
+            height: None,
+            strip: None,
+            group: None,
         }
     }
 
@@ -364,22 +444,68 @@ impl Panel {
         self
     }
 
+    /// Says how the x axis divides its range.
+    #[must_use]
+    pub fn x_scale(mut self, scale: Scale) -> Self {
+        self.x_scale = scale;
+        self
+    }
+
+    /// Says how the y axis divides its range.
+    #[must_use]
+    pub fn y_scale(mut self, scale: Scale) -> Self {
+        self.y_scale = scale;
+        self
+    }
+
+    /// Sets the height between the axes, px.
+    #[must_use]
+    pub fn height(mut self, height: f64) -> Self {
+        self.height = Some(height);
+        self
+    }
+
+    /// Puts a strip above the axes.
+    #[must_use]
+    pub fn strip(mut self, strip: Strip) -> Self {
+        self.strip = Some(strip);
+        self
+    }
+
+    /// Links crosshair and zoom to those of all panels of the group.
+    #[must_use]
+    pub fn group(mut self, group: impl Into<String>) -> Self {
+        self.group = Some(group.into());
+        self
+    }
+
     fn check(&self, panel: usize) -> Result<(), Error> {
         if self.series.is_empty() {
             return Err(Error::NoSeries { panel });
         }
         for series in &self.series {
-            series.check(panel)?;
+            series.check(panel, self.x_scale, self.y_scale)?;
         }
         for (index, annotation) in self.annotations.iter().enumerate() {
             if let Some(value) = annotation.coordinates().into_iter().find(|v| !drawable(*v)) {
                 return Err(Error::Annotation { panel, index, value });
             }
         }
-        for (axis, range) in [('x', self.x_range), ('y', self.y_range)] {
+        let spans = self.strip.iter().flat_map(|strip| &strip.spans);
+        for (index, span) in spans.enumerate() {
+            if let Some(value) = [span.from, span.to].into_iter().find(|v| !drawable(*v)) {
+                return Err(Error::Annotation { panel, index, value });
+            }
+        }
+        for (axis, range, scale) in
+            [('x', self.x_range, self.x_scale), ('y', self.y_range, self.y_scale)]
+        {
             if let Some((from, to)) = range {
-                let sound =
-                    drawable(from) && drawable(to) && from < to && !axis::is_constant(from, to);
+                let sound = drawable(from)
+                    && drawable(to)
+                    && from < to
+                    && !axis::is_constant(from, to)
+                    && (scale != Scale::Log || from > 0.0);
                 if !sound {
                     return Err(Error::Range { panel, axis, from, to });
                 }
@@ -397,7 +523,14 @@ impl Series {
         x: impl Into<Vec<f64>>,
         y: impl Into<Vec<f64>>,
     ) -> Self {
-        Self { label: label.into(), x: x.into(), y: y.into(), style, colour: None }
+        Self {
+            label: label.into(),
+            x: x.into(),
+            y: y.into(),
+            style,
+            colour: None,
+            breaks: Vec::new(),
+        }
     }
 
     /// Samples joined by straight strokes.
@@ -437,6 +570,11 @@ impl Series {
         Self::new(Style::Points, label, x, y)
     }
 
+    /// Samples as bars from zero.
+    pub fn bars(label: impl Into<String>, x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
+        Self::new(Style::Bars, label, x, y)
+    }
+
     /// Sets the palette index, see [`colour`].
     #[must_use]
     pub fn colour(mut self, index: usize) -> Self {
@@ -444,7 +582,14 @@ impl Series {
         self
     }
 
-    fn check(&self, panel: usize) -> Result<(), Error> {
+    /// Lifts the pen before the samples of these indices, which ascend.
+    #[must_use]
+    pub fn breaks(mut self, indices: impl Into<Vec<usize>>) -> Self {
+        self.breaks = indices.into();
+        self
+    }
+
+    fn check(&self, panel: usize, x_scale: Scale, y_scale: Scale) -> Result<(), Error> {
         let series = || self.label.clone();
         if self.x.len() != self.y.len() {
             let (x, y) = (self.x.len(), self.y.len());
@@ -453,8 +598,9 @@ impl Series {
         if self.x.is_empty() {
             return Err(Error::NoSamples { panel, series: series() });
         }
-        for (axis, values) in [('x', &self.x), ('y', &self.y)] {
-            if let Some(index) = values.iter().position(|v| !drawable(*v)) {
+        for (axis, values, scale) in [('x', &self.x, x_scale), ('y', &self.y, y_scale)] {
+            let placed = |v: f64| drawable(v) && (scale != Scale::Log || v > 0.0);
+            if let Some(index) = values.iter().position(|v| !placed(*v)) {
                 let value = values[index];
                 return Err(Error::Sample { panel, series: series(), axis, index, value });
             }

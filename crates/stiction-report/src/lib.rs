@@ -2,6 +2,7 @@
 //!
 //! * [`figure`]: figures as plain data, drawn as SVG text or PNG bytes;
 //! * [`page`]: an HTML page that shows figures with their captions and parameters;
+//! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`run`]: figures of simulated runs;
 //! * [`paper`]: the figures of the paper.
 //!
@@ -33,8 +34,9 @@ mod escape;
 pub mod figure;
 pub mod page;
 pub mod paper;
+pub mod report;
 pub mod run;
 
 pub use error::Error;
-pub use figure::{Annotation, Figure, Legend, Panel, Series, Style};
+pub use figure::{Annotation, Figure, Legend, Live, Panel, Scale, Series, Span, Strip, Style};
 pub use page::{Entry, Page, Parameter, Picture};

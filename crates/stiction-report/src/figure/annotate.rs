@@ -32,6 +32,8 @@ pub(super) struct Mark {
 /// A block of centred lines of text.
 pub(super) struct Note {
     pub rect: Rect,
+    /// Abscissa of what it belongs to, which moves when a reader zooms along x; `None` if it stays.
+    pub anchor: Option<f64>,
     pub lines: Vec<String>,
 }
 
@@ -54,6 +56,7 @@ impl Mark {
                 let xs = across(frame, w);
                 let ys = [y - h / 2.0 - 2.0, y + h / 2.0 + 2.0];
                 mark.write_free(label, &grid(&xs, &ys), frame, curves);
+                mark.anchor(None);
             }
             Annotation::VerticalLine { x, label } => {
                 let x = at_x(*x);
@@ -61,6 +64,7 @@ impl Mark {
                 let (w, h) = block(label);
                 let xs = [x + GAP + w / 2.0, x - GAP - w / 2.0];
                 mark.write_free(label, &grid(&xs, &ends(frame, h)), frame, curves);
+                mark.anchor(Some(x));
             }
             Annotation::XBand { from, to, label } => {
                 let (a, b) = (at_x(*from), at_x(*to));
@@ -82,6 +86,7 @@ impl Mark {
                     let ys = [middle, middle - slack, middle + slack];
                     let xs = across(frame, w);
                     mark.write_free(label, &grid(&xs, &ys), frame, curves);
+                    mark.anchor(None);
                 }
             }
             Annotation::Dimension { from, to, label, offset } => {
@@ -97,6 +102,13 @@ impl Mark {
             || self.note.as_ref().is_some_and(|note| note.rect.overlaps(rect))
     }
 
+    /// Says what the text belongs to.
+    fn anchor(&mut self, x: Option<f64>) {
+        if let Some(note) = &mut self.note {
+            note.anchor = x;
+        }
+    }
+
     /// Puts a text near `centre`, within the frame.
     fn write(&mut self, text: &str, centre: Point, frame: &Rect) {
         if text.trim().is_empty() {
@@ -104,7 +116,8 @@ impl Mark {
         }
         let (w, h) = block(text);
         let rect = Rect::around(centre, w, h).shifted_into(&frame.grown(-2.0));
-        self.note = Some(Note { rect, lines: text.lines().map(str::to_owned).collect() });
+        let anchor = Some(rect.centre().x);
+        self.note = Some(Note { rect, anchor, lines: text.lines().map(str::to_owned).collect() });
     }
 
     /// Puts a text at the first of some places that is within the frame and free of curves, else

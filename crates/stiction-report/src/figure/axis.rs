@@ -1,13 +1,16 @@
 //! Ranges, ticks and tick labels.
 
+use super::{Scale, clock};
+
 /// One axis: its ends, ticks and what the tick labels must be multiplied by or added to.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
     pub lo: f64,
     pub hi: f64,
     pub ticks: Vec<Tick>,
-    /// Such as `×10⁶` or `+1000000`; mostly empty.
+    /// Such as `×10⁶`, `+1000000` or the date of the first tick; mostly empty.
     pub note: String,
+    pub scale: Scale,
 }
 
 /// A labelled place on an axis.
@@ -51,15 +54,56 @@ pub(super) fn snapped((lo, hi): (f64, f64)) -> (f64, f64) {
 
 impl Axis {
     /// An axis from `lo` to `hi` with about `count` ticks at most.
-    pub fn new((lo, hi): (f64, f64), count: usize) -> Self {
-        let (ticks, note) = ticks(lo, hi, count);
-        Self { lo, hi, ticks, note }
+    pub fn new((lo, hi): (f64, f64), count: usize, scale: Scale) -> Self {
+        let special = match scale {
+            Scale::Linear => None,
+            Scale::Log => log_ticks(lo, hi, count).map(|ticks| (ticks, String::new())),
+            Scale::Clock => clock::ticks(lo, hi, count),
+        };
+        let (ticks, note) = special.unwrap_or_else(|| ticks(lo, hi, count));
+        Self { lo, hi, ticks, note, scale }
     }
 
     /// Where `value` lies: 0 at the lower end, 1 at the upper.
     pub fn fraction(&self, value: f64) -> f64 {
+        if self.scale == Scale::Log {
+            return (logarithm(value) - logarithm(self.lo))
+                / (logarithm(self.hi) - logarithm(self.lo));
+        }
         (value - self.lo) / (self.hi - self.lo)
     }
+}
+
+/// The logarithm of what may have been drawn below the axis.
+pub(super) fn logarithm(value: f64) -> f64 {
+    value.max(f64::MIN_POSITIVE).log10()
+}
+
+/// Ticks at powers of ten, or at 1, 2 and 5 times those if the range has few. `None` if it has fewer
+/// than two of either.
+fn log_ticks(lo: f64, hi: f64, count: usize) -> Option<Vec<Tick>> {
+    let (from, to) = (logarithm(lo) - 1e-9, logarithm(hi) + 1e-9);
+    let powers = from.floor() as i32..=to.ceil() as i32;
+    let inside = |tick: &Tick| (from..=to).contains(&logarithm(tick.at));
+    let tick = |digit: i32, power: i32| {
+        let at = times_ten_to(f64::from(digit), power);
+        let label = if (-3..=4).contains(&power) {
+            number(at, (-power).max(0) as usize)
+        } else {
+            let times = if digit == 1 { String::new() } else { format!("{digit}·") };
+            format!("{times}10{}", power.to_string().chars().map(superscript).collect::<String>())
+        };
+        Tick { at, label }
+    };
+    let fine = powers.clone().flat_map(|p| [1, 2, 5].map(|digit| tick(digit, p)));
+    let fine: Vec<Tick> = fine.filter(inside).collect();
+    if (2..=count.max(4)).contains(&fine.len()) {
+        return Some(fine);
+    }
+    let coarse: Vec<Tick> = powers.map(|p| tick(1, p)).filter(inside).collect();
+    let stride = coarse.len().div_ceil(count.max(2));
+    let coarse: Vec<Tick> = coarse.into_iter().step_by(stride.max(1)).collect();
+    (coarse.len() >= 2).then_some(coarse)
 }
 
 /// A tick distance: 1, 2 or 5 times a power of ten.
@@ -187,7 +231,7 @@ mod tests {
     use super::*;
 
     fn labels(lo: f64, hi: f64, count: usize) -> (Vec<String>, String) {
-        let axis = Axis::new((lo, hi), count);
+        let axis = Axis::new((lo, hi), count, Scale::Linear);
         (axis.ticks.into_iter().map(|t| t.label).collect(), axis.note)
     }
 
@@ -216,7 +260,7 @@ mod tests {
         for exponent in -280..=299 {
             for (a, b) in [(0.0, 1.0), (-0.3, 0.7), (9.999, 10.0), (1.0, 1.000_001), (-3.3, -1.1)] {
                 let scale = 10f64.powi(exponent);
-                let axis = Axis::new((a * scale, b * scale), 5);
+                let axis = Axis::new((a * scale, b * scale), 5, Scale::Linear);
                 assert!(axis.ticks.len() >= 2, "{a} {b} e{exponent}");
                 assert!(axis.ticks.len() <= 12, "{a} {b} e{exponent}");
                 for tick in &axis.ticks {
@@ -224,6 +268,21 @@ mod tests {
                     assert!((-1e-3..=1.001).contains(&axis.fraction(tick.at)));
                 }
             }
+        }
+    }
+
+    #[test]
+    fn decades_are_labelled() {
+        for (lo, hi, count, want) in [
+            (0.5, 2000.0, 6, &["1", "10", "100", "1000"][..]),
+            (3.0, 60.0, 6, &["5", "10", "20", "50"]),
+            (1e-7, 2e6, 5, &["10⁻⁷", "10⁻⁴", "0.1", "100", "10⁵"]),
+        ] {
+            let axis = Axis::new((lo, hi), count, Scale::Log);
+            let labels: Vec<&str> = axis.ticks.iter().map(|t| t.label.as_str()).collect();
+            assert_eq!(labels, want);
+            assert_eq!((axis.fraction(lo), axis.fraction(hi)), (0.0, 1.0));
+            assert!(axis.fraction(-1.0).is_finite());
         }
     }
 

@@ -4,6 +4,7 @@
 //! bundled font. What that half lacks is added here:
 //!
 //! * SVG documents get a `viewBox`, so that they scale, and a text alternative;
+//! * on a live page, what moves or is replaced when a reader zooms is grouped and named;
 //! * paths are written in tenths of px, relatively, at half the size;
 //! * clip paths are named after their geometry: names are the same in every run, and two pictures
 //!   in one HTML document cannot spoil each other;
@@ -35,10 +36,14 @@ const OVERSAMPLING: usize = 2;
 const RASTER: f64 = (PNG_SCALE * OVERSAMPLING) as f64;
 
 /// What the drawing will become: the two need lines in different forms.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Target {
     Svg,
     Png,
+    /// An SVG whose parts a script can find; `id` begins the names of its clip paths.
+    Page {
+        id: String,
+    },
 }
 
 /// How a line is drawn.
@@ -91,7 +96,7 @@ impl Canvas {
     /// Draws runs of joined points.
     pub fn lines(&mut self, runs: &[Vec<Point>], stroke: &Stroke) {
         match self.target {
-            Target::Svg => {
+            Target::Svg | Target::Page { .. } => {
                 let dash: Vec<String> = stroke.dash.iter().map(f64::to_string).collect();
                 self.scene.add(Primitive::Path(Box::new(PathData {
                     d: path(runs),
@@ -213,8 +218,12 @@ impl Canvas {
     /// Restricts drawing to a rectangle until [`Canvas::unclip`].
     pub fn clip(&mut self, rect: &Rect) {
         let tenths = |v: f64| (v * 10.0).round() as i64;
+        let owner = match &self.target {
+            Target::Page { id } => format!("{id}-"),
+            _ => String::new(),
+        };
         let id = format!(
-            "clip-{}-{}-{}-{}",
+            "{owner}clip-{}-{}-{}-{}",
             tenths(rect.x),
             tenths(rect.y),
             tenths(rect.w),
@@ -228,6 +237,32 @@ impl Canvas {
             self.scene.defs.push(definition);
         }
         self.scene.add(Primitive::ClipStart { x, y, width, height, id });
+    }
+
+    /// Whether the parts of the drawing can be told apart by a script.
+    pub fn is_page(&self) -> bool {
+        matches!(self.target, Target::Page { .. })
+    }
+
+    /// Draws what a script can find by its class; elsewhere, just draws.
+    pub fn part(&mut self, class: &str, draw: impl FnOnce(&mut Self)) {
+        self.group(format!("class=\"{class}\""), draw);
+    }
+
+    /// Draws what a script can find by its class, with the abscissa to which it belongs; elsewhere,
+    /// just draws.
+    pub fn part_at(&mut self, class: &str, x: f64, draw: impl FnOnce(&mut Self)) {
+        self.group(format!("class=\"{class}\" data-x=\"{x:.1}\""), draw);
+    }
+
+    fn group(&mut self, attributes: String, draw: impl FnOnce(&mut Self)) {
+        if !self.is_page() {
+            return draw(self);
+        }
+        let extra_attrs = Some(attributes);
+        self.scene.add(Primitive::GroupStart { transform: None, title: None, extra_attrs });
+        draw(self);
+        self.scene.add(Primitive::GroupEnd);
     }
 
     pub fn unclip(&mut self) {

@@ -14,24 +14,31 @@ pub(super) enum Curve {
     Lines(Vec<Vec<Point>>),
     /// Markers.
     Points(Vec<Point>, Marker),
+    /// Bars.
+    Bars(Vec<Rect>),
 }
 
 impl Curve {
     /// The visible part of `series`, reduced to what can be seen.
     pub fn new(series: &Series, look: &Look, view: &View) -> Self {
-        let mut points: Vec<Point> =
+        if series.style == Style::Bars {
+            let bars = edges(&series.x).into_iter().zip(&series.y);
+            return Self::Bars(bars.map(|((from, to), &y)| bar(from, to, y, view)).collect());
+        }
+        let points: Vec<Point> =
             series.x.iter().zip(&series.y).map(|(&x, &y)| view.place((x, y))).collect();
         if let Some(marker) = look.marker {
             return Self::Points(reduce::cloud(&points, &view.frame, RADIUS), marker);
         }
-        if series.style == Style::Steps {
-            points = held(&points);
-        }
-        Self::Lines(if series.is_trend() {
-            vec![reduce::trend(&points, &view.frame)]
-        } else {
-            reduce::map(&points, &view.frame)
-        })
+        let draw = |run: &[Point]| {
+            let run = if series.style == Style::Steps { &held(run)[..] } else { run };
+            if series.is_trend() {
+                vec![reduce::trend(run, &view.frame)]
+            } else {
+                reduce::map(run, &view.frame)
+            }
+        };
+        Self::Lines(runs(&points, &series.breaks).into_iter().flat_map(draw).collect())
     }
 
     /// Whether anything of the curve lies in `rect`.
@@ -44,8 +51,46 @@ impl Curve {
                 let reach = rect.grown(RADIUS);
                 points.iter().any(|p| reach.cut(*p, *p).is_some())
             }
+            Self::Bars(bars) => bars.iter().any(|bar| bar.overlaps(rect)),
         }
     }
+}
+
+/// `points`, cut before each index of `breaks`; no run is empty.
+fn runs<'a>(points: &'a [Point], breaks: &[usize]) -> Vec<&'a [Point]> {
+    let mut runs = Vec::new();
+    let mut from = 0;
+    for to in breaks.iter().copied().chain([points.len()]) {
+        if from < to && to <= points.len() {
+            runs.push(&points[from..to]);
+            from = to;
+        }
+    }
+    runs
+}
+
+/// Where bars at `x` begin and end: half-way to their neighbours, and as far on the other side of
+/// the first and the last.
+pub(super) fn edges(x: &[f64]) -> Vec<(f64, f64)> {
+    let half = |i: usize, j: usize| (x[j] - x[i]).abs() / 2.0;
+    let last = x.len().saturating_sub(1);
+    let edge = |i: usize| {
+        let before = (i > 0).then(|| half(i - 1, i));
+        let after = (i < last).then(|| half(i, i + 1));
+        let (left, right) = match (before, after) {
+            (Some(left), Some(right)) => (left, right),
+            (Some(same), None) | (None, Some(same)) => (same, same),
+            (None, None) => (0.5, 0.5),
+        };
+        (x[i] - left, x[i] + right)
+    };
+    (0..x.len()).map(edge).collect()
+}
+
+/// The bar from zero to `y`.
+fn bar(from: f64, to: f64, y: f64, view: &View) -> Rect {
+    let (a, b) = (view.place((from, 0.0)), view.place((to, y)));
+    Rect::new(a.x.min(b.x), a.y.min(b.y), (a.x - b.x).abs(), (a.y - b.y).abs())
 }
 
 /// The corners of a staircase through `points`.

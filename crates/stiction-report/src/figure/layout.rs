@@ -2,17 +2,21 @@
 
 use super::annotate::Mark;
 use super::axis::{self, Axis};
-use super::curve::Curve;
+use super::curve::{Curve, edges};
 use super::geometry::{Point, Rect};
 use super::legend::{self, Placed};
+use super::paint::MIDDLE;
 use super::palette::{Look, looks};
-use super::{Annotation, Figure, Panel, Style, text};
+use super::{Annotation, Figure, Panel, Scale, Series, Style, text};
 
 /// Font sizes, px.
 pub(super) const TITLE: u32 = 16;
 pub(super) const PANEL_TITLE: u32 = 13;
 pub(super) const LABEL: u32 = 13;
 pub(super) const TICK_LABEL: u32 = 12;
+pub(super) const STRIP_TEXT: u32 = 11;
+/// Height of the strip.
+const STRIP: f64 = 16.0;
 
 /// Length of a tick.
 pub(super) const TICK: f64 = 4.0;
@@ -50,6 +54,7 @@ pub(super) struct Cell {
     pub left: f64,
     /// Whether the x axis is lettered; if not, the panel below has the same axis.
     pub lettered: bool,
+    has_strip: bool,
 }
 
 /// A frame with its axes: from data to paper.
@@ -94,16 +99,19 @@ impl Sheet {
         let mut cells: Vec<Cell> = Vec::with_capacity(figure.panels.len());
         let mut margins = vec![0.0_f64; columns];
         for (i, (panel, ends)) in figure.panels.iter().zip(&ends).enumerate() {
-            let y = y_axis(ends.y, height);
+            let height = panel.height.unwrap_or(height);
+            let y = y_axis(ends.y, height, panel.y_scale);
             let y_label = text::wrap(&panel.y_label, f64::from(LABEL), 1.1 * height);
             let lettering = y_label.len() as f64 * f64::from(LABEL) * text::LINE;
-            let margin = lettering + GAP + widest(&y) + GAP + TICK;
+            let strip = panel.strip.as_ref();
+            let name = strip.map_or(0.0, |s| text::width(&s.name, f64::from(STRIP_TEXT)));
+            let margin = (lettering + GAP + widest(&y)).max(name) + GAP + TICK;
             margins[i % columns] = margins[i % columns].max(margin);
         }
         let mut widths = vec![0.0_f64; columns];
         for (i, (panel, ends)) in figure.panels.iter().zip(&ends).enumerate() {
             let room = (cell_width - margins[i % columns] - OVERHANG).max(80.0);
-            let cell = cell(panel, ends, room, height);
+            let cell = cell(panel, ends, room, panel.height.unwrap_or(height));
             widths[i % columns] = widths[i % columns].max(cell.view.frame.w);
             cells.push(cell);
         }
@@ -141,12 +149,30 @@ impl Cell {
         self.title_height()
             + self.legend.as_ref().map_or(0.0, Placed::head)
             + self.note_height()
+            + self.strip_height()
             + f64::from(TICK_LABEL) / 2.0
     }
 
     /// Height of the note on the y labels.
     pub fn note_height(&self) -> f64 {
         if self.view.y.note.is_empty() { 0.0 } else { f64::from(TICK_LABEL) + GAP }
+    }
+
+    /// Height of the strip with the room below it.
+    pub fn strip_height(&self) -> f64 {
+        if self.has_strip { STRIP + GAP } else { 0.0 }
+    }
+
+    /// Where the strip is.
+    pub fn strip_rect(&self) -> Rect {
+        let frame = &self.view.frame;
+        let bottom = frame.y - self.note_height() - GAP;
+        Rect::new(frame.x, bottom - STRIP, frame.w, STRIP)
+    }
+
+    /// The base line of the words of the strip.
+    pub fn strip_base(&self) -> f64 {
+        self.strip_rect().centre().y + MIDDLE * f64::from(STRIP_TEXT)
     }
 
     /// Height of the heading.
@@ -176,7 +202,8 @@ fn cell(panel: &Panel, ends: &Ends, room: f64, height: f64) -> Cell {
         (w, h) = (xs * scale, ys * scale);
     }
     let frame = Rect::new(0.0, 0.0, w, h);
-    let view = View { frame, x: x_axis(ends.x, w), y: y_axis(ends.y, h) };
+    let view =
+        View { frame, x: x_axis(ends.x, w, panel.x_scale), y: y_axis(ends.y, h, panel.y_scale) };
     let looks = looks(panel);
     let curves: Vec<Curve> =
         panel.series.iter().zip(&looks).map(|(s, look)| Curve::new(s, look, &view)).collect();
@@ -190,12 +217,13 @@ fn cell(panel: &Panel, ends: &Ends, room: f64, height: f64) -> Cell {
         y_label: text::wrap(&panel.y_label, f64::from(LABEL), 1.1 * h),
         left: 0.0,
         lettered: ends.lettered,
+        has_strip: panel.strip.is_some(),
         view,
     }
 }
 
 /// An x axis with as many ticks as have room for their labels.
-fn x_axis(ends: (f64, f64), width: f64) -> Axis {
+fn x_axis(ends: (f64, f64), width: f64, scale: Scale) -> Axis {
     let fits = |axis: &Axis| {
         let apart = axis.ticks.windows(2).map(|t| axis.fraction(t[1].at) - axis.fraction(t[0].at));
         let room = apart.fold(1.0, f64::min) * width;
@@ -203,12 +231,12 @@ fn x_axis(ends: (f64, f64), width: f64) -> Axis {
         axis.ticks.iter().map(label).fold(0.0, f64::max) + 14.0 <= room
     };
     let most = (width / 48.0).clamp(2.0, 10.0) as usize;
-    let mut axes = (1..=most).rev().map(|count| Axis::new(ends, count));
-    axes.find(fits).unwrap_or_else(|| Axis::new(ends, 1))
+    let mut axes = (1..=most).rev().map(|count| Axis::new(ends, count, scale));
+    axes.find(fits).unwrap_or_else(|| Axis::new(ends, 1, scale))
 }
 
-fn y_axis(ends: (f64, f64), height: f64) -> Axis {
-    Axis::new(ends, (height / 26.0).clamp(2.0, 9.0) as usize)
+fn y_axis(ends: (f64, f64), height: f64, scale: Scale) -> Axis {
+    Axis::new(ends, (height / 26.0).clamp(2.0, 9.0) as usize, scale)
 }
 
 fn widest(axis: &Axis) -> f64 {
@@ -246,7 +274,7 @@ fn ends(panels: &[Panel], columns: usize) -> Vec<Ends> {
 /// Whether two panels above each other can have one x axis: the same quantity over about the same
 /// range.
 fn share_x(a: &Panel, b: &Panel) -> bool {
-    let same = a.x_label == b.x_label && a.x_range == b.x_range;
+    let same = a.x_label == b.x_label && a.x_range == b.x_range && a.x_scale == b.x_scale;
     let span = |panels: &[&Panel]| {
         let (lo, hi) = x_ends(panels);
         hi - lo
@@ -258,16 +286,21 @@ fn x_ends(panels: &[&Panel]) -> (f64, f64) {
     if let Some(range) = panels[0].x_range {
         return range;
     }
-    let samples = panels.iter().flat_map(|p| &p.series).flat_map(|s| s.x.iter().copied());
+    let series = || panels.iter().flat_map(|p| &p.series);
+    let samples = series().flat_map(|s| s.x.iter().copied());
     let marks = panels.iter().flat_map(|p| &p.annotations).flat_map(|a| points(a).0);
-    let mut series = panels.iter().flat_map(|p| &p.series);
+    let bars = series().filter(|s| s.style == Style::Bars);
+    let bars = bars.flat_map(|s| edges(&s.x)).flat_map(|(from, to)| [from, to]);
     // Time runs from edge to edge; maps and markers need a margin.
-    let edge_to_edge = series.all(|s| s.is_trend() && s.style != Style::Points);
-    let extent = axis::extent(samples.chain(marks));
-    if edge_to_edge {
-        axis::snapped(axis::widened(extent, 0.0))
-    } else {
-        axis::widened(extent, 0.05)
+    let line = |s: &Series| s.is_trend() && !matches!(s.style, Style::Points | Style::Bars);
+    let edge_to_edge = series().all(line);
+    let extent = axis::extent(samples.chain(marks).chain(bars));
+    match panels[0].x_scale {
+        Scale::Log => log_widened(extent, if edge_to_edge { 0.0 } else { 0.05 }),
+        Scale::Clock if extent.1 - extent.0 < 10.0 => (extent.0 - 5.0, extent.1 + 5.0),
+        Scale::Clock => extent,
+        Scale::Linear if edge_to_edge => axis::snapped(axis::widened(extent, 0.0)),
+        Scale::Linear => axis::widened(extent, 0.05),
     }
 }
 
@@ -275,8 +308,21 @@ fn y_ends(panel: &Panel) -> (f64, f64) {
     panel.y_range.unwrap_or_else(|| {
         let samples = panel.series.iter().flat_map(|s| s.y.iter().copied());
         let marks = panel.annotations.iter().flat_map(|a| points(a).1);
-        axis::widened(axis::extent(samples.chain(marks)), 0.06)
+        let bars = panel.series.iter().any(|s| s.style == Style::Bars);
+        let extent = axis::extent(samples.chain(marks).chain(bars.then_some(0.0)));
+        match panel.y_scale {
+            Scale::Log => log_widened(extent, 0.06),
+            _ if bars && extent.0 == 0.0 => (0.0, axis::widened(extent, 0.06).1),
+            _ => axis::widened(extent, 0.06),
+        }
     })
+}
+
+/// As [`axis::widened`], in decades.
+fn log_widened((lo, hi): (f64, f64), pad: f64) -> (f64, f64) {
+    let (lo, hi) = (axis::logarithm(lo), axis::logarithm(hi));
+    let margin = if hi - lo < 1e-6 { 0.5 } else { pad * (hi - lo) };
+    (10f64.powf((lo - margin).max(-300.0)), 10f64.powf((hi + margin).min(300.0)))
 }
 
 /// Coordinates of an annotation that axes should include.

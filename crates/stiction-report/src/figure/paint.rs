@@ -4,10 +4,10 @@ use super::annotate::{self, Mark};
 use super::canvas::{Anchor, Canvas, Lettering, Stroke, Target};
 use super::curve::{Curve, RADIUS};
 use super::geometry::{Point, Rect};
-use super::layout::{Cell, GAP, LABEL, PANEL_TITLE, Sheet, TICK, TICK_LABEL, TITLE};
+use super::layout::{Cell, GAP, LABEL, PANEL_TITLE, STRIP_TEXT, Sheet, TICK, TICK_LABEL, TITLE};
 use super::legend::{self, Placed};
 use super::palette::{BAND, DOTTED, GRID, INK, Look, PAPER, SOLID};
-use super::{Figure, Panel, text};
+use super::{Figure, Panel, Span, Strip, text};
 
 /// Width of the strokes of a series, px.
 const PEN: f64 = 1.6;
@@ -15,8 +15,17 @@ const PEN: f64 = 1.6;
 const FRAME: Stroke = Stroke { colour: INK, width: 0.8, dash: SOLID };
 const GRID_LINE: Stroke = Stroke { colour: GRID, width: 0.7, dash: SOLID };
 
+const THIN: Stroke = Stroke { colour: INK, width: 0.5, dash: SOLID };
+
+/// Classes of the parts that the script of a live page moves, or replaces, when a reader zooms.
+const MOVING: &str = "moving";
+const NOTE: &str = "note";
+const WORDS: &str = "words";
+const X_GRID: &str = "x-grid";
+const X_TICKS: &str = "x-ticks";
+
 /// Half the height of a capital letter, in units of the font size.
-const MIDDLE: f64 = 0.365;
+pub(super) const MIDDLE: f64 = 0.365;
 
 /// Draws a sound figure.
 pub(super) fn paint(figure: &Figure, target: Target) -> Canvas {
@@ -29,7 +38,7 @@ pub(super) fn paint(figure: &Figure, target: Target) -> Canvas {
         base += f64::from(TITLE) * text::LINE;
     }
     for (panel, cell) in figure.panels.iter().zip(&sheet.cells) {
-        paint_panel(&mut canvas, panel, cell);
+        canvas.part("panel", |canvas| paint_panel(canvas, panel, cell));
     }
     canvas
 }
@@ -45,34 +54,42 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
     let curves: Vec<Curve> = series.map(|(s, look)| Curve::new(s, look, view)).collect();
     let marks: Vec<Mark> = panel.annotations.iter().map(|a| Mark::new(a, view, &curves)).collect();
 
-    for band in marks.iter().filter_map(|m| m.band) {
-        canvas.fill(&band, BAND, 0.22);
+    let bands: Vec<Rect> = marks.iter().filter_map(|m| m.band).collect();
+    if !bands.is_empty() {
+        paint_moving(canvas, frame, |canvas| {
+            bands.iter().for_each(|band| canvas.fill(band, BAND, 0.22));
+        });
     }
     paint_grid(canvas, cell);
     // The pen is wider than the edge it may run along.
     canvas.clip(&frame.grown(PEN / 2.0));
-    for (curve, look) in curves.iter().zip(&cell.looks) {
-        match curve {
-            Curve::Lines(runs) => canvas.lines(runs, &pen(look)),
-            Curve::Points(points, marker) => canvas.markers(points, *marker, RADIUS, look.colour),
+    canvas.part(MOVING, |canvas| {
+        for (curve, look) in curves.iter().zip(&cell.looks) {
+            paint_curve(canvas, curve, look);
         }
-    }
+    });
     // Paper under a text hides curves, but no other annotation.
-    for note in marks.iter().filter_map(|m| m.note.as_ref()) {
-        canvas.fill(&note.rect.grown(1.0), PAPER, 0.8);
+    let notes: Vec<&annotate::Note> = marks.iter().filter_map(|m| m.note.as_ref()).collect();
+    for note in &notes {
+        paint_anchored(canvas, note, |canvas| canvas.fill(&note.rect.grown(1.0), PAPER, 0.8));
     }
-    for mark in &marks {
-        for (from, to, stroke) in &mark.lines {
-            canvas.line(*from, *to, stroke);
+    canvas.part(MOVING, |canvas| {
+        for mark in &marks {
+            for (from, to, stroke) in &mark.lines {
+                canvas.line(*from, *to, stroke);
+            }
+            for head in &mark.heads {
+                canvas.polygon(head, INK);
+            }
         }
-        for head in &mark.heads {
-            canvas.polygon(head, INK);
-        }
-    }
+    });
     canvas.unclip();
     canvas.outline(frame, &FRAME);
-    for note in marks.iter().filter_map(|m| m.note.as_ref()) {
-        paint_note(canvas, note);
+    for note in &notes {
+        paint_anchored(canvas, note, |canvas| paint_note(canvas, note));
+    }
+    if let Some(strip) = &panel.strip {
+        paint_strip(canvas, strip, cell);
     }
     paint_axes(canvas, cell);
     if let Some(legend) = &cell.legend {
@@ -81,6 +98,7 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
     let mut base = frame.y
         - cell.legend.as_ref().map_or(0.0, Placed::head)
         - cell.note_height()
+        - cell.strip_height()
         - cell.title_height()
         - GAP
         + f64::from(PANEL_TITLE);
@@ -89,6 +107,75 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
         canvas.text(Point::new(frame.centre().x, base), line, &title);
         base += f64::from(PANEL_TITLE) * text::LINE;
     }
+}
+
+/// Paints within `rect` what a reader's zoom moves along x.
+fn paint_moving(canvas: &mut Canvas, rect: &Rect, draw: impl FnOnce(&mut Canvas)) {
+    if !canvas.is_page() {
+        return draw(canvas);
+    }
+    canvas.clip(rect);
+    canvas.part(MOVING, draw);
+    canvas.unclip();
+}
+
+/// Paints what moves with the anchor of a note.
+fn paint_anchored(canvas: &mut Canvas, note: &annotate::Note, draw: impl FnOnce(&mut Canvas)) {
+    match note.anchor {
+        Some(x) => canvas.part_at(NOTE, x, draw),
+        None => draw(canvas),
+    }
+}
+
+fn paint_curve(canvas: &mut Canvas, curve: &Curve, look: &Look) {
+    match curve {
+        Curve::Lines(runs) => canvas.lines(runs, &pen(look)),
+        Curve::Points(points, marker) => canvas.markers(points, *marker, RADIUS, look.colour),
+        Curve::Bars(bars) => {
+            let edge = Stroke { colour: look.colour, width: 0.8, dash: SOLID };
+            for bar in bars {
+                canvas.fill(bar, look.colour, 0.35);
+                canvas.outline(bar, &edge);
+            }
+        }
+    }
+}
+
+/// The strip above the frame, with the words that have room.
+fn paint_strip(canvas: &mut Canvas, strip: &Strip, cell: &Cell) {
+    let rect = cell.strip_rect();
+    let at = |x: f64| {
+        let x = cell.view.place((x, cell.view.y.lo)).x;
+        x.clamp(rect.x, rect.right())
+    };
+    let spans: Vec<(Rect, &Span)> = strip
+        .spans
+        .iter()
+        .map(|span| {
+            let (a, b) = (at(span.from.min(span.to)), at(span.from.max(span.to)));
+            (Rect::new(a, rect.y, b - a, rect.h), span)
+        })
+        .filter(|(rect, _)| rect.w > 0.0)
+        .collect();
+    paint_moving(canvas, &rect, |canvas| {
+        for (rect, span) in &spans {
+            canvas.fill(rect, BAND, 0.6 * span.shade.clamp(0.0, 1.0));
+            canvas.line(Point::new(rect.x, rect.y), Point::new(rect.x, rect.bottom()), &THIN);
+        }
+    });
+    canvas.outline(&rect, &THIN);
+    let small = f64::from(STRIP_TEXT);
+    let base = cell.strip_base();
+    canvas.part(WORDS, |canvas| {
+        for (rect, span) in &spans {
+            if text::width(&span.word, small) + 2.0 * GAP <= rect.w {
+                let at = Point::new(rect.centre().x, base);
+                canvas.text(at, &span.word, &lettering(STRIP_TEXT, Anchor::Middle));
+            }
+        }
+    });
+    let at = Point::new(rect.x - TICK - GAP, base);
+    canvas.text(at, &strip.name, &lettering(STRIP_TEXT, Anchor::End));
 }
 
 fn pen(look: &Look) -> Stroke {
@@ -107,7 +194,13 @@ fn paint_grid(canvas: &mut Canvas, cell: &Cell) {
         let y = view.place((view.x.lo, tick.at)).y;
         vec![Point::new(frame.x, y), Point::new(frame.right(), y)]
     });
-    canvas.lines(&vertical.chain(horizontal).collect::<Vec<_>>(), &GRID_LINE);
+    if canvas.is_page() {
+        canvas.lines(&horizontal.collect::<Vec<_>>(), &GRID_LINE);
+        let vertical: Vec<_> = vertical.collect();
+        canvas.part(X_GRID, |canvas| canvas.lines(&vertical, &GRID_LINE));
+    } else {
+        canvas.lines(&vertical.chain(horizontal).collect::<Vec<_>>(), &GRID_LINE);
+    }
 }
 
 fn paint_axes(canvas: &mut Canvas, cell: &Cell) {
@@ -131,14 +224,22 @@ fn paint_axes(canvas: &mut Canvas, cell: &Cell) {
         canvas.text(Point::new(x, frame.centre().y), line, &upright);
     }
 
-    for tick in &view.x.ticks {
-        let x = view.place((tick.at, view.y.lo)).x;
-        ticks.push(vec![Point::new(x, frame.bottom()), Point::new(x, frame.bottom() + TICK)]);
-        if cell.lettered {
-            let at = Point::new(x, frame.bottom() + TICK + GAP + 0.8 * small);
-            canvas.text(at, &tick.label, &lettering(TICK_LABEL, Anchor::Middle));
+    canvas.part(X_TICKS, |canvas| {
+        let mut own = Vec::new();
+        for tick in &view.x.ticks {
+            let x = view.place((tick.at, view.y.lo)).x;
+            own.push(vec![Point::new(x, frame.bottom()), Point::new(x, frame.bottom() + TICK)]);
+            if cell.lettered {
+                let at = Point::new(x, frame.bottom() + TICK + GAP + 0.8 * small);
+                canvas.text(at, &tick.label, &lettering(TICK_LABEL, Anchor::Middle));
+            }
         }
-    }
+        if canvas.is_page() {
+            canvas.lines(&own, &FRAME);
+        } else {
+            ticks.append(&mut own);
+        }
+    });
     if cell.lettered {
         let mut base = frame.bottom() + TICK + GAP + small + GAP + f64::from(LABEL);
         if !view.x.note.is_empty() {
@@ -165,7 +266,7 @@ fn paint_note(canvas: &mut Canvas, note: &annotate::Note) {
 
 fn paint_legend(canvas: &mut Canvas, legend: &Placed, cell: &Cell) {
     let frame = &cell.view.frame;
-    let raised = if legend.inside { 0.0 } else { cell.note_height() };
+    let raised = if legend.inside { 0.0 } else { cell.note_height() + cell.strip_height() };
     let corner = Point::new(frame.x + legend.rect.x, frame.y + legend.rect.y - raised);
     if legend.inside {
         let rect = Rect { x: corner.x, y: corner.y, ..legend.rect };

@@ -70,7 +70,7 @@ const MARKERS: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, 
 pub(super) struct Look {
     pub colour: Rgb,
     pub dash: Dash,
-    /// Set for points, which have no stroke.
+    /// Set for points, which have no stroke, and for the key of bars.
     pub marker: Option<Marker>,
 }
 
@@ -91,6 +91,7 @@ pub(super) fn looks(panel: &Panel) -> Vec<Look> {
             Style::Dashed => (DASHED, None),
             Style::Dotted => (DOTTED, None),
             Style::Points => (SOLID, markers.next()),
+            Style::Bars => (SOLID, Some(Marker::Square)),
         };
         Look { colour: COLOURS[series.colour.unwrap_or(index) % COLOURS.len()], dash, marker }
     };

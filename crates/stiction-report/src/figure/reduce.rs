@@ -19,10 +19,16 @@ const CELL: f64 = 0.5;
 /// Drawn with straight strokes these four cover the same pixels as all samples do (the "M4"
 /// reduction of Jugel et al., 2014).
 pub(super) fn trend(points: &[Point], frame: &Rect) -> Vec<Point> {
+    seen(points, frame, COLUMN).into_iter().map(|i| points[i]).collect()
+}
+
+/// Indices of what [`trend`] keeps, with columns of the given width.
+pub(super) fn seen(points: &[Point], frame: &Rect, width: f64) -> Vec<usize> {
     let from = points.partition_point(|p| p.x < frame.x).saturating_sub(1);
     let to = (points.partition_point(|p| p.x <= frame.right()) + 1).min(points.len());
     let mut kept = Vec::new();
-    let column = |p: &Point| ((p.x - frame.x) / COLUMN).floor();
+    let column = |p: &Point| ((p.x - frame.x) / width).floor();
+    let mut start = from;
     for run in points[from..to].chunk_by(|a, b| column(a) == column(b)) {
         let by_height = |a: &&usize, b: &&usize| run[**a].y.total_cmp(&run[**b].y);
         let indices: Vec<usize> = (0..run.len()).collect();
@@ -33,10 +39,11 @@ pub(super) fn trend(points: &[Point], frame: &Rect) -> Vec<Point> {
         let mut last = None;
         for index in four {
             if last != Some(index) {
-                kept.push(run[index]);
+                kept.push(start + index);
                 last = Some(index);
             }
         }
+        start += run.len();
     }
     kept
 }

@@ -1,0 +1,33 @@
+//! The report on recorded loops: one HTML file that works without a network, can be read with a
+//! pointer, with keys and on paper, and shows everything without scripts too.
+//!
+//! * [`layout`]: the pieces of the page, and how they become HTML;
+//! * [`views`]: figures of what was recorded.
+//!
+//! ```
+//! use stiction::detect::Decision;
+//! use stiction::diagnose::VerdictClass;
+//! use stiction_report::report::layout::{Badge, Card, Fact, Report, Section, Table, number};
+//! use stiction_report::{Figure, Panel, Series};
+//!
+//! let t: Vec<f64> = (0..200).map(f64::from).collect();
+//! let op: Vec<f64> = t.iter().map(|t| 50.0 + (0.2 * t).sin()).collect();
+//! let panel = Panel::new("time (s)", "OP (% of span)").with(Series::line("OP", t, op));
+//! let card = Card::new("A method", "the OP swings by 2 %")
+//!     .badge(Decision::Undecided)
+//!     .figure(Figure::new("").caption("OP over time.").with(panel.group("time")))
+//!     .table(Table::new("Numbers").words("number").numbers("value", "%").row(["swing", "2"]));
+//! let section = Section::new("FIC-101", Badge::from(VerdictClass::CannotTell), "one method only")
+//!     .fact(Fact::new("J", number(1.0), "%"))
+//!     .heading("Evidence")
+//!     .with(card);
+//! let html = Report::new("One loop", "stiction 0.1.0").with(section).html()?;
+//! assert!(html.contains("cannot tell") && html.contains("<svg"));
+//! # Ok::<(), stiction_report::Error>(())
+//! ```
+
+pub mod layout;
+pub mod views;
+
+pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Source, Table, Tone};
+pub use views::{Context, Ellipse};

@@ -1,0 +1,590 @@
+//! The pieces of a report and the page that holds them.
+
+use std::fmt::Write;
+
+use crate::error::Error;
+use crate::escape::escape;
+use crate::figure::Figure;
+use stiction::detect::Decision;
+use stiction::diagnose::VerdictClass;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("../interactive.js");
+
+/// A report on one loop or several.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Title of the page.
+    pub title: String,
+    /// What it is about, a paragraph; empty for none.
+    pub introduction: String,
+    /// One section a loop, in the order in which they should be looked at.
+    pub sections: Vec<Section>,
+    /// What made the report, with its version, such as `stiction 0.1.0`.
+    pub tool: String,
+    /// The files it was made from.
+    pub sources: Vec<Source>,
+}
+
+/// A file that a report was made from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// Its name.
+    pub name: String,
+    /// Its hash with the name of the algorithm, such as `SHA-256 9f86d0…`.
+    pub hash: String,
+}
+
+/// What a report says of one loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    /// Name of the loop.
+    pub name: String,
+    /// The conclusion as a word.
+    pub badge: Badge,
+    /// The conclusion as a sentence.
+    pub headline: String,
+    /// Why, in sentences.
+    pub reasons: Vec<String>,
+    /// The numbers that go with the conclusion.
+    pub facts: Vec<Fact>,
+    /// All the rest.
+    pub blocks: Vec<Block>,
+}
+
+/// A word with a symbol; in colour on the screen, but not told by colour alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Badge {
+    /// The symbol.
+    pub symbol: &'static str,
+    /// The word.
+    pub word: &'static str,
+    /// What it means for the reader.
+    pub tone: Tone,
+}
+
+/// What a word means for the reader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// Something is wrong.
+    Bad,
+    /// Nothing is wrong.
+    Good,
+    /// It is not known.
+    Open,
+}
+
+/// A named value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fact {
+    /// Its name.
+    pub name: String,
+    /// The value as it should be read, such as [`number`] writes it.
+    pub value: String,
+    /// Its unit; empty for none.
+    pub unit: String,
+}
+
+/// A piece of a section.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Block {
+    /// A heading.
+    Heading(String),
+    /// A paragraph.
+    Paragraph(String),
+    /// Names with values.
+    Facts(Vec<Fact>),
+    /// A table.
+    Table(Table),
+    /// A figure under which its caption stands.
+    Figure(Box<Figure>),
+    /// Evidence: a sentence with its figure and its numbers.
+    Card(Box<Card>),
+    /// What is shown on demand, and always in print.
+    Details {
+        /// What is hidden.
+        summary: String,
+        /// It.
+        blocks: Vec<Block>,
+    },
+}
+
+/// A table.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// What it shows.
+    pub caption: String,
+    /// Its columns.
+    pub columns: Vec<Column>,
+    /// Its rows; each has a cell for every column.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// The head of a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// What it holds.
+    pub name: String,
+    /// Unit of all its cells; empty for none.
+    pub unit: String,
+    /// Whether its cells are numbers, which are aligned to the right.
+    pub number: bool,
+}
+
+/// A piece of evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Card {
+    /// What it is, such as the title of a method.
+    pub heading: String,
+    /// What it says, as a word.
+    pub badge: Option<Badge>,
+    /// What it says, as a sentence.
+    pub sentence: String,
+    /// What it looks like.
+    pub figure: Option<Figure>,
+    /// Its numbers.
+    pub table: Option<Table>,
+    /// What to keep in mind.
+    pub caveats: Vec<String>,
+}
+
+/// A number with four digits, without zeros at its end, and with a true minus sign.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    let text = if !value.is_finite() {
+        return "–".to_owned();
+    } else if size == 0.0 {
+        "0".to_owned()
+    } else if !(1e-4..1e7).contains(&size) {
+        format!("{value:.3e}")
+    } else {
+        let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
+        let text = format!("{value:.decimals$}");
+        if decimals > 0 {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    };
+    text.replace('-', "−")
+}
+
+impl Report {
+    /// A report without sections.
+    pub fn new(title: impl Into<String>, tool: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            introduction: String::new(),
+            sections: Vec::new(),
+            tool: tool.into(),
+            sources: Vec::new(),
+        }
+    }
+
+    /// Sets the introduction.
+    #[must_use]
+    pub fn introduction(mut self, introduction: impl Into<String>) -> Self {
+        self.introduction = introduction.into();
+        self
+    }
+
+    /// Adds a section.
+    #[must_use]
+    pub fn with(mut self, section: Section) -> Self {
+        self.sections.push(section);
+        self
+    }
+
+    /// Names a file that the report was made from.
+    #[must_use]
+    pub fn source(mut self, name: impl Into<String>, hash: impl Into<String>) -> Self {
+        self.sources.push(Source { name: name.into(), hash: hash.into() });
+        self
+    }
+
+    /// The report as an HTML document; equal reports give equal bytes.
+    ///
+    /// # Errors
+    /// If a figure is malformed; see [`Error`].
+    pub fn html(&self) -> Result<String, Error> {
+        let mut page = Page::default();
+        let title = escape(&self.title);
+        page.add(&format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+             <header>\n<h1>{title}</h1>\n"
+        ));
+        if !self.introduction.is_empty() {
+            page.element("p", "", &self.introduction);
+        }
+        page.add("</header>\n");
+        if self.sections.len() > 1 {
+            page.contents(&self.sections);
+        }
+        page.add("<main>\n");
+        for (index, section) in self.sections.iter().enumerate() {
+            page.section(index, section)?;
+        }
+        page.add("</main>\n<footer>\n");
+        page.element("p", "", &self.tool);
+        for source in &self.sources {
+            page.add(&format!(
+                "<p>{}: <code>{}</code></p>\n",
+                escape(&source.name),
+                escape(&source.hash)
+            ));
+        }
+        page.add(&format!("</footer>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"));
+        Ok(page.html)
+    }
+}
+
+impl Section {
+    /// A section with nothing but a name and a conclusion.
+    pub fn new(name: impl Into<String>, badge: Badge, headline: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            badge,
+            headline: headline.into(),
+            reasons: Vec::new(),
+            facts: Vec::new(),
+            blocks: Vec::new(),
+        }
+    }
+
+    /// Adds a reason.
+    #[must_use]
+    pub fn reason(mut self, reason: impl Into<String>) -> Self {
+        self.reasons.push(reason.into());
+        self
+    }
+
+    /// Adds a number that goes with the conclusion.
+    #[must_use]
+    pub fn fact(mut self, fact: Fact) -> Self {
+        self.facts.push(fact);
+        self
+    }
+
+    /// Adds a block.
+    #[must_use]
+    pub fn with(mut self, block: impl Into<Block>) -> Self {
+        self.blocks.push(block.into());
+        self
+    }
+
+    /// Adds a heading.
+    #[must_use]
+    pub fn heading(self, heading: impl Into<String>) -> Self {
+        self.with(Block::Heading(heading.into()))
+    }
+}
+
+impl From<Figure> for Block {
+    fn from(figure: Figure) -> Self {
+        Self::Figure(Box::new(figure))
+    }
+}
+
+impl From<Card> for Block {
+    fn from(card: Card) -> Self {
+        Self::Card(Box::new(card))
+    }
+}
+
+impl From<Table> for Block {
+    fn from(table: Table) -> Self {
+        Self::Table(table)
+    }
+}
+
+impl From<VerdictClass> for Badge {
+    fn from(class: VerdictClass) -> Self {
+        let (symbol, tone) = match class {
+            VerdictClass::Sticks => ("●", Tone::Bad),
+            VerdictClass::DoesNotStick => ("○", Tone::Good),
+            _ => ("?", Tone::Open),
+        };
+        Self { symbol, word: class.name(), tone }
+    }
+}
+
+impl From<Decision> for Badge {
+    fn from(decision: Decision) -> Self {
+        let (symbol, tone) = match decision {
+            Decision::Sticks => ("●", Tone::Bad),
+            Decision::DoesNotStick => ("○", Tone::Good),
+            Decision::Nonlinear => ("◆", Tone::Bad),
+            Decision::Linear => ("◇", Tone::Good),
+            Decision::Undecided => ("?", Tone::Open),
+            Decision::Abstains => ("–", Tone::Open),
+        };
+        Self { symbol, word: decision.name(), tone }
+    }
+}
+
+impl Fact {
+    /// A named value with its unit; empty for none.
+    pub fn new(name: impl Into<String>, value: impl ToString, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), value: value.to_string(), unit: unit.into() }
+    }
+}
+
+impl Table {
+    /// A table without columns.
+    pub fn new(caption: impl Into<String>) -> Self {
+        Self { caption: caption.into(), columns: Vec::new(), rows: Vec::new() }
+    }
+
+    /// Adds a column of words.
+    #[must_use]
+    pub fn words(mut self, name: impl Into<String>) -> Self {
+        self.columns.push(Column { name: name.into(), unit: String::new(), number: false });
+        self
+    }
+
+    /// Adds a column of numbers with a unit; empty for none.
+    #[must_use]
+    pub fn numbers(mut self, name: impl Into<String>, unit: impl Into<String>) -> Self {
+        self.columns.push(Column { name: name.into(), unit: unit.into(), number: true });
+        self
+    }
+
+    /// Adds a row.
+    #[must_use]
+    pub fn row<T: Into<String>>(mut self, cells: impl IntoIterator<Item = T>) -> Self {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+        self
+    }
+}
+
+impl Card {
+    /// A card that says something.
+    pub fn new(heading: impl Into<String>, sentence: impl Into<String>) -> Self {
+        Self {
+            heading: heading.into(),
+            badge: None,
+            sentence: sentence.into(),
+            figure: None,
+            table: None,
+            caveats: Vec::new(),
+        }
+    }
+
+    /// Sets what it says as a word.
+    #[must_use]
+    pub fn badge(mut self, badge: impl Into<Badge>) -> Self {
+        self.badge = Some(badge.into());
+        self
+    }
+
+    /// Sets the figure.
+    #[must_use]
+    pub fn figure(mut self, figure: Figure) -> Self {
+        self.figure = Some(figure);
+        self
+    }
+
+    /// Sets the table.
+    #[must_use]
+    pub fn table(mut self, table: Table) -> Self {
+        self.table = Some(table);
+        self
+    }
+
+    /// Adds a caveat.
+    #[must_use]
+    pub fn caveat(mut self, caveat: impl Into<String>) -> Self {
+        self.caveats.push(caveat.into());
+        self
+    }
+}
+
+/// A page being written.
+#[derive(Default)]
+struct Page {
+    html: String,
+    /// How many figures it has.
+    figures: usize,
+}
+
+impl Page {
+    fn add(&mut self, html: &str) {
+        self.html.push_str(html);
+    }
+
+    /// An element that holds a text.
+    fn element(&mut self, name: &str, class: &str, text: &str) {
+        let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+        let text = escape(text);
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.html, "<{name}{class}>{text}</{name}>");
+    }
+
+    fn list(&mut self, class: &str, texts: &[String]) {
+        if texts.is_empty() {
+            return;
+        }
+        self.add(&format!("<ul class=\"{class}\">\n"));
+        texts.iter().for_each(|text| self.element("li", "", text));
+        self.add("</ul>\n");
+    }
+
+    fn badge(&mut self, badge: &Badge) {
+        let tone = match badge.tone {
+            Tone::Bad => "bad",
+            Tone::Good => "good",
+            Tone::Open => "open",
+        };
+        let (symbol, word) = (escape(badge.symbol), escape(badge.word));
+        self.add(&format!(
+            "<span class=\"badge {tone}\"><span aria-hidden=\"true\">{symbol}</span> {word}</span>"
+        ));
+    }
+
+    fn contents(&mut self, sections: &[Section]) {
+        self.add("<nav aria-label=\"Loops\">\n<h2>Loops</h2>\n<ol>\n");
+        for (index, section) in sections.iter().enumerate() {
+            let name = escape(&section.name);
+            self.add(&format!("<li><a href=\"#loop-{}\">{name}</a> ", index + 1));
+            self.badge(&section.badge);
+            self.add(&format!(" <span class=\"soft\">{}</span></li>\n", escape(&section.headline)));
+        }
+        self.add("</ol>\n</nav>\n");
+    }
+
+    fn section(&mut self, index: usize, section: &Section) -> Result<(), Error> {
+        self.add(&format!("<section class=\"loop\" id=\"loop-{}\" data-scope>\n", index + 1));
+        self.element("h2", "", &section.name);
+        self.add("<div class=\"banner\">\n<p class=\"verdict\">");
+        self.badge(&section.badge);
+        self.add(&format!(" {}</p>\n", escape(&section.headline)));
+        self.facts(&section.facts);
+        self.list("reasons", &section.reasons);
+        self.add("</div>\n");
+        section.blocks.iter().try_for_each(|block| self.block(block))?;
+        self.add("</section>\n");
+        Ok(())
+    }
+
+    fn block(&mut self, block: &Block) -> Result<(), Error> {
+        match block {
+            Block::Heading(text) => self.element("h3", "", text),
+            Block::Paragraph(text) => self.element("p", "", text),
+            Block::Facts(facts) => self.facts(facts),
+            Block::Table(table) => self.table(table),
+            Block::Figure(figure) => self.figure(figure)?,
+            Block::Card(card) => self.card(card)?,
+            Block::Details { summary, blocks } => {
+                self.add("<details>\n");
+                self.element("summary", "", summary);
+                blocks.iter().try_for_each(|block| self.block(block))?;
+                self.add("</details>\n");
+            }
+        }
+        Ok(())
+    }
+
+    fn card(&mut self, card: &Card) -> Result<(), Error> {
+        self.add(&format!("<article class=\"card\">\n<h4>{}", escape(&card.heading)));
+        if let Some(badge) = &card.badge {
+            self.add(" ");
+            self.badge(badge);
+        }
+        self.add("</h4>\n");
+        self.element("p", "", &card.sentence);
+        self.list("caveats", &card.caveats);
+        if let Some(figure) = &card.figure {
+            self.figure(figure)?;
+        }
+        if let Some(table) = &card.table {
+            self.table(table);
+        }
+        self.add("</article>\n");
+        Ok(())
+    }
+
+    fn figure(&mut self, figure: &Figure) -> Result<(), Error> {
+        self.figures += 1;
+        let id = format!("figure-{}", self.figures);
+        let live = figure.live(&id)?;
+        self.add(&format!(
+            "<figure id=\"{id}\" data-live>\n<div class=\"sheet\">{}</div>\n\
+             <script type=\"application/json\">{}</script>\n",
+            live.svg, live.data
+        ));
+        if !figure.caption.is_empty() {
+            self.element("figcaption", "", &figure.caption);
+        }
+        self.add("</figure>\n");
+        Ok(())
+    }
+
+    fn facts(&mut self, facts: &[Fact]) {
+        if facts.is_empty() {
+            return;
+        }
+        self.add("<dl class=\"facts\">\n");
+        for fact in facts {
+            let gap = if fact.unit.is_empty() { "" } else { "\u{a0}" };
+            self.add(&format!(
+                "<div><dt>{}</dt><dd>{}{gap}{}</dd></div>\n",
+                escape(&fact.name),
+                escape(&fact.value),
+                escape(&fact.unit)
+            ));
+        }
+        self.add("</dl>\n");
+    }
+
+    fn table(&mut self, table: &Table) {
+        self.add("<table>\n");
+        if !table.caption.is_empty() {
+            self.element("caption", "", &table.caption);
+        }
+        self.add("<thead><tr>");
+        let class = |number: bool| if number { " class=\"number\"" } else { "" };
+        for column in &table.columns {
+            let unit = if column.unit.is_empty() {
+                String::new()
+            } else {
+                format!(" <span class=\"unit\">{}</span>", escape(&column.unit))
+            };
+            let (class, name) = (class(column.number), escape(&column.name));
+            self.add(&format!("<th scope=\"col\"{class}>{name}{unit}</th>"));
+        }
+        self.add("</tr></thead>\n<tbody>\n");
+        for row in &table.rows {
+            self.add("<tr>");
+            for (cell, column) in row.iter().zip(&table.columns) {
+                self.add(&format!("<td{}>{}</td>", class(column.number), escape(cell)));
+            }
+            self.add("</tr>\n");
+        }
+        self.add("</tbody>\n</table>\n");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_have_four_digits_at_most() {
+        for (value, want) in [
+            (0.0, "0"),
+            (100.0, "100"),
+            (2.5, "2.5"),
+            (59.999_99, "60"),
+            (-6.543_21, "−6.543"),
+            (123_456.0, "123456"),
+            (0.012_345, "0.01235"),
+            (1e-9, "1.000e−9"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(number(value), want);
+        }
+    }
+}

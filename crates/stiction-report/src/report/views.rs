@@ -1,0 +1,677 @@
+//! Figures of what was recorded: trends, maps, correlation, spectrum, histograms.
+//!
+//! Each is made from stretches of a recording. Where a signal that it needs is not recorded, or does
+//! not move, there is no figure.
+
+use std::f64::consts::TAU;
+
+use super::layout::number;
+use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour};
+use stiction::detect::{ErrorSource, Subject};
+use stiction::recording::{LoopType, Mode, Modes, Stretch};
+use stiction::series::{
+    autocorrelation, centred, cross_correlation, mean, median, periodogram, quantile, span, std,
+    zero_crossings,
+};
+
+/// Width of all views, px.
+const WIDTH: f64 = 860.0;
+/// Longer trends are reduced before they are drawn.
+const REDUCED_FROM: usize = 3_000;
+/// The panels of this group share the time axis.
+const TIME: &str = "time";
+/// The panels of this group share the time axis of the end of a stretch.
+const DETAIL: &str = "detail";
+
+/// What is known about a loop beside its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Context<'a> {
+    /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
+    pub start: Option<f64>,
+    /// Unit of PV and SP; `None` if it is not known.
+    pub pv_unit: Option<&'a str>,
+    /// What the controller was doing.
+    pub modes: Option<&'a Modes>,
+    /// Period of the dominant oscillation, s; by default that of the highest peak of the spectrum.
+    pub period_s: Option<f64>,
+}
+
+/// An ellipse on the PV–OP map: OP is `op + a cos(t) cos(angle) - b sin(t) sin(angle)` and PV is
+/// `pv + a cos(t) sin(angle) + b sin(t) cos(angle)`, each in its own units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ellipse {
+    /// OP of its centre, %.
+    pub op: f64,
+    /// PV of its centre.
+    pub pv: f64,
+    /// The semi-axes `a` and `b`.
+    pub semi_axes: (f64, f64),
+    /// The angle from the OP axis to the semi-axis `a`, rad.
+    pub angle: f64,
+}
+
+impl Ellipse {
+    /// The points at `count` equal steps of `t`, the last the first again.
+    fn outline(&self, count: usize) -> (Vec<f64>, Vec<f64>) {
+        let ((a, b), (sin, cos)) = (self.semi_axes, self.angle.sin_cos());
+        let point = |i: usize| {
+            let (s, c) = (TAU * i as f64 / count as f64).sin_cos();
+            (self.op + a * c * cos - b * s * sin, self.pv + a * c * sin + b * s * cos)
+        };
+        (0..=count).map(point).unzip()
+    }
+
+    /// Its width in the direction of the OP, through the centre: the `apparent stiction` of
+    /// Choudhury, Shah, Thornhill & Shook (2006, Control Engineering Practice; recalled).
+    pub fn op_width(&self) -> f64 {
+        let ((a, b), (sin, cos)) = (self.semi_axes, self.angle.sin_cos());
+        2.0 * a * b / (a * sin).hypot(b * cos)
+    }
+}
+
+impl Context<'_> {
+    fn pv_label(&self, names: &str) -> String {
+        format!("{names} ({})", self.pv_unit.unwrap_or("units of the PV"))
+    }
+
+    fn period_of(&self, stretch: &Stretch) -> Option<f64> {
+        self.period_s.filter(|p| *p > 0.0 && p.is_finite()).or_else(|| dominant_period(stretch))
+    }
+}
+
+/// A time axis: how seconds become what is written.
+struct TimeAxis {
+    label: String,
+    scale: Scale,
+    unit: &'static str,
+    /// Seconds to the unit.
+    size: f64,
+    /// Added before the division, s.
+    offset: f64,
+}
+
+impl TimeAxis {
+    /// Lags and durations of up to `longest` s.
+    fn of_lags(name: &str, longest: f64) -> Self {
+        let (unit, size) = match longest {
+            t if t <= 600.0 => ("s", 1.0),
+            t if t <= 6.0 * 3600.0 => ("min", 60.0),
+            t if t <= 5.0 * 86_400.0 => ("h", 3600.0),
+            _ => ("d", 86_400.0),
+        };
+        let label = format!("{name} ({unit})");
+        Self { label, scale: Scale::Linear, unit, size, offset: 0.0 }
+    }
+
+    /// Times of a recording that ends after `longest` s.
+    fn of_times(start: Option<f64>, longest: f64) -> Self {
+        match start.filter(|s| s.abs() < 5e10) {
+            Some(start) => Self {
+                label: "time (UTC)".to_owned(),
+                scale: Scale::Clock,
+                unit: "s",
+                size: 1.0,
+                offset: start,
+            },
+            None => Self::of_lags("time", longest),
+        }
+    }
+
+    fn at(&self, seconds: f64) -> f64 {
+        (seconds + self.offset) / self.size
+    }
+
+    fn duration(&self, seconds: f64) -> String {
+        format!("{} {}", number(seconds / self.size), self.unit)
+    }
+}
+
+/// SP and PV over OP and the valve position, all that is recorded, with one time axis.
+///
+/// Between stretches lines are broken and the time is shaded. If there are several, the bounds of the
+/// one at `judged`, on which the report rests, are marked. The mode stands in a strip above.
+///
+/// `None` without samples.
+pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Option<Figure> {
+    let stretches: Vec<&Stretch> = stretches.iter().filter(|s| !s.is_empty()).collect();
+    let (first, last) = (stretches.first()?, stretches.last()?);
+    let (from, to) = (first.from, last.from + last.duration());
+    let axis = TimeAxis::of_times(context.start, to);
+    let at = |t: f64| axis.at(t);
+
+    // All stretches as one series, with the pen lifted between.
+    let joined = |signal: &dyn Fn(&Stretch) -> Option<Vec<f64>>| {
+        let (mut x, mut y, mut breaks) = (Vec::new(), Vec::new(), Vec::new());
+        for stretch in &stretches {
+            if let Some(values) = signal(stretch) {
+                breaks.push(x.len());
+                x.extend(stretch.times().into_iter().map(at));
+                y.extend(values);
+            }
+        }
+        (!x.is_empty()).then_some((x, y, breaks))
+    };
+    let pv = joined(&|s| s.pv.clone());
+    let sp = joined(&|s| s.sp.clone());
+    let op = joined(&|s| Some(s.op.clone()));
+    let vp = joined(&|s| s.vp.clone());
+
+    let panel = |y_label: String| {
+        let mut panel =
+            Panel::new(axis.label.clone(), y_label).x_scale(axis.scale).group(TIME).height(170.0);
+        for pair in stretches.windows(2) {
+            let gap = (at(pair[0].from + pair[0].duration()), at(pair[1].from));
+            panel = panel.note(Annotation::x_band(gap.0, gap.1, ""));
+        }
+        panel
+    };
+    let mut panels = Vec::new();
+    if pv.is_some() || sp.is_some() {
+        let mut upper = panel(context.pv_label(if sp.is_some() { "PV, SP" } else { "PV" }));
+        if let Some((x, y, breaks)) = pv {
+            upper = upper.with(Series::line("PV", x, y).breaks(breaks).colour(colour::GREEN));
+        }
+        if let Some((x, y, breaks)) = sp {
+            upper = upper.with(Series::steps("SP", x, y).breaks(breaks).colour(colour::BLACK));
+        }
+        panels.push(upper);
+    }
+    let mut lower =
+        panel(if vp.is_some() { "OP, VP (% of span)" } else { "OP (% of span)" }.into());
+    if let Some((x, y, breaks)) = op {
+        lower = lower.with(Series::steps("OP", x, y).breaks(breaks).colour(colour::BLUE));
+    }
+    if let Some((x, y, breaks)) = vp {
+        lower = lower.with(Series::line("VP", x, y).breaks(breaks).colour(colour::VERMILION));
+    }
+    panels.push(lower);
+
+    if let Some(strip) = context.modes.and_then(|modes| mode_strip(modes, from, to, &axis)) {
+        panels[0].strip = Some(strip);
+    }
+    if stretches.len() > 1
+        && let Some(judged) = stretches.get(judged)
+    {
+        let ends = (at(judged.from), at(judged.from + judged.duration()));
+        let top = panels.remove(0);
+        let top = top.note(Annotation::vertical_line(ends.0, "judged from here"));
+        panels.insert(0, top.note(Annotation::vertical_line(ends.1, "to here")));
+    }
+
+    let samples: usize = stretches.iter().map(|s| s.len()).sum();
+    let mut caption = format!(
+        "Trends: {samples} samples every {} s over {}.",
+        number(first.sample_time),
+        TimeAxis::of_lags("", to - from).duration(to - from)
+    );
+    if stretches.len() > 1 {
+        caption.push_str(
+            " Shaded: not on the grid, because of a gap or because the controller was \
+                          not in command.",
+        );
+    }
+    if samples > REDUCED_FROM {
+        caption.push_str(" The lines are reduced to what can be seen; every extreme is kept.");
+    }
+    let figure = Figure::new("").caption(caption).width(WIDTH);
+    Some(panels.into_iter().fold(figure, Figure::with))
+}
+
+/// The modes between two times.
+fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Strip> {
+    let starts = modes.time.iter().zip(&modes.modes);
+    let ends = modes.time.iter().skip(1).copied().chain([f64::INFINITY]);
+    let mut spans: Vec<Span> = Vec::new();
+    for ((&start, &mode), end) in starts.zip(ends) {
+        let (start, end) = (start.max(from), end.min(to));
+        if !(end > start) {
+            continue;
+        }
+        let (word, shade) = match mode {
+            Mode::Automatic => ("auto", 0.0),
+            Mode::Cascade => ("cascade", 0.3),
+            Mode::Manual => ("manual", 1.0),
+            Mode::Other => ("other", 0.7),
+        };
+        match spans.last_mut() {
+            Some(last) if last.word == word => last.to = axis.at(end),
+            _ => spans.push(Span {
+                from: axis.at(start),
+                to: axis.at(end),
+                word: word.into(),
+                shade,
+            }),
+        }
+    }
+    (!spans.is_empty()).then(|| Strip { name: "mode".to_owned(), spans })
+}
+
+/// The last few periods of a stretch, those on the map, with every sample.
+///
+/// `None` if the stretch has not twice as many.
+pub fn detail(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+    let from = last_periods(stretch, context);
+    if 2 * from < stretch.len() {
+        return None;
+    }
+    let part = |signal: &Option<Vec<f64>>| signal.as_ref().map(|x| x[from..].to_vec());
+    let end = Stretch {
+        from: stretch.from + from as f64 * stretch.sample_time,
+        sample_time: stretch.sample_time,
+        op: stretch.op[from..].to_vec(),
+        pv: part(&stretch.pv),
+        sp: part(&stretch.sp),
+        vp: part(&stretch.vp),
+        bridged: 0,
+    };
+    let mut figure = trends(&[end], 0, context)?;
+    figure.caption = format!("The end of the stretch. {}", figure.caption);
+    for panel in &mut figure.panels {
+        panel.group = Some(DETAIL.to_owned());
+    }
+    Some(figure)
+}
+
+/// Where the last six periods of a stretch begin; without a period, its last 1,000 samples.
+fn last_periods(stretch: &Stretch, context: &Context<'_>) -> usize {
+    let period = context.period_of(stretch);
+    let samples = period.map_or(1_000, |p| (6.0 * p / stretch.sample_time).ceil() as usize);
+    stretch.len() - samples.max(50).min(stretch.len())
+}
+
+/// PV against OP over the last few periods, with arrows along the way; and an ellipse, with its width
+/// in the direction of the OP, if one is given.
+///
+/// `None` if the PV is not recorded or either does not move.
+pub fn pv_op_map(
+    stretch: &Stretch,
+    ellipse: Option<&Ellipse>,
+    context: &Context<'_>,
+) -> Option<Figure> {
+    const MOST: usize = 1_500;
+    let pv = stretch.pv.as_ref()?;
+    if span(pv) == 0.0 || span(&stretch.op) == 0.0 {
+        return None;
+    }
+    let from = last_periods(stretch, context);
+    let stride = (stretch.len() - from).div_ceil(MOST);
+    let thinned = |x: &[f64]| -> Vec<f64> { x[from..].iter().copied().step_by(stride).collect() };
+    let (op, pv) = (thinned(&stretch.op), thinned(pv));
+
+    let mut panel = Panel::new("OP (% of span)", context.pv_label("PV"))
+        .legend(Legend::Above)
+        .with(Series::line("PV over OP", &op[..], &pv[..]).colour(colour::SKY));
+    panel = panel.with(Series::points("samples", &op[..], &pv[..]).colour(colour::BLUE));
+    for (tail, tip) in directions(&op, &pv) {
+        panel = panel.note(Annotation::arrow("", tail, tip));
+    }
+    let mut caption = format!(
+        "PV over OP in the last {} of the stretch. Arrows point forward in time.",
+        TimeAxis::of_lags("", 0.0).duration((stretch.len() - from) as f64 * stretch.sample_time)
+    );
+    if stride > 1 {
+        caption.push_str(&format!(" One sample in {stride} is drawn."));
+    }
+    if let Some(ellipse) = ellipse {
+        let (x, y) = ellipse.outline(180);
+        let width = ellipse.op_width();
+        panel = panel.with(Series::dashed("fitted ellipse", x, y).colour(colour::VERMILION)).note(
+            Annotation::dimension(
+                (ellipse.op - width / 2.0, ellipse.pv),
+                (ellipse.op + width / 2.0, ellipse.pv),
+                format!("{} %", number(width)),
+                0.0,
+            ),
+        );
+        caption.push_str(&format!(
+            " The dimension is the width of the ellipse in the direction of the OP, {} %.",
+            number(width)
+        ));
+    }
+    Some(Figure::new("").caption(caption).width(620.0).panel_height(380.0).with(panel))
+}
+
+/// A point on paper, in data coordinates.
+type Place = (f64, f64);
+
+/// Arrows along the path of a map, from points to points further on, where it moves enough for its
+/// direction to be seen. Neighbours are averaged, so that noise does not turn them.
+fn directions(x: &[f64], y: &[f64]) -> Vec<(Place, Place)> {
+    const ARROWS: usize = 10;
+    let n = x.len();
+    let half = (n / 200).max(1);
+    if n < 20 * half {
+        return Vec::new();
+    }
+    let smooth = |at: usize| {
+        let range = at.saturating_sub(half)..(at + half + 1).min(n);
+        (mean(&x[range.clone()]), mean(&y[range]))
+    };
+    let (width, height) = (span(x), span(y));
+    let length = |a: Place, b: Place| ((b.0 - a.0) / width).hypot((b.1 - a.1) / height);
+    // Each begins a tenth of the samples after the last, or later, where the next stretch of path is
+    // long enough.
+    let mut arrows: Vec<(Place, Place)> = Vec::new();
+    let mut next = half;
+    for tail in half..n.saturating_sub(half) {
+        let ahead = (tail + 1..(tail + n / 20).min(n - half))
+            .find(|tip| length(smooth(tail), smooth(*tip)) >= 0.12);
+        if tail >= next
+            && let Some(tip) = ahead
+        {
+            arrows.push((smooth(tail), smooth(tip)));
+            next = tail + n / ARROWS;
+        }
+    }
+    arrows
+}
+
+/// Correlation of OP and PV over the lag of the PV behind the OP.
+///
+/// `None` if the PV is not recorded or either does not move.
+pub fn op_pv_correlation(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+    let pv = stretch.pv.as_ref()?;
+    let most = most_lag(stretch, context);
+    let correlation = cross_correlation(&stretch.op, pv, most)?;
+    let most = correlation.max_lag as isize;
+    let seconds = |lag: f64| lag * stretch.sample_time;
+    let axis = TimeAxis::of_lags("lag of the PV behind the OP", seconds(most as f64));
+    let x: Vec<f64> = (-most..=most).map(|lag| axis.at(seconds(lag as f64))).collect();
+    // Of the extremes, the one nearest to zero is what the eye looks for.
+    let extreme = (-most + 1..most)
+        .filter(|&lag| {
+            let (a, b, c) = (correlation.at(lag - 1), correlation.at(lag), correlation.at(lag + 1));
+            b.abs() >= a.abs() && b.abs() > c.abs() && b.abs() > 0.2
+        })
+        .max_by(|a, b| correlation.at(*a).abs().total_cmp(&correlation.at(*b).abs()));
+    let zero = correlation.at(0);
+    let mut panel = Panel::new(axis.label.clone(), "correlation of OP and PV")
+        .y_range(-1.05, 1.05)
+        .with(Series::line("correlation", x, &correlation.values[..]).colour(colour::BLUE))
+        .note(Annotation::horizontal_line(0.0, ""))
+        .note(Annotation::vertical_line(0.0, format!("{} at lag 0", number(zero))));
+    let mut caption = format!("Cross-correlation of OP and PV; it is {} at lag zero", number(zero));
+    if let Some(lag) = extreme {
+        let (value, at) = (correlation.at(lag), axis.at(seconds(lag as f64)));
+        panel = panel.with(Series::points("largest", [at], [value]).colour(colour::VERMILION));
+        caption.push_str(&format!(
+            " and largest, {}, at a lag of {}",
+            number(value),
+            axis.duration(seconds(lag as f64))
+        ));
+    }
+    caption.push('.');
+    Some(Figure::new("").caption(caption).width(WIDTH).panel_height(240.0).with(panel))
+}
+
+/// Autocorrelation of the control error and of the OP, with their crossings of zero.
+///
+/// `None` if neither moves.
+pub fn autocorrelations(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+    let most = most_lag(stretch, context);
+    let axis = TimeAxis::of_lags("lag", most as f64 * stretch.sample_time);
+    let at = |lag: f64| axis.at(lag * stretch.sample_time);
+    let mut panel = Panel::new(axis.label.clone(), "autocorrelation")
+        .y_range(-1.05, 1.05)
+        .legend(Legend::Above)
+        .note(Annotation::horizontal_line(0.0, ""));
+    let mut crossings = Vec::new();
+    let mut found = Vec::new();
+    for (name, values, colour) in signals(stretch) {
+        let Some(acf) = autocorrelation(&values, most) else { continue };
+        let places: Vec<f64> = zero_crossings(&acf).iter().map(|c| c.place).collect();
+        if places.len() > 2 {
+            let apart: Vec<f64> = places.windows(2).map(|p| p[1] - p[0]).collect();
+            let half = mean(&apart) * stretch.sample_time;
+            found.push(format!("{name} {}", axis.duration(2.0 * half)));
+        }
+        crossings.push((format!("zeros, {name}"), places));
+        let x: Vec<f64> = (0..acf.len()).map(|lag| at(lag as f64)).collect();
+        panel = panel.with(Series::line(name, x, acf).colour(colour));
+    }
+    for (label, places) in crossings {
+        if !places.is_empty() {
+            let x: Vec<f64> = places.iter().map(|p| at(*p)).collect();
+            let zeros = vec![0.0; x.len()];
+            panel = panel.with(Series::points(label, x, zeros).colour(colour::BLACK));
+        }
+    }
+    if panel.series.is_empty() {
+        return None;
+    }
+    let mut caption = "Autocorrelation, with its crossings of zero: equally far apart if the loop \
+                       cycles regularly."
+        .to_owned();
+    if !found.is_empty() {
+        caption.push_str(&format!(" Twice their mean distance: {}.", found.join(", ")));
+    }
+    Some(Figure::new("").caption(caption).width(WIDTH).panel_height(240.0).with(panel))
+}
+
+/// Power of the control error and of the OP over the period, with their highest peaks.
+///
+/// `None` if neither moves, or for fewer than 16 samples.
+pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+    if stretch.len() < 16 {
+        return None;
+    }
+    let longest = stretch.duration();
+    let usual = context.period_of(stretch).unwrap_or(longest / 10.0);
+    let axis = TimeAxis::of_lags("period", usual);
+    let mut panel = Panel::new(axis.label.clone(), "share of the variance in each bin")
+        .x_scale(Scale::Log)
+        .y_scale(Scale::Log)
+        .legend(Legend::Above);
+    let (mut found, mut marks) = (Vec::new(), Vec::new());
+    for (name, values, colour) in signals(stretch) {
+        if span(&values) == 0.0 {
+            continue;
+        }
+        let lines = periodogram(&values);
+        let all: f64 = lines.power.iter().sum();
+        let highest = lines.power.iter().skip(1).fold(0.0, |m: f64, p| m.max(*p));
+        if !(all > 0.0 && highest > 0.0) {
+            continue;
+        }
+        // What has not three periods in the stretch is a trend.
+        let first = lines.frequency.partition_point(|f| f * (stretch.len() as f64) < 3.0);
+        let tops = peaks(&lines.power, first);
+        let period = |bin: usize| stretch.sample_time / lines.frequency[bin];
+        if !tops.is_empty() {
+            let listed: Vec<String> = tops.iter().map(|b| axis.duration(period(*b))).collect();
+            found.push(format!("{name} {}", listed.join(", ")));
+        }
+        // What is a million times weaker is noise of the arithmetic.
+        let share = |bin: usize| lines.power[bin].max(1e-6 * highest) / all;
+        let bins = (1..lines.power.len()).rev().filter(|bin| period(*bin) <= longest);
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            bins.map(|bin| (axis.at(period(bin)), share(bin))).unzip();
+        if x.is_empty() {
+            continue;
+        }
+        panel = panel.with(Series::line(name, x, y).colour(colour));
+        if !tops.is_empty() {
+            let (x, y): (Vec<f64>, Vec<f64>) =
+                tops.iter().map(|&bin| (axis.at(period(bin)), share(bin))).unzip();
+            // Names of several peaks would cover each other.
+            let marked = |x: f64| marks.iter().any(|m: &f64| (x / m).ln().abs() < 0.2);
+            if !marked(x[0]) {
+                marks.push(x[0]);
+                panel = panel.note(Annotation::vertical_line(x[0], axis.duration(period(tops[0]))));
+            }
+            panel =
+                panel.with(Series::points(format!("peaks, {name}"), x, y).colour(colour::BLACK));
+        }
+    }
+    if panel.series.is_empty() {
+        return None;
+    }
+    // Room for the names of the peaks.
+    let shares = || panel.series.iter().flat_map(|s| s.y.iter().copied());
+    let (low, high) =
+        shares().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
+    panel.y_range = Some((low / 2.0, high * 12.0));
+    let mut caption = "Spectrum under a Hann window; each signal has a total of 1.".to_owned();
+    if !found.is_empty() {
+        caption.push_str(&format!(" Highest peaks: {}.", found.join("; ")));
+    }
+    Some(Figure::new("").caption(caption).width(WIDTH).panel_height(260.0).with(panel))
+}
+
+/// How often the control error and the OP take which values, beside Gaussians of their means and
+/// standard deviations.
+///
+/// `None` if neither moves.
+pub fn histograms(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+    let mut figure = Figure::new("").columns(2).width(WIDTH).panel_height(230.0).caption(
+        "How often which value was taken. Dashed: a Gaussian of the same mean and standard deviation.",
+    );
+    for (name, values, colour) in signals(stretch) {
+        if !(span(&values) > 0.0) {
+            continue;
+        }
+        let (centres, shares) = histogram(&values);
+        let width = centres[1] - centres[0];
+        let (m, s) = (mean(&values), std(&values));
+        let (low, high) = (centres[0] - width / 2.0, centres[centres.len() - 1] + width / 2.0);
+        let x: Vec<f64> = (0..=120).map(|i| low + (high - low) * f64::from(i) / 120.0).collect();
+        let density =
+            |x: &f64| 100.0 * width * (-0.5 * ((x - m) / s).powi(2)).exp() / (s * TAU.sqrt());
+        let gaussian: Vec<f64> = x.iter().map(density).collect();
+        let label = if name == "OP" { "OP (% of span)".into() } else { context.pv_label(name) };
+        let panel = Panel::new(label, "share of the samples (%)")
+            .legend(Legend::Above)
+            .with(Series::bars("samples", centres, shares).colour(colour))
+            .with(Series::dashed("Gaussian", x, gaussian).colour(colour::BLACK));
+        figure = figure.with(panel);
+    }
+    (!figure.panels.is_empty()).then_some(figure)
+}
+
+/// Centres of bins and percent of the values in each; bins by Freedman and Diaconis' rule.
+fn histogram(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let spread = quantile(values, 0.75) - quantile(values, 0.25);
+    let (low, range) = (stiction::series::min(values), span(values));
+    let width = 2.0 * spread / (values.len() as f64).cbrt();
+    let wanted = (range / width).ceil();
+    let count = if wanted.is_finite() { wanted.clamp(8.0, 50.0) as usize } else { 20 };
+    let mut bins = vec![0.0; count];
+    for value in values {
+        let bin = (count as f64 * (value - low) / range) as usize;
+        bins[bin.min(count - 1)] += 100.0 / values.len() as f64;
+    }
+    let centre = |bin: usize| low + range * (bin as f64 + 0.5) / count as f64;
+    ((0..count).map(centre).collect(), bins)
+}
+
+/// The control error, if there is a PV, and the OP, with their colours.
+fn signals(stretch: &Stretch) -> Vec<(&'static str, Vec<f64>, usize)> {
+    let subject = Subject::new(stretch, LoopType::Unknown, None);
+    let mut signals = Vec::new();
+    if let Some(error) = subject.error() {
+        let name = match error.source {
+            ErrorSource::SetPoint => "error SP − PV",
+            ErrorSource::MeanPv => "error, mean PV − PV",
+        };
+        signals.push((name, error.values.clone(), colour::VERMILION));
+    }
+    signals.push(("OP", stretch.op.clone(), colour::BLUE));
+    signals
+}
+
+/// Lags to look at, in samples: four periods, or a quarter of the stretch if nothing cycles.
+fn most_lag(stretch: &Stretch, context: &Context<'_>) -> usize {
+    let n = stretch.len();
+    let periods = context.period_of(stretch).map(|p| (4.0 * p / stretch.sample_time).ceil());
+    let wanted = periods.unwrap_or(n as f64 / 4.0);
+    (wanted.clamp(4.0, 1e7) as usize).min(n / 2).max(1)
+}
+
+/// The period of the highest peak of the spectrum of the OP, s, if the stretch holds two of them.
+fn dominant_period(stretch: &Stretch) -> Option<f64> {
+    if stretch.len() < 16 || span(&stretch.op) == 0.0 {
+        return None;
+    }
+    let lines = periodogram(&centred(&stretch.op));
+    let twice = 2.0 / stretch.len() as f64;
+    let bins = (1..lines.power.len()).filter(|bin| lines.frequency[*bin] >= twice);
+    let top = bins.max_by(|a, b| lines.power[*a].total_cmp(&lines.power[*b]))?;
+    (lines.power[top] > 0.0).then(|| stretch.sample_time / lines.frequency[top])
+}
+
+/// Bins from `first` on of the three highest peaks that have at least a twentieth of the highest, none of which is
+/// within a quarter of another; highest first. What is less than 25 times the median is a peak of
+/// noise: of a million bins of white noise none is expected to be 20 times the median.
+fn peaks(power: &[f64], first: usize) -> Vec<usize> {
+    let floor = 25.0 * median(power);
+    let mut order: Vec<usize> = (first.max(1)..power.len().saturating_sub(1))
+        .filter(|&i| power[i] > power[i - 1] && power[i] >= power[i + 1])
+        .filter(|&i| power[i] > floor)
+        .collect();
+    order.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
+    let mut chosen: Vec<usize> = Vec::new();
+    for bin in order {
+        let far = |other: &usize| (bin as f64 / *other as f64).ln().abs() > 0.25;
+        let high = chosen.first().is_none_or(|first| power[bin] >= 0.05 * power[*first]);
+        if chosen.len() < 3 && high && chosen.iter().all(far) {
+            chosen.push(bin);
+        }
+    }
+    chosen
+}
+
+/// All views of one stretch of a recording, in the order in which they should be read.
+pub fn all(
+    stretches: &[Stretch],
+    judged: usize,
+    ellipse: Option<&Ellipse>,
+    context: &Context<'_>,
+) -> Vec<Figure> {
+    let Some(stretch) = stretches.get(judged) else { return Vec::new() };
+    [
+        trends(stretches, judged, context),
+        detail(stretch, context),
+        pv_op_map(stretch, ellipse, context),
+        op_pv_correlation(stretch, context),
+        autocorrelations(stretch, context),
+        spectrum(stretch, context),
+        histograms(stretch, context),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn widths_of_ellipses() {
+        let ellipse = |angle| Ellipse { op: 50.0, pv: 5.0, semi_axes: (3.0, 1.0), angle };
+        assert!((ellipse(0.0).op_width() - 6.0).abs() < 1e-12);
+        assert!((ellipse(TAU / 4.0).op_width() - 2.0).abs() < 1e-12);
+        // At the height of the centre the outline is half a width away.
+        let tilted = ellipse(0.4);
+        let (x, y) = tilted.outline(100_000);
+        let level = (0..x.len()).min_by(|a, b| (y[*a] - 5.0).abs().total_cmp(&(y[*b] - 5.0).abs()));
+        let reach = (x[level.unwrap()] - 50.0).abs();
+        assert!((reach - tilted.op_width() / 2.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn histograms_add_up() {
+        let values: Vec<f64> = (0..999).map(|k| (0.1 * f64::from(k)).sin()).collect();
+        let (centres, shares) = histogram(&values);
+        assert_eq!(centres.len(), shares.len());
+        assert!((shares.iter().sum::<f64>() - 100.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn peaks_are_apart() {
+        let mut power = vec![0.0; 100];
+        (power[10], power[11], power[30], power[50]) = (9.0, 10.0, 1.0, 0.01);
+        assert_eq!(peaks(&power, 1), [11, 30]);
+        assert_eq!(peaks(&power, 12), [30]);
+    }
+}
