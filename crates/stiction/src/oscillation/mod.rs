@@ -1,12 +1,329 @@
 //! Whether a loop cycles, how regularly, with what period and amplitude, and when.
+//!
+//! One published method a file; [`analyse`] asks them all.
+
+pub mod decay_ratio;
+pub mod episodes;
+pub mod iae;
+pub mod regularity;
+pub mod separate;
+pub mod spectral_peak;
+
+pub use episodes::Episode;
+pub use regularity::Regularity;
+pub use separate::Peak;
+
+use crate::series::{
+    Spectrum, detrended, fft_length, max, mean, median, min, noise_std, span, std,
+};
+use iae::{Supervised, Supervision};
+use std::f64::consts::SQRT_2;
+
+/// The fewest intervals between zero crossings of the autocorrelation for `r > 1` to count: five span
+/// three periods; the spread of fewer is small by chance too often.
+pub const FEWEST_INTERVALS: usize = 5;
+
+/// What an oscillation was found by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Basis {
+    /// The autocorrelation of the signal crosses zero regularly.
+    Autocorrelation,
+    /// A significant peak of the spectrum, whose band oscillates regularly and lastingly.
+    SpectralPeak,
+}
 
 /// What is known about the oscillation of one signal.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Oscillation {
+    /// Whether an oscillation was found; the rule is at [`analyse`].
+    pub found: bool,
+    /// What it was found by.
+    pub basis: Option<Basis>,
     /// Period of the dominant oscillation, s; `None` if none was found.
     pub period_s: Option<f64>,
-    /// Half of the typical peak-to-peak value of that oscillation, in the signal's units.
+    /// Half of the typical peak-to-peak value of that oscillation, in the signal's units: the median
+    /// over its periods, the signal smoothed over a tenth of a period so that noise adds little.
     pub amplitude: Option<f64>,
     /// How many periods the signal spans.
     pub cycles: Option<f64>,
+    /// Regularity r of the signal's autocorrelation, whether above 1 or not; see [`Regularity`].
+    pub regularity: Option<f64>,
+    /// Intervals between zero crossings that the regularity rests on; 0 without one.
+    pub intervals: usize,
+    /// Decay ratio of the signal's autocorrelation; see [`decay_ratio::decay_ratio`].
+    pub decay_ratio: Option<f64>,
+    /// Hägglund's supervision with the period found as the ultimate period and three standard deviations
+    /// of the noise as the amplitude; `None` if nothing was found or a period has under 8 samples, when
+    /// noise cannot be told from signal.
+    pub supervised: Option<Supervised>,
+    /// All oscillations that stand out of the spectrum, by their share of the variance.
+    pub peaks: Vec<Peak>,
+    /// When the dominant oscillation was there.
+    pub episodes: Vec<Episode>,
+    /// What led to the result, sentences with the numbers.
+    pub reasons: Vec<String>,
+}
+
+/// Whether and how `signal` oscillates; its mean and straight trend are removed first. Samples are
+/// `sample_time` s apart.
+///
+/// An oscillation is found if either
+/// * the autocorrelation crosses zero regularly: r > 1 (Thornhill, Huang & Zhang 2003) over at least
+///   [`FEWEST_INTERVALS`] intervals; or
+/// * a peak of the spectrum stands out of the background with a chance of one in a thousand to be noise,
+///   has a tenth of the variance, and its band has r > 1 and a decay ratio above 0.5 (Miao & Seborg
+///   1999). This finds an oscillation under drift or beside others.
+///
+/// A signal with samples that are not finite, or with fewer than 8, oscillates nowhere as far as anyone
+/// can tell.
+pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
+    let nothing = |reason: String| Oscillation { reasons: vec![reason], ..Oscillation::default() };
+    let n = signal.len();
+    if n < 8 {
+        return nothing(format!("{n} samples are too few to oscillate"));
+    }
+    if signal.iter().any(|v| !v.is_finite()) || !(sample_time > 0.0 && sample_time.is_finite()) {
+        return nothing("a sample or the sample time is not a number".to_owned());
+    }
+    // The scale is taken out so that squares neither overflow nor vanish.
+    let largest = signal.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let range = span(&signal.iter().map(|v| v / 2.0).collect::<Vec<_>>()) * 2.0;
+    if !(range > 1e-12 * largest) || !range.is_finite() {
+        return nothing("the signal does not move".to_owned());
+    }
+    let middle = 0.5 * min(signal) + 0.5 * max(signal);
+    let scaled: Vec<f64> = signal.iter().map(|v| (v - middle) / range).collect();
+    let x = detrended(&scaled);
+    if !(std(&x) > 1e-9) {
+        return nothing("the signal follows a straight line".to_owned());
+    }
+    let spectrum = Spectrum::of(&x, fft_length(2 * n));
+    let lags = autocorrelation(&spectrum, n);
+    let regularity = Regularity::of_autocorrelation(&lags);
+    let mut peaks = separate::separate_spectrum(&x, &spectrum, sample_time);
+    let mut found = Oscillation {
+        regularity: regularity.as_ref().map(|r| r.index),
+        intervals: regularity.as_ref().map_or(0, Regularity::intervals),
+        decay_ratio: decay_ratio::of_autocorrelation(&lags),
+        ..Oscillation::default()
+    };
+    let regular = regularity.filter(|r| r.index > 1.0 && r.intervals() >= FEWEST_INTERVALS);
+    let peak = peaks.iter().find(|peak| peak.is_oscillation());
+    let dominant = match (&regular, peak) {
+        (Some(regular), _) => {
+            found.reasons.push(format!(
+                "the autocorrelation crosses zero regularly: r = {:.2} over {} intervals (above 1 is \
+                 regular)",
+                regular.index,
+                regular.intervals()
+            ));
+            Some((Basis::Autocorrelation, regular.period))
+        }
+        (None, Some(peak)) => {
+            found.reasons.push(format!(
+                "a peak of the spectrum at {:.4} s stands {:.0} times above the background and holds \
+                 {:.0} % of the variance; in its band r = {:.2}",
+                peak.period_s,
+                peak.over_background,
+                100.0 * peak.share,
+                peak.regularity.unwrap_or(f64::NAN)
+            ));
+            Some((Basis::SpectralPeak, peak.period_s / sample_time))
+        }
+        (None, None) => {
+            found.reasons.push(match found.regularity {
+                Some(r) => format!(
+                    "the autocorrelation does not cross zero regularly (r = {r:.2} over {} \
+                     intervals), and no peak of the spectrum is both significant and regular",
+                    found.intervals
+                ),
+                None => {
+                    "the autocorrelation crosses zero fewer than four times, and no peak of the \
+                         spectrum is both significant and regular"
+                        .to_owned()
+                }
+            });
+            None
+        }
+    };
+    if let Some((basis, period)) = dominant {
+        let band = (1.0 / (period * SQRT_2), (SQRT_2 / period).min(0.5));
+        let within = separate::band_passed(&spectrum, band, n);
+        found.found = true;
+        found.basis = Some(basis);
+        found.period_s = Some(period * sample_time);
+        found.cycles = Some(n as f64 / period);
+        found.amplitude = Some(range * typical_amplitude(&x, period));
+        found.episodes = episodes::episodes(&within, period, sample_time);
+        found.episodes.iter_mut().for_each(|episode| episode.amplitude *= range);
+        if period >= 8.0 {
+            let supervision = Supervision::new(3.0 * noise_std(&x), period * sample_time);
+            let mut supervised = iae::supervise(&x, sample_time, &supervision);
+            supervised.threshold *= range;
+            found.supervised = Some(supervised);
+        } else if period < 4.0 {
+            found.reasons.push(format!(
+                "a period has {period:.1} samples: what is seen may be an alias of something faster"
+            ));
+        }
+    }
+    peaks.iter_mut().for_each(|peak| peak.amplitude *= range);
+    found.peaks = peaks;
+    found
+}
+
+/// Autocorrelation at the lags 0 to n - 1, of the transform of a series padded to twice its length.
+fn autocorrelation(spectrum: &Spectrum, n: usize) -> Vec<f64> {
+    let mut power = spectrum.clone();
+    power.bins.iter_mut().for_each(|bin| *bin = bin.norm_sqr().into());
+    let mut lags = power.inverse();
+    lags.truncate(n);
+    lags
+}
+
+/// Half the median peak-to-peak value over whole periods of the smoothed series.
+fn typical_amplitude(x: &[f64], period: f64) -> f64 {
+    let half = (0.05 * period).floor() as usize;
+    let smooth: Vec<f64> =
+        if half == 0 { x.to_vec() } else { x.windows(2 * half + 1).map(mean).collect() };
+    let spans: Vec<f64> = (0..)
+        .map(|k| {
+            ((f64::from(k) * period).round() as usize, (f64::from(k + 1) * period).round() as usize)
+        })
+        .take_while(|(_, to)| *to <= smooth.len())
+        // One sample more, so that fast periods keep both extremes.
+        .map(|(from, to)| span(&smooth[from..(to + 1).min(smooth.len())]))
+        .collect();
+    if spans.is_empty() { 0.5 * span(&smooth) } else { 0.5 * median(&spans) }
+}
+
+#[cfg(test)]
+pub(crate) mod test_signals {
+    /// Noise of unit variance, the same on every machine.
+    pub(crate) fn noise(n: usize, seed: u64) -> Vec<f64> {
+        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(0x1234_5678_9ABC);
+        let mut uniform = || {
+            // SplitMix64.
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        (0..n).map(|_| (0..12).map(|_| uniform()).sum()).collect()
+    }
+
+    /// A sine of unit amplitude and a period in samples.
+    pub(crate) fn sine(n: usize, period: f64) -> Vec<f64> {
+        (0..n).map(|k| (std::f64::consts::TAU * k as f64 / period).sin()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::test_signals::{noise, sine};
+    use super::*;
+
+    fn noisy(period: f64, amplitude: f64, seed: u64) -> Vec<f64> {
+        sine(2000, period)
+            .iter()
+            .zip(noise(2000, seed))
+            .map(|(s, e)| 50.0 + amplitude * s + e)
+            .collect()
+    }
+
+    #[test]
+    fn a_noisy_sine_is_found_with_its_numbers() {
+        let found = analyse(&noisy(80.0, 5.0, 1), 3.0);
+        assert!(found.found);
+        assert!((found.period_s.unwrap() - 240.0).abs() < 2.0);
+        assert!((found.amplitude.unwrap() - 5.0).abs() < 0.8, "{found:?}");
+        assert!((found.cycles.unwrap() - 25.0).abs() < 0.3);
+        assert!(found.decay_ratio.unwrap() > 0.8);
+        assert!(found.supervised.unwrap().oscillates());
+        assert_eq!(found.episodes.len(), 1);
+        assert!((found.peaks[0].share - 12.5 / 13.5).abs() < 0.05);
+    }
+
+    #[test]
+    fn drift_does_not_hide_an_oscillation() {
+        let mut x = noisy(60.0, 3.0, 2);
+        for (k, v) in x.iter_mut().enumerate() {
+            *v += 20.0 * (k as f64 / 900.0).sin() + 0.01 * k as f64;
+        }
+        let found = analyse(&x, 1.0);
+        assert_eq!(found.basis, Some(Basis::SpectralPeak));
+        assert!((found.period_s.unwrap() - 60.0).abs() < 1.0);
+        assert!(found.peaks.iter().any(|p| (p.period_s - 60.0).abs() < 1.0), "{found:#?}");
+    }
+
+    #[test]
+    fn noise_seldom_oscillates() {
+        let mut hits = 0;
+        for seed in 0..200 {
+            let white = noise(1000, seed);
+            let mut walk = 0.0;
+            let red: Vec<f64> = white
+                .iter()
+                .map(|e| {
+                    walk = 0.9 * walk + e;
+                    walk
+                })
+                .collect();
+            hits += usize::from(analyse(&white, 1.0).found);
+            hits += usize::from(analyse(&red, 1.0).found);
+        }
+        assert!(hits <= 20, "{hits} of 400");
+    }
+
+    #[test]
+    fn scale_offset_and_time_unit_change_nothing_else() {
+        let x = noisy(45.0, 2.0, 7);
+        let moved: Vec<f64> = x.iter().map(|v| 1000.0 - 3.0 * v).collect();
+        let (a, b, c) = (analyse(&x, 2.0), analyse(&moved, 2.0), analyse(&x, 120.0));
+        let same = |x: Option<f64>, y: Option<f64>, factor: f64| {
+            (x.unwrap() * factor / y.unwrap() - 1.0).abs() < 1e-8
+        };
+        for (other, units, time) in [(&b, 3.0, 1.0), (&c, 1.0, 60.0)] {
+            assert!(same(a.period_s, other.period_s, time));
+            assert!(same(a.amplitude, other.amplitude, units));
+            assert!(same(a.regularity, other.regularity, 1.0));
+            assert!(same(a.decay_ratio, other.decay_ratio, 1.0));
+            assert_eq!(a.episodes.len(), other.episodes.len());
+            assert_eq!(a.basis, other.basis);
+            assert_eq!(a.supervised.unwrap().disturbances, other.supervised.unwrap().disturbances);
+        }
+    }
+
+    #[test]
+    fn nothing_makes_it_panic() {
+        let alternating: Vec<f64> = (0..100).map(|k| f64::from(k % 2)).collect();
+        assert!((analyse(&alternating, 1.0).period_s.unwrap() - 2.0).abs() < 1e-2);
+        let ramp: Vec<f64> = (0..100).map(f64::from).collect();
+        for x in [
+            &[][..],
+            &[1.0, 2.0, 3.0],
+            &[0.1; 50],
+            &ramp,
+            &[f64::NAN; 20],
+            &[f64::MAX, -f64::MAX].repeat(10),
+            &[5e-324, 0.0].repeat(10),
+        ] {
+            assert!(!analyse(x, 1.0).found || x.len() == 20, "{x:?}");
+        }
+        assert!(!analyse(&alternating, 0.0).found);
+    }
+
+    #[test]
+    fn a_burst_has_its_time() {
+        let mut x = noise(3000, 9);
+        for (k, s) in sine(3000, 50.0).iter().enumerate() {
+            x[k] += if (1000..2200).contains(&k) { 4.0 * s } else { 0.0 };
+        }
+        let found = analyse(&x, 1.0);
+        assert!(found.found);
+        assert_eq!(found.episodes.len(), 1, "{:?}", found.episodes);
+        assert!((found.episodes[0].from_s - 1000.0).abs() < 100.0);
+        assert!((found.episodes[0].to_s - 2200.0).abs() < 100.0);
+    }
 }

@@ -1,4 +1,11 @@
 //! Whether a recording can answer.
+//!
+//! [`assess`] measures what stands between the data and an answer. A measure makes the data unfit only
+//! where no method can be believed; whatever weakens some methods is a caveat. The thresholds are ours
+//! unless a source is named; each says why at its rule.
+
+use super::{Channel, Grid, Quality, Recording, Stretch};
+use crate::series::{max, mean, min, quantile, span, variance};
 
 /// How well a recording, or one measure of it, suits the question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,5 +71,462 @@ impl Fitness {
             self.measures.iter().filter(|m| m.class != Class::Fit).collect();
         worse.sort_by_key(|m| std::cmp::Reverse(m.class));
         worse.iter().map(|m| m.reason.as_str()).collect()
+    }
+}
+
+/// Which way a measure gets worse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Worse {
+    Less,
+    More,
+}
+
+/// A measure's name, unit and thresholds.
+#[derive(Debug, Clone, Copy)]
+struct Rule {
+    name: &'static str,
+    unit: &'static str,
+    worse: Worse,
+    caveat: Option<f64>,
+    unfit: Option<f64>,
+}
+
+impl Rule {
+    const fn less(name: &'static str, caveat: f64, unfit: Option<f64>) -> Self {
+        Self { name, unit: "", worse: Worse::Less, caveat: Some(caveat), unfit }
+    }
+
+    const fn more(name: &'static str, caveat: f64, unfit: Option<f64>) -> Self {
+        Self { name, unit: "", worse: Worse::More, caveat: Some(caveat), unfit }
+    }
+
+    const fn percent(mut self) -> Self {
+        self.unit = "%";
+        self
+    }
+
+    /// The measure with its class by the thresholds; a caveat if it could not be measured.
+    fn measure(&self, value: Option<f64>, reason: String) -> Measure {
+        let beyond = |limit: Option<f64>| {
+            limit.zip(value).is_some_and(|(limit, value)| match self.worse {
+                Worse::Less => value < limit,
+                Worse::More => value > limit,
+            })
+        };
+        let class = if beyond(self.unfit) {
+            Class::Unfit
+        } else if beyond(self.caveat) || value.is_none() {
+            Class::Caveats
+        } else {
+            Class::Fit
+        };
+        Measure {
+            name: self.name,
+            value,
+            unit: self.unit,
+            caveat_at: self.caveat,
+            unfit_at: self.unfit,
+            class,
+            reason,
+        }
+    }
+}
+
+/// Fewer usable samples than nine in ten: what is missing may hide what is sought. What is left may
+/// still be good, so they never make the data unfit.
+const GOOD: Rule = Rule::less("good values", 90.0, None).percent();
+/// One bridged sample in fifty is too few to shape waves; one in five is a recording half invented.
+const BRIDGED: Rule = Rule::more("bridged samples", 2.0, Some(20.0)).percent();
+/// One doubtful sample in twenty: the historian says so itself.
+const DOUBTFUL: Rule = Rule::more("doubtful samples", 5.0, None).percent();
+/// Below 200 samples statistics of third and fourth order scatter too much; 30 are not three cycles of
+/// ten samples.
+const SAMPLES: Rule = Rule::less("samples", 200.0, Some(30.0));
+/// Ten cycles are what Thornhill, Huang & Zhang 2003 ask for (recalled, not read); with fewer than three
+/// a cycle cannot be told from chance.
+const CYCLES: Rule = Rule::less("cycles", 10.0, Some(3.0));
+/// Eight samples show whether a wave is round or has corners; below four its shape is lost, and
+/// frequencies may be aliases.
+const SAMPLES_PER_CYCLE: Rule = Rule::less("samples per cycle", 8.0, Some(4.0));
+/// Where the PV changes less than eight times a cycle, more samples do not tell more. Legitimate for a
+/// PV that follows a square wave, so never unfit.
+const UPDATES_PER_CYCLE: Rule = Rule::less("PV updates per cycle", 8.0, None);
+/// With fewer than ten levels the shape is that of stairs; with two there is no shape.
+const PV_LEVELS: Rule = Rule::less("PV levels", 10.0, Some(3.0));
+/// As for the PV; an OP that switches between two values still tells when it does.
+const OP_LEVELS: Rule = Rule::less("OP levels", 10.0, None);
+/// A compression factor of 3 is where Thornhill, Choudhury & Shah 2004, J. Process Control 14, 389-398,
+/// found shapes and indices to suffer (recalled, not read).
+const COMPRESSION: Rule = Rule::more("compression factor", 3.0, None);
+/// A PV that stands still for a tenth of the time may be a frozen signal; for more than half of it, it
+/// is one.
+const FROZEN: Rule = Rule::more("longest frozen PV", 10.0, Some(50.0)).percent();
+/// One twentieth of the time at a limit bends the waves; for half of it the loop is open.
+const SATURATED: Rule = Rule::more("OP at a limit", 5.0, Some(50.0)).percent();
+/// As for the OP: a transmitter at its end does not measure.
+const CLIPPED: Rule = Rule::more("clipped PV", 5.0, Some(50.0)).percent();
+/// A third of the PV's variance explained by the set point: most methods assume that it stands still.
+const SET_POINT: Rule = Rule::more("PV explained by the set point", 33.0, None).percent();
+/// Less than half of the time in automatic: what was recorded may not be how the loop mostly runs.
+const CLOSED: Rule = Rule::less("in command", 50.0, None).percent();
+/// A signal that never moves tells nothing.
+const MOVES: f64 = 0.0;
+
+/// Whether a stretch of a recording can answer. `period` is that of its dominant oscillation, in
+/// samples, if there is one.
+pub fn assess(
+    recording: &Recording,
+    grid: &Grid,
+    stretch: &Stretch,
+    period: Option<f64>,
+) -> Fitness {
+    let n = stretch.len();
+    let period = period.filter(|period| *period > 0.0);
+    let mut measures = vec![good(recording), bridged(stretch), doubtful(recording), closed(grid)];
+    measures.push(
+        SAMPLES.measure(
+            Some(n as f64),
+            format!("the stretch has {n} samples, {} s", stretch.duration()),
+        ),
+    );
+    measures.extend(cycles(n, period));
+    measures.push(moves("OP moves", "OP", &stretch.op));
+    if let Some(levels) = levels(&stretch.op) {
+        measures.push(OP_LEVELS.measure(
+            Some(levels),
+            format!("the OP's smallest step divides its range into {levels:.0} levels"),
+        ));
+    }
+    measures.push(saturated(&stretch.op));
+    if let Some(pv) = &stretch.pv {
+        measures.extend(of_pv(pv, period));
+        if let Some(sp) = &stretch.sp {
+            measures.push(set_point(pv, sp));
+        }
+    }
+    Fitness::of(measures)
+}
+
+fn good(recording: &Recording) -> Measure {
+    let share = |channel: &Channel| 100.0 * channel.usable_share();
+    let op = share(&recording.op);
+    match &recording.pv {
+        Some(pv) => GOOD.measure(
+            Some(op.min(share(pv))),
+            format!("{op:.1} % of the OP's samples and {:.1} % of the PV's are usable", share(pv)),
+        ),
+        None => GOOD.measure(Some(op), format!("{op:.1} % of the OP's samples are usable")),
+    }
+}
+
+fn bridged(stretch: &Stretch) -> Measure {
+    let share = 100.0 * stretch.bridged as f64 / stretch.len().max(1) as f64;
+    BRIDGED.measure(
+        Some(share),
+        format!("{} samples, {share:.1} %, were missing and are bridged", stretch.bridged),
+    )
+}
+
+fn doubtful(recording: &Recording) -> Measure {
+    let share = [Some(&recording.op), recording.pv.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(|channel| {
+            let doubtful = channel.quality.iter().filter(|q| **q == Quality::Uncertain).count();
+            100.0 * doubtful as f64 / channel.quality.len().max(1) as f64
+        })
+        .fold(0.0, f64::max);
+    DOUBTFUL.measure(Some(share), format!("the historian doubts {share:.1} % of the samples"))
+}
+
+fn closed(grid: &Grid) -> Measure {
+    let (share, parts) = (100.0 * grid.closed_share, grid.stretches.len());
+    CLOSED.measure(
+        Some(share),
+        format!("the controller was in command {share:.1} % of the time; {parts} parts are usable"),
+    )
+}
+
+fn cycles(n: usize, period: Option<f64>) -> [Measure; 2] {
+    let Some(period) = period else {
+        return [
+            CYCLES.measure(
+                None,
+                "nothing cycles; methods that look at cycles cannot judge".to_owned(),
+            ),
+            // Without cycles this does not matter.
+            Measure {
+                class: Class::Fit,
+                ..SAMPLES_PER_CYCLE.measure(None, "nothing cycles".to_owned())
+            },
+        ];
+    };
+    let cycles = n as f64 / period;
+    [
+        CYCLES.measure(Some(cycles), format!("there are {cycles:.1} cycles")),
+        SAMPLES_PER_CYCLE.measure(Some(period), format!("a cycle has {period:.1} samples")),
+    ]
+}
+
+fn moves(name: &'static str, signal: &str, x: &[f64]) -> Measure {
+    let moved = span(x);
+    let rule = Rule { name, unit: "", worse: Worse::More, caveat: None, unfit: None };
+    let still = !(moved > MOVES);
+    let reason = if still {
+        format!("the {signal} never moves")
+    } else {
+        format!("the {signal} moves over {moved:.4}")
+    };
+    let class = if still { Class::Unfit } else { Class::Fit };
+    Measure { class, unfit_at: Some(MOVES), ..rule.measure(Some(moved), reason) }
+}
+
+/// Into how many levels the smallest step divides the range; `None` for a signal that does not move.
+///
+/// The smallest step is the 5 % quantile of the steps there are, so that a few interpolated samples do
+/// not hide the stairs of the others.
+fn levels(x: &[f64]) -> Option<f64> {
+    let range = span(x);
+    // What rounding makes of a standing signal is no step.
+    let steps: Vec<f64> =
+        x.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 1e-9 * range).collect();
+    (range > 0.0 && !steps.is_empty()).then(|| range / quantile(&steps, 0.05) + 1.0)
+}
+
+/// Time at the ends of the range, or resting at the highest or lowest value.
+fn saturated(op: &[f64]) -> Measure {
+    let at_end = op.iter().filter(|v| **v <= 0.0 || **v >= 100.0).count();
+    let at_limit = 100.0 * at_end.max(resting(op)) as f64 / op.len().max(1) as f64;
+    SATURATED.measure(
+        Some(at_limit),
+        format!("the OP is at 0 %, at 100 %, or rests at its extremes {at_limit:.1} % of the time"),
+    )
+}
+
+/// Samples in runs of three or more at the largest or at the smallest value; none if the signal has so
+/// few levels that it must rest at them.
+fn resting(x: &[f64]) -> usize {
+    if levels(x).is_none_or(|levels| levels < 10.0) {
+        return 0;
+    }
+    let (low, high) = (min(x), max(x));
+    x.chunk_by(|a, b| a == b)
+        .filter(|run| run.len() >= 3 && (run[0] == low || run[0] == high))
+        .map(<[f64]>::len)
+        .sum()
+}
+
+fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
+    let n = pv.len().max(1) as f64;
+    let mut measures = vec![moves("PV moves", "PV", pv)];
+    if let Some(levels) = levels(pv) {
+        measures.push(PV_LEVELS.measure(
+            Some(levels),
+            format!("the PV's smallest step divides its range into {levels:.0} levels"),
+        ));
+    }
+    let run = pv.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0);
+    let frozen = 100.0 * run as f64 / n;
+    let in_cycles = period.map_or(String::new(), |p| format!(", {:.1} cycles", run as f64 / p));
+    measures.push(FROZEN.measure(
+        Some(frozen),
+        format!(
+            "the PV stands still for {run} samples at most{in_cycles}, {frozen:.1} % of the stretch"
+        ),
+    ));
+    let clipped = 100.0 * resting(pv) as f64 / n;
+    measures.push(CLIPPED.measure(
+        Some(clipped),
+        format!("the PV rests at its highest or lowest value {clipped:.1} % of the time"),
+    ));
+    if let Some(factor) = compression_factor(pv) {
+        measures.push(COMPRESSION.measure(
+            Some(factor),
+            format!("where the PV moves, {factor:.1} samples lie on one straight line"),
+        ));
+    }
+    if let Some(period) = period {
+        let changes = pv.windows(2).filter(|w| w[0] != w[1]).count();
+        let updates = changes as f64 / n * period;
+        measures.push(
+            UPDATES_PER_CYCLE
+                .measure(Some(updates), format!("the PV changes {updates:.1} times a cycle")),
+        );
+    }
+    measures
+}
+
+/// Samples a straight line, where the signal moves: 1 for data as they were measured, more after a
+/// historian's interpolation. `None` if it hardly moves.
+///
+/// A sample lies on a line with its neighbours if the second difference there is below 1e-9 of the
+/// range; samples about which the signal stands still are left out, they are stairs.
+fn compression_factor(x: &[f64]) -> Option<f64> {
+    let flat = 1e-9 * span(x);
+    let (mut moving, mut bent) = (0usize, 0usize);
+    for w in x.windows(3) {
+        let (before, after) = (w[1] - w[0], w[2] - w[1]);
+        if before.abs() > flat || after.abs() > flat {
+            moving += 1;
+            bent += usize::from((after - before).abs() > flat);
+        }
+    }
+    (moving >= 10).then(|| moving as f64 / bent.max(1) as f64)
+}
+
+/// Squared correlation of PV and SP, and how often the SP changes.
+fn set_point(pv: &[f64], sp: &[f64]) -> Measure {
+    let changes = sp.windows(2).filter(|w| w[0] != w[1]).count();
+    let (of_pv, of_sp) = (mean(pv), mean(sp));
+    let joint = pv.iter().zip(sp).map(|(p, s)| (p - of_pv) * (s - of_sp)).sum::<f64>();
+    let scale = variance(pv) * variance(sp) * (pv.len() as f64).powi(2);
+    let share = if changes > 0 && scale > 0.0 { 100.0 * joint * joint / scale } else { 0.0 };
+    SET_POINT.measure(
+        Some(share),
+        format!("the set point changes {changes} times and explains {share:.1} % of the PV"),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{GridOptions, Mode, Modes};
+    use super::*;
+    use crate::oscillation::test_signals::{noise, sine};
+
+    const N: usize = 1000;
+
+    fn op() -> Vec<f64> {
+        sine(N, 40.0).iter().zip(noise(N, 1)).map(|(s, e)| 50.0 + 5.0 * s + 0.2 * e).collect()
+    }
+
+    fn pv() -> Vec<f64> {
+        sine(N + 7, 40.0)[7..]
+            .iter()
+            .zip(noise(N, 2))
+            .map(|(s, e)| 20.0 + 2.0 * s + 0.1 * e)
+            .collect()
+    }
+
+    fn judged(recording: &Recording, period: Option<f64>) -> Fitness {
+        let grid = Grid::of(recording, &GridOptions::default()).unwrap();
+        assess(recording, &grid, grid.longest().unwrap(), period)
+    }
+
+    fn of(op: &[f64], pv: &[f64], sp: Option<&[f64]>, period: Option<f64>) -> Fitness {
+        judged(&Recording::regular("loop", 1.0, op, Some(pv), sp).unwrap(), period)
+    }
+
+    /// The names of the measures that are not fit.
+    fn worse(fitness: &Fitness) -> Vec<(&'static str, Class)> {
+        let worse = fitness.measures.iter().filter(|m| m.class != Class::Fit);
+        worse.map(|m| (m.name, m.class)).collect()
+    }
+
+    #[test]
+    fn sound_data_are_fit() {
+        let fitness = of(&op(), &pv(), Some(&[20.0; N]), Some(40.0));
+        assert_eq!(worse(&fitness), []);
+        assert_eq!((fitness.class, fitness.measures.len()), (Class::Fit, 17));
+        assert!(fitness.reasons().is_empty());
+    }
+
+    #[test]
+    fn each_measure_has_its_signal() {
+        let (op, pv) = (op(), pv());
+        let map = |x: &[f64], f: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
+            x.iter().enumerate().map(|(k, v)| f(k, *v)).collect()
+        };
+        let period = Some(40.0);
+        use Class::{Caveats, Unfit};
+        let frozen = |from: usize| map(&pv, &|k, v| if k >= from { pv[from] } else { v });
+        let interpolated = map(&pv, &|k, _| {
+            let (from, share) = (k / 5 * 5, (k % 5) as f64 / 5.0);
+            let to = (from + 5).min(N - 1);
+            pv[from] + share * (pv[to] - pv[from])
+        });
+        let steps = map(&pv, &|k, _| f64::from(k / 50 % 2 == 0));
+        let shifted = map(&pv, &|k, v| v + 5.0 * steps[k]);
+        let cases: Vec<(Vec<(&str, Class)>, Fitness)> = vec![
+            (vec![("cycles", Caveats)], of(&op, &pv, None, None)),
+            (vec![("cycles", Caveats)], of(&op, &pv, None, Some(120.0))),
+            (vec![("cycles", Unfit)], of(&op, &pv, None, Some(400.0))),
+            (
+                vec![("samples per cycle", Caveats), ("PV updates per cycle", Caveats)],
+                of(&op, &pv, None, Some(7.0)),
+            ),
+            (
+                vec![("samples per cycle", Unfit), ("PV updates per cycle", Caveats)],
+                of(&op, &pv, None, Some(3.0)),
+            ),
+            (
+                vec![("samples", Caveats), ("cycles", Caveats)],
+                of(&op[..100], &pv[..100], None, Some(20.0)),
+            ),
+            (vec![("OP moves", Unfit)], of(&[7.0; N], &pv, None, period)),
+            (
+                vec![
+                    ("PV moves", Unfit),
+                    ("longest frozen PV", Unfit),
+                    ("PV updates per cycle", Caveats),
+                ],
+                of(&op, &[7.0; N], None, period),
+            ),
+            (
+                vec![("OP levels", Caveats)],
+                of(&map(&op, &|_, v| (v / 3.0).round() * 3.0), &pv, None, period),
+            ),
+            (
+                vec![("PV levels", Caveats)],
+                of(&op, &map(&pv, &|_, v| (v / 0.9).round() * 0.9), None, Some(60.0)),
+            ),
+            (
+                vec![("OP at a limit", Caveats)],
+                of(&map(&op, &|_, v| v.min(54.0)), &pv, None, period),
+            ),
+            (
+                vec![("OP at a limit", Unfit)],
+                of(&map(&op, &|_, v| (v - 51.0).max(0.0)), &pv, None, period),
+            ),
+            (vec![("clipped PV", Caveats)], of(&op, &map(&pv, &|_, v| v.max(18.6)), None, period)),
+            (vec![("longest frozen PV", Caveats)], of(&op, &frozen(850), None, period)),
+            (vec![("longest frozen PV", Unfit)], of(&op, &frozen(400), None, Some(80.0))),
+            (vec![("compression factor", Caveats)], of(&op, &interpolated, None, period)),
+            (
+                vec![("PV updates per cycle", Caveats)],
+                of(&op, &map(&pv, &|k, _| pv[k / 8 * 8]), None, period),
+            ),
+            (
+                vec![("PV explained by the set point", Caveats)],
+                of(&op, &shifted, Some(&steps), period),
+            ),
+        ];
+        for (expected, found) in cases {
+            assert_eq!(worse(&found), expected, "{:?}", found.reasons());
+            assert_eq!(found.reasons().len(), expected.len());
+        }
+    }
+
+    #[test]
+    fn what_is_missing_doubtful_or_open_is_told() {
+        let mut holes = pv();
+        (0..N).step_by(8).for_each(|k| holes[k] = f64::NAN);
+        let fitness = of(&op(), &holes, None, Some(40.0));
+        assert_eq!(
+            worse(&fitness),
+            [("good values", Class::Caveats), ("bridged samples", Class::Caveats)]
+        );
+        let mut recording = Recording::regular("loop", 1.0, &op(), Some(&pv()), None).unwrap();
+        recording.op.quality[..100].fill(Quality::Uncertain);
+        assert_eq!(worse(&judged(&recording, Some(40.0))), [("doubtful samples", Class::Caveats)]);
+        recording.op.quality.fill(Quality::Good);
+        recording.mode =
+            Some(Modes { time: vec![0.0, 450.0], modes: vec![Mode::Automatic, Mode::Manual] });
+        assert_eq!(worse(&judged(&recording, Some(40.0))), [("in command", Class::Caveats)]);
+    }
+
+    #[test]
+    fn op_alone_can_be_fit() {
+        let recording = Recording::regular("loop", 1.0, &op(), None, None).unwrap();
+        assert_eq!(judged(&recording, Some(40.0)).class, Class::Fit);
     }
 }

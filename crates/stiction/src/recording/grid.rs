@@ -1,4 +1,47 @@
 //! From samples at any times to stretches on a regular grid.
+//!
+//! * **Sample time**: the commonest time between samples of the reference channel, which is PV's, else
+//!   OP's; unless it is given. A grid coarser than the samples takes samples as they are: nothing is
+//!   averaged.
+//! * **Order**: samples are sorted by time. If the clock went back (daylight saving time written
+//!   without its zone, a corrected clock), the rows go on in the order of the file, and all later times
+//!   are moved so that one sample time passes at the step. Rows that merely are in another order are
+//!   told from this by their density: where the clock went back, times are used twice.
+//! * **Duplicates**: of several samples at one time the last usable one in the file counts. A mean
+//!   would be a value that nobody measured.
+//! * **Values between samples**: a straight line for PV and VP, the last value for OP, SP, mode and for
+//!   any channel that is stored on change. A sample within 1e-6 sample times of a point of the grid is
+//!   passed on to the bit.
+//! * **Missing samples**: up to [`LONGEST_BRIDGE`] in a row are bridged; where more of OP or PV are
+//!   missing, the recording is cut. Two samples of a regular channel more than 1.5 of its steps apart
+//!   have missing ones between them. A missing SP holds. VP is bridged if it is known in
+//!   [`LEAST_KNOWN_VP`] of a stretch, and left out of the stretch otherwise.
+//! * **Mode**: the recording is cut where the controller was not in command.
+
+use super::{Channel, Modes, Quality, Range, Recording};
+use crate::error::{Error, Result};
+use crate::series::mean;
+use std::collections::BTreeMap;
+
+/// The most missing samples in a row that are bridged. Three: a line over more of them shapes the
+/// wave of a loop that cycles in a dozen samples.
+pub const LONGEST_BRIDGE: usize = 3;
+
+/// The share of a stretch in which VP must be known to be kept.
+pub const LEAST_KNOWN_VP: f64 = 0.95;
+
+/// The most points a grid may have, so that one wrong time stamp does not fill the memory.
+const MOST_POINTS: f64 = 2e7;
+
+/// Times this close, in sample times, are the same.
+const SAME: f64 = 1e-6;
+
+/// A channel in which fewer than this share of the steps are of the commonest length is taken to be
+/// stored on change.
+const REGULAR_SHARE: f64 = 0.5;
+
+/// The most backward steps that can be the clock's; with more, rows are in disorder.
+const MOST_CLOCK_STEPS: usize = 10;
 
 /// How values between samples are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +76,7 @@ pub struct Repair {
 }
 
 /// What can be wrong with the times or samples of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum RepairKind {
     /// Several samples at one time.
@@ -101,7 +144,7 @@ pub struct Grid {
     pub sample_time: f64,
     /// The stretches, in order of time. None if the loop never was in automatic, or had no samples.
     pub stretches: Vec<Stretch>,
-    /// What was mended, in order of [`RepairKind`].
+    /// What was mended, in order of [`RepairKind`]; within one kind PV, OP, VP, SP, all.
     pub repairs: Vec<Repair>,
     /// From the first sample to the last, s.
     pub duration: f64,
@@ -113,5 +156,946 @@ impl Grid {
     /// The longest stretch, the first of several.
     pub fn longest(&self) -> Option<&Stretch> {
         self.stretches.iter().rev().max_by_key(|stretch| stretch.len())
+    }
+
+    /// Brings a recording onto a grid; see the [module](self) for how. Stretches have two samples or
+    /// more.
+    ///
+    /// # Errors
+    /// If the given sample time is not above 0, if none is given and the reference channel has not two
+    /// usable samples at different times, or if the grid would have more than twenty million points.
+    pub fn of(recording: &Recording, options: &GridOptions) -> Result<Self> {
+        for (signal, channel) in [
+            ("OP", Some(&recording.op)),
+            ("PV", recording.pv.as_ref()),
+            ("SP", recording.sp.as_ref()),
+            ("VP", recording.vp.as_ref()),
+        ] {
+            channel.map_or(Ok(()), |channel| sound(signal, channel))?;
+        }
+        let mut repairs = vec![];
+        let usable_pv = recording.pv.as_ref().filter(|pv| pv.usable_share() > 0.0);
+        let (reference, signal) = match usable_pv {
+            Some(pv) => (pv, "PV"),
+            None => (&recording.op, "OP"),
+        };
+        if recording.pv.is_some() && usable_pv.is_none() {
+            repairs.push(Repair {
+                kind: RepairKind::Gap,
+                signal: "PV",
+                count: recording.pv.as_ref().map_or(0, |pv| pv.values.len()),
+                first_s: recording.op.time.first().copied().unwrap_or(0.0),
+                done: "no sample of the PV is usable; only the OP is kept".to_owned(),
+            });
+        }
+        let clock = Clock::of(reference, &mut repairs);
+        let track = |channel: &Channel, signal, repairs: &mut Vec<Repair>| {
+            Track::of(channel, signal, &clock, repairs)
+        };
+        let reference = track(reference, signal, &mut repairs);
+        let step = match (options.sample_time, reference.step) {
+            (Some(given), _) => crate::error::positive("the sample time", given)?,
+            (None, Some(found)) => found,
+            (None, None) => {
+                let found = reference.time.len();
+                return Err(Error::Length { name: signal, found, expected: found.max(1) + 1 });
+            }
+        };
+        let (op, pv) = if signal == "PV" {
+            (track(&recording.op, "OP", &mut repairs), Some(reference))
+        } else {
+            (reference, None)
+        };
+        let mut optional = |channel: &Option<Channel>, signal| {
+            let channel = channel.as_ref().filter(|channel| channel.usable_share() > 0.0)?;
+            Some(track(channel, signal, &mut repairs))
+        };
+        let (vp, sp) = (optional(&recording.vp, "VP"), optional(&recording.sp, "SP"));
+        let modes = recording.mode.as_ref().map(|modes| clock.ordered(modes));
+
+        let reference = pv.as_ref().unwrap_or(&op);
+        let mut grid = Self {
+            sample_time: step,
+            stretches: vec![],
+            repairs,
+            duration: reference.last() - reference.first(),
+            closed_share: closed_share(modes.as_ref(), reference.first(), reference.last()),
+        };
+        let segments = reference.segments(step)?;
+        // Between the segments the reference channel says nothing for long.
+        let mut log = Log::default();
+        for pair in segments.windows(2) {
+            log.gap(signal, pair[0].to, ((pair[1].from - pair[0].to) / step).round() as usize - 1);
+        }
+        for segment in &segments {
+            let on = |track: &Track, rule| track.resample(segment, step, rule);
+            let op = on(&op, Interpolation::Hold);
+            let pv = pv.as_ref().map(|pv| on(pv, Interpolation::Linear));
+            let vp = vp.as_ref().map(|vp| on(vp, Interpolation::Linear));
+            let sp = sp.as_ref().map(|sp| sp.held(segment, step));
+            let closed = closed(modes.as_ref(), segment, step);
+            let known = |k: usize| {
+                op.state[k] != State::Unknown
+                    && pv.as_ref().is_none_or(|pv| pv.state[k] != State::Unknown)
+            };
+            log.signal("PV", pv.as_ref(), segment, step);
+            log.signal("OP", Some(&op), segment, step);
+            log.signal("VP", vp.as_ref(), segment, step);
+            log.not_closed(&closed, segment, step);
+            let mut k = 0;
+            while k < segment.points {
+                let from = k;
+                while k < segment.points && closed[k] && known(k) {
+                    k += 1;
+                }
+                if k >= from + 2 {
+                    grid.stretches.push(Stretch {
+                        from: segment.from + from as f64 * step,
+                        sample_time: step,
+                        op: percent(&op.values[from..k], recording.op.range),
+                        pv: pv.as_ref().map(|pv| pv.values[from..k].to_vec()),
+                        sp: sp.as_ref().map(|sp| sp[from..k].to_vec()),
+                        vp: vp.as_ref().filter(|vp| vp.known_share(from..k) >= LEAST_KNOWN_VP).map(
+                            |vp| {
+                                let range = recording.vp.as_ref().and_then(|vp| vp.range);
+                                percent(&vp.filled(from..k), range)
+                            },
+                        ),
+                        bridged: (from..k)
+                            .filter(|&k| {
+                                op.state[k] == State::Bridged
+                                    || pv.as_ref().is_some_and(|pv| pv.state[k] == State::Bridged)
+                            })
+                            .count(),
+                    });
+                }
+                k = k.max(from + 1);
+            }
+        }
+        grid.repairs.extend(log.repairs(recording));
+        grid.repairs.sort_by_key(|repair| (repair.kind, rank(repair.signal)));
+        Ok(grid)
+    }
+}
+
+/// Channels have public fields: what their constructors promise is checked again.
+fn sound(signal: &'static str, channel: &Channel) -> Result<()> {
+    let expected = channel.values.len();
+    for found in [channel.time.len(), channel.quality.len()] {
+        if found != expected {
+            return Err(Error::Length { name: signal, found, expected });
+        }
+    }
+    crate::error::all_finite("the times", &channel.time)?;
+    let usable = channel.values.iter().zip(&channel.quality);
+    match usable.into_iter().position(|(v, q)| q.is_usable() && !v.is_finite()) {
+        Some(index) => Err(Error::NonFinite { signal, index, value: channel.values[index] }),
+        None => Ok(()),
+    }
+}
+
+/// Where a signal comes in the list of repairs.
+fn rank(signal: &str) -> usize {
+    ["PV", "OP", "VP", "SP"].iter().position(|s| *s == signal).unwrap_or(4)
+}
+
+fn percent(values: &[f64], range: Option<Range>) -> Vec<f64> {
+    match range {
+        Some(range) => values.iter().map(|v| range.percent(*v)).collect(),
+        None => values.to_vec(),
+    }
+}
+
+/// What is known of the clock from the reference channel: how far it went back, each time.
+struct Clock {
+    shifts: Vec<f64>,
+}
+
+impl Clock {
+    fn of(reference: &Channel, repairs: &mut Vec<Repair>) -> Self {
+        let time = &reference.time;
+        let back: Vec<usize> = (1..time.len()).filter(|&i| time[i] < time[i - 1]).collect();
+        let mut clock = Self { shifts: vec![] };
+        if back.is_empty() || back.len() > MOST_CLOCK_STEPS {
+            return clock;
+        }
+        let mut sorted = time.clone();
+        sorted.sort_by(f64::total_cmp);
+        let Some((step, _)) = commonest_step(&sorted) else { return clock };
+        let ends = back.iter().skip(1).copied().chain([time.len()]);
+        let begins = [0].into_iter().chain(back.iter().copied());
+        for ((&i, end), begin) in back.iter().zip(ends).zip(begins) {
+            // Both runs between the time after the step and the time before it.
+            let (low, high) = (time[i], time[i - 1]);
+            let mut twice: Vec<(f64, f64)> = (begin..i)
+                .rev()
+                .take_while(|&k| time[k] >= low)
+                .chain((i..end).take_while(|&k| time[k] <= high))
+                .map(|k| (time[k], reference.values[k]))
+                .collect();
+            twice.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            twice.dedup_by(|a, b| a.0 == b.0 && a.1.total_cmp(&b.1).is_eq());
+            if twice.len() as f64 <= 1.5 * ((high - low) / step + 1.0) {
+                // Each time is used once: rows in disorder, not a clock that went back.
+                clock.shifts.clear();
+                return clock;
+            }
+            clock.shifts.push(high + step - low);
+        }
+        repairs.push(Repair {
+            kind: RepairKind::ClockStep,
+            signal: "time",
+            count: clock.shifts.len(),
+            first_s: time[back[0]],
+            done: format!(
+                "the clock went back, by {} s in all; rows are taken in the order of the file, and \
+                 later times are moved on by as much",
+                clock.shifts.iter().sum::<f64>()
+            ),
+        });
+        clock
+    }
+
+    /// The times as they would be if the clock had not gone back; `None` where nothing changes.
+    fn unwound(&self, time: &[f64]) -> Option<Vec<f64>> {
+        let back = time.windows(2).filter(|pair| pair[1] < pair[0]).count();
+        if self.shifts.is_empty() || back > self.shifts.len() {
+            return None;
+        }
+        let (mut shift, mut steps) = (0.0, self.shifts.iter());
+        let mut last = f64::NEG_INFINITY;
+        let moved = time.iter().map(|&t| {
+            if t < last {
+                shift += steps.next().unwrap_or(&0.0);
+            }
+            last = t;
+            t + shift
+        });
+        Some(moved.collect())
+    }
+
+    fn ordered(&self, modes: &Modes) -> Vec<(f64, bool)> {
+        let time = self.unwound(&modes.time).unwrap_or_else(|| modes.time.clone());
+        let mut ordered: Vec<(f64, bool)> =
+            time.into_iter().zip(modes.modes.iter().map(|mode| mode.is_closed())).collect();
+        ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ordered
+    }
+}
+
+/// The commonest time between samples in order of time, and the share of the steps that have it.
+///
+/// Steps are sorted into classes 5 % wide; it is the mean of the fullest class and its neighbours,
+/// or, if all times agree with it, the mean step. It is rounded to nine digits, which is what times
+/// are written with; and to three if that is within a thousandth and the times are not regular anyway.
+fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
+    let class = |step: f64| (20.0 * step.ln()).round() as i64;
+    let steps: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).filter(|d| *d > 0.0).collect();
+    let first = *steps.first()?;
+    let near = |step: f64, to: f64| (step - to).abs() <= SAME * to;
+    let tolerance = 1e-15 * time.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+    if steps.iter().all(|d| near(*d, first) || (d - first).abs() < tolerance) {
+        return Some((exact_step(time, first), 1.0));
+    }
+    let mut classes: BTreeMap<i64, usize> = BTreeMap::new();
+    // Neighbours mostly are of one class: ask for the logarithm only when the step changes.
+    let (mut last, mut key) = (first, class(first));
+    for &step in &steps {
+        if step != last {
+            (last, key) = (step, class(step));
+        }
+        *classes.entry(key).or_default() += 1;
+    }
+    // Of equal counts the shorter step: it loses no sample.
+    let (&fullest, _) = classes.iter().rev().max_by_key(|(_, count)| **count)?;
+    let near_to = |middle: f64| -> Vec<f64> {
+        steps.iter().copied().filter(|d| (0.93..1.07).contains(&(d / middle))).collect()
+    };
+    let like = near_to(mean(&near_to((fullest as f64 / 20.0).exp())));
+    let share = like.len() as f64 / steps.len() as f64;
+    // The mean, because errors of single times cancel in it.
+    let typical = mean(&like);
+    let regular = like.iter().all(|d| near(*d, typical) || (d - typical).abs() < tolerance);
+    let step = if regular { exact_step(time, typical) } else { rounded(typical, 2, 1e-3) };
+    Some((step, share))
+}
+
+/// The step of times that are regular but for gaps, to more digits than any single difference has.
+fn exact_step(time: &[f64], typical: f64) -> f64 {
+    // The longest run without a gap.
+    let (mut from, mut best) = (0, 0..1);
+    for i in 1..=time.len() {
+        if i == time.len() || (time[i] - time[i - 1] - typical).abs() > 0.01 * typical {
+            if i - from > best.len() {
+                best = from..i;
+            }
+            from = i;
+        }
+    }
+    if best.len() < 2 {
+        return rounded(typical, 8, 1e-6);
+    }
+    let steps = (best.len() - 1) as f64;
+    let mean = (time[best.end - 1] - time[best.start]) / steps;
+    rounded(mean, 8, 0.1 * SAME / steps)
+}
+
+/// The value to so many digits after the first, if that changes it by no more than a share.
+fn rounded(value: f64, digits: usize, share: f64) -> f64 {
+    let round = format!("{value:.digits$e}").parse().unwrap_or(value);
+    if (round - value).abs() <= share.max(2e-15) * value { round } else { value }
+}
+
+/// Times between these closer than this to a point of the grid are on it.
+fn tolerance(step: f64, from: f64, to: f64) -> f64 {
+    (SAME * step).max(4.0 * f64::EPSILON * from.abs().max(to.abs())).min(0.25 * step)
+}
+
+/// Part of the grid in which the reference channel has no long gap; it begins at a sample.
+struct Segment {
+    from: f64,
+    to: f64,
+    points: usize,
+}
+
+/// One channel, in order of time.
+struct Track {
+    time: Vec<f64>,
+    value: Vec<f64>,
+    usable: Vec<bool>,
+    /// Its own commonest step.
+    step: Option<f64>,
+    on_change: bool,
+}
+
+impl Track {
+    fn of(
+        channel: &Channel,
+        signal: &'static str,
+        clock: &Clock,
+        repairs: &mut Vec<Repair>,
+    ) -> Self {
+        let moved = clock.unwound(&channel.time);
+        let time = moved.as_ref().unwrap_or(&channel.time);
+        let mut repair = |kind, count, first_s, done: &str| {
+            if count > 0 {
+                repairs.push(Repair { kind, signal, count, first_s, done: done.to_owned() });
+            }
+        };
+        let mut order: Vec<usize> = (0..time.len()).collect();
+        let mut back = (1..time.len()).filter(|&i| time[i] < time[i - 1]);
+        if let Some(first) = back.next() {
+            let count = 1 + back.count();
+            repair(RepairKind::OutOfOrder, count, time[first], "sorted by time");
+            order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
+        }
+        let mut track = Self {
+            time: Vec::with_capacity(order.len()),
+            value: Vec::with_capacity(order.len()),
+            usable: Vec::with_capacity(order.len()),
+            step: None,
+            on_change: false,
+        };
+        let (mut equal, mut different, mut first_equal, mut first_different) = (0, 0, 0.0, 0.0);
+        for i in order {
+            let (t, v, usable) = (time[i], channel.values[i], channel.quality[i].is_usable());
+            let last = track.time.len().wrapping_sub(1);
+            if track.time.last() != Some(&t) {
+                track.time.push(t);
+                track.value.push(v);
+                track.usable.push(usable);
+                continue;
+            }
+            if usable && track.usable[last] && track.value[last] != v {
+                if different == 0 {
+                    first_different = t;
+                }
+                different += 1;
+            } else {
+                if equal == 0 {
+                    first_equal = t;
+                }
+                equal += 1;
+            }
+            if usable {
+                (track.value[last], track.usable[last]) = (v, true);
+            }
+        }
+        repair(RepairKind::Duplicate, equal, first_equal, "repeated samples were dropped");
+        repair(
+            RepairKind::Duplicate,
+            different,
+            first_different,
+            "of different values at one time, the last in the file was taken",
+        );
+        // A row without a value is no sample of a channel that is stored on change, so ask of those
+        // rows only that have one.
+        let missing = channel.quality.iter().filter(|q| **q == Quality::Missing).count();
+        if 2 * missing > channel.quality.len() {
+            let kept: Vec<f64> =
+                (0..track.time.len()).filter(|&i| track.usable[i]).map(|i| track.time[i]).collect();
+            let (step, share) = commonest_step(&kept).unzip();
+            if share.is_none_or(|share| share < REGULAR_SHARE) {
+                let kept: Vec<usize> = (0..track.time.len()).filter(|&i| track.usable[i]).collect();
+                track.value = kept.iter().map(|&i| track.value[i]).collect();
+                track.time = kept.iter().map(|&i| track.time[i]).collect();
+                track.usable = vec![true; kept.len()];
+                (track.step, track.on_change) = (step, true);
+                return track;
+            }
+        }
+        if let Some((step, share)) = commonest_step(&track.time) {
+            track.step = Some(step);
+            track.on_change = share < REGULAR_SHARE;
+        } else {
+            // A single sample holds.
+            track.on_change = true;
+        }
+        track
+    }
+
+    fn first(&self) -> f64 {
+        self.time.first().copied().unwrap_or(0.0)
+    }
+
+    fn last(&self) -> f64 {
+        self.time.last().copied().unwrap_or(0.0)
+    }
+
+    /// The longest distance of two samples that can be bridged.
+    fn bridge(&self) -> f64 {
+        (LONGEST_BRIDGE as f64 + 1.5) * self.step.unwrap_or(f64::INFINITY)
+    }
+
+    fn segments(&self, step: f64) -> Result<Vec<Segment>> {
+        let bridge = self.bridge();
+        let (mut segments, mut from, mut points) = (vec![], 0, 0.0);
+        for i in 1..=self.time.len() {
+            let ends = i == self.time.len()
+                || (!self.on_change && self.time[i] - self.time[i - 1] >= bridge);
+            if !ends {
+                continue;
+            }
+            let (begin, end) = (self.time[from], self.time[i - 1]);
+            let steps = ((end - begin + tolerance(step, begin, end)) / step).floor();
+            points += steps + 1.0;
+            if points > MOST_POINTS {
+                return Err(Error::Inconsistent(format!(
+                    "a grid of {step} s from {} s to {} s has more than {MOST_POINTS} points; give \
+                     a longer sample time, or mend the time stamps",
+                    self.first(),
+                    self.last()
+                )));
+            }
+            segments.push(Segment { from: begin, to: end, points: steps as usize + 1 });
+            from = i;
+        }
+        Ok(segments)
+    }
+
+    fn resample(&self, segment: &Segment, step: f64, rule: Interpolation) -> Resampled {
+        let n = segment.points;
+        let mut out = Resampled { values: vec![0.0; n], state: vec![State::Unknown; n] };
+        let tolerance = tolerance(step, segment.from, segment.to);
+        let (own, bridge) = (self.step.unwrap_or(f64::INFINITY), self.bridge());
+        let rule = if self.on_change { Interpolation::Hold } else { rule };
+        // The next sample beyond the point, and the last usable one up to it.
+        let mut next = self.usable_up_to(segment.from + tolerance);
+        let mut before: Option<usize> = None;
+        // The usable sample from `next` on.
+        let mut after = next;
+        for k in 0..n {
+            let t = segment.from + k as f64 * step;
+            let mut newest = None;
+            while next < self.time.len() && self.time[next] <= t + tolerance {
+                newest = Some(next);
+                if self.usable[next] {
+                    before = Some(next);
+                }
+                next += 1;
+            }
+            let Some(p) = before else { continue };
+            if newest == Some(p) && (self.time[p] - t).abs() <= tolerance {
+                (out.values[k], out.state[k]) = (self.value[p], State::Sample);
+                continue;
+            }
+            let was_bad = next > p + 1;
+            if self.on_change && !was_bad {
+                (out.values[k], out.state[k]) = (self.value[p], State::Between);
+                continue;
+            }
+            after = after.max(next);
+            while after < self.time.len() && !self.usable[after] {
+                after += 1;
+            }
+            let q = (after < self.time.len()).then_some(after);
+            let gap = q.map_or(f64::INFINITY, |q| self.time[q] - self.time[p]);
+            let limit = if rule == Interpolation::Hold && q.is_none() {
+                // Nothing follows: a held value is good for one step.
+                t - self.time[p]
+            } else {
+                gap
+            };
+            out.state[k] = if limit <= 1.5 * own {
+                State::Between
+            } else if limit < bridge {
+                State::Bridged
+            } else {
+                continue;
+            };
+            out.values[k] = match (rule, q) {
+                (Interpolation::Linear, Some(q)) => {
+                    let share = (t - self.time[p]) / gap;
+                    self.value[p] + share * (self.value[q] - self.value[p])
+                }
+                _ => self.value[p],
+            };
+        }
+        out
+    }
+
+    /// The last usable sample up to a time, or the first of all.
+    fn usable_up_to(&self, time: f64) -> usize {
+        let end = self.time.partition_point(|t| *t <= time);
+        (0..end).rev().find(|&i| self.usable[i]).unwrap_or(0)
+    }
+
+    /// Every point, held over whatever is missing; before the first usable sample, that one.
+    fn held(&self, segment: &Segment, step: f64) -> Vec<f64> {
+        let tolerance = tolerance(step, segment.from, segment.to);
+        let usable = |i: &usize| self.usable[*i];
+        let Some(first) = (0..self.time.len()).find(usable) else {
+            return vec![f64::NAN; segment.points];
+        };
+        let (mut value, mut next) =
+            (self.value[first], self.usable_up_to(segment.from + tolerance));
+        let points = (0..segment.points).map(|k| {
+            let t = segment.from + k as f64 * step + tolerance;
+            while next < self.time.len() && self.time[next] <= t {
+                if self.usable[next] {
+                    value = self.value[next];
+                }
+                next += 1;
+            }
+            value
+        });
+        points.collect()
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// A sample lies there.
+    Sample,
+    /// It lies between two samples that follow one another.
+    Between,
+    /// A few samples are missing there.
+    Bridged,
+    /// Not known.
+    Unknown,
+}
+
+struct Resampled {
+    values: Vec<f64>,
+    state: Vec<State>,
+}
+
+impl Resampled {
+    fn known_share(&self, points: std::ops::Range<usize>) -> f64 {
+        let known = self.state[points.clone()].iter().filter(|s| **s != State::Unknown).count();
+        known as f64 / points.len().max(1) as f64
+    }
+
+    /// The values, with straight lines over what is not known and held ends.
+    fn filled(&self, points: std::ops::Range<usize>) -> Vec<f64> {
+        let mut values = self.values[points.clone()].to_vec();
+        let known: Vec<usize> =
+            (0..values.len()).filter(|k| self.state[points.start + k] != State::Unknown).collect();
+        let (Some(&first), Some(&last)) = (known.first(), known.last()) else { return values };
+        for pair in known.windows(2) {
+            let (p, q) = (pair[0], pair[1]);
+            for k in p + 1..q {
+                let share = (k - p) as f64 / (q - p) as f64;
+                values[k] = values[p] + share * (values[q] - values[p]);
+            }
+        }
+        let (low, high) = (values[first], values[last]);
+        values[..first].fill(low);
+        values[last..].fill(high);
+        values
+    }
+}
+
+/// Whether the controller was in command at each point.
+fn closed(modes: Option<&Vec<(f64, bool)>>, segment: &Segment, step: f64) -> Vec<bool> {
+    let Some((modes, &first)) = modes.and_then(|modes| Some((modes, modes.first()?))) else {
+        return vec![true; segment.points];
+    };
+    let (mut next, mut closed) = (0, first.1);
+    let points = (0..segment.points).map(|k| {
+        let t = segment.from + (k as f64 + SAME) * step;
+        while next < modes.len() && modes[next].0 <= t {
+            closed = modes[next].1;
+            next += 1;
+        }
+        closed
+    });
+    points.collect()
+}
+
+/// Share of the time from `first` to `last` in which the controller was in command.
+fn closed_share(modes: Option<&Vec<(f64, bool)>>, first: f64, last: f64) -> f64 {
+    let Some((modes, start)) = modes.and_then(|modes| Some((modes, modes.first()?))) else {
+        return 1.0;
+    };
+    if last <= first {
+        return f64::from(u8::from(start.1));
+    }
+    let (mut from, mut closed, mut time) = (first, start.1, 0.0);
+    for &(t, next) in modes.iter().chain([&(last, false)]) {
+        let t = t.clamp(first, last);
+        if closed {
+            time += t - from;
+        }
+        (from, closed) = (t, next);
+    }
+    time / (last - first)
+}
+
+/// Counts what is mended, over all segments.
+#[derive(Default)]
+struct Log {
+    counts: BTreeMap<(RepairKind, &'static str), (usize, f64)>,
+}
+
+impl Log {
+    fn add(&mut self, kind: RepairKind, signal: &'static str, count: usize, first_s: f64) {
+        if count > 0 {
+            self.counts.entry((kind, signal)).or_insert((0, first_s)).0 += count;
+        }
+    }
+
+    fn gap(&mut self, signal: &'static str, after: f64, count: usize) {
+        self.add(RepairKind::Gap, signal, count, after);
+    }
+
+    fn signal(
+        &mut self,
+        signal: &'static str,
+        resampled: Option<&Resampled>,
+        segment: &Segment,
+        step: f64,
+    ) {
+        let Some(resampled) = resampled else { return };
+        for (kind, state) in [
+            (RepairKind::Irregular, State::Between),
+            (RepairKind::Bridged, State::Bridged),
+            (RepairKind::Gap, State::Unknown),
+        ] {
+            let mut places = (0..segment.points).filter(|&k| resampled.state[k] == state);
+            if let Some(first) = places.next() {
+                let first_s = segment.from + first as f64 * step;
+                self.add(kind, signal, 1 + places.count(), first_s);
+            }
+        }
+    }
+
+    fn not_closed(&mut self, closed: &[bool], segment: &Segment, step: f64) {
+        let mut places = (0..closed.len()).filter(|&k| !closed[k]);
+        if let Some(first) = places.next() {
+            let first_s = segment.from + first as f64 * step;
+            self.add(RepairKind::NotAutomatic, "time", 1 + places.count(), first_s);
+        }
+    }
+
+    fn repairs(self, recording: &Recording) -> Vec<Repair> {
+        let few = |signal| {
+            let channel = match signal {
+                "PV" => recording.pv.as_ref(),
+                "OP" => Some(&recording.op),
+                _ => None,
+            };
+            match channel.map(Channel::usable_share) {
+                Some(share) if share < 0.5 => {
+                    format!("; only {:.0} % of its samples are usable", 100.0 * share)
+                }
+                _ => String::new(),
+            }
+        };
+        let repair = |((kind, signal), (count, first_s)): ((RepairKind, &'static str), _)| {
+            let done = match kind {
+                RepairKind::Irregular if signal == "OP" => {
+                    "points of the grid between samples: the last sample holds".to_owned()
+                }
+                RepairKind::Irregular => {
+                    "points of the grid between samples: interpolated, or held if stored on change"
+                        .to_owned()
+                }
+                RepairKind::Bridged => {
+                    format!("runs of up to {LONGEST_BRIDGE} missing samples were bridged")
+                }
+                RepairKind::Gap if signal == "VP" => format!(
+                    "VP is left out of stretches in which less than {:.0} % of it is known",
+                    100.0 * LEAST_KNOWN_VP
+                ),
+                RepairKind::Gap => format!("the recording is cut there{}", few(signal)),
+                _ => "the recording is cut where the controller was not in command".to_owned(),
+            };
+            Repair { kind, signal, count, first_s, done }
+        };
+        self.counts.into_iter().map(repair).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{LoopType, Mode, RangeSource};
+    use super::*;
+
+    fn wave(n: usize) -> Vec<f64> {
+        (0..n).map(|k| 50.0 + 7.0 * (k as f64 * 0.1).sin() + (k * k % 17) as f64 * 0.013).collect()
+    }
+
+    fn recording(times: &[f64], op: &[f64], pv: &[f64]) -> Recording {
+        Recording {
+            name: "FIC1".to_owned(),
+            loop_type: LoopType::Flow,
+            start: None,
+            op: Channel::new("OP", times.to_vec(), op.to_vec()).unwrap(),
+            pv: Some(Channel::new("PV", times.to_vec(), pv.to_vec()).unwrap()),
+            sp: None,
+            vp: None,
+            mode: None,
+            notes: vec![],
+        }
+    }
+
+    fn grid(recording: &Recording) -> Grid {
+        Grid::of(recording, &GridOptions::default()).unwrap()
+    }
+
+    fn kinds(grid: &Grid) -> Vec<(RepairKind, &'static str, usize)> {
+        grid.repairs.iter().map(|r| (r.kind, r.signal, r.count)).collect()
+    }
+
+    #[test]
+    fn regular_samples_pass_to_the_bit() {
+        let (op, pv) = (wave(3000), wave(3001)[1..].to_vec());
+        for (step, origin) in
+            [(1.0, 0.0), (0.1, 100.0), (1.0 / 3.0, -7.0), (0.1, 1.7e9), (60.0, 0.3)]
+        {
+            let times: Vec<f64> = (0..op.len()).map(|k| origin + k as f64 * step).collect();
+            let grid = grid(&recording(&times, &op, &pv));
+            assert!((grid.sample_time / step - 1.0).abs() < 1e-9, "{step} {}", grid.sample_time);
+            assert_eq!(kinds(&grid), []);
+            assert_eq!(grid.stretches.len(), 1);
+            assert_eq!(grid.stretches[0].op, op);
+            assert_eq!(grid.stretches[0].pv.as_ref().unwrap(), &pv);
+            assert_eq!((grid.closed_share, grid.stretches[0].from), (1.0, origin));
+        }
+        // Written with few digits, the sample time is what was meant.
+        let times: Vec<f64> = (0..op.len()).map(|k| 100.0 + k as f64 * 0.1).collect();
+        assert_eq!(grid(&recording(&times, &op, &pv)).sample_time, 0.1);
+    }
+
+    #[test]
+    fn shuffled_rows_give_the_same_grid() {
+        let n = 500;
+        let (op, pv) = (wave(n), wave(n + 3)[3..].to_vec());
+        let times: Vec<f64> = (0..n).map(|k| 2.0 * k as f64).collect();
+        let expected = grid(&recording(&times, &op, &pv));
+        let orders: [Vec<usize>; 4] = [
+            (0..n).rev().collect(),
+            // 7 and 500 have no common factor.
+            (0..n).map(|k| k * 7 % n).collect(),
+            (250..n).chain(0..250).collect(),
+            [1, 0].into_iter().chain(2..n).collect(),
+        ];
+        for order in orders {
+            let pick = |x: &[f64]| order.iter().map(|&i| x[i]).collect::<Vec<_>>();
+            let found = grid(&recording(&pick(&times), &pick(&op), &pick(&pv)));
+            assert_eq!(found.stretches, expected.stretches);
+            assert!(found.repairs.iter().all(|r| r.kind == RepairKind::OutOfOrder));
+            assert_eq!(found.repairs.len(), 2);
+        }
+    }
+
+    #[test]
+    fn the_clock_goes_back_an_hour_and_nothing_is_lost() {
+        let n = 4000;
+        let (op, pv) = (wave(n), wave(n + 1)[1..].to_vec());
+        let times: Vec<f64> =
+            (0..n).map(|k| 10.0 * k as f64 - if k < 2000 { 0.0 } else { 3600.0 }).collect();
+        let found = grid(&recording(&times, &op, &pv));
+        assert_eq!(kinds(&found), [(RepairKind::ClockStep, "time", 1)]);
+        assert!(found.repairs[0].done.contains("3600 s"), "{}", found.repairs[0].done);
+        assert_eq!((found.stretches.len(), &found.stretches[0].op), (1, &op));
+        // In spring there is an hour that never was: a gap.
+        let times: Vec<f64> =
+            (0..n).map(|k| 10.0 * k as f64 + if k < 2000 { 0.0 } else { 3600.0 }).collect();
+        let found = grid(&recording(&times, &op, &pv));
+        assert_eq!(kinds(&found), [(RepairKind::Gap, "PV", 360)]);
+        assert_eq!(found.stretches.iter().map(Stretch::len).collect::<Vec<_>>(), [2000, 2000]);
+    }
+
+    #[test]
+    fn duplicates_are_dropped_and_the_last_in_the_file_counts() {
+        let (op, pv) = (wave(100), wave(100));
+        let mut times: Vec<f64> = (0..100).map(f64::from).collect();
+        let expected = grid(&recording(&times, &op, &pv));
+        let (mut op2, mut pv2) = (op.clone(), pv.clone());
+        for (at, value) in [(50, op[50]), (70, -1.0)] {
+            times.insert(at, times[at]);
+            op2.insert(at, value);
+            pv2.insert(at, pv2[at]);
+        }
+        // The row at 70 was inserted before the one that is kept.
+        let found = grid(&recording(&times, &op2, &pv2));
+        assert_eq!(found.stretches[0].pv, expected.stretches[0].pv);
+        assert!(found.repairs.iter().all(|r| r.kind == RepairKind::Duplicate));
+        let told = kinds(&found);
+        assert!(told.contains(&(RepairKind::Duplicate, "PV", 2)), "{told:?}");
+        assert!(told.contains(&(RepairKind::Duplicate, "OP", 1)), "{told:?}");
+    }
+
+    #[test]
+    fn short_gaps_are_bridged_and_long_ones_cut() {
+        let n = 200;
+        let times: Vec<f64> = (0..n).map(|k| k as f64).collect();
+        let op: Vec<f64> = (0..n).map(|k| k as f64).collect();
+        let mut with_holes = op.clone();
+        with_holes[50..53].fill(f64::NAN);
+        with_holes[100..104].fill(f64::NAN);
+        let pv = wave(n);
+        let found = grid(&recording(&times, &with_holes, &pv));
+        assert_eq!(kinds(&found), [(RepairKind::Bridged, "OP", 3), (RepairKind::Gap, "OP", 4)]);
+        assert_eq!(found.stretches.len(), 2);
+        // The OP holds, the PV is a straight line.
+        assert_eq!(found.stretches[0].op[49..54], [49.0, 49.0, 49.0, 49.0, 53.0]);
+        assert_eq!((found.stretches[0].bridged, found.stretches[1].bridged), (3, 0));
+        assert_eq!((found.stretches[0].len(), found.stretches[1].from), (100, 104.0));
+        let found = grid(&recording(&times, &pv, &with_holes));
+        assert_eq!(found.stretches[0].pv.as_ref().unwrap()[49..54], [49.0, 50.0, 51.0, 52.0, 53.0]);
+        // Rows that are not there are as missing as rows without a value.
+        let keep: Vec<usize> = (0..n).filter(|k| with_holes[*k].is_finite()).collect();
+        let pick = |x: &[f64]| keep.iter().map(|&i| x[i]).collect::<Vec<_>>();
+        let absent = grid(&recording(&pick(&times), &pick(&pv), &pick(&op)));
+        assert_eq!(absent.stretches.len(), 2);
+        assert_eq!(absent.stretches[0].pv, found.stretches[0].pv);
+    }
+
+    #[test]
+    fn modes_cut_and_count() {
+        let n = 100;
+        let times: Vec<f64> = (0..n).map(|k| k as f64).collect();
+        let mut r = recording(&times, &wave(n), &wave(n));
+        r.mode = Some(Modes {
+            time: vec![0.0, 30.0, 50.0, 80.0],
+            modes: vec![Mode::Automatic, Mode::Manual, Mode::Cascade, Mode::Other],
+        });
+        let found = grid(&r);
+        let places: Vec<(f64, usize)> = found.stretches.iter().map(|s| (s.from, s.len())).collect();
+        assert_eq!(places, [(0.0, 30), (50.0, 30)]);
+        assert!((found.closed_share - 60.0 / 99.0).abs() < 1e-12);
+        assert_eq!(kinds(&found), [(RepairKind::NotAutomatic, "time", 40)]);
+        r.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Manual] });
+        assert!(grid(&r).stretches.is_empty() && grid(&r).closed_share == 0.0);
+        r.mode = Some(Modes::default());
+        assert_eq!(grid(&r).closed_share, 1.0);
+    }
+
+    #[test]
+    fn stored_on_change_holds_and_jitter_is_interpolated() {
+        let n = 300;
+        let times: Vec<f64> = (0..n).map(|k| k as f64).collect();
+        let mut r = recording(&times, &wave(n), &times);
+        let changes = vec![0.0, 3.0, 17.0, 40.0, 140.0, 141.5];
+        let values = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        r.op = Channel::new("OP", changes.clone(), values.clone()).unwrap();
+        r.sp = Some(Channel::new("SP", changes[1..].to_vec(), values[1..].to_vec()).unwrap());
+        let found = grid(&r);
+        let stretch = &found.stretches[0];
+        assert_eq!((found.stretches.len(), stretch.len()), (1, n));
+        let at = |k: usize| stretch.op[k];
+        assert_eq!(
+            (at(2), at(3), at(139), at(141), at(142), at(299)),
+            (1.0, 2.0, 4.0, 5.0, 6.0, 6.0)
+        );
+        let sp = stretch.sp.as_ref().unwrap();
+        assert_eq!((sp[0], sp[3], sp[200]), (2.0, 2.0, 6.0));
+        // A wide table with a value only in rows where the OP changed says the same.
+        let mut sparse = vec![f64::NAN; n];
+        for (t, v) in [(0, 1.0), (3, 2.0), (17, 3.0), (40, 4.0), (140, 5.0)] {
+            sparse[t] = v;
+        }
+        r.op = Channel::new("OP", times.clone(), sparse).unwrap();
+        assert_eq!(grid(&r).stretches[0].op[..141], stretch.op[..141]);
+
+        let jitter: Vec<f64> =
+            (0..n).map(|k| k as f64 * 5.0 + 0.3 * ((k * 37 % 11) as f64 / 11.0 - 0.5)).collect();
+        let r = recording(&jitter, &wave(n), &jitter);
+        let found = grid(&r);
+        assert!(found.sample_time == 5.0, "{}", found.sample_time);
+        assert_eq!(found.stretches.len(), 1);
+        // A PV that is its own time is interpolated to the times of the grid.
+        let stretch = &found.stretches[0];
+        let times = stretch.times();
+        assert!(stretch.pv.as_ref().unwrap().iter().zip(&times).all(|(p, t)| (p - t).abs() < 1e-9));
+        assert!(found.repairs.iter().all(|r| r.kind == RepairKind::Irregular));
+    }
+
+    #[test]
+    fn channels_of_other_sample_times() {
+        let times: Vec<f64> = (0..100).map(f64::from).collect();
+        let mut r = recording(&times, &wave(100), &wave(100));
+        let slow: Vec<f64> = (0..11).map(|k| 10.0 * f64::from(k)).collect();
+        r.op = Channel::new("OP", slow.clone(), slow.clone()).unwrap();
+        r.vp = Some(Channel::new("VP", slow.clone(), slow).unwrap());
+        let found = grid(&r);
+        assert_eq!((found.sample_time, found.stretches.len()), (1.0, 1));
+        assert_eq!(found.stretches[0].op[17], 10.0);
+        assert_eq!(found.stretches[0].vp.as_ref().unwrap()[17], 17.0);
+        let coarse = Grid::of(&r, &GridOptions { sample_time: Some(4.0) }).unwrap();
+        assert_eq!(coarse.stretches[0].pv.as_ref().unwrap()[5], wave(100)[20]);
+        assert_eq!(coarse.stretches[0].len(), 25);
+    }
+
+    #[test]
+    fn ranges_and_missing_channels() {
+        let times: Vec<f64> = (0..50).map(f64::from).collect();
+        let mut r = recording(&times, &wave(50), &[f64::NAN; 50]);
+        r.op.range = Some(Range::new(40.0, 60.0, RangeSource::Given).unwrap());
+        let found = grid(&r);
+        assert_eq!(found.stretches[0].pv, None);
+        assert_eq!(kinds(&found), [(RepairKind::Gap, "PV", 50)]);
+        assert_eq!(found.stretches[0].op[3], (wave(50)[3] - 40.0) / 20.0 * 100.0);
+        let mut half: Vec<f64> = wave(50);
+        half[..30].fill(f64::NAN);
+        let mut r = recording(&times, &wave(50), &half);
+        r.vp = Some(Channel::new("VP", times.clone(), half).unwrap());
+        let found = grid(&r);
+        assert_eq!((found.stretches[0].from, found.stretches[0].len()), (30.0, 20));
+        assert!(found.stretches[0].vp.is_some());
+        assert!(found.repairs[0].done.contains("only 40 %"), "{}", found.repairs[0].done);
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_and_little_is_enough() {
+        let r = recording(&[0.0, 1.0, 2.0], &[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]);
+        assert_eq!(grid(&r).stretches[0].len(), 3);
+        for sample_time in [0.0, -1.0, f64::NAN, 1e-12] {
+            assert!(Grid::of(&r, &GridOptions { sample_time: Some(sample_time) }).is_err());
+        }
+        let one = recording(&[4.0], &[1.0], &[1.0]);
+        assert!(Grid::of(&one, &GridOptions::default()).is_err());
+        let still = recording(&[4.0; 9], &[1.0; 9], &[1.0; 9]);
+        assert!(Grid::of(&still, &GridOptions::default()).is_err());
+        let none = recording(&[0.0, 1.0], &[f64::NAN; 2], &[f64::NAN; 2]);
+        assert!(Grid::of(&none, &GridOptions::default()).is_err());
+        let mut broken = r.clone();
+        broken.op.time.clear();
+        assert!(Grid::of(&broken, &GridOptions::default()).is_err());
+        let wild = recording(&[0.0, 1.0, 1e300], &[1.0; 3], &[1.0; 3]);
+        assert!(Grid::of(&wild, &GridOptions::default()).is_ok());
     }
 }

@@ -15,5 +15,5 @@ pub use fit::{Line, line};
 pub use spectrum::{Periodogram, Spectrum, fft_length, periodogram};
 pub use statistics::{
     centred, detrended, excess_kurtosis, max, mean, median, median_absolute_deviation, min,
-    quantile, sample_std, skewness, span, standardised, std, variance,
+    noise_std, quantile, sample_std, skewness, span, standardised, std, variance,
 };

@@ -64,6 +64,14 @@ pub fn median_absolute_deviation(x: &[f64]) -> f64 {
     1.4826 * median(&distances)
 }
 
+/// Standard deviation of the noise on a slower signal, by `1.4826 median |d| / sqrt(6)` of the second
+/// differences d, which a signal of many samples a period hardly has and which white noise has with six
+/// times its variance; 0 for fewer than three samples.
+pub fn noise_std(x: &[f64]) -> f64 {
+    let second: Vec<f64> = x.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    if second.is_empty() { 0.0 } else { 1.4826 * median(&second) / 6f64.sqrt() }
+}
+
 /// The smallest sample; infinite for none.
 pub fn min(x: &[f64]) -> f64 {
     x.iter().copied().fold(f64::INFINITY, f64::min)

@@ -1,0 +1,132 @@
+//! Oscillation as load disturbances that follow one another: Hägglund's supervision.
+
+use crate::series::{half_waves, zero_crossings};
+use std::f64::consts::PI;
+
+/// How a control error is supervised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Supervision {
+    /// Amplitude of an oscillation that is just not acceptable, a, in units of the error.
+    pub amplitude: f64,
+    /// Ultimate period of the loop, s: `2 pi / w_i`; the integral time stands for `1 / w_i` where it is
+    /// not known.
+    pub ultimate_period: f64,
+    /// From how many disturbances within the supervision time the loop oscillates.
+    pub limit: f64,
+    /// Supervision time, in half periods.
+    pub half_periods: f64,
+}
+
+impl Supervision {
+    /// With Hägglund's 10 disturbances in 50 half periods.
+    pub fn new(amplitude: f64, ultimate_period: f64) -> Self {
+        Self { amplitude, ultimate_period, limit: 10.0, half_periods: 50.0 }
+    }
+}
+
+/// What the supervision found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Supervised {
+    /// The integral of the absolute error from which a half wave counts, in units of the error times
+    /// s: `2 a / w_i`.
+    pub threshold: f64,
+    /// Half waves that count as load disturbances.
+    pub disturbances: usize,
+    /// All half waves.
+    pub half_waves: usize,
+    /// The largest value of the forgetting counter.
+    pub counter: f64,
+    /// When the counter first passed the limit, s from the first sample.
+    pub alarm_s: Option<f64>,
+}
+
+impl Supervised {
+    /// Whether the loop oscillates: the counter passed its limit.
+    pub fn oscillates(&self) -> bool {
+        self.alarm_s.is_some()
+    }
+}
+
+/// Supervises a control error.
+///
+/// A half wave whose integral of the absolute error exceeds `2 a / w_i`, that of half a sine of
+/// amplitude a at the ultimate frequency, is a load disturbance. A counter, one more at each and
+/// forgotten with the supervision time `T_s` by `exp(-t / T_s)` between, raises the alarm when it
+/// passes the limit.
+///
+/// Hägglund 1995, Control Engineering Practice 3, 1543-1551 (recalled, not read): a is 1 % of the range.
+pub fn supervise(error: &[f64], sample_time: f64, supervision: &Supervision) -> Supervised {
+    let omega = 2.0 * PI / supervision.ultimate_period;
+    let threshold = 2.0 * supervision.amplitude / omega;
+    let forget = supervision.half_periods * supervision.ultimate_period / 2.0;
+    let mut found =
+        Supervised { threshold, disturbances: 0, half_waves: 0, counter: 0.0, alarm_s: None };
+    let (mut counter, mut last) = (0.0, 0.0);
+    for wave in half_waves(error) {
+        found.half_waves += 1;
+        let area: f64 = error[wave.first..wave.end].iter().map(|v| v.abs()).sum::<f64>();
+        if area * sample_time <= threshold {
+            continue;
+        }
+        let time = wave.to * sample_time;
+        counter = counter * (-(time - last) / forget).exp() + 1.0;
+        last = time;
+        found.disturbances += 1;
+        found.counter = counter.max(found.counter);
+        if counter > supervision.limit && found.alarm_s.is_none() {
+            found.alarm_s = Some(time);
+        }
+    }
+    found
+}
+
+/// The mean of the integral of the absolute error over half waves, in units of the error times s; 0 if
+/// the error crosses zero less than twice.
+pub fn mean_half_wave_area(error: &[f64], sample_time: f64) -> f64 {
+    let crossings = zero_crossings(error);
+    match (crossings.first(), crossings.last()) {
+        (Some(first), Some(last)) if crossings.len() > 1 => {
+            let area: f64 = error[first.next..last.next].iter().map(|v| v.abs()).sum();
+            area * sample_time / (crossings.len() - 1) as f64
+        }
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sine_above_the_amplitude_alarms_and_one_below_does_not() {
+        let period = 20.0;
+        for (amplitude, alarms) in [(1.1, true), (0.9, false)] {
+            let error: Vec<f64> = (0..20_000)
+                .map(|k| amplitude * (2.0 * PI * f64::from(k) * 0.1 / period + 0.1).sin())
+                .collect();
+            let found = supervise(&error, 0.1, &Supervision::new(1.0, period));
+            assert_eq!(found.oscillates(), alarms, "{found:?}");
+            // Half a sine of amplitude A has the area 2 A / w = A T / pi.
+            let area = mean_half_wave_area(&error, 0.1);
+            assert!((area - amplitude * period / PI).abs() < 1e-3 * area);
+            assert!((found.threshold - period / PI).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn single_disturbances_do_not_alarm() {
+        let error: Vec<f64> = (0..10_000)
+            .map(|k| {
+                if k % 2000 < 100 {
+                    5.0
+                } else if k % 2 == 0 {
+                    0.01
+                } else {
+                    -0.01
+                }
+            })
+            .collect();
+        let found = supervise(&error, 1.0, &Supervision::new(1.0, 20.0));
+        assert!(found.disturbances >= 4 && !found.oscillates(), "{found:?}");
+    }
+}
