@@ -8,11 +8,25 @@
 //! Detectors differ in what they assume, need and mean; none is right on all loops. Thresholds are the
 //! published ones; where those could only be recalled, the documentation of the detector says so.
 
+mod area_ratio;
+mod curve_fit;
 mod finding;
+mod horch;
+mod relay_fit;
+mod shapes;
+mod square_wave;
 mod subject;
+mod yamashita;
 
+pub use area_ratio::{AreaRatio, AreaRatioResult, Areas};
+pub use curve_fit::{CurveFit, CurveFitResult, CurveFitWave};
 pub use finding::{Abstention, Decision, Finding, Number};
+pub use horch::{Horch, HorchResult};
+pub use relay_fit::{RelayFit, RelayFitResult, RelayFitWave};
+pub use shapes::{Relay, Triangle};
+pub use square_wave::{SquareWave, SquareWaveFit, SquareWaveResult};
 pub use subject::{ControlError, ErrorSource, Subject};
+pub use yamashita::{Follower, Yamashita, YamashitaResult};
 
 /// What a method is, before it sees any data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
