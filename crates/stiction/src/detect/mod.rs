@@ -8,11 +8,36 @@
 //! Detectors differ in what they assume, need and mean; none is right on all loops. Thresholds are the
 //! published ones; where those could only be recalled, the documentation of the detector says so.
 
+mod area_ratio;
+mod curvature;
+mod curve_fit;
 mod finding;
+mod horch;
+mod horch_density;
+mod kano;
+mod relay_fit;
+mod shapes;
+mod square_wave;
+mod stuck;
 mod subject;
+mod valve_position;
+mod yamashita;
+mod yamashita_level;
 
+pub use area_ratio::{AreaRatio, AreaRatioResult, Areas};
+pub use curve_fit::{CurveFit, CurveFitResult, CurveFitWave};
 pub use finding::{Abstention, Decision, Finding, Number};
+pub use horch::{Horch, HorchResult};
+pub use horch_density::{HorchDensity, HorchDensityResult};
+pub use kano::{Kano, KanoResult};
+pub use relay_fit::{RelayFit, RelayFitResult, RelayFitWave};
+pub use shapes::{Relay, Triangle};
+pub use square_wave::{SquareWave, SquareWaveFit, SquareWaveResult};
+pub use stuck::StuckSpan;
 pub use subject::{ControlError, ErrorSource, Subject};
+pub use valve_position::{Measured, MeasuredValve, Rest, Spread, ValvePosition};
+pub use yamashita::{Follower, Yamashita, YamashitaResult};
+pub use yamashita_level::{YamashitaLevel, YamashitaLevelResult};
 
 /// What a method is, before it sees any data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
