@@ -8,11 +8,30 @@
 //! Detectors differ in what they assume, need and mean; none is right on all loops. Thresholds are the
 //! published ones; where those could only be recalled, the documentation of the detector says so.
 
+mod bicoherence;
+mod butterfly;
+mod damarla_regression;
+mod damarla_sigmoid;
+mod damarla_tests;
+mod ellipse;
 mod finding;
+mod registry;
+mod sharp_corner;
 mod subject;
+mod surrogates;
+mod windows;
 
+pub use bicoherence::{Bicoherence, BicoherenceOp, BicoherencePlane, BicoherenceResult, Bin};
+pub use butterfly::{Butterfly, ButterflyResult};
+pub use damarla_regression::{DamarlaRegression, DamarlaRegressionResult};
+pub use damarla_sigmoid::{DamarlaSigmoid, DamarlaSigmoidResult};
+pub use damarla_tests::{DamarlaTest, DamarlaTestResult, Steadiness, SteadinessTest};
+pub use ellipse::{Ellipse, EllipseSource};
 pub use finding::{Abstention, Decision, Finding, Number};
+pub use registry::{all, by_name};
+pub use sharp_corner::{SharpCorner, SharpCornerCycle, SharpCornerResult};
 pub use subject::{ControlError, ErrorSource, Subject};
+pub use surrogates::{Surrogates, SurrogatesResult};
 
 /// What a method is, before it sees any data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
