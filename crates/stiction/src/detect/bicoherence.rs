@@ -16,7 +16,8 @@
 //! * `bic²(i, j) = |sum X_i X_j X*_{i+j}|² / (sum |X_i X_j|² sum |X_{i+j}|²)`, `j <= i`, `i + j <= L/2`;
 //! * `NGI = mean of the significant bic² - crit`, 0 if there is none; `NLI = |max bic² - (mean + 2 sd)|`;
 //! * linear and Gaussian if `NGI <= 0.001`; linear if `NLI < 0.01`; else nonlinear;
-//! * cubic coupling `|sum X_i³ X*_{3i}|² / (sum |X_i³|² sum |X_{3i}|²)`, nonlinear where significant;
+//! * cubic coupling `|sum X_i³ X*_{3i}|² / (sum |X_i³|² sum |X_{3i}|²)`, nonlinear where
+//!   significant, `i >= 2`;
 //! * the ellipse: see [`Ellipse`](super::Ellipse); apparent stiction is
 //!   [`Ellipse::op_width`](super::Ellipse::op_width) of the OP and PV, both limited to a half to three
 //!   and a half times the frequency of the oscillation.
@@ -298,7 +299,8 @@ impl Bicoherence {
         let nli = peak.map_or(0.0, |peak| {
             (peak.value - (crate::series::mean(&values) + 2.0 * std(&values))).abs()
         });
-        let cubics: Vec<Bin> = (1..half)
+        // Below the second bin, the window's lobes about zero, i and 3 i overlap.
+        let cubics: Vec<Bin> = (2..half)
             .take_while(|i| 3 * i < half)
             .filter(|i| strong[*i] && strong[3 * i])
             .map(|i| Bin { i, j: 3 * i, value: cubic_coherence(bin(i), bin(3 * i), power[3 * i]) })

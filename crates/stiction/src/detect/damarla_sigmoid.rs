@@ -19,7 +19,7 @@
 //! | name | default | unit | source |
 //! |---|---|---|---|
 //! | threshold of R | 0.5 | | read in the public implementation |
-//! | most pairs | 20,000 | | ours, for speed |
+//! | most pairs | 4,000 | | ours, for speed |
 //!
 //! # Limits
 //! A sine lagging its cause by a quarter of a period has `R` near 1, whatever moves it: alone, the method
@@ -29,7 +29,7 @@
 //! # Deviations from the paper
 //! The paper was not read. The public implementation below uses the sigmoid and the threshold; how it
 //! pairs increments and OP was not read and is our reading. The `R` it stores belong to a step it fitted
-//! instead, and differ. Of more than 20,000 pairs, evenly spaced ones are taken.
+//! instead, and differ. Of more than 4,000 pairs, evenly spaced ones are taken.
 //!
 //! # References
 //! Damarla, S. K. et al., AdCONIP 2022, 210-215 (not read); GitHub
@@ -43,12 +43,12 @@ use crate::series::{mean, min, span, standardised};
 /// Correlation from which the valve sticks, as in the public implementation.
 pub const THRESHOLD: f64 = 0.5;
 /// Pairs that are fitted at most; ours.
-pub const MOST_PAIRS: usize = 20_000;
+pub const MOST_PAIRS: usize = 4_000;
 
 /// Samples below which nothing is fitted; ours.
 const FEWEST_SAMPLES: usize = 50;
 /// Steps after which the fit stops at the latest; ours, it takes about ten.
-const MOST_STEPS: usize = 60;
+const MOST_STEPS: usize = 30;
 
 static METHOD: Method = Method {
     name: "damarla-sigmoid",
@@ -153,7 +153,7 @@ fn fit(x: &[f64], y: &[f64]) -> (f64, f64) {
         let Some([da, db]) = now.step(damping) else { break };
         let next = Normal::of(a + da, b + db, x, y);
         if next.squares <= now.squares {
-            let done = now.squares - next.squares <= 1e-12 * now.squares;
+            let done = now.squares - next.squares <= 1e-10 * now.squares;
             (a, b, now) = (a + da, b + db, next);
             damping *= 0.1;
             if done {

@@ -2,9 +2,9 @@
 //!
 //! # What it measures
 //! In a linear loop, OP and control error move along an ellipse. When a sticking valve slips, both
-//! turn at once: the cycle has corners at the turning points of the OP. Each cycle is compared with an
-//! ellipse, and what lies about the OP's turning points is reduced to as few points as describe it:
-//! two straight arms and a corner are three.
+//! turn at once: the cycle has two corners, one for each slip. Each cycle is compared with an ellipse, and
+//! what lies about its outermost points is reduced to as few points as describe it: two straight arms
+//! and a corner are three.
 //!
 //! # Assumptions
 //! An oscillation of at least 16 samples per period whose cycles resemble ellipses; noise that averages
@@ -15,7 +15,7 @@
 //!   the oscillation; each is reduced to at most 48 means of equal duration;
 //! * similarity: one less the residual of the [`Ellipse`](super::Ellipse) fitted to the cycle;
 //! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° about the
-//!   turning point of the OP; by Douglas and Peucker, as few of them as leave no other farther than the
+//!   point farthest from the centre, and about the farthest on the other side; by Douglas and Peucker, as few of them as leave no other farther than the
 //!   tolerance from the line through them;
 //! * sharp: three points. The arc of a circle has five: each half of it, 60°, bulges by
 //!   `1 - cos 30° = 0.134` from its chord, and the tolerance is half of this;
@@ -51,7 +51,7 @@ use crate::series::{Direction, band_passed, mean, span, zero_crossings};
 
 /// Similarity to an ellipse from which a cycle counts, as in the user's guide.
 pub const SIMILARITY: f64 = 0.5;
-/// How far from the turning point a corner reaches, degrees; ours.
+/// How far to either side of its outermost point a corner reaches, degrees; ours.
 pub const REACH: f64 = 60.0;
 /// Distance from a line that is taken for straight, radii; ours: half of what the arc bulges.
 pub const TOLERANCE: f64 = 0.067;
@@ -72,7 +72,7 @@ static METHOD: Method = Method {
     title: "Sharp corners",
     source: "HAW Hamburg, Stiction Analyser, user's guide (read); details ours",
     statistic: "share of sharp corners",
-    rule: "sticks if at least half (the threshold, ours) of the corners at the OP's turning points are \
+    rule: "sticks if at least half (the threshold, ours) of the outermost corners are \
            sharp, in cycles of error and OP that resemble an ellipse by more than 50 %",
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
@@ -84,7 +84,7 @@ static METHOD: Method = Method {
 pub struct SharpCorner {
     /// Similarity to an ellipse from which a cycle counts.
     pub similarity: f64,
-    /// How far from the turning point a corner reaches, degrees.
+    /// How far to either side of its outermost point a corner reaches, degrees.
     pub reach: f64,
     /// Distance from a line that is taken for straight, radii.
     pub tolerance: f64,
@@ -113,7 +113,7 @@ pub struct SharpCornerCycle {
     pub ellipse: Ellipse,
     /// How much they resemble it, at most 1.
     pub similarity: f64,
-    /// The corners where the OP is largest and smallest: indices into the cycle of the points that
+    /// The corners about the outermost point and the outermost on the other side: indices into the cycle of the points that
     /// describe them; three for a sharp one.
     pub corners: [Vec<usize>; 2],
 }
@@ -215,10 +215,19 @@ impl SharpCorner {
         }
         let circle: Vec<[f64; 2]> =
             op.iter().zip(&error).map(|(x, y)| ellipse.to_circle(*x, *y)).collect();
-        let extreme = |sign: f64| {
-            (0..op.len()).max_by(|a, b| (sign * op[*a]).total_cmp(&(sign * op[*b]))).unwrap_or(0)
+        let radius = |k: usize| circle[k][0].hypot(circle[k][1]);
+        let outermost = |allowed: &dyn Fn(usize) -> bool| {
+            (0..circle.len())
+                .filter(|k| allowed(*k))
+                .max_by(|a, b| radius(*a).total_cmp(&radius(*b)))
+                .unwrap_or(0)
         };
-        let corners = [1.0, -1.0].map(|sign| self.corner(&circle, extreme(sign)));
+        let apex = outermost(&|_| true);
+        let [ax, ay] = circle[apex];
+        // On the other side: at least 120° away.
+        let other =
+            outermost(&|k| ax * circle[k][0] + ay * circle[k][1] < -0.5 * radius(apex) * radius(k));
+        let corners = [apex, other].map(|apex| self.corner(&circle, apex));
         Some(SharpCornerCycle { first, end, op, error, ellipse, similarity, corners })
     }
 

@@ -11,8 +11,9 @@
 //! A stationary record of at least ten periods of a dominant oscillation.
 //!
 //! # Equations
-//! The control error is decimated to 8 to 16 samples per period (block means), of which `E` make one
-//! period, and cut so that its end meets its beginning. Vectors `v_i = (x_i, ..., x_{i+E-1})`; of each,
+//! The period is refined, within 10 %, to that of the sine that fits best, and a whole number of periods
+//! of the control error is taken in `E` means of equal duration per period, so that end and beginning meet
+//! and the oscillation is one line of the spectrum. Vectors `v_i = (x_i, ..., x_{i+E-1})`; of each,
 //! the `k` nearest `v_j` with `|i - j| >= E` predict `x` after a horizon of `E`:
 //! * `Gamma = sum (x_{i+E-1+E} - mean x_{j+E-1+E})²`;
 //! * `N = (mean Gamma_s - Gamma) / (3 sd Gamma_s)` over the surrogates `s`; nonlinear if `N > 1`.
@@ -29,9 +30,9 @@
 //! | neighbours | 8 | | recalled |
 //! | surrogates | 50 | | recalled |
 //! | limit of N | 1 | | recalled |
-//! | samples per period | 8 | | ours; recalled are 7 to 25 |
-//! | most samples | 192 | after decimation | ours, for speed |
-//! | iterations | 4 | | ours, for speed |
+//! | samples per period, E | 8 | | ours; recalled are 7 to 25 |
+//! | most samples | 192 | after resampling | ours, for speed |
+//! | iterations | 8 | | ours, for speed |
 //! | seed | 2005 | | ours |
 //!
 //! # Limits
@@ -40,7 +41,8 @@
 //!
 //! # Deviations from the paper
 //! Formulas and limits were recalled, not read. The middle of a long record is used. Surrogates are
-//! refined by a few iterations only, and end with the values, so that the spectrum is met nearly.
+//! refined by a few iterations only, and end with the values, so that the spectrum is met nearly. The
+//! original cuts the record where its end matches its beginning.
 //!
 //! # References
 //! Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443 (not read); Schreiber, Schmitz, Phys.
@@ -49,7 +51,7 @@
 use super::{
     Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
 };
-use crate::series::{Transform, decimated, mean, sample_std, standardised};
+use crate::series::{Transform, centred, mean, sample_std, standardised};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use realfft::num_complex::Complex;
@@ -60,12 +62,12 @@ pub const NEIGHBOURS: usize = 8;
 pub const SURROGATES: usize = 50;
 /// Index above which a loop is nonlinear; recalled.
 pub const LIMIT: f64 = 1.0;
-/// Samples per period that decimation leaves at least; ours.
+/// Samples per period after resampling; ours.
 pub const SAMPLES_PER_PERIOD: usize = 8;
-/// Samples used at most, after decimation; ours.
+/// Samples used at most, after resampling; ours.
 pub const MOST_SAMPLES: usize = 192;
 /// Iterations of a surrogate; ours.
-pub const ITERATIONS: usize = 4;
+pub const ITERATIONS: usize = 8;
 /// Seed of the surrogates' phases; ours.
 pub const SEED: u64 = 2005;
 
@@ -94,9 +96,9 @@ pub struct Surrogates {
     pub surrogates: usize,
     /// Index above which the loop is nonlinear.
     pub limit: f64,
-    /// Samples per period that decimation leaves at least.
+    /// Samples per period after resampling; fewer if fewer are recorded.
     pub samples_per_period: usize,
-    /// Samples used at most, after decimation.
+    /// Samples used at most, after resampling.
     pub most_samples: usize,
     /// Iterations of a surrogate.
     pub iterations: usize,
@@ -121,10 +123,12 @@ impl Default for Surrogates {
 /// What the method finds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurrogatesResult {
-    /// The series that was tested: decimated, cut, less its mean and over its standard deviation.
+    /// The series that was tested: resampled, less its mean and over its standard deviation.
     pub series: Vec<f64>,
-    /// Its recorded samples per sample.
-    pub factor: usize,
+    /// Recorded sample at which it begins.
+    pub first: usize,
+    /// The refined period, recorded samples.
+    pub period: f64,
     /// Samples of a vector, and the horizon of the prediction.
     pub embedding: usize,
     /// The prediction error of the series.
@@ -159,14 +163,18 @@ impl Surrogates {
                 error.values.len() as f64 / period
             )));
         }
-        let factor = ((period / self.samples_per_period.max(2) as f64) as usize).max(1);
-        let embedding = (period / factor as f64).round() as usize;
-        let x = decimated(&error.values, factor);
+        let embedding = self.samples_per_period.clamp(4, 64).min(period as usize);
+        let recorded = &error.values;
         // At least the periods that are needed, however few samples are wished for.
-        let most = self.most_samples.clamp(FEWEST_PERIODS as usize * embedding, 4096).min(x.len());
-        let first = (x.len() - most) / 2;
-        let x = end_matched(&x[first..first + most], embedding);
-        let Some(x) = standardised(x).filter(|x| x.iter().all(|v| v.is_finite())) else {
+        let most = (self.most_samples.min(4096) / embedding).max(FEWEST_PERIODS as usize);
+        let reach = (recorded.len() as f64 / period) as usize;
+        let length = ((most.min(reach) as f64 * period) as usize).min(recorded.len());
+        let first = (recorded.len() - length) / 2;
+        let piece = centred(&recorded[first..first + length]);
+        let period = refined(&piece, period);
+        let periods = (piece.len() as f64 / period + 1e-9) as usize;
+        let x = resampled(&piece, period / embedding as f64, periods * embedding);
+        let Some(x) = standardised(&x).filter(|x| x.iter().all(|v| v.is_finite())) else {
             return abstain("the control error does not move, or its values are extreme");
         };
         if x.len() < 4 * embedding + self.neighbours {
@@ -185,7 +193,8 @@ impl Surrogates {
         let decision = if n > self.limit { Decision::Nonlinear } else { Decision::Linear };
         Ok(SurrogatesResult {
             series: x,
-            factor,
+            first,
+            period,
             embedding,
             gamma,
             surrogates,
@@ -242,27 +251,44 @@ impl Detector for Surrogates {
     }
 }
 
-/// The part of `x` whose end meets its beginning best, in value and slope: up to one period is cut from
-/// the end, and up to one from the beginning.
-fn end_matched(x: &[f64], period: usize) -> &[f64] {
-    let reach = period.min(x.len() / 4);
-    if reach < 2 {
-        return x;
-    }
-    let mut best = (f64::INFINITY, 0, x.len());
-    for first in 0..reach {
-        for end in x.len() - reach..=x.len() {
-            let step = x[first] - x[end - 1];
-            // What follows the end should be the beginning.
-            let slope = (x[first + 1] - x[first]) - (x[end - 1] - x[end - 2]);
-            let ahead = step - (x[end - 1] - x[end - 2] + x[first + 1] - x[first]) / 2.0;
-            let cost = ahead * ahead + slope * slope;
-            if cost < best.0 {
-                best = (cost, first, end);
-            }
+/// The period near `period` of the sine that takes most of `x`, which has no mean.
+fn refined(x: &[f64], period: f64) -> f64 {
+    let power = |period: f64| {
+        // The sum of x times a turning pointer.
+        let (s, c) = (std::f64::consts::TAU / period).sin_cos();
+        let (turn, mut pointer) = (Complex::new(c, s), Complex::new(1.0, 0.0));
+        let mut sum = Complex::new(0.0, 0.0);
+        for v in x {
+            sum += pointer * v;
+            pointer *= turn;
         }
+        sum.norm_sqr()
+    };
+    // The line is as wide as one period in the whole length; steps of a fifth of that find its top.
+    let periods = x.len() as f64 / period;
+    let best = |places: &mut dyn Iterator<Item = f64>| {
+        places.map(|p| (power(p), p)).max_by(|a, b| a.0.total_cmp(&b.0)).map_or(period, |b| b.1)
+    };
+    let steps = (0.1 * periods * 5.0).ceil();
+    let coarse = best(
+        &mut (-(steps as i32)..=steps as i32)
+            .map(|i| x.len() as f64 / (periods * (1.0 + 0.1 * f64::from(i) / steps))),
+    );
+    let turns = x.len() as f64 / coarse;
+    best(&mut (-5..=5).map(|i| x.len() as f64 / (turns + 0.04 * f64::from(i))))
+}
+
+/// `n` means of `x` over neighbouring intervals of `step` samples, of which there are enough.
+fn resampled(x: &[f64], step: f64, n: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; x.len() + 1];
+    for (k, v) in x.iter().enumerate() {
+        sums[k + 1] = sums[k] + v;
     }
-    &x[best.1..best.2]
+    let sum_to = |place: f64| {
+        let k = (place as usize).min(x.len() - 1);
+        sums[k] + (place.min(x.len() as f64) - k as f64) * x[k]
+    };
+    (0..n).map(|i| (sum_to((i + 1) as f64 * step) - sum_to(i as f64 * step)) / step).collect()
 }
 
 /// Prediction errors of series of one length, with the room they need.
@@ -370,7 +396,7 @@ struct Source {
     sorted: Vec<f64>,
     bins: Vec<Complex<f64>>,
     surrogate: Vec<f64>,
-    order: Vec<(f64, u32)>,
+    order: Vec<u64>,
 }
 
 impl Source {
@@ -383,7 +409,7 @@ impl Source {
         Self {
             random: Xoshiro256PlusPlus::seed_from_u64(seed),
             magnitudes: bins.iter().map(|bin| bin.norm()).collect(),
-            order: vec![(0.0, 0); x.len()],
+            order: vec![0; x.len()],
             surrogate: x.to_vec(),
             transform,
             sorted,
@@ -414,12 +440,16 @@ impl Source {
 
     /// Replaces each value of the surrogate by the series' value of the same rank.
     fn take_values(&mut self) {
-        for ((order, value), k) in self.order.iter_mut().zip(&self.surrogate).zip(0..) {
-            *order = (*value, k);
+        // Integers sort fast: the bits of a number, so turned that they have its order, with its place
+        // in the last twelve, which are far below what matters. Places are below 4096.
+        for (k, (order, value)) in self.order.iter_mut().zip(&self.surrogate).enumerate() {
+            let bits = value.to_bits();
+            let ordered = if bits >> 63 == 1 { !bits } else { bits | 1 << 63 };
+            *order = ordered & !0xFFF | k as u64;
         }
-        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for ((_, k), value) in self.order.iter().zip(&self.sorted) {
-            self.surrogate[*k as usize] = *value;
+        self.order.sort_unstable();
+        for (order, value) in self.order.iter().zip(&self.sorted) {
+            self.surrogate[(order & 0xFFF) as usize] = *value;
         }
     }
 }
@@ -469,9 +499,13 @@ mod tests {
     }
 
     #[test]
-    fn a_sine_cut_anywhere_is_cut_at_whole_periods() {
+    fn the_period_is_found_from_nearby() {
         let x: Vec<f64> =
-            (0..205).map(|k| (std::f64::consts::TAU * f64::from(k) / 10.0).sin()).collect();
-        assert_eq!(end_matched(&x, 10).len() % 10, 0);
+            (0..700).map(|k| (std::f64::consts::TAU * f64::from(k) / 31.3).sin()).collect();
+        for guess in [29.5, 31.0, 33.0] {
+            assert!((refined(&x, guess) - 31.3).abs() < 0.06, "{}", refined(&x, guess));
+        }
+        let y = resampled(&x, 31.3 / 8.0, 160);
+        assert!((0..152).all(|k| (y[k] - y[k + 8]).abs() < 0.05));
     }
 }
