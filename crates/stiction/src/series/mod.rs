@@ -3,17 +3,23 @@
 //! Lags and places are in samples; slices are taken as they are, so whoever wants the mean removed
 //! removes it, unless a function says that it does.
 
+mod butterworth;
 mod correlation;
 mod crossings;
 mod fit;
+mod resample;
 mod spectrum;
 mod statistics;
+mod transform;
 
+pub use butterworth::low_passed;
 pub use correlation::{CrossCorrelation, autocorrelation, cross_correlation};
 pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, zero_crossings};
 pub use fit::{Line, line};
+pub use resample::decimated;
 pub use spectrum::{Periodogram, Spectrum, fft_length, periodogram};
 pub use statistics::{
     centred, detrended, excess_kurtosis, max, mean, median, median_absolute_deviation, min,
     noise_std, quantile, sample_std, skewness, span, standardised, std, variance,
 };
+pub use transform::{Transform, band_passed};
