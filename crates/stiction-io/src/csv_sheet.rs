@@ -57,7 +57,7 @@ pub fn read(bytes: &[u8], origin: &str) -> Result<CsvSheet> {
     let mut units: Option<Vec<String>> = None;
     // A header in a comment is followed by samples that were already read.
     let mut records = Records::new(text, delimiter);
-    while records.line < top.line && records.next().map_err(wrong)?.is_some() {}
+    while records.next().map_err(wrong)?.is_some_and(|(line, _)| line < top.line) {}
     while let Some((line, record)) = records.next().map_err(wrong)? {
         if is_comment(record) {
             comments += 1;

@@ -351,7 +351,7 @@ impl Context<'_> {
         Ok(times)
     }
 
-    /// The rows of each series in order of time, by their first and last local time.
+    /// The rows of each series in order of time: reversed where most steps go back.
     fn in_order(&self, local: impl Fn(usize) -> i128) -> Vec<Vec<usize>> {
         let count = self.series.iter().max().map_or(0, |last| last + 1);
         let mut rows = vec![vec![]; count];
@@ -359,9 +359,8 @@ impl Context<'_> {
             rows[*series].push(row);
         }
         for rows in &mut rows {
-            if let (Some(first), Some(last)) = (rows.first(), rows.last())
-                && local(*first) > local(*last)
-            {
+            let falling = rows.windows(2).filter(|pair| local(pair[1]) < local(pair[0])).count();
+            if falling * 2 > rows.len() {
                 rows.reverse();
             }
         }
