@@ -141,7 +141,22 @@ fn list(counts: &[(&str, usize)]) -> String {
 fn delimiter(delimiter: char) -> String {
     match delimiter {
         '\t' => "tab".to_owned(),
+        ',' => "comma".to_owned(),
+        ';' => "semicolon".to_owned(),
         other => other.to_string(),
+    }
+}
+
+/// A number with as many digits as one wants to see; all of them are in the JSON.
+fn short(number: f64) -> String {
+    let decade = number.abs().log10().floor();
+    match decade {
+        -4.0..9.0 => {
+            let unit = 10f64.powi(5 - decade as i32);
+            ((number * unit).round() / unit).to_string()
+        }
+        _ if number == 0.0 => "0".to_owned(),
+        _ => format!("{number:.5e}"),
     }
 }
 
@@ -193,7 +208,11 @@ fn write_text(reading: &Reading, out: &mut String) -> std::fmt::Result {
         writeln!(out, "  from {} to {}, {} s", show(first), show(last), last - first)?;
         for (name, channel) in channels(recording) {
             let (low, high) = ends(&channel.values);
-            let values = if low <= high { format!(", {low} to {high}") } else { String::new() };
+            let values = if low <= high {
+                format!(", {} to {}", short(low), short(high))
+            } else {
+                String::new()
+            };
             let unit = channel.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
             let range = channel.range.map_or(String::new(), |range| {
                 format!(", range {} to {} ({})", range.low, range.high, source(range.source))
