@@ -2,7 +2,9 @@
 #![forbid(unsafe_code)]
 
 mod figures;
+mod inspect;
 mod output;
+mod reading_args;
 mod simulate;
 mod stem;
 mod valve;
@@ -28,6 +30,7 @@ enum Command {
     Stem(stem::Args),
     Simulate(simulate::Args),
     Figures(figures::Args),
+    Inspect(inspect::Args),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
         Command::Stem(args) => stem::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Figures(args) => figures::run(args),
+        Command::Inspect(args) => inspect::run(args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

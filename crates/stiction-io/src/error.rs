@@ -38,11 +38,31 @@ pub enum Error {
         /// What is wrong and what would be right.
         message: String,
     },
+    /// A mapping file does not say what it should.
+    #[error("{origin}, line {line}: {message}")]
+    Mapping {
+        /// The mapping file.
+        origin: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and what would be right.
+        message: String,
+    },
     /// A table is not well formed.
     #[error("{origin}: {message}")]
     Table {
         /// The table's file.
         origin: String,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+    /// A column of a table is not what it should be.
+    #[error("{origin}, column \"{column}\": {message}")]
+    Column {
+        /// The table's file.
+        origin: String,
+        /// Name of the column.
+        column: String,
         /// What is wrong and what would be right.
         message: String,
     },

@@ -15,6 +15,11 @@ pub struct Wrong {
     pub message: String,
 }
 
+/// The line, from 1, on which the byte at `position` stands.
+pub fn line_of(text: &[u8], position: usize) -> usize {
+    text.iter().take(position).filter(|b| **b == b'\n').count() + 1
+}
+
 /// A TOML table from which keys are taken.
 pub struct Fields<'a, 'i> {
     table: &'a DeTable<'i>,
@@ -178,6 +183,17 @@ impl<'a, 'i> Fields<'a, 'i> {
         list.iter().map(|item| self.as_number(key, item)).collect::<Result<_>>().map(Some)
     }
 
+    /// A list of texts, if given.
+    pub fn texts(&self, key: &'static str) -> Result<Option<Vec<String>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let wrong = || self.wrong(key, "must be a list of texts in quotes");
+        let list = value.get_ref().as_array().ok_or_else(wrong)?;
+        let text = |item: &Spanned<DeValue<'i>>| {
+            item.get_ref().as_str().map(str::to_owned).ok_or_else(wrong)
+        };
+        list.iter().map(text).collect::<Result<_>>().map(Some)
+    }
+
     /// A list of pairs of numbers, if given.
     pub fn pairs(&self, key: &'static str) -> Result<Option<Vec<(f64, f64)>>> {
         let Some(value) = self.get(key) else { return Ok(None) };
@@ -202,6 +218,58 @@ impl<'a, 'i> Fields<'a, 'i> {
             Some(table) => Fields::new(table, self.path_of(key), value.span(), known).map(Some),
             None => Err(self.wrong(key, format!("must be a table, [{}]", self.path_of(key)))),
         }
+    }
+
+    /// The entries of a table, of any key and in their order, each one of the `choices`; none where
+    /// the table is not given.
+    pub fn choices<T: Copy>(
+        &self,
+        key: &'static str,
+        choices: &[(&str, T)],
+    ) -> Result<Vec<(String, T)>> {
+        let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
+            let text = value.get_ref().as_str();
+            let found = choices.iter().find(|(known, _)| Some(*known) == text);
+            found.map(|(_, value)| (name.to_owned(), *value)).ok_or_else(|| {
+                let known: Vec<_> =
+                    choices.iter().map(|(known, _)| format!("\"{known}\"")).collect();
+                let is = text.map_or(String::new(), |text| format!("is \"{text}\", but "));
+                let path = self.path_of(key);
+                let message = format!("{path}.{name}: {is}must be one of {}", known.join(", "));
+                Wrong { span: value.span(), message }
+            })
+        };
+        self.entries(key)?.into_iter().map(entry).collect()
+    }
+
+    /// The tables within a table, of any key and in their order, of each of which `known` are all
+    /// keys; none where the table is not given.
+    pub fn named_tables(
+        &self,
+        key: &'static str,
+        known: &'static [&'static str],
+    ) -> Result<Vec<(&'a str, Fields<'a, 'i>)>> {
+        let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
+            let path = format!("{}.{name}", self.path_of(key));
+            match value.get_ref().as_table() {
+                Some(table) => Ok((name, Fields::new(table, path, value.span(), known)?)),
+                None => {
+                    let message = format!("{path}: must be a table, [{path}]");
+                    Err(Wrong { span: value.span(), message })
+                }
+            }
+        };
+        self.entries(key)?.into_iter().map(entry).collect()
+    }
+
+    /// The entries of a table in the order of the text.
+    fn entries(&self, key: &'static str) -> Result<Vec<(&'a str, &'a Spanned<DeValue<'i>>)>> {
+        let Some(value) = self.get(key) else { return Ok(vec![]) };
+        let table = value.get_ref().as_table();
+        let table = table.ok_or_else(|| self.wrong(key, "must be tables, each with a name"))?;
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(name, _)| name.span().start);
+        Ok(entries.into_iter().map(|(name, value)| (&**name.get_ref(), value)).collect())
     }
 
     /// All tables of an array of tables; none where the key is not given. A single table counts as

@@ -1,17 +1,32 @@
-//! Reading and writing for [`stiction`]: scenarios in TOML, signals in CSV.
+//! Reading and writing for [`stiction`]: scenarios in TOML, signals in CSV, recordings of plants as
+//! historians export them.
 //!
 //! Nothing read here is silently coerced, dropped or filled in: what cannot be understood is an
 //! error that names the file, the line or row, the key or column, and what would be right.
 #![forbid(unsafe_code)]
 
 mod built_in;
+pub mod csv_sheet;
+mod encoding;
 mod error;
 mod fields;
+pub mod layout;
+mod mapping;
+mod mode;
+pub mod number;
+pub mod options;
+mod quality;
+mod range;
+pub mod reading;
+pub mod role;
 pub mod scenario;
 pub mod sheet;
 pub mod table;
+pub mod timestamp;
 
 pub use error::{Error, Result};
+pub use options::ReadOptions;
+pub use reading::Reading;
 pub use scenario::Scenario;
 pub use sheet::Sheet;
 pub use table::Table;

@@ -24,7 +24,7 @@
 
 use crate::built_in::SCENARIOS;
 use crate::error::{Error, Result};
-use crate::fields::{Fields, Wrong};
+use crate::fields::{Fields, Wrong, line_of};
 use crate::table::Table;
 use std::path::Path;
 use stiction::Bands;
@@ -133,11 +133,6 @@ impl Scenario {
             .map_err(at)?;
         Ok(Self { title, system, text: text.to_owned(), notes: builder.notes })
     }
-}
-
-/// The line, from 1, on which the byte at `position` stands.
-fn line_of(text: &[u8], position: usize) -> usize {
-    text.iter().take(position).filter(|byte| **byte == b'\n').count() + 1
 }
 
 impl Scenario {

@@ -1,6 +1,7 @@
 //! The `stiction` command, run as a user runs it.
 
 mod figures;
+mod inspect;
 mod malformed;
 mod session;
 mod simulate;

@@ -1,0 +1,83 @@
+//! The options that say what a file of recordings holds, shared by all commands that read one.
+
+use anyhow::Result;
+use std::path::PathBuf;
+use stiction::recording::LoopType;
+use stiction_io::ReadOptions;
+use stiction_io::options::Mapped;
+use stiction_io::timestamp::{TimeFormat, Zone};
+
+/// What the user says of the files; all of it can be left to be recognised.
+#[derive(clap::Args)]
+#[command(next_help_heading = "What the files hold")]
+pub struct Reading {
+    /// Say what a column or tag is: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality
+    /// and so on, or ignore; FIC101.op is that of one loop. May be given several times
+    #[arg(long, value_name = "ROLE=COLUMN")]
+    map: Vec<Mapped>,
+    /// Read more of what the files hold from this TOML file
+    #[arg(long, value_name = "FILE")]
+    mapping: Option<PathBuf>,
+    /// Time zone of times without one, such as Europe/Berlin or +01:00
+    #[arg(long)]
+    zone: Option<Zone>,
+    /// How times are written: a pattern such as "%d/%m/%Y %H:%M:%S", or day-first, month-first,
+    /// year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, seconds, milliseconds, minutes, hours
+    #[arg(long, value_name = "FORMAT")]
+    time_format: Option<TimeFormat>,
+    /// Time between rows in s, in place of a column of times
+    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
+    sample_time: Option<f64>,
+    /// The values of OP that are 0 % and 100 %
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    op_range: Option<(f64, f64)>,
+    /// The values of PV that are 0 % and 100 %
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pv_range: Option<(f64, f64)>,
+    /// The values of VP that are 0 % and 100 %
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    vp_range: Option<(f64, f64)>,
+    /// What the loops control: flow, level, pressure, temperature, analysis, self-regulating,
+    /// integrating or unknown
+    #[arg(long = "type", value_name = "TYPE", value_parser = LoopType::by_name)]
+    loop_type: Option<LoopType>,
+    /// A word that stands for a bad value in the place of a number; may be given several times
+    #[arg(long, value_name = "WORD")]
+    bad_text: Vec<String>,
+}
+
+impl Reading {
+    /// The options, those of the command line before those of the mapping file.
+    pub fn options(self) -> Result<ReadOptions> {
+        let mut options = match &self.mapping {
+            Some(path) => ReadOptions::read(path)?,
+            None => ReadOptions::default(),
+        };
+        options.map.extend(self.map);
+        options.bad_text.extend(self.bad_text);
+        options.zone = self.zone.or(options.zone);
+        options.time_format = self.time_format.or(options.time_format);
+        options.sample_time = self.sample_time.or(options.sample_time);
+        let all = &mut options.all;
+        all.op_range = self.op_range.or(all.op_range);
+        all.pv_range = self.pv_range.or(all.pv_range);
+        all.vp_range = self.vp_range.or(all.vp_range);
+        all.loop_type = self.loop_type.or(all.loop_type);
+        Ok(options)
+    }
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        _ => Err("must be a number above 0".to_owned()),
+    }
+}
+
+fn range(text: &str) -> Result<(f64, f64), String> {
+    let ends = text.split_once(',').and_then(|(low, high)| {
+        let (low, high) = (low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?);
+        (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
+    });
+    ends.ok_or_else(|| "must be two numbers, the lower first, such as 0,100".to_owned())
+}

@@ -1,0 +1,106 @@
+//! `stiction inspect`.
+
+use crate::{folder, run, write};
+
+const WIDE: &str = "Time;FIC1.PV [m3/h];FIC1.OP;FIC1.MODE;Room\r\n\
+                    27.10.2024 02:30:00;1,5;50;AUTO;21\r\n\
+                    27.10.2024 02:45:00;Bad;51;MAN;21\r\n\
+                    27.10.2024 02:00:00;1,7;52,5;AUTO;21\r\n";
+
+#[test]
+fn inspect_shows_what_is_taken_for_what() {
+    let folder = folder("inspect");
+    write(&folder, "wide.csv", WIDE);
+    let out = run(&folder, &["inspect", "wide.csv", "--zone", "Europe/Berlin"]).quiet_success();
+    let (before, rest) = out.split_once("  sha256  ").expect("the hash");
+    let (hash, rest) = rest.split_at(64);
+    assert!(hash.bytes().all(|b| b.is_ascii_hexdigit()), "{hash}");
+    assert_eq!(before, "wide.csv\n  format  CSV, UTF-8, delimiter semicolon, decimal mark ,\n");
+    let expected = "
+  times   column \"Time\", date and time, day first, Europe/Berlin
+  layout  one loop, a column a signal
+columns
+  Time            time          its name is a word for time
+  FIC1.PV [m3/h]  PV of FIC1    it ends with PV, a word for PV
+  FIC1.OP         OP of FIC1    it ends with OP, a word for OP
+  FIC1.MODE       mode of FIC1  it ends with MODE, a word for mode
+  Room            not used      no signal of a loop is called so
+loop FIC1, flow
+  from 2024-10-27T02:30:00+02:00 to 2024-10-27T02:00:00+01:00, 1800 s
+  OP    3 good, 50 to 52.5
+  PV    2 good, 1 bad, 1.5 to 1.7 m3/h
+  mode  2 automatic, 1 manual
+note: from row 2 on, the hour that Europe/Berlin has twice in autumn: 2 rows are taken as its first \
+pass and 1 as its second, by the order of the rows
+";
+    assert_eq!(rest, expected);
+}
+
+#[test]
+fn inspect_tells_the_same_as_json() {
+    let folder = folder("inspect-json");
+    write(&folder, "wide.csv", WIDE);
+    write(&folder, "one.csv", "t,mv\n0,0.5\n1,0.25\n");
+    let arguments =
+        ["inspect", "wide.csv", "one.csv", "--json", "--pv-range", "-1,3", "--type", "level"];
+    let all = run(&folder, &arguments).json();
+    let wide = &all["files"][0];
+    assert_eq!(wide["delimiter"], ";");
+    assert_eq!(wide["columns"][2]["role"], "OP");
+    assert_eq!(wide["columns"][2]["loop"], "FIC1");
+    assert_eq!(wide["loops"][0]["type"], "level");
+    assert_eq!(wide["loops"][0]["signals"]["pv"]["quality"]["bad"], 1);
+    assert_eq!(wide["loops"][0]["signals"]["pv"]["range"]["low"], -1.0);
+    assert_eq!(wide["loops"][0]["signals"]["pv"]["unit"], "m3/h");
+    let one = &all["files"][1]["loops"][0];
+    assert_eq!(one["name"], "one");
+    assert_eq!(one["signals"]["op"]["range"]["high"], 1.0);
+    assert_eq!(one["signals"]["op"]["range"]["source"], "estimated");
+    assert_eq!(one["start_s"], serde_json::Value::Null);
+}
+
+#[test]
+fn what_is_taken_wrongly_can_be_said() {
+    let folder = folder("inspect-options");
+    write(
+        &folder,
+        "odd.csv",
+        "zeit,y,ist,stellung\n05/06/2024 00:00,5,weg,4\n05/06/2024 00:01,6,2,5\n",
+    );
+    let given =
+        ["inspect", "odd.csv", "--map", "op=Y", "--map", "vp=stellung", "--map", "FIC9.pv=ist"];
+    let more = ["--map", "FIC9.op=y", "--time-format", "day-first", "--bad-text", "weg"];
+    let out = run(&folder, &[&given[..], &more[..]].concat()).quiet_success();
+    for part in ["loop FIC9, flow", "PV    1 good, 1 bad", "VP    2 good", "2024-06-05T00:01:00"] {
+        assert!(out.contains(part), "{part}: {out}");
+    }
+    let mapping = "time_format = \"day-first\"\nbad_text = [\"weg\"]\n[loop.FIC9]\npv = \"ist\"\nop = \"y\"\n\
+                   vp = \"stellung\"\n";
+    write(&folder, "map.toml", mapping);
+    assert_eq!(run(&folder, &["inspect", "odd.csv", "--mapping", "map.toml"]).quiet_success(), out);
+}
+
+#[test]
+fn what_cannot_be_read_is_refused() {
+    let folder = folder("inspect-refusals");
+    write(&folder, "text.csv", "t,op\n0,50\n1,Kaputt\n");
+    write(&folder, "map.toml", "\nzon = \"UTC\"\n");
+    write(&folder, "pv.csv", "t,pv\n0,50\n");
+    for (arguments, expected) in [
+        (&["text.csv"][..], "text.csv, row 3, column \"op\": \"Kaputt\""),
+        (&["none.csv"], "none.csv: "),
+        (&["pv.csv"], "say which it is, as in --map op=COLUMN"),
+        (&["pv.csv", "--mapping", "map.toml"], "map.toml, line 2: unknown key \"zon\""),
+        (&["pv.csv", "--map", "op=out"], "has no column \"out\", which is given as OP"),
+        (&["pv.csv", "--map", "opp=pv"], "\"opp\" is no role; roles are time, date, op"),
+        (&["pv.csv", "--map", "op"], "no ROLE=COLUMN"),
+        (&["pv.csv", "--zone", "Berlin"], "\"Berlin\" is no time zone"),
+        (&["pv.csv", "--time-format", "iso"], "\"iso\" is no time format"),
+        (&["pv.csv", "--op-range", "100,0"], "the lower first, such as 0,100"),
+        (&["pv.csv", "--sample-time", "0"], "must be a number above 0"),
+        (&["pv.csv", "--type", "flo"], "flow, level"),
+    ] {
+        let message = run(&folder, &[&["inspect"], arguments].concat()).refusal();
+        assert!(message.contains(expected), "{arguments:?} must say {expected}: {message}");
+    }
+}

@@ -1,0 +1,592 @@
+//! Which columns or tags of a sheet are which signals of which loops.
+
+use crate::error::{Error, Result};
+use crate::options::{Mapped, ReadOptions};
+use crate::role::{self, Role, Signal};
+use crate::sheet::{Cells, Sheet};
+use std::collections::HashMap;
+
+/// How a sheet holds its loops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// One loop, a column a signal.
+    OneLoop,
+    /// Several loops side by side, a column a signal.
+    Wide,
+    /// A row a sample, with the name of its tag.
+    Long,
+}
+
+impl Layout {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OneLoop => "one loop, a column a signal",
+            Self::Wide => "wide: a column a signal of a loop",
+            Self::Long => "long: a row a sample, with its tag",
+        }
+    }
+}
+
+/// What a column or tag was recognised as, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recognised {
+    /// The part of the file, as in [`Sheet::part`].
+    pub part: String,
+    /// Name of the column, or of the tag of a long sheet.
+    pub column: String,
+    /// What it is.
+    pub role: Role,
+    /// The loop it belongs to, where its name tells one.
+    pub loop_name: Option<String>,
+    /// Why, in words.
+    pub why: String,
+}
+
+/// A loop: which names hold its signals and qualities, as indices of the names.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LoopPlan {
+    /// Its name; none if nothing tells one.
+    pub name: Option<String>,
+    signals: [Option<usize>; 5],
+    qualities: [Option<usize>; 5],
+    quality: Option<usize>,
+}
+
+impl LoopPlan {
+    /// The name that holds `signal`.
+    pub fn signal(&self, signal: Signal) -> Option<usize> {
+        self.signals[signal as usize]
+    }
+
+    /// The name that holds the quality of `signal`.
+    pub fn quality(&self, signal: Signal) -> Option<usize> {
+        self.qualities[signal as usize].or(self.quality)
+    }
+
+    fn place(&mut self, role: Role) -> Option<&mut Option<usize>> {
+        match role {
+            Role::Signal(signal) => Some(&mut self.signals[signal as usize]),
+            Role::Quality(Some(signal)) => Some(&mut self.qualities[signal as usize]),
+            Role::Quality(None) => Some(&mut self.quality),
+            _ => None,
+        }
+    }
+
+    /// Every name it uses.
+    fn names(&self) -> impl Iterator<Item = usize> + '_ {
+        self.signals.iter().chain(&self.qualities).chain([&self.quality]).flatten().copied()
+    }
+
+    fn has_op(&self) -> bool {
+        self.signal(Signal::Op).is_some()
+    }
+}
+
+/// A tag of a long sheet and the rows that are its.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tag {
+    /// Its name.
+    pub name: String,
+    /// Its rows, in their order.
+    pub rows: Vec<usize>,
+}
+
+/// Where the samples of a sheet are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// In columns, which are the names of the loops.
+    Columns,
+    /// In rows, each of a tag; the tags are the names of the loops.
+    Rows {
+        /// The tags in order of their first row.
+        tags: Vec<Tag>,
+        /// The column of values.
+        value: usize,
+        /// The column of qualities.
+        quality: Option<usize>,
+    },
+}
+
+/// What a sheet holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// How its loops lie in it.
+    pub layout: Layout,
+    /// Where the samples are.
+    pub place: Place,
+    /// The column of times; none if rows are evenly spaced.
+    pub time: Option<usize>,
+    /// The column of days, where `time` is a time of day.
+    pub date: Option<usize>,
+    /// The loops that have an OP, in order of their first name.
+    pub loops: Vec<LoopPlan>,
+    /// Every column and tag.
+    pub recognised: Vec<Recognised>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// Recognises what `sheet` holds.
+///
+/// # Errors
+/// If a column that was named is not there, or two columns are the same signal of the same loop.
+pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
+    let columns: Vec<&str> = sheet.columns.iter().map(|column| &*column.name).collect();
+    let about_rows = AboutRows::find(sheet, &columns, options)?;
+    let mut plan = match (about_rows.of(Role::Tag), about_rows.of(Role::Value)) {
+        (Some(tag), Some(value)) => long(sheet, options, &about_rows, tag, value)?,
+        _ => wide(sheet, options, &about_rows)?,
+    };
+    plan.time = about_rows.of(Role::Time);
+    plan.date = about_rows.of(Role::Date);
+    if plan.time.is_none() {
+        plan.time = plan.date.take();
+    }
+    for recognised in &mut plan.recognised {
+        recognised.part.clone_from(&sheet.part);
+    }
+    Ok(plan)
+}
+
+fn wide(sheet: &Sheet, options: &ReadOptions, about_rows: &AboutRows) -> Result<Plan> {
+    let names: Vec<&str> = sheet.columns.iter().map(|column| &*column.name).collect();
+    check_known(sheet, &names, options, "column")?;
+    let mut assigned = assign(sheet, &names, options)?;
+    for (column, role) in &about_rows.roles {
+        // A column that only its name makes one about rows may be a signal or quality all the same.
+        if matches!(role, Role::Time | Role::Date) {
+            assigned.recognised[*column] = about_rows.recognised(names[*column], *column);
+        }
+    }
+    let several = assigned.loops.iter().filter(|each| each.name.is_some()).count() > 1;
+    Ok(Plan {
+        layout: if several { Layout::Wide } else { Layout::OneLoop },
+        place: Place::Columns,
+        time: None,
+        date: None,
+        loops: assigned.loops,
+        recognised: assigned.recognised,
+        notes: assigned.notes,
+    })
+}
+
+fn long(
+    sheet: &Sheet,
+    options: &ReadOptions,
+    about_rows: &AboutRows,
+    tag: usize,
+    value: usize,
+) -> Result<Plan> {
+    let tags = tags(sheet, tag)?;
+    let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
+    check_known(sheet, &names, options, "tag")?;
+    let assigned = assign(sheet, &names, options)?;
+    let quality = about_rows.of(Role::Quality(None));
+    let mut recognised: Vec<Recognised> = sheet
+        .columns
+        .iter()
+        .enumerate()
+        .map(|(i, column)| about_rows.recognised(&column.name, i))
+        .collect();
+    recognised.extend(assigned.recognised);
+    Ok(Plan {
+        layout: Layout::Long,
+        place: Place::Rows { tags, value, quality },
+        time: None,
+        date: None,
+        loops: assigned.loops,
+        recognised,
+        notes: assigned.notes,
+    })
+}
+
+/// The columns that say something of whole rows: times, tags, values, a common quality.
+struct AboutRows {
+    roles: Vec<(usize, Role)>,
+    given: Vec<usize>,
+}
+
+impl AboutRows {
+    fn find(sheet: &Sheet, columns: &[&str], options: &ReadOptions) -> Result<Self> {
+        let (mut roles, mut given): (Vec<(usize, Role)>, Vec<usize>) = (vec![], vec![]);
+        for (i, column) in columns.iter().enumerate() {
+            if let Some(mapped) = mapping_of(column, options) {
+                let about = !matches!(
+                    mapped.role,
+                    Role::Signal(_) | Role::Quality(Some(_)) | Role::Ignored
+                );
+                if about && mapped.loop_name.is_none() {
+                    roles.push((i, mapped.role));
+                    given.push(i);
+                }
+            } else if let Some(role) = role::of_rows(column) {
+                roles.push((i, role));
+            }
+        }
+        // What is given stands in place of what is recognised.
+        let is_given =
+            |role: Role| roles.iter().any(|(i, each)| *each == role && given.contains(i));
+        let replaced: Vec<Role> =
+            roles.iter().map(|(_, role)| *role).filter(|role| is_given(*role)).collect();
+        roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
+        let found = Self { roles, given };
+        for (i, (column, role)) in found.roles.iter().enumerate() {
+            let first = found.of(*role);
+            // Words for tags and values count only if both are there, so two of one are no conflict.
+            if matches!(role, Role::Time | Role::Date) && first != Some(*column) {
+                let first = first.unwrap_or(i);
+                return Err(conflict(
+                    sheet,
+                    &role.to_string(),
+                    None,
+                    columns[first],
+                    columns[*column],
+                    role.option_name(),
+                ));
+            }
+        }
+        Ok(found)
+    }
+
+    fn of(&self, role: Role) -> Option<usize> {
+        self.roles.iter().find(|(_, each)| *each == role).map(|(column, _)| *column)
+    }
+
+    fn recognised(&self, name: &str, column: usize) -> Recognised {
+        let role = self.roles.iter().find(|(each, _)| *each == column).map(|(_, role)| *role);
+        let role = role.filter(|role| self.of(*role) == Some(column));
+        let why = match role {
+            Some(_) if self.given.contains(&column) => "it is given".to_owned(),
+            Some(role) => format!("its name is a word for {role}"),
+            None => "its name is not known".to_owned(),
+        };
+        Recognised {
+            part: String::new(),
+            column: name.to_owned(),
+            role: role.unwrap_or(Role::Ignored),
+            loop_name: None,
+            why,
+        }
+    }
+}
+
+/// The tags of a long sheet.
+fn tags(sheet: &Sheet, column: usize) -> Result<Vec<Tag>> {
+    let column = &sheet.columns[column];
+    let Cells::Text(cells) = &column.cells else {
+        return Err(Error::Column {
+            origin: sheet.origin.clone(),
+            column: column.name.clone(),
+            message: "holds numbers, but is to name tags; say which column does, as in --map \
+                      tag=COLUMN"
+                .to_owned(),
+        });
+    };
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut tags: Vec<Tag> = vec![];
+    for (row, cell) in cells.iter().enumerate() {
+        if cell.is_empty() {
+            return Err(Error::Cell {
+                origin: sheet.origin.clone(),
+                row: sheet.row(row),
+                column: column.name.clone(),
+                message: "is empty; every row needs a tag".to_owned(),
+            });
+        }
+        let place = *places.entry(cell).or_insert_with(|| {
+            tags.push(Tag { name: cell.clone(), rows: vec![] });
+            tags.len() - 1
+        });
+        tags[place].rows.push(row);
+    }
+    Ok(tags)
+}
+
+/// What the user says of the column or tag called `name`.
+fn mapping_of<'o>(name: &str, options: &'o ReadOptions) -> Option<&'o Mapped> {
+    let exact = options.map.iter().rev().find(|mapped| mapped.column == name);
+    exact.or_else(|| options.map.iter().rev().find(|mapped| is_same(&mapped.column, name)))
+}
+
+/// Whether a user who writes `given` means the column called `name`.
+fn is_same(given: &str, name: &str) -> bool {
+    let given = given.to_lowercase();
+    given == name.to_lowercase() || given == role::without_unit(name).0.to_lowercase()
+}
+
+/// That every name the user gave is there.
+fn check_known(sheet: &Sheet, names: &[&str], options: &ReadOptions, what: &str) -> Result<()> {
+    let columns = || sheet.columns.iter().map(|column| &*column.name);
+    for mapped in &options.map {
+        let known =
+            names.iter().copied().chain(columns()).any(|name| is_same(&mapped.column, name));
+        if !known {
+            return Err(Error::Table {
+                origin: sheet.origin.clone(),
+                message: format!(
+                    "has no {what} \"{}\", which is given as {}; its {what}s are {}",
+                    mapped.column,
+                    mapped.role,
+                    list(names)
+                ),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Names in quotes, not endlessly many.
+pub fn list(names: &[&str]) -> String {
+    const MOST: usize = 20;
+    let shown: Vec<_> = names.iter().take(MOST).map(|name| format!("\"{name}\"")).collect();
+    let more = names.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{}{more}", shown.join(", "))
+}
+
+fn conflict(
+    sheet: &Sheet,
+    role: &str,
+    loop_name: Option<&str>,
+    a: &str,
+    b: &str,
+    option: &str,
+) -> Error {
+    let of_loop = loop_name.map_or(String::new(), |name| format!(" of loop {name}"));
+    let prefix = loop_name.map_or(String::new(), |name| format!("{name}."));
+    Error::Table {
+        origin: sheet.origin.clone(),
+        message: format!(
+            "\"{a}\" and \"{b}\" can both be the {role}{of_loop}; say which, as in --map \
+             \"{prefix}{option}={a}\""
+        ),
+    }
+}
+
+struct Assigned {
+    loops: Vec<LoopPlan>,
+    recognised: Vec<Recognised>,
+    notes: Vec<String>,
+}
+
+/// A name taken apart or given.
+struct Candidate {
+    loop_name: Option<String>,
+    role: Role,
+    given: bool,
+    is_mv: bool,
+    why: String,
+}
+
+fn candidate(name: &str, options: &ReadOptions) -> Option<Candidate> {
+    let split = |why: &dyn Fn(&role::Split) -> String| {
+        let by_pattern = options.pattern.as_ref().and_then(|p| p.split(name, &options.signals));
+        let by_pattern = by_pattern.map(|split| {
+            let pattern = options.pattern.as_ref().map_or("", |pattern| pattern.text());
+            let why = format!("it is built as {pattern}");
+            (split, why)
+        });
+        by_pattern.or_else(|| {
+            let split = role::split(name, &options.signals)?;
+            let why = why(&split);
+            Some((split, why))
+        })
+    };
+    let why = |split: &role::Split| match split.role {
+        Role::Quality(_) => "its name ends with a word for a quality".to_owned(),
+        role if split.loop_name.is_some() => {
+            format!("it ends with {}, a word for {role}", split.word)
+        }
+        role => format!("its name is a word for {role}"),
+    };
+    if let Some(mapped) = mapping_of(name, options) {
+        let named = || split(&why).and_then(|(split, _)| split.loop_name);
+        return Some(Candidate {
+            loop_name: mapped.loop_name.clone().or_else(named),
+            role: mapped.role,
+            given: true,
+            is_mv: false,
+            why: "it is given".to_owned(),
+        });
+    }
+    if let Some((split, why)) = split(&why) {
+        let is_mv = split.role == Role::Signal(Signal::Op) && role::is_mv(&split.word);
+        return Some(Candidate {
+            loop_name: split.loop_name,
+            role: split.role,
+            given: false,
+            is_mv,
+            why,
+        });
+    }
+    match role::of_rows(name) {
+        Some(role @ Role::Quality(None)) => Some(Candidate {
+            loop_name: None,
+            role,
+            given: false,
+            is_mv: false,
+            why: "its name is a word for the quality of all signals".to_owned(),
+        }),
+        _ => None,
+    }
+}
+
+/// Tells which signal of which loop each of the `names` is.
+fn assign(sheet: &Sheet, names: &[&str], options: &ReadOptions) -> Result<Assigned> {
+    let mut candidates: Vec<Option<Candidate>> =
+        names.iter().map(|name| candidate(name, options)).collect();
+    let mut notes = vec![];
+    settle_mv(&mut candidates, names, &mut notes);
+
+    let mut loops: Vec<LoopPlan> = vec![];
+    let mut places: HashMap<Option<String>, usize> = HashMap::new();
+    // Those that are given go first: what is recognised for their place is then not used.
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    for i in &order {
+        let Some(candidate) = &candidates[*i] else { continue };
+        let mut plan = LoopPlan { name: candidate.loop_name.clone(), ..LoopPlan::default() };
+        if plan.place(candidate.role).is_some() {
+            places
+                .entry(candidate.loop_name.as_ref().map(|name| name.to_lowercase()))
+                .or_insert_with(|| {
+                    loops.push(plan);
+                    loops.len() - 1
+                });
+        }
+    }
+    order.sort_by_key(|i| candidates[*i].as_ref().is_some_and(|c| !c.given));
+    for i in order {
+        let Some(candidate) = &mut candidates[i] else { continue };
+        let key = candidate.loop_name.as_ref().map(|name| name.to_lowercase());
+        let Some(plan) = places.get(&key).map(|place| &mut loops[*place]) else { continue };
+        let name = plan.name.clone();
+        let Some(place) = plan.place(candidate.role) else { continue };
+        match *place {
+            None => *place = Some(i),
+            Some(other) if given(options, names[other]) && !candidate.given => {
+                candidate.why = format!("the {} is given as \"{}\"", candidate.role, names[other]);
+                candidate.role = Role::Ignored;
+            }
+            Some(other) => {
+                let (a, b) = (names[other.min(i)], names[other.max(i)]);
+                let role = candidate.role;
+                return Err(conflict(
+                    sheet,
+                    &role.to_string(),
+                    name.as_deref(),
+                    a,
+                    b,
+                    role.option_name(),
+                ));
+            }
+        }
+    }
+    let recognised = names.iter().zip(candidates).map(|(name, candidate)| match candidate {
+        Some(candidate) => Recognised {
+            part: String::new(),
+            column: (*name).to_owned(),
+            role: candidate.role,
+            loop_name: candidate.loop_name,
+            why: candidate.why,
+        },
+        None => Recognised {
+            part: String::new(),
+            column: (*name).to_owned(),
+            role: Role::Ignored,
+            loop_name: None,
+            why: "no signal of a loop is called so".to_owned(),
+        },
+    });
+    let mut assigned = Assigned { loops, recognised: recognised.collect(), notes };
+    join_the_nameless(&mut assigned);
+    keep_those_with_op(&mut assigned);
+    Ok(assigned)
+}
+
+fn given(options: &ReadOptions, name: &str) -> bool {
+    mapping_of(name, options).is_some()
+}
+
+/// MV is the manipulated variable, which is the OP; beside another OP it is the measured valve.
+fn settle_mv(candidates: &mut [Option<Candidate>], names: &[&str], notes: &mut Vec<String>) {
+    let key = |candidate: &Candidate| candidate.loop_name.as_ref().map(|name| name.to_lowercase());
+    let has = |candidates: &[Option<Candidate>], of: &Candidate, signal: Signal| {
+        let same = |c: &&Candidate| {
+            !c.is_mv
+                && c.role == Role::Signal(signal)
+                && (key(c) == key(of) || c.loop_name.is_none())
+        };
+        candidates.iter().flatten().find(same).is_some()
+    };
+    for i in 0..candidates.len() {
+        let Some(candidate) = candidates[i].as_ref().filter(|candidate| candidate.is_mv) else {
+            continue;
+        };
+        let (has_op, has_vp) =
+            (has(candidates, candidate, Signal::Op), has(candidates, candidate, Signal::Vp));
+        let name = names[i];
+        let (role, note) = if has_op && !has_vp {
+            let note = format!(
+                "\"{name}\" stands beside an OP and is taken as the measured valve position (VP); if \
+                 it is not, give --map \"ignore={name}\""
+            );
+            (Role::Signal(Signal::Vp), note)
+        } else {
+            let note = format!(
+                "\"{name}\" is taken as the manipulated variable, the OP; if it is the measured valve \
+                 position, give --map \"vp={name}\""
+            );
+            (Role::Signal(Signal::Op), note)
+        };
+        if let Some(candidate) = &mut candidates[i] {
+            candidate.role = role;
+            candidate.why = if role == Role::Signal(Signal::Vp) {
+                "MV beside an OP is the measured valve".to_owned()
+            } else {
+                "MV is the manipulated variable".to_owned()
+            };
+        }
+        notes.push(note);
+    }
+}
+
+/// Signals that tell no loop belong to the only loop that there is.
+fn join_the_nameless(assigned: &mut Assigned) {
+    let Some(nameless) = assigned.loops.iter().position(|each| each.name.is_none()) else { return };
+    if assigned.loops.len() != 2 {
+        return;
+    }
+    let (a, b) = (&assigned.loops[nameless], &assigned.loops[1 - nameless]);
+    let clash = a.signals.iter().zip(&b.signals).any(|(a, b)| a.is_some() && b.is_some())
+        || a.qualities.iter().zip(&b.qualities).any(|(a, b)| a.is_some() && b.is_some())
+        || (a.quality.is_some() && b.quality.is_some());
+    if clash {
+        return;
+    }
+    let nameless = assigned.loops.remove(nameless);
+    let one = &mut assigned.loops[0];
+    for name in nameless.names() {
+        assigned.recognised[name].loop_name.clone_from(&one.name);
+        assigned.recognised[name].why += "; there is only one loop";
+    }
+    for k in 0..5 {
+        one.signals[k] = one.signals[k].or(nameless.signals[k]);
+        one.qualities[k] = one.qualities[k].or(nameless.qualities[k]);
+    }
+    one.quality = one.quality.or(nameless.quality);
+}
+
+/// Without an OP there is no loop to look at.
+fn keep_those_with_op(assigned: &mut Assigned) {
+    let without: Vec<&LoopPlan> = assigned.loops.iter().filter(|each| !each.has_op()).collect();
+    if without.len() < assigned.loops.len() {
+        for each in without {
+            let name = each.name.as_deref().unwrap_or("without a name");
+            assigned.notes.push(format!("loop {name} has no OP and is not read"));
+        }
+        assigned.loops.retain(LoopPlan::has_op);
+    } else {
+        assigned.loops.clear();
+    }
+}

@@ -1,0 +1,98 @@
+//! What the user says of a file of recordings beside the file itself.
+
+use crate::role::{Pattern, Role, Signal};
+use crate::timestamp::{TimeFormat, Zone};
+use stiction::recording::{LoopType, Mode, Quality};
+
+/// What the user says of a file; by default nothing, and all is recognised.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Columns, or tags of a long table, whose role is given.
+    pub map: Vec<Mapped>,
+    /// Loops whose settings are given.
+    pub loops: Vec<LoopOptions>,
+    /// How tags are built.
+    pub pattern: Option<Pattern>,
+    /// More words by which signals are known.
+    pub signals: Vec<(Signal, Vec<String>)>,
+    /// More words and codes for modes.
+    pub modes: Vec<(String, Mode)>,
+    /// More words and codes for qualities.
+    pub qualities: Vec<(String, Quality)>,
+    /// More words for bad values in the place of numbers.
+    pub bad_text: Vec<String>,
+    /// Zone of local times.
+    pub zone: Option<Zone>,
+    /// How times are written.
+    pub time_format: Option<TimeFormat>,
+    /// Time between rows, s, in place of a column of times.
+    pub sample_time: Option<f64>,
+    /// What applies to every loop for which [`ReadOptions::loops`] says nothing else.
+    pub all: LoopSettings,
+}
+
+/// A column or tag whose role is given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mapped {
+    /// The loop; none leaves that to the name of the column.
+    pub loop_name: Option<String>,
+    /// The role.
+    pub role: Role,
+    /// Name of the column or tag.
+    pub column: String,
+}
+
+impl std::str::FromStr for Mapped {
+    type Err = String;
+
+    /// Reads `ROLE=COLUMN` or `LOOP.ROLE=COLUMN`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (role, column) = text
+            .split_once('=')
+            .ok_or_else(|| format!("\"{text}\" is no ROLE=COLUMN, such as op=OUT"))?;
+        let (loop_name, role) = match role.trim().rsplit_once('.') {
+            Some((loop_name, role)) => (Some(loop_name.to_owned()), role),
+            None => (None, role.trim()),
+        };
+        let known = Role::by_name(role)
+            .ok_or_else(|| format!("\"{role}\" is no role; roles are {}", Role::names()))?;
+        Ok(Self { loop_name, role: known, column: column.trim().to_owned() })
+    }
+}
+
+/// Settings of a loop.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LoopSettings {
+    /// What it controls.
+    pub loop_type: Option<LoopType>,
+    /// The values of OP that are 0 % and 100 %.
+    pub op_range: Option<(f64, f64)>,
+    /// The values of PV that are 0 % and 100 %.
+    pub pv_range: Option<(f64, f64)>,
+    /// The values of VP that are 0 % and 100 %.
+    pub vp_range: Option<(f64, f64)>,
+}
+
+/// Settings of one loop.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoopOptions {
+    /// Its name, compared without case.
+    pub name: String,
+    /// The settings.
+    pub settings: LoopSettings,
+}
+
+impl ReadOptions {
+    /// The settings of the loop called `name`.
+    pub(crate) fn settings(&self, name: &str) -> LoopSettings {
+        let lower = name.to_lowercase();
+        let own = self.loops.iter().find(|each| each.name.to_lowercase() == lower);
+        let own = own.map(|each| each.settings).unwrap_or_default();
+        LoopSettings {
+            loop_type: own.loop_type.or(self.all.loop_type),
+            op_range: own.op_range.or(self.all.op_range),
+            pv_range: own.pv_range.or(self.all.pv_range),
+            vp_range: own.vp_range.or(self.all.vp_range),
+        }
+    }
+}

@@ -1,0 +1,568 @@
+//! Recordings from files of any format.
+
+use crate::csv_sheet::{self, Dialect};
+use crate::error::{Error, Result};
+use crate::layout::{self, Layout, LoopPlan, Place, Plan, Recognised};
+use crate::number::{self, DecimalMark};
+use crate::options::ReadOptions;
+use crate::range;
+use crate::role::{self, Signal};
+use crate::sheet::{Cells, Column, Sheet};
+use crate::timestamp::{self, Clock, Times};
+use crate::{mode, quality};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+use stiction::recording::{Channel, LoopType, Mode, Modes, Quality, Range, RangeSource, Recording};
+
+/// The format of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Text with a delimiter.
+    Csv(Dialect),
+    /// Apache Parquet.
+    Parquet,
+    /// MATLAB, in any of its versions.
+    Matlab,
+}
+
+impl Format {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Csv(_) => "CSV",
+            Self::Parquet => "Parquet",
+            Self::Matlab => "MATLAB",
+        }
+    }
+}
+
+/// How the times of a part of a file are written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TimeColumn {
+    /// Name of the column; none if rows are evenly spaced by a sample time.
+    pub column: Option<String>,
+    /// How it is written, in words.
+    pub format: String,
+    /// What the clock shows.
+    pub clock: Clock,
+}
+
+/// What was read from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// The file, as it is named in messages.
+    pub origin: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+    /// Its format.
+    pub format: Format,
+    /// How its loops lie in it; of several parts, in the first that has a loop.
+    pub layout: Layout,
+    /// How its times are written; of several parts, in the first that has a loop.
+    pub time: TimeColumn,
+    /// The loops, in the order of the file.
+    pub recordings: Vec<Recording>,
+    /// What every column and tag was recognised as.
+    pub recognised: Vec<Recognised>,
+    /// What the user should know of the file as a whole; each recording has notes of its own.
+    pub notes: Vec<String>,
+}
+
+/// Reads the recordings in the file at `path`.
+///
+/// # Errors
+/// If it cannot be read, or as for [`parse`].
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
+    let origin = path.display().to_string();
+    match std::fs::read(path) {
+        Ok(bytes) => parse(&bytes, &origin, options),
+        Err(source) => Err(Error::File { path: origin, source }),
+    }
+}
+
+/// Reads recordings from `bytes`, whose format their beginning tells; `origin` names them in errors,
+/// and a loop that has no other name.
+///
+/// # Errors
+/// If the bytes are of no known format, or no column is known as a controller output; if a cell is
+/// neither what its column holds nor a known word; if the times cannot be told.
+pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Reading> {
+    let (format, sheets, mut notes) = sheets(bytes, origin)?;
+    let mark = match format {
+        Format::Csv(dialect) => dialect.decimal_mark,
+        Format::Parquet | Format::Matlab => DecimalMark::Point,
+    };
+    let names = Names { origin, parts: common_start(&sheets), several: sheets.len() > 1 };
+    let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
+    for sheet in &sheets {
+        let plan = layout::recognise(sheet, options)?;
+        recognised.extend(plan.recognised.iter().cloned());
+        let about = |note: &String| match &*sheet.part {
+            "" => note.clone(),
+            part => format!("{part}: {note}"),
+        };
+        notes.extend(plan.notes.iter().map(about));
+        if plan.loops.is_empty() {
+            if sheets.len() > 1 {
+                notes.push(format!("{} has no column known as OP and is not read", sheet.part));
+            }
+            continue;
+        }
+        let builder = Builder::new(sheet, &plan, options, mark)?;
+        notes.extend(builder.times.notes.iter().map(about));
+        for each in &plan.loops {
+            recordings.push(builder.recording(each, &names)?);
+        }
+        first.get_or_insert((plan.layout, builder.time_column()));
+    }
+    let Some((layout, time)) = first else {
+        return Err(no_op(origin, &recognised));
+    };
+    let sha256 = format!("{:x}", Sha256::digest(bytes));
+    let origin = origin.to_owned();
+    Ok(Reading { origin, sha256, format, layout, time, recordings, recognised, notes })
+}
+
+/// The sheets in `bytes`, by the signature they begin with; what has none is text.
+fn sheets(bytes: &[u8], origin: &str) -> Result<(Format, Vec<Sheet>, Vec<String>)> {
+    const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+    let unread = |format: Format| {
+        Err(Error::Table {
+            origin: origin.to_owned(),
+            message: format!("is a {} file, which is not read yet; export CSV", format.name()),
+        })
+    };
+    if bytes.starts_with(b"PAR1") {
+        return unread(Format::Parquet);
+    }
+    if bytes.starts_with(b"MATLAB 5.0")
+        || bytes.starts_with(b"MATLAB 7.3")
+        || bytes.starts_with(HDF5)
+    {
+        return unread(Format::Matlab);
+    }
+    for (signature, message) in [
+        (&b"PK\x03\x04"[..], "is a spreadsheet or ZIP archive; save the sheet as CSV"),
+        (b"\xd0\xcf\x11\xe0", "is an old Excel or Office file; save the sheet as CSV"),
+        (b"\x1f\x8b", "is compressed with gzip; unpack it"),
+    ] {
+        if bytes.starts_with(signature) {
+            return Err(Error::Table { origin: origin.to_owned(), message: message.to_owned() });
+        }
+    }
+    let csv = csv_sheet::read(bytes, origin)?;
+    Ok((Format::Csv(csv.dialect), vec![csv.sheet], csv.notes))
+}
+
+fn no_op(origin: &str, recognised: &[Recognised]) -> Error {
+    let names: Vec<&str> = recognised.iter().map(|each| &*each.column).collect();
+    Error::Table {
+        origin: origin.to_owned(),
+        message: format!(
+            "has no column known as the controller output (OP); its columns are {}; say which it is, \
+             as in --map op=COLUMN",
+            layout::list(&names)
+        ),
+    }
+}
+
+/// The beginning, up to a dot, that the parts of all sheets share.
+fn common_start(sheets: &[Sheet]) -> usize {
+    let Some((first, others)) = sheets.split_first() else { return 0 };
+    let ends = first.part.match_indices('.').map(|(at, _)| at + 1);
+    ends.rev()
+        .find(|end| others.iter().all(|sheet| sheet.part.starts_with(&first.part[..*end])))
+        .unwrap_or(0)
+}
+
+/// What loops are called that no column names.
+struct Names<'a> {
+    origin: &'a str,
+    /// How much the parts of the file have in common.
+    parts: usize,
+    several: bool,
+}
+
+impl Names<'_> {
+    fn of(&self, plan: &LoopPlan, sheet: &Sheet) -> String {
+        let part = sheet.part.get(self.parts..).unwrap_or("");
+        match (&plan.name, part) {
+            (Some(name), part) if part.is_empty() || !self.several => name.clone(),
+            (Some(name), part) => format!("{part}.{name}"),
+            (None, part) if !part.is_empty() && self.several => part.to_owned(),
+            (None, _) => told(sheet, &["tag", "loop", "name"]).map_or_else(
+                || {
+                    let stem = Path::new(self.origin).file_stem();
+                    stem.map_or(self.origin.to_owned(), |stem| stem.to_string_lossy().into_owned())
+                },
+                str::to_owned,
+            ),
+        }
+    }
+}
+
+/// What the file says beside its columns under one of the `keys`.
+fn told<'s>(sheet: &'s Sheet, keys: &[&str]) -> Option<&'s str> {
+    let same = |key: &str| keys.contains(&&*key.to_lowercase().replace([' ', '-'], "_"));
+    sheet.attributes.iter().find(|(key, _)| same(key)).map(|(_, value)| &**value)
+}
+
+/// Makes recordings of a sheet.
+struct Builder<'a> {
+    sheet: &'a Sheet,
+    plan: &'a Plan,
+    options: &'a ReadOptions,
+    mark: DecimalMark,
+    times: Times,
+}
+
+/// The cells of one signal: a column, and which of its rows.
+struct Source<'a> {
+    column: &'a Column,
+    /// What it is called: the column, or the tag.
+    name: &'a str,
+    rows: Vec<usize>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(
+        sheet: &'a Sheet,
+        plan: &'a Plan,
+        options: &'a ReadOptions,
+        mark: DecimalMark,
+    ) -> Result<Self> {
+        let mut builder = Self { sheet, plan, options, mark, times: evenly(sheet.len(), 1.0) };
+        builder.times = builder.read_times()?;
+        Ok(builder)
+    }
+
+    fn read_times(&self) -> Result<Times> {
+        let wrong = |message: String| Error::Table { origin: self.sheet.origin.clone(), message };
+        let by_rows = matches!(self.plan.place, Place::Rows { .. });
+        if let Some(sample_time) = self.options.sample_time {
+            if by_rows {
+                let message = "holds a row a sample, so a sample time cannot stand for its times";
+                return Err(wrong(message.to_owned()));
+            }
+            let mut times = evenly(self.sheet.len(), sample_time);
+            if let Some(column) = self.plan.time {
+                let name = &self.sheet.columns[column].name;
+                times.notes.push(format!("\"{name}\" is not used, because a sample time is given"));
+            }
+            return Ok(times);
+        }
+        let Some(time) = self.plan.time else {
+            return match self.sheet.sample_time {
+                Some(sample_time) if sample_time > 0.0 && sample_time.is_finite() && !by_rows => {
+                    Ok(evenly(self.sheet.len(), sample_time))
+                }
+                _ => Err(wrong(format!(
+                    "has no column of times; its columns are {}; say which it is, as in --map \
+                     time=COLUMN, or tell the time between rows, as in --sample-time 1",
+                    layout::list(&self.sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>())
+                ))),
+            };
+        };
+        let mut series = vec![0; self.sheet.len()];
+        if let Place::Rows { tags, .. } = &self.plan.place {
+            for (place, tag) in tags.iter().enumerate() {
+                for row in &tag.rows {
+                    series[*row] = place;
+                }
+            }
+        }
+        let context = timestamp::Context {
+            sheet: self.sheet,
+            mark: self.mark,
+            format: self.options.time_format.as_ref(),
+            zone: self.options.zone.as_ref(),
+            series: &series,
+        };
+        match self.plan.date.map(|date| self.joined(date, time)) {
+            Some(column) => timestamp::read(&column?, &context),
+            None => timestamp::read(&self.sheet.columns[time], &context),
+        }
+    }
+
+    /// A column of days and one of times of day as one.
+    fn joined(&self, date: usize, time: usize) -> Result<Column> {
+        let (date, time) = (&self.sheet.columns[date], &self.sheet.columns[time]);
+        let (Cells::Text(dates), Cells::Text(times)) = (&date.cells, &time.cells) else {
+            return Err(Error::Table {
+                origin: self.sheet.origin.clone(),
+                message: format!(
+                    "\"{}\" and \"{}\" are both times; say which, as in --map \"ignore={}\"",
+                    date.name, time.name, date.name
+                ),
+            });
+        };
+        let join = |(date, time): (&String, &String)| match (date.is_empty(), time.is_empty()) {
+            (false, false) => format!("{date} {time}"),
+            _ => String::new(),
+        };
+        Ok(Column {
+            name: format!("{} {}", date.name, time.name),
+            unit: None,
+            cells: Cells::Text(dates.iter().zip(times).map(join).collect()),
+        })
+    }
+
+    fn time_column(&self) -> TimeColumn {
+        let used = self.plan.time.filter(|_| self.options.sample_time.is_none());
+        TimeColumn {
+            column: used.map(|column| self.sheet.columns[column].name.clone()),
+            format: self.times.format.clone(),
+            clock: self.times.clock.clone(),
+        }
+    }
+
+    /// The cells of the signal or quality that the plan's `name` stands for.
+    fn source(&self, name: usize) -> Source<'a> {
+        match &self.plan.place {
+            Place::Columns => {
+                let column = &self.sheet.columns[name];
+                Source { column, name: &column.name, rows: (0..self.sheet.len()).collect() }
+            }
+            Place::Rows { tags, value, .. } => {
+                let tag = &tags[name];
+                let column = &self.sheet.columns[*value];
+                Source { column, name: &tag.name, rows: tag.rows.clone() }
+            }
+        }
+    }
+
+    fn wrong(&self, source: &Source<'_>, row: usize, message: String) -> Error {
+        let column = if source.name == source.column.name {
+            source.name.to_owned()
+        } else {
+            format!("{}\" of \"{}", source.column.name, source.name)
+        };
+        Error::Cell { origin: self.sheet.origin.clone(), row: self.sheet.row(row), column, message }
+    }
+
+    fn recording(&self, plan: &LoopPlan, names: &Names<'_>) -> Result<Recording> {
+        let name = names.of(plan, self.sheet);
+        let settings = self.options.settings(plan.name.as_deref().unwrap_or(&name));
+        let refused = |e: stiction::Error| Error::Table {
+            origin: self.sheet.origin.clone(),
+            message: format!("loop {name}: {e}"),
+        };
+        let mut notes = vec![];
+        let mut channel = |signal: Signal| {
+            plan.signal(signal)
+                .map(|place| self.channel(plan, signal, place, &mut notes))
+                .transpose()
+        };
+        let op = channel(Signal::Op)?;
+        let (mut pv, sp, mut vp) =
+            (channel(Signal::Pv)?, channel(Signal::Sp)?, channel(Signal::Vp)?);
+        let Some(mut op) = op else {
+            return Err(no_op(&self.sheet.origin, &self.plan.recognised));
+        };
+        let mode = plan.signal(Signal::Mode).map(|place| self.modes(plan, place, &mut notes));
+        let mode = mode.transpose()?;
+
+        let told_range = |key: &str| told(self.sheet, &[key]).and_then(range::of_text);
+        let (op_range, op_note) =
+            range::of_valve_signal("OP", &op, settings.op_range, told_range("op_range"))
+                .map_err(refused)?;
+        op.range = op_range;
+        notes.extend(op_note);
+        if let Some(vp) = &mut vp {
+            let (vp_range, vp_note) =
+                range::of_valve_signal("VP", vp, settings.vp_range, told_range("vp_range"))
+                    .map_err(refused)?;
+            vp.range = vp_range;
+            notes.extend(vp_note);
+        }
+        if let Some(pv) = &mut pv {
+            let given = settings.pv_range.map(|ends| (ends, RangeSource::Given));
+            let told = told_range("pv_range").map(|ends| (ends, RangeSource::Metadata));
+            let range = given.or(told).map(|((low, high), source)| Range::new(low, high, source));
+            pv.range = range.transpose().map_err(refused)?;
+        }
+        let loop_type = match settings.loop_type {
+            Some(given) => given,
+            None => self.told_type(&mut notes).unwrap_or_else(|| LoopType::of_tag(&name)),
+        };
+        Ok(Recording { name, loop_type, start: self.times.start, op, pv, sp, vp, mode, notes })
+    }
+
+    /// The type that the file tells, as a name or as whether the loop integrates.
+    fn told_type(&self, notes: &mut Vec<String>) -> Option<LoopType> {
+        let told = told(self.sheet, &["type", "loop_type"])?;
+        let integrating = number::parse(told, DecimalMark::Point);
+        let found = match integrating {
+            Some(0.0) => Some(LoopType::OtherSelfRegulating),
+            Some(1.0) => Some(LoopType::OtherIntegrating),
+            _ => LoopType::by_name(told).ok(),
+        };
+        if found.is_none() {
+            notes.push(format!(
+                "the file says the loop's type is \"{told}\", which is no known type"
+            ));
+        }
+        found
+    }
+
+    fn channel(
+        &self,
+        plan: &LoopPlan,
+        signal: Signal,
+        place: usize,
+        notes: &mut Vec<String>,
+    ) -> Result<Channel> {
+        let source = self.source(place);
+        let said = self.qualities(plan, signal, &source, notes)?;
+        let mut values = Vec::with_capacity(source.rows.len());
+        let mut qualities = Vec::with_capacity(source.rows.len());
+        for (k, row) in source.rows.iter().enumerate() {
+            let said = said.as_ref().map_or(Quality::Good, |said| said[k]);
+            let (value, quality) = match &source.column.cells {
+                Cells::Text(cells) => self.sample(&source, *row, &cells[*row], said)?,
+                Cells::Numbers(numbers) => match numbers[*row] {
+                    value if value.is_nan() => (value, Quality::Missing),
+                    value if value.is_infinite() && said.is_usable() => {
+                        let message = format!("{value} is not a finite number; correct it");
+                        return Err(self.wrong(&source, *row, message));
+                    }
+                    value => (value, Quality::Good),
+                },
+                Cells::Times { .. } => {
+                    let message = format!("holds a time, but is taken as {}", signal.name());
+                    return Err(self.wrong(&source, *row, message));
+                }
+            };
+            values.push(value);
+            qualities.push(if quality.is_usable() { said } else { quality });
+        }
+        let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        let channel = Channel::with_quality(signal.name(), time, values, qualities);
+        let mut channel = channel.map_err(|e| Error::Table {
+            origin: self.sheet.origin.clone(),
+            message: format!("\"{}\": {e}", source.name),
+        })?;
+        let in_name = || role::without_unit(source.name).1.map(str::to_owned);
+        channel.unit = source.column.unit.clone().or_else(in_name);
+        Ok(channel)
+    }
+
+    /// The value and quality of a cell whose quality is `said` elsewhere.
+    fn sample(
+        &self,
+        source: &Source<'_>,
+        row: usize,
+        cell: &str,
+        said: Quality,
+    ) -> Result<(f64, Quality)> {
+        if let Some(value) = number::parse(cell, self.mark) {
+            return Ok((value, Quality::Good));
+        }
+        if let Some(quality) = number::word(cell) {
+            return Ok((f64::NAN, quality));
+        }
+        let is_bad = |word: &String| word.trim().eq_ignore_ascii_case(cell);
+        if !said.is_usable() || self.options.bad_text.iter().any(is_bad) {
+            return Ok((f64::NAN, Quality::Bad));
+        }
+        Err(self.wrong(source, row, number::refusal(cell, self.mark)))
+    }
+
+    /// What is said of the quality of the samples of `signal`, if anything is.
+    fn qualities(
+        &self,
+        plan: &LoopPlan,
+        signal: Signal,
+        of: &Source<'_>,
+        notes: &mut Vec<String>,
+    ) -> Result<Option<Vec<Quality>>> {
+        let place = match &self.plan.place {
+            Place::Columns => plan.quality(signal),
+            Place::Rows { quality, .. } => *quality,
+        };
+        let Some(place) = place else { return Ok(None) };
+        let column = &self.sheet.columns[place];
+        let read = quality::read(
+            &column.name,
+            &column.cells,
+            &of.rows,
+            &self.options.qualities,
+            self.mark,
+        );
+        let read = read.map_err(|(row, message)| Error::Cell {
+            origin: self.sheet.origin.clone(),
+            row: self.sheet.row(row),
+            column: column.name.clone(),
+            message,
+        })?;
+        if let Some(code) = read.code {
+            let note = format!("the numbers in \"{}\" are read as {}", column.name, code.name());
+            if !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
+        Ok(Some(read.qualities))
+    }
+
+    fn modes(&self, plan: &LoopPlan, place: usize, notes: &mut Vec<String>) -> Result<Modes> {
+        let source = self.source(place);
+        let said = self.qualities(plan, Signal::Mode, &source, notes)?;
+        let (mut modes, mut codes, mut nothing) = (Vec::with_capacity(source.rows.len()), false, 0);
+        for (k, row) in source.rows.iter().enumerate() {
+            if said.as_ref().is_some_and(|said| !said[k].is_usable()) {
+                nothing += 1;
+                modes.push(Mode::Other);
+                continue;
+            }
+            let number;
+            let (cell, mark) = match &source.column.cells {
+                Cells::Text(cells) => (&*cells[*row], self.mark),
+                Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => {
+                    number = numbers[*row].to_string();
+                    (&*number, DecimalMark::Point)
+                }
+            };
+            modes.push(match mode::of_cell(cell, &self.options.modes, mark) {
+                Some(mode::Said::Mode(mode)) => mode,
+                Some(mode::Said::Code(mode)) => {
+                    codes = true;
+                    mode
+                }
+                Some(mode::Said::Nothing) => {
+                    nothing += 1;
+                    Mode::Other
+                }
+                None => {
+                    let message = format!(
+                        "\"{cell}\" is no known mode; say what it means in a mapping file, as in \
+                         [modes] \"{cell}\" = \"auto\""
+                    );
+                    return Err(self.wrong(&source, *row, message));
+                }
+            });
+        }
+        if codes {
+            notes.push(
+                "mode codes are read as 0 manual, 1 automatic, 2 cascade; if they mean something else, \
+                 say so under [modes] in a mapping file"
+                    .to_owned(),
+            );
+        }
+        if nothing > 0 {
+            notes.push(format!("{nothing} of {} modes are not recorded", modes.len()));
+        }
+        let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        Ok(Modes { time, modes })
+    }
+}
+
+/// Times at a fixed distance.
+fn evenly(rows: usize, sample_time: f64) -> Times {
+    Times {
+        start: None,
+        seconds: (0..rows).map(|k| k as f64 * sample_time).collect(),
+        format: format!("every {sample_time} s"),
+        clock: Clock::Elapsed,
+        notes: vec![],
+    }
+}

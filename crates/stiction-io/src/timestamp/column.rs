@@ -1,0 +1,502 @@
+//! A whole column of times.
+
+use super::scan::{Stamp, scan};
+use super::{DateOrder, TimeFormat, Zone};
+use crate::error::{Error, Result};
+use crate::number::{self, DecimalMark};
+use crate::sheet::{Cells, Column, Sheet};
+use jiff::civil::DateTime;
+use jiff::fmt::strtime::BrokenDownTime;
+use jiff::tz::{AmbiguousOffset, Offset};
+
+/// What a clock shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Clock {
+    /// UTC, or times with an offset from it.
+    Utc,
+    /// Local times in the named zone.
+    Zone(String),
+    /// Local times in a zone that is not known; taken as if they were UTC.
+    Local,
+    /// Time since some start that is not known.
+    Elapsed,
+}
+
+impl Clock {
+    /// The time `seconds` after `start`, as people write it: in UTC or with its offset, without one
+    /// where no zone is known, and as plain seconds where no start is.
+    pub fn show(&self, start: Option<f64>, seconds: f64) -> String {
+        let plain = || format!("{seconds} s");
+        let Some(start) = start else { return plain() };
+        // To the millisecond: a start in seconds since 1970 has no more digits than microseconds.
+        let millis = ((start + seconds) * 1e3).round();
+        let Ok(timestamp) = jiff::Timestamp::from_millisecond(millis as i64) else {
+            return plain();
+        };
+        match self {
+            Self::Utc => timestamp.to_string(),
+            Self::Local | Self::Elapsed => Offset::UTC.to_datetime(timestamp).to_string(),
+            Self::Zone(name) => match name.parse::<Zone>() {
+                Ok(zone) => {
+                    let offset = zone.zone.to_offset(timestamp);
+                    timestamp.display_with_offset(offset).to_string()
+                }
+                Err(_) => timestamp.to_string(),
+            },
+        }
+    }
+}
+
+/// The times of a sheet's rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Times {
+    /// Time zero as seconds since 1970-01-01 UTC, if it is known.
+    pub start: Option<f64>,
+    /// The times, s since `start`; without one, as the file has them.
+    pub seconds: Vec<f64>,
+    /// How they are written, in words.
+    pub format: String,
+    /// What the clock shows.
+    pub clock: Clock,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// What is known of a column of times beside its cells.
+pub struct Context<'a> {
+    pub sheet: &'a Sheet,
+    pub mark: DecimalMark,
+    pub format: Option<&'a TimeFormat>,
+    pub zone: Option<&'a Zone>,
+    /// Which series each row belongs to; the rows of a series are in order of time, or its reverse.
+    pub series: &'a [usize],
+}
+
+/// Seconds since 1970 that a recording of a plant can have: 1980 to 2100.
+const PLAUSIBLE: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
+
+/// Days between the first day of spreadsheets, counted 0, and 1970-01-01. They count a 29 February
+/// 1900 that never was, so this holds from March 1900 on.
+const SPREADSHEET_1970: f64 = 25_569.0;
+
+/// Seconds from 1970 to where calendars of the year 9999 end, and back.
+const CALENDAR: f64 = 2.5e11;
+
+const NANOS: f64 = 1e9;
+
+/// Reads the times of `column`.
+///
+/// # Errors
+/// If a cell is empty or no time, if the order of day and month cannot be told, or if a local time
+/// does not exist in the zone.
+pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
+    match &column.cells {
+        Cells::Times { seconds, utc } => {
+            check_present(column, seconds, context)?;
+            if *utc {
+                let nanos = context.nanos(column, seconds, 1.0)?;
+                return Ok(context.since_start(nanos, "times of the file", Clock::Utc));
+            }
+            let civil = context.civil(column, seconds)?;
+            context.resolve(column, &civil, "times of the file".to_owned())
+        }
+        Cells::Numbers(numbers) => {
+            check_present(column, numbers, context)?;
+            context.numbers(column, numbers)
+        }
+        Cells::Text(cells) => context.text(column, cells),
+    }
+}
+
+fn check_present(column: &Column, numbers: &[f64], context: &Context<'_>) -> Result<()> {
+    match numbers.iter().position(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(context.wrong(column, i, "is no time; every row needs one".to_owned())),
+    }
+}
+
+/// A local time, or one with an offset.
+type Written = (DateTime, Option<Offset>);
+
+fn as_utc(local: DateTime) -> i128 {
+    Offset::UTC.to_timestamp(local).map_or(0, |timestamp| timestamp.as_nanosecond())
+}
+
+impl Context<'_> {
+    /// An error about the cell of `column` at `index`.
+    fn wrong(&self, column: &Column, index: usize, message: String) -> Error {
+        Error::Cell {
+            origin: self.sheet.origin.clone(),
+            row: self.sheet.row(index),
+            column: column.name.clone(),
+            message,
+        }
+    }
+
+    fn wrong_column(&self, column: &Column, message: String) -> Error {
+        Error::Column { origin: self.sheet.origin.clone(), column: column.name.clone(), message }
+    }
+
+    /// Times on a clock whose zero is the earliest of them.
+    fn since_start(&self, nanos: Vec<i128>, format: &str, clock: Clock) -> Times {
+        let start = nanos.iter().copied().min().unwrap_or(0);
+        Times {
+            start: Some(start as f64 / NANOS),
+            seconds: nanos.iter().map(|t| (t - start) as f64 / NANOS).collect(),
+            format: format.to_owned(),
+            clock,
+            notes: vec![],
+        }
+    }
+
+    /// Numbers in units of so many seconds as nanoseconds. Whole units go apart, so that an epoch keeps
+    /// its digits.
+    fn nanos(&self, column: &Column, numbers: &[f64], unit: f64) -> Result<Vec<i128>> {
+        let per_unit = (unit * NANOS).round();
+        let nanos = |(i, number): (usize, &f64)| {
+            if !((number * unit).abs() <= CALENDAR) {
+                let message = format!("{number} is a time beyond the calendar; correct it");
+                return Err(self.wrong(column, i, message));
+            }
+            let whole = number.floor();
+            Ok(whole as i128 * per_unit as i128 + ((number - whole) * per_unit).round() as i128)
+        };
+        numbers.iter().enumerate().map(nanos).collect()
+    }
+
+    /// Local times given as seconds since 1970.
+    fn civil(&self, column: &Column, seconds: &[f64]) -> Result<Vec<Written>> {
+        let civil = |(i, nanos): (usize, i128)| {
+            jiff::Timestamp::from_nanosecond(nanos)
+                .map(|timestamp| (Offset::UTC.to_datetime(timestamp), None))
+                .map_err(|e| self.wrong(column, i, e.to_string()))
+        };
+        self.nanos(column, seconds, 1.0)?.into_iter().enumerate().map(civil).collect()
+    }
+
+    fn text(&self, column: &Column, cells: &[String]) -> Result<Times> {
+        if let Some(i) = cells.iter().position(String::is_empty) {
+            let message = "is empty; every row needs a time, so give one or remove the row";
+            return Err(self.wrong(column, i, message.to_owned()));
+        }
+        match self.format {
+            Some(TimeFormat::Pattern(pattern)) => {
+                let written = self.by_pattern(column, cells, pattern)?;
+                return self.resolve(column, &written, pattern.clone());
+            }
+            Some(TimeFormat::Date(order)) => {
+                let stamps = self.stamps(column, cells)?;
+                return self.dates(column, cells, &stamps, *order);
+            }
+            _ => {}
+        }
+        let first = cells.first().map_or("", String::as_str);
+        let numeric = number::parse(first, self.mark).is_some() && scan(first).is_none();
+        if numeric || self.format.is_some() {
+            let number = |(i, cell): (usize, &String)| {
+                number::parse(cell, self.mark)
+                    .ok_or_else(|| self.wrong(column, i, number::refusal(cell, self.mark)))
+            };
+            let numbers = cells.iter().enumerate().map(number).collect::<Result<Vec<_>>>()?;
+            return self.numbers(column, &numbers);
+        }
+        let stamps = self.stamps(column, cells)?;
+        let order = self.order(column, cells, &stamps)?;
+        self.dates(column, cells, &stamps, order)
+    }
+
+    fn by_pattern(&self, column: &Column, cells: &[String], pattern: &str) -> Result<Vec<Written>> {
+        let read = |cell: &str| {
+            let parts = BrokenDownTime::parse(pattern, cell)?;
+            let local = match parts.hour() {
+                Some(_) => parts.to_datetime()?,
+                None => parts.to_date()?.to_datetime(jiff::civil::Time::midnight()),
+            };
+            Ok((local, parts.offset()))
+        };
+        let told = |(i, cell): (usize, &String)| {
+            read(cell).map_err(|e: jiff::Error| {
+                let message = format!("\"{cell}\" is no time by --time-format \"{pattern}\": {e}");
+                self.wrong(column, i, message)
+            })
+        };
+        cells.iter().enumerate().map(told).collect()
+    }
+
+    fn stamps(&self, column: &Column, cells: &[String]) -> Result<Vec<Stamp>> {
+        let stamp = |(i, cell): (usize, &String)| {
+            scan(cell).ok_or_else(|| {
+                let message = format!(
+                    "\"{cell}\" is not understood as a time; tell how it is written, as in \
+                     --time-format \"%d/%m/%Y %H:%M:%S\""
+                );
+                self.wrong(column, i, message)
+            })
+        };
+        cells.iter().enumerate().map(stamp).collect()
+    }
+
+    /// The one order of year, month and day by which every date is a day that exists.
+    fn order(&self, column: &Column, cells: &[String], stamps: &[Stamp]) -> Result<DateOrder> {
+        let mut orders: Vec<DateOrder> = stamps.first().map_or(vec![], |s| s.orders().collect());
+        for (i, stamp) in stamps.iter().enumerate() {
+            // Most dates are those of the row above.
+            if i == 0 || stamp.date != stamps[i - 1].date {
+                let possible: Vec<_> = stamp.orders().collect();
+                orders.retain(|order| possible.contains(order));
+            }
+            if orders.is_empty() {
+                let message = if stamp.orders().next().is_none() {
+                    format!("\"{}\" is no day of the calendar; correct it", cells[i])
+                } else {
+                    format!(
+                        "\"{}\" is not written in the order of day and month of the rows above; \
+                         write all dates alike",
+                        cells[i]
+                    )
+                };
+                return Err(self.wrong(column, i, message));
+            }
+        }
+        match orders[..] {
+            [order] => Ok(order),
+            _ => Err(self.wrong_column(
+                column,
+                format!(
+                    "dates such as \"{}\" can be {}, and no row decides it; give --time-format {}",
+                    cells.first().map_or("", String::as_str),
+                    orders.iter().map(|o| o.name()).collect::<Vec<_>>().join(" or "),
+                    orders
+                        .iter()
+                        .map(|order| order.name().replace(' ', "-"))
+                        .collect::<Vec<_>>()
+                        .join(" or ")
+                ),
+            )),
+        }
+    }
+
+    fn dates(
+        &self,
+        column: &Column,
+        cells: &[String],
+        stamps: &[Stamp],
+        order: DateOrder,
+    ) -> Result<Times> {
+        let written = |(i, stamp): (usize, &Stamp)| {
+            let local = stamp.civil(order).ok_or_else(|| {
+                let message = format!("\"{}\" is no day, written {}", cells[i], order.name());
+                self.wrong(column, i, message)
+            })?;
+            Ok((local, stamp.offset))
+        };
+        let written = stamps.iter().enumerate().map(written).collect::<Result<Vec<_>>>()?;
+        self.resolve(column, &written, TimeFormat::Date(order).describe())
+    }
+
+    /// Times that are numbers: an epoch or spreadsheet days by their magnitude, else plain seconds.
+    fn numbers(&self, column: &Column, numbers: &[f64]) -> Result<Times> {
+        let guessed = self.format.is_none();
+        let format = match self.format {
+            Some(TimeFormat::Pattern(_) | TimeFormat::Date(_)) => {
+                let message = "holds numbers, not dates; leave --time-format out, or give seconds, \
+                               epoch-s, epoch-ms or excel";
+                return Err(self.wrong_column(column, message.to_owned()));
+            }
+            Some(format) => format.clone(),
+            None => guess(column, numbers),
+        };
+        let mut times = match format {
+            TimeFormat::Epoch(unit) => {
+                self.since_start(self.nanos(column, numbers, unit)?, &format.describe(), Clock::Utc)
+            }
+            TimeFormat::Spreadsheet => {
+                // A day has too many digits for less than about a microsecond.
+                let seconds = |day: &f64| ((day - SPREADSHEET_1970) * 86_400e3).round() / 1e3;
+                let seconds: Vec<f64> = numbers.iter().map(seconds).collect();
+                let civil = self.civil(column, &seconds)?;
+                self.resolve(column, &civil, format.describe())?
+            }
+            TimeFormat::Elapsed(unit) => Times {
+                start: None,
+                seconds: numbers.iter().map(|n| n * unit).collect(),
+                format: format.describe(),
+                clock: Clock::Elapsed,
+                notes: vec![],
+            },
+            TimeFormat::Date(_) | TimeFormat::Pattern(_) => unreachable!("refused above"),
+        };
+        let plain = times.clock == Clock::Elapsed && format == TimeFormat::Elapsed(1.0);
+        if guessed && !(plain && is_seconds(&column.name)) {
+            times.notes.push(format!(
+                "the numbers in \"{}\" are taken as {}; if they are not, give --time-format",
+                column.name, times.format
+            ));
+        }
+        Ok(times)
+    }
+
+    /// From what is written to a clock that runs evenly.
+    fn resolve(&self, column: &Column, written: &[Written], format: String) -> Result<Times> {
+        let has_offset = written.first().is_some_and(|(_, offset)| offset.is_some());
+        if let Some(i) = written.iter().position(|(_, offset)| offset.is_some() != has_offset) {
+            let (this, others) = if has_offset { ("no", "an") } else { ("an", "no") };
+            let message = format!(
+                "has {this} offset from UTC, but the rows above have {others} offset; write all alike"
+            );
+            return Err(self.wrong(column, i, message));
+        }
+        if has_offset {
+            let nanos = written.iter().map(|(local, offset)| {
+                as_utc(*local) - i128::from(offset.map_or(0, Offset::seconds)) * 1_000_000_000
+            });
+            let mut times = self.since_start(nanos.collect(), &format, Clock::Utc);
+            if let Some(zone) = self.zone {
+                times.notes.push(format!(
+                    "the times have offsets of their own; the zone {} is not needed",
+                    zone.name()
+                ));
+            }
+            return Ok(times);
+        }
+        let Some(zone) = self.zone else {
+            let nanos: Vec<i128> = written.iter().map(|(local, _)| as_utc(*local)).collect();
+            let jump = self.jump(&nanos);
+            let mut times = self.since_start(nanos, &format, Clock::Local);
+            times.notes.push(
+                "the times tell no zone and are taken as UTC; if it matters, give --zone"
+                    .to_owned(),
+            );
+            times.notes.extend(jump);
+            return Ok(times);
+        };
+        let (nanos, notes) = self.zoned(column, written, zone)?;
+        let mut times = self.since_start(nanos, &format, Clock::Zone(zone.name().to_owned()));
+        times.notes = notes;
+        Ok(times)
+    }
+
+    /// The rows of each series in order of time: reversed where most steps go back.
+    fn in_order(&self, local: impl Fn(usize) -> i128) -> Vec<Vec<usize>> {
+        let count = self.series.iter().max().map_or(0, |last| last + 1);
+        let mut rows = vec![vec![]; count];
+        for (row, series) in self.series.iter().enumerate() {
+            rows[*series].push(row);
+        }
+        for rows in &mut rows {
+            let falling = rows.windows(2).filter(|pair| local(pair[1]) < local(pair[0])).count();
+            if falling * 2 > rows.len() {
+                rows.reverse();
+            }
+        }
+        rows
+    }
+
+    /// Local times in a zone. An hour that comes twice, in autumn, is told apart by the order of the
+    /// rows: it is the first pass until the clock goes back, then the second.
+    fn zoned(
+        &self,
+        column: &Column,
+        written: &[Written],
+        zone: &Zone,
+    ) -> Result<(Vec<i128>, Vec<String>)> {
+        let local: Vec<i128> = written.iter().map(|(local, _)| as_utc(*local)).collect();
+        let mut nanos = vec![0; written.len()];
+        let (mut passes, mut first) = ([0, 0], None);
+        for rows in self.in_order(|row| local[row]) {
+            let (mut second_pass, mut previous) = (false, None);
+            for row in rows {
+                let offset = match zone.zone.to_ambiguous_timestamp(written[row].0).offset() {
+                    AmbiguousOffset::Unambiguous { offset } => {
+                        second_pass = false;
+                        offset
+                    }
+                    AmbiguousOffset::Fold { before, after } => {
+                        second_pass |= previous.is_some_and(|previous| local[row] < previous);
+                        passes[usize::from(second_pass)] += 1;
+                        first.get_or_insert(row);
+                        if second_pass { after } else { before }
+                    }
+                    AmbiguousOffset::Gap { before, .. } => {
+                        let message = format!(
+                            "{} does not exist in {}: clocks were put forward; if this clock was \
+                             not, give its offset, as in --zone {before}",
+                            written[row].0,
+                            zone.name()
+                        );
+                        return Err(self.wrong(column, row, message));
+                    }
+                };
+                nanos[row] = local[row] - i128::from(offset.seconds()) * 1_000_000_000;
+                previous = Some(local[row]);
+            }
+        }
+        let note = first.map(|row| {
+            format!(
+                "from row {} on, the hour that {} has twice in autumn: {} rows are taken as its first \
+                 pass and {} as its second, by the order of the rows",
+                self.sheet.row(row),
+                zone.name(),
+                passes[0],
+                passes[1]
+            )
+        });
+        Ok((nanos, note.into_iter().collect()))
+    }
+
+    /// A note where the clock jumps by exactly an hour beside its step, as it does with daylight
+    /// saving.
+    fn jump(&self, local: &[i128]) -> Option<String> {
+        const HOUR: i128 = 3600 * 1_000_000_000;
+        for rows in self.in_order(|row| local[row]) {
+            let steps: Vec<i128> = rows.windows(2).map(|w| local[w[1]] - local[w[0]]).collect();
+            let mut sorted = steps.clone();
+            sorted.sort_unstable();
+            let Some(&common) = sorted.get(sorted.len() / 2) else { continue };
+            let jumps = |step: &i128| 0 < common && common < HOUR && (step - common).abs() == HOUR;
+            if let Some(i) = steps.iter().position(jumps) {
+                let back = if steps[i] < common { "back" } else { "forward" };
+                return Some(format!(
+                    "in row {} the clock jumps {back} by exactly an hour, which looks like daylight \
+                     saving; give --zone, as in --zone Europe/Berlin",
+                    self.sheet.row(rows[i + 1])
+                ));
+            }
+        }
+        None
+    }
+}
+
+/// Whether a column of this name holds plain seconds.
+fn is_seconds(name: &str) -> bool {
+    let name = name.to_lowercase();
+    matches!(&*name, "t" | "time" | "elapsed") || unit_in(&name) == Some(1.0)
+}
+
+/// The unit that the name of a column ends with, as `time_ms` or `t [min]`.
+fn unit_in(name: &str) -> Option<f64> {
+    let word = name.trim_end_matches([']', ')']).rsplit([' ', '_', '[', '(', '.', '/']).next()?;
+    super::unit_of(&word.to_lowercase())
+}
+
+/// What numbers are, by the name and unit of their column and by their magnitude.
+fn guess(column: &Column, numbers: &[f64]) -> TimeFormat {
+    let all = |of: &dyn Fn(f64) -> bool| numbers.iter().all(|number| of(*number));
+    let told = column.unit.as_deref().map(str::to_lowercase);
+    let unit = told.and_then(|unit| super::unit_of(&unit)).or_else(|| unit_in(&column.name));
+    if let Some(unit) = unit {
+        let epoch = all(&|n| PLAUSIBLE.contains(&(n * unit)));
+        return if epoch { TimeFormat::Epoch(unit) } else { TimeFormat::Elapsed(unit) };
+    }
+    for unit in [1.0, 1e-3, 1e-6, 1e-9] {
+        if all(&|n| PLAUSIBLE.contains(&(n * unit))) {
+            return TimeFormat::Epoch(unit);
+        }
+    }
+    let is_day = |n| PLAUSIBLE.contains(&((n - SPREADSHEET_1970) * 86_400.0));
+    let has_parts_of_days = numbers.iter().any(|n| n.fract() != 0.0);
+    if all(&is_day) && has_parts_of_days && !column.name.eq_ignore_ascii_case("t") {
+        return TimeFormat::Spreadsheet;
+    }
+    TimeFormat::Elapsed(1.0)
+}

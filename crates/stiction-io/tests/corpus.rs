@@ -1,0 +1,529 @@
+//! Odd and malformed files, each with what is read from it or what the message must say.
+
+use stiction::recording::{Channel, LoopType, Mode, Quality, Recording};
+use stiction_io::ReadOptions;
+use stiction_io::reading;
+
+/// A file of the folder `corpus`, a mapping file for it, what is read from it, if anything, and what the
+/// notes or the message must contain.
+struct Case {
+    file: &'static str,
+    bytes: &'static [u8],
+    mapping: &'static str,
+    read: Result<&'static str, ()>,
+    said: &'static [&'static str],
+}
+
+macro_rules! case {
+    ($file:literal, $mapping:literal, $read:expr, $said:expr) => {
+        Case {
+            file: $file,
+            bytes: include_bytes!(concat!("corpus/", $file)),
+            mapping: $mapping,
+            read: $read,
+            said: $said,
+        }
+    };
+}
+
+/// The expected readings have the form
+/// `NAME(TYPE) @START op TIME:VALUE ... (LOW..HIGH) pv ... mode TIME:MODE ... | NEXT LOOP`, where `b` is a
+/// bad value, `m` a missing and `?` an uncertain one.
+const CASES: &[Case] = &[
+    case!("plain.csv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),
+    case!("semicolon-comma.csv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),
+    case!("tab.tsv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),
+    case!("bar.csv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),
+    case!("quoted-comma.csv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),
+    case!("crlf.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("bare-cr.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("mixed-ends.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("no-last-end.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("utf8-mark.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("utf16le.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("utf16be.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("utf16-unmarked.csv", "", Ok("f op 0:50 1:51 pv 0:2 1:3"), &[]),
+    case!("latin1.csv", "", Ok("f op 0:50 1:51"), &["line 1 is not UTF-8"]),
+    case!("sep-line.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("blank-lines.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("trailing-delimiters.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("trailing-in-rows.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("spaces.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("comments.csv", "", Ok("f op 0:50 1:51"), &["1 comment lines among the rows"]),
+    case!(
+        "header-in-comment.csv",
+        "",
+        Ok("f op 0:50 1:51"),
+        &["the comment in row 1 is taken as the header"]
+    ),
+    case!("metadata.csv", "", Ok("FIC7(flow) op 0:50 1:51 pv 0:1 1:2"), &[]),
+    case!("units-row.csv", "", Ok("f op 0:50 1:51 (0..100) pv 0:1 1:2"), &[]),
+    case!("units-in-brackets.csv", "", Ok("f op 0:12 1:13 (4..20) pv 0:1 1:2"), &[]),
+    case!("index-column.csv", "", Ok("f op 0:50 1:51"), &[]),
+    case!("sample-time-above.csv", "", Ok("f op 0:50 5:51 pv 0:1 5:2"), &[]),
+    case!("upper-case.csv", "", Ok("f op 0:50 1:51 pv 0:1 1:1 sp 0:2 1:2 vp 0:49 1:49"), &[]),
+    case!("historian-words.csv", "", Ok("f op 0:50 1:b 2:b 3:m 4:b 5:m 6:m 7:m 8:b 9:51"), &[]),
+    case!("own-word.csv", "bad_text = [\"kaputt\"]", Ok("f op 0:50 1:b"), &[]),
+    case!("quality-words.csv", "", Ok("f op 0:50 1:b 2:52?"), &[]),
+    case!("quality-opc-da.csv", "", Ok("f op 0:50 1:b 2:52? 3:53"), &["read as OPC DA codes"]),
+    case!("quality-opc-ua.csv", "", Ok("f op 0:50 1:b"), &["OPC UA status codes"]),
+    case!("quality-excuses-text.csv", "", Ok("f op 0:50 1:b"), &[]),
+    case!(
+        "unknown-word.csv",
+        "",
+        Err(()),
+        &[
+            "f.csv, row 3, column \"op\": \"Kaputt\" is neither a number nor a known word",
+            "--bad-text \"Kaputt\""
+        ]
+    ),
+    case!(
+        "quality-unknown.csv",
+        "",
+        Err(()),
+        &[
+            "row 2, column \"quality\": \"purple\" is no known quality",
+            "[quality] \"purple\" = \"bad\""
+        ]
+    ),
+    case!(
+        "quality-undecided.csv",
+        "",
+        Err(()),
+        &["row 2, column \"quality\": 0 is a code of quality", "[quality]"]
+    ),
+    case!(
+        "quality-decided.csv",
+        "[quality]\n\"0\" = \"good\"\n\"1\" = \"bad\"",
+        Ok("f op 0:50 1:b"),
+        &[]
+    ),
+    case!("infinite.csv", "", Err(()), &["row 3, column \"op\": \"inf\""]),
+    case!(
+        "too-large.csv",
+        "",
+        Err(()),
+        &["row 3, column \"op\": \"1e999\" is not a finite number"]
+    ),
+    case!(
+        "thousands.csv",
+        "",
+        Err(()),
+        &["row 2, column \"pv\": \"1,234.5\" is not a finite number", "thousands separators"]
+    ),
+    case!(
+        "mixed-marks.csv",
+        "",
+        Err(()),
+        &["row 3, column \"op\": \"51,5\" has a decimal \",\" where the file's others have \".\""]
+    ),
+    case!(
+        "unit-in-cell.csv",
+        "",
+        Err(()),
+        &["row 2, column \"op\": \"50 %\" is not a finite number", "without units"]
+    ),
+    case!(
+        "empty.csv",
+        "",
+        Err(()),
+        &["f.csv: is empty; a header row and rows of samples are needed"]
+    ),
+    case!("only-blank.csv", "", Err(()), &["is empty"]),
+    case!("header-only.csv", "", Err(()), &["has no row of samples below its header"]),
+    case!(
+        "headerless.csv",
+        "",
+        Err(()),
+        &["row 1 must name the columns, but reads \"0,50\"; add a header such as \"time,pv,op\""]
+    ),
+    case!("headerless-long.csv", "", Err(()), &["row 1 must name the columns"]),
+    case!("short-row.csv", "", Err(()), &["row 3 has 2 cells, but the header has 3 columns"]),
+    case!("long-row.csv", "", Err(()), &["row 3 has 3 cells, but the header has 2 columns"]),
+    case!("same-names.csv", "", Err(()), &["has two columns named \"op\"; rename one"]),
+    case!("zero-bytes.csv", "", Err(()), &["line 3 holds a zero byte"]),
+    case!("comment-only.csv", "", Err(()), &["names no columns"]),
+    case!("json.json", "", Err(()), &["f.csv: "]),
+    case!("zip.xlsx", "", Err(()), &["is a spreadsheet or ZIP archive; save the sheet as CSV"]),
+    case!("gzip.csv.gz", "", Err(()), &["is compressed with gzip; unpack it"]),
+    case!("broken-utf16.csv", "", Err(()), &["begins like UTF-16LE text"]),
+    case!("bad-sample-time.csv", "", Err(()), &["says \"sample_time: soon\" above the table"]),
+    case!(
+        "no-op.csv",
+        "",
+        Err(()),
+        &[
+            "has no column known as the controller output (OP); its columns are \"t\", \"pv\", \"sp\"",
+            "--map op=COLUMN"
+        ]
+    ),
+    case!(
+        "no-time.csv",
+        "",
+        Err(()),
+        &["has no column of times", "--map time=COLUMN", "--sample-time 1"]
+    ),
+    case!("no-time-but-told.csv", "sample_time = 0.5", Ok("f op 0:50 0.5:51 pv 0:1 0.5:2"), &[]),
+    case!(
+        "two-ops.csv",
+        "",
+        Err(()),
+        &["\"op\" and \"output\" can both be the OP", "--map \"op=op\""]
+    ),
+    case!(
+        "two-times.csv",
+        "",
+        Err(()),
+        &["\"t\" and \"timestamp\" can both be the time", "--map \"time=t\""]
+    ),
+    case!(
+        "mv-alone.csv",
+        "",
+        Ok("f op 0:50 1:51 pv 0:1 1:2"),
+        &["\"mv\" is taken as the manipulated variable, the OP", "--map \"vp=mv\""]
+    ),
+    case!(
+        "mv-beside-op.csv",
+        "",
+        Ok("f op 0:50 1:51 vp 0:49 1:49"),
+        &["\"mv\" stands beside an OP and is taken as the measured valve position"]
+    ),
+    case!(
+        "given-for-a-loop.csv",
+        "[loop.FIC1]\npv = \"10FT1.DACA\"\nop = \"10FC1\"",
+        Ok("FIC1(flow) op 0:50 1:51 pv 0:1 1:2"),
+        &[]
+    ),
+    case!(
+        "given-but-missing.csv",
+        "[loop.FIC1]\npv = \"10FT1\"",
+        Err(()),
+        &["has no column \"10FT1\", which is given as PV; its columns are \"t\", \"op\""]
+    ),
+    case!(
+        "wide.csv",
+        "",
+        Ok("FIC1(flow) op 0:50 1:51 pv 0:1 1:2 | LIC2(level) op 0:20 1:21 sp 0:5 1:5"),
+        &[]
+    ),
+    case!(
+        "wide-mixed-case.csv",
+        "",
+        Ok("fic1(flow) op 0:50 1:51 pv 0:1 1:2"),
+        &["loop TI5 has no OP and is not read"]
+    ),
+    case!(
+        "wide-paths.csv",
+        "",
+        Ok("A/PIC1/PID1(pressure) op 0:50 1:51 pv 0:1 1:2 mode 0:A 1:M"),
+        &[]
+    ),
+    case!("wide-quality.csv", "", Ok("TIC1(temperature) op 0:50 1:51 pv 0:1 1:b"), &[]),
+    case!("one-named-loop.csv", "", Ok("FIC1(flow) op 0:50 1:51 mode 0:C 1:A"), &[]),
+    case!(
+        "pattern.csv",
+        "pattern = \"{signal}>{loop}\"",
+        Ok("FIC1(flow) op 0:50 1:51 pv 0:1 1:2"),
+        &[]
+    ),
+    case!(
+        "own-signals.csv",
+        "[signals]\npv = [\"MW\"]\nop = [\"Y\"]",
+        Ok("FIC1(flow) op 0:50 1:51 pv 0:1 1:2"),
+        &[]
+    ),
+    case!("long.csv", "", Ok("FIC1(flow) op 0.5:50 2:b pv 0:1 3:2 mode 0:A"), &[]),
+    case!(
+        "long-historian.csv",
+        "",
+        Ok("FIC1(flow) @1704067200 op 0:50.5 60:b 120:52.5"),
+        &["percent of confidence"]
+    ),
+    case!(
+        "long-unknown-word.csv",
+        "",
+        Err(()),
+        &["row 3, column \"value\" of \"FIC1.OP\": \"Kaputt\""]
+    ),
+    case!(
+        "long-no-tag.csv",
+        "",
+        Err(()),
+        &["row 3, column \"tag\": is empty; every row needs a tag"]
+    ),
+    case!(
+        "long-no-op.csv",
+        "",
+        Err(()),
+        &["has no column known as the controller output", "\"FIC1.PV\""]
+    ),
+    case!(
+        "mode-codes.csv",
+        "",
+        Ok("f op 0:50 1:51 2:52 mode 0:M 1:A 2:C"),
+        &["mode codes are read as 0 manual, 1 automatic, 2 cascade"]
+    ),
+    case!(
+        "mode-own-codes.csv",
+        "[modes]\n\"16\" = \"auto\"\n\"8\" = \"manual\"",
+        Ok("f op 0:50 1:51 mode 0:A 1:M"),
+        &[]
+    ),
+    case!(
+        "mode-unknown.csv",
+        "",
+        Err(()),
+        &["row 2, column \"mode\": \"warp\" is no known mode", "[modes] \"warp\" = \"auto\""]
+    ),
+    case!(
+        "mode-missing.csv",
+        "",
+        Ok("f op 0:50 1:51 mode 0:A 1:?"),
+        &["1 of 2 modes are not recorded"]
+    ),
+    case!("op-share.csv", "", Ok("f op 0:0.5 1:0.6 (0..1)"), &["OP is between 0 and 1"]),
+    case!(
+        "op-units.csv",
+        "",
+        Ok("f op 0:391 1:380 (0..400)"),
+        &["estimated from its values as 0 to 400"]
+    ),
+    case!(
+        "op-range-given.csv",
+        "op_range = [300, 500]\npv_range = [0, 10]",
+        Ok("f op 0:391 1:380 (300..500) pv 0:3 1:3 (0..10)"),
+        &[]
+    ),
+    case!(
+        "op-milliamps.csv",
+        "",
+        Ok("f op 0:12 1:13"),
+        &["OP is between 4 and 20", "--op-range 4,20"]
+    ),
+    case!("time-iso-z.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
+    case!("time-iso-offset.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
+    case!("time-compact.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
+    case!("time-iso-local.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
+    case!("time-day-first.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
+    case!(
+        "time-month-first.csv",
+        "",
+        Ok("f @1735689598 op 0:50 1:51"),
+        &["the times tell no zone"]
+    ),
+    case!("time-month-name.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
+    case!("time-dots.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
+    case!(
+        "time-year-slashes.csv",
+        "",
+        Ok("f @1735689598 op 0:50 1:51"),
+        &["the times tell no zone"]
+    ),
+    case!("time-fractions.csv", "", Ok("f @1735689598 op 0:50 0.25:51"), &[]),
+    case!("time-epoch-s.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["seconds since 1970"]),
+    case!("time-epoch-ms.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["milliseconds since 1970"]),
+    case!("time-epoch-us.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["microseconds since 1970"]),
+    case!("time-epoch-ns.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["nanoseconds since 1970"]),
+    case!(
+        "time-excel.csv",
+        "",
+        Ok("f @1735646400 op 0:50 60:51"),
+        &["spreadsheet days since 1900"]
+    ),
+    case!("time-minutes.csv", "", Ok("f op 0:50 60:51"), &["minutes"]),
+    case!("time-two-columns.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
+    case!(
+        "time-pattern.csv",
+        "time_format = \"%Hh%M on %d %m %Y\"",
+        Ok("f @1735689540 op 0:50"),
+        &[]
+    ),
+    case!(
+        "time-pattern-wrong.csv",
+        "time_format = \"%H:%M\"",
+        Err(()),
+        &["row 2, column \"time\": \"noon\" is no time by --time-format \"%H:%M\""]
+    ),
+    case!(
+        "time-ambiguous.csv",
+        "",
+        Err(()),
+        &[
+            "column \"time\": dates such as \"05/06/2024 00:00\" can be day first or month first",
+            "--time-format day-first or month-first"
+        ]
+    ),
+    case!(
+        "time-ambiguous-told.csv",
+        "time_format = \"month-first\"",
+        Ok("f @1714953600 op 0:50 60:51"),
+        &[]
+    ),
+    case!("time-decided-late.csv", "", Ok("f @1718236740 op 0:50 60:51"), &[]),
+    case!(
+        "time-orders-mixed.csv",
+        "",
+        Err(()),
+        &[
+            "row 3, column \"time\": \"06/13/2024 00:01\" is not written in the order of day and month of the rows above"
+        ]
+    ),
+    case!(
+        "time-no-day.csv",
+        "",
+        Err(()),
+        &["row 2, column \"time\": \"2023-02-29 00:00\" is no day of the calendar"]
+    ),
+    case!(
+        "time-empty.csv",
+        "",
+        Err(()),
+        &["row 3, column \"time\": is empty; every row needs a time"]
+    ),
+    case!(
+        "time-words.csv",
+        "",
+        Err(()),
+        &["row 2, column \"time\": \"yesterday\" is not understood as a time", "--time-format"]
+    ),
+    case!("time-half-offset.csv", "", Err(()), &["row 3, column \"time\": has no offset from UTC"]),
+    case!(
+        "dst-autumn.csv",
+        "zone = \"Europe/Berlin\"",
+        Ok("f @1729985400 op 0:1 1800:2 3600:3 5400:4 7200:5 9000:6"),
+        &["2 rows are taken as its first pass and 2 as its second"]
+    ),
+    case!(
+        "dst-autumn-newest-first.csv",
+        "zone = \"Europe/Berlin\"",
+        Ok("f @1729985400 op 9000:6 7200:5 5400:4 3600:3 1800:2 0:1"),
+        &[]
+    ),
+    case!(
+        "dst-long.csv",
+        "zone = \"Europe/Berlin\"",
+        Ok("A @1729989000 op 0:1 2700:2 7200:5 pv 0:3 5400:4"),
+        &[]
+    ),
+    case!("dst-spring.csv", "zone = \"Europe/Berlin\"", Ok("f @1711845000 op 0:1 1800:2"), &[]),
+    case!(
+        "dst-gap.csv",
+        "zone = \"Europe/Berlin\"",
+        Err(()),
+        &[
+            "row 3, column \"time\": 2024-03-31T02:30:00 does not exist in Europe/Berlin",
+            "--zone +01"
+        ]
+    ),
+    case!(
+        "dst-unnoticed.csv",
+        "",
+        Ok("f @1729994400 op 2400:1 3000:2 0:3 600:4 1200:5"),
+        &["in row 4 the clock jumps back by exactly an hour", "--zone Europe/Berlin"]
+    ),
+    case!("zone-fixed.csv", "zone = \"+01:00\"", Ok("f @1735689598 op 0:50 1:51"), &[]),
+    case!(
+        "time-beyond.csv",
+        "time_format = \"epoch-s\"",
+        Err(()),
+        &["is a time beyond the calendar"]
+    ),
+    case!("time-relative-large.csv", "", Ok("f op 30000:50 30001:51"), &[]),
+];
+
+#[test]
+fn every_file_is_read_or_refused_as_it_should_be() {
+    let wrong: Vec<String> = CASES.iter().filter_map(|case| check(case).err()).collect();
+    assert!(
+        wrong.is_empty(),
+        "{}",
+        wrong.join(
+            "
+"
+        )
+    );
+}
+
+fn check(case: &Case) -> Result<(), String> {
+    let file = case.file;
+    let options =
+        ReadOptions::parse(case.mapping, "map.toml").map_err(|e| format!("{file}: {e}"))?;
+    let (said, read) = match reading::parse(case.bytes, "f.csv", &options) {
+        Ok(reading) => {
+            let shown: Vec<_> = reading.recordings.iter().map(recording).collect();
+            let notes = reading.recordings.iter().flat_map(|r| &r.notes).chain(&reading.notes);
+            (
+                notes.cloned().collect::<Vec<_>>().join(
+                    "
+",
+                ),
+                Ok(shown.join(" | ")),
+            )
+        }
+        Err(error) => (error.to_string(), Err(())),
+    };
+    if read.as_deref() != case.read.as_deref() {
+        return Err(format!("{file}: {read:?}, expected {:?}; said is {said}", case.read));
+    }
+    if read.is_err() && !said.starts_with("f.csv") {
+        return Err(format!("{file}: the message must name the file: {said}"));
+    }
+    match case.said.iter().find(|part| !said.contains(**part)) {
+        Some(part) => Err(format!("{file} must say {part:?}, but says: {said}")),
+        None => Ok(()),
+    }
+}
+
+/// Every file of the folder is a case.
+#[test]
+fn no_file_is_forgotten() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus");
+    for entry in std::fs::read_dir(folder).expect("the folder") {
+        let name = entry.expect("an entry").file_name();
+        assert!(CASES.iter().any(|case| *case.file == *name), "{name:?} is no case");
+    }
+}
+
+fn recording(recording: &Recording) -> String {
+    let mut shown = recording.name.clone();
+    if recording.loop_type != LoopType::Unknown {
+        shown += &format!("({})", recording.loop_type.name());
+    }
+    if let Some(start) = recording.start {
+        shown += &format!(" @{start}");
+    }
+    shown += &channel("op", Some(&recording.op));
+    shown += &channel("pv", recording.pv.as_ref());
+    shown += &channel("sp", recording.sp.as_ref());
+    shown += &channel("vp", recording.vp.as_ref());
+    if let Some(modes) = &recording.mode {
+        shown += " mode";
+        for (time, mode) in modes.time.iter().zip(&modes.modes) {
+            let letter = match mode {
+                Mode::Automatic => 'A',
+                Mode::Cascade => 'C',
+                Mode::Manual => 'M',
+                Mode::Other => '?',
+            };
+            shown += &format!(" {time}:{letter}");
+        }
+    }
+    shown
+}
+
+fn channel(name: &str, channel: Option<&Channel>) -> String {
+    let Some(channel) = channel else { return String::new() };
+    let mut shown = format!(" {name}");
+    for ((time, value), quality) in channel.time.iter().zip(&channel.values).zip(&channel.quality) {
+        shown += &match quality {
+            Quality::Good => format!(" {time}:{value}"),
+            Quality::Uncertain => format!(" {time}:{value}?"),
+            Quality::Bad => format!(" {time}:b"),
+            Quality::Missing => format!(" {time}:m"),
+        };
+    }
+    if let Some(range) = &channel.range {
+        shown += &format!(" ({}..{})", range.low, range.high);
+    }
+    shown
+}
