@@ -4,9 +4,11 @@
 //! error that names the file, the line or row, the key or column, and what would be right.
 #![forbid(unsafe_code)]
 
+mod budget;
 mod built_in;
 mod error;
 mod fields;
+pub mod parquet_file;
 pub mod scenario;
 pub mod sheet;
 pub mod table;
