@@ -8,6 +8,7 @@ mod budget;
 mod built_in;
 mod error;
 mod fields;
+pub mod matlab_file;
 pub mod parquet_file;
 pub mod scenario;
 pub mod sheet;
