@@ -29,6 +29,9 @@ const UTF32: u32 = 18;
 /// A flag of an array.
 const COMPLEX: u32 = 0x0800;
 
+/// Messages name the fields that lead to an error down to this depth.
+const MAX_NAMED: usize = 4;
+
 /// Longer names of fields are not MATLAB's, which end at 63.
 const MAX_NAME: usize = 1024;
 
@@ -231,9 +234,10 @@ fn matrix(
         _ => return Err("is damaged: an array has impossible dimensions; save it again".to_owned()),
     };
     let name = input.element()?.name();
-    let within = |message: Message| match name.is_empty() {
-        true => message,
-        false => format!("{message}, in \"{name}\""),
+    // What is nested has no name of its own, and is found in its variable.
+    let within = |message: Message| match depth {
+        0 => format!("{message}, in \"{name}\""),
+        _ => message,
     };
     let value = match class {
         1 => cells(input, count, depth, budget).map_err(within)?,
@@ -320,7 +324,10 @@ fn structs(
         for name in &names {
             budget.spend(name.len() + size_of::<(String, Value)>())?;
             let value = nested(&mut input, depth, budget);
-            let value = value.map_err(|message| format!("{message}, in the field \"{name}\""))?;
+            let value = value.map_err(|message| match depth {
+                0..MAX_NAMED => format!("{message}, in the field \"{name}\""),
+                _ => message,
+            })?;
             fields.push((name.clone(), value));
         }
         structs.push(fields);
