@@ -100,7 +100,7 @@ impl Value {
 
     /// A matrix of characters with `rows` rows, which is text if there is but one.
     fn characters(rows: usize, characters: &[char]) -> Self {
-        if rows <= 1 || characters.len() % rows != 0 {
+        if rows <= 1 || characters.is_empty() || characters.len() % rows != 0 {
             return Self::Text(characters.iter().collect::<String>().trim_end().to_owned());
         }
         let row = |row: usize| {

@@ -231,6 +231,8 @@ fn matlab_cases() -> Vec<Case> {
             "is damaged: 2147483647 cells or structs do not fit into its bytes; save it again, in \
              \"c\"",
         ),
+        // As many rows of text as there are numbers, each without a character.
+        ("rows.mat", file(w.array(4, &[u32::MAX >> 1, 0], "s", &[])), "variables are \"s\""),
         ("no_array.mat", file(w.array(1, &[1, 1], "c", &[words])), "a cell or field is no array"),
         (
             "nameless.mat",
