@@ -1,7 +1,7 @@
 //! Sheets from MATLAB files.
 //!
 //! A file is read into a tree of values first, whichever version it is of: level 5 (`-v6`, `-v7`) by
-//! [`level5`], version 7.3, which is HDF5, by [`hdf5`]. Then [`sheets`] finds the sheets in the tree.
+//! `level5`, version 7.3, which is HDF5, by `hdf5`. Then `sheets` finds the sheets in the tree.
 
 #[cfg(feature = "matlab73")]
 mod hdf5;
@@ -92,7 +92,7 @@ impl Value {
 
     /// A matrix of `rows` rows, or nothing where `data` do not fill them.
     fn numbers(rows: usize, data: Vec<f64>) -> Self {
-        if rows == 0 || data.len() % rows != 0 {
+        if rows == 0 || !data.len().is_multiple_of(rows) {
             return Self::empty();
         }
         Self::Numbers { rows, cols: data.len() / rows, data }
@@ -100,7 +100,7 @@ impl Value {
 
     /// A matrix of characters with `rows` rows, which is text if there is but one.
     fn characters(rows: usize, characters: &[char]) -> Self {
-        if rows <= 1 || characters.is_empty() || characters.len() % rows != 0 {
+        if rows <= 1 || characters.is_empty() || !characters.len().is_multiple_of(rows) {
             return Self::Text(characters.iter().collect::<String>().trim_end().to_owned());
         }
         let row = |row: usize| {

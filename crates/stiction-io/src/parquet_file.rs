@@ -1,8 +1,8 @@
 //! Sheets from Parquet files.
 //!
 //! The `parquet` crate knows the schema and the encodings of values. What it would believe without
-//! having seen it, sizes and counts, is checked here first: the footer in [`check_footer`], pages in
-//! [`pages`].
+//! having seen it, sizes and counts, is checked here first: the footer in `check_footer`, pages in
+//! `pages`.
 
 mod arrow_schema;
 mod pages;
