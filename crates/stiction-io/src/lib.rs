@@ -5,6 +5,7 @@
 //! error that names the file, the line or row, the key or column, and what would be right.
 #![forbid(unsafe_code)]
 
+mod budget;
 mod built_in;
 pub mod csv_sheet;
 mod encoding;
@@ -12,9 +13,11 @@ mod error;
 mod fields;
 pub mod layout;
 mod mapping;
+pub mod matlab_file;
 mod mode;
 pub mod number;
 pub mod options;
+pub mod parquet_file;
 mod quality;
 mod range;
 pub mod reading;

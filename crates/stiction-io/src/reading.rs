@@ -3,8 +3,10 @@
 use crate::csv_sheet::{self, Dialect};
 use crate::error::{Error, Result};
 use crate::layout::{self, Layout, LoopPlan, Place, Plan, Recognised};
+use crate::matlab_file::matlab_sheets;
 use crate::number::{self, DecimalMark};
 use crate::options::ReadOptions;
+use crate::parquet_file::parquet_sheets;
 use crate::range;
 use crate::role::{self, Signal};
 use crate::sheet::{Cells, Column, Sheet};
@@ -126,20 +128,14 @@ pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Readin
 /// The sheets in `bytes`, by the signature they begin with; what has none is text.
 fn sheets(bytes: &[u8], origin: &str) -> Result<(Format, Vec<Sheet>, Vec<String>)> {
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
-    let unread = |format: Format| {
-        Err(Error::Table {
-            origin: origin.to_owned(),
-            message: format!("is a {} file, which is not read yet; export CSV", format.name()),
-        })
-    };
     if bytes.starts_with(b"PAR1") {
-        return unread(Format::Parquet);
+        return Ok((Format::Parquet, parquet_sheets(bytes, origin)?, vec![]));
     }
     if bytes.starts_with(b"MATLAB 5.0")
         || bytes.starts_with(b"MATLAB 7.3")
         || bytes.starts_with(HDF5)
     {
-        return unread(Format::Matlab);
+        return Ok((Format::Matlab, matlab_sheets(bytes, origin)?, vec![]));
     }
     for (signature, message) in [
         (&b"PK\x03\x04"[..], "is a spreadsheet or ZIP archive; save the sheet as CSV"),
