@@ -1,12 +1,16 @@
 //! The `stiction` command: sticking control valves, simulated.
 #![forbid(unsafe_code)]
 
+mod bench;
+mod diagnose;
 mod figures;
 mod inspect;
 mod output;
+mod progress;
 mod reading_args;
 mod simulate;
 mod stem;
+mod text;
 mod valve;
 
 use clap::{Parser, Subcommand};
@@ -26,6 +30,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Diagnose(diagnose::Args),
+    Bench(bench::Args),
     Valve(valve::Args),
     Stem(stem::Args),
     Simulate(simulate::Args),
@@ -35,6 +41,8 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Diagnose(args) => diagnose::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Valve(args) => valve::run(args),
         Command::Stem(args) => stem::run(args),
         Command::Simulate(args) => simulate::run(args),

@@ -8,7 +8,7 @@ use stiction_io::options::Mapped;
 use stiction_io::timestamp::{TimeFormat, Zone};
 
 /// What the user says of the files; all of it can be left to be recognised.
-#[derive(clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "What the files hold")]
 pub struct Reading {
     /// Say what a column or tag is: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality
@@ -48,21 +48,22 @@ pub struct Reading {
 
 impl Reading {
     /// The options, those of the command line before those of the mapping file.
-    pub fn options(self) -> Result<ReadOptions> {
-        let mut options = match &self.mapping {
+    pub fn options(&self) -> Result<ReadOptions> {
+        let given = self.clone();
+        let mut options = match &given.mapping {
             Some(path) => ReadOptions::read(path)?,
             None => ReadOptions::default(),
         };
-        options.map.extend(self.map);
-        options.bad_text.extend(self.bad_text);
-        options.zone = self.zone.or(options.zone);
-        options.time_format = self.time_format.or(options.time_format);
-        options.sample_time = self.sample_time.or(options.sample_time);
+        options.map.extend(given.map);
+        options.bad_text.extend(given.bad_text);
+        options.zone = given.zone.or(options.zone);
+        options.time_format = given.time_format.or(options.time_format);
+        options.sample_time = given.sample_time.or(options.sample_time);
         let all = &mut options.all;
-        all.op_range = self.op_range.or(all.op_range);
-        all.pv_range = self.pv_range.or(all.pv_range);
-        all.vp_range = self.vp_range.or(all.vp_range);
-        all.loop_type = self.loop_type.or(all.loop_type);
+        all.op_range = given.op_range.or(all.op_range);
+        all.pv_range = given.pv_range.or(all.pv_range);
+        all.vp_range = given.vp_range.or(all.vp_range);
+        all.loop_type = given.loop_type.or(all.loop_type);
         Ok(options)
     }
 }

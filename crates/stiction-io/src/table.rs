@@ -140,15 +140,7 @@ impl Table {
     /// # Errors
     /// If there is no such column, or a cell is empty, not a number, NaN or infinite.
     pub fn column(&self, name: &str) -> Result<Vec<f64>> {
-        let Some(index) = self.header.iter().position(|n| n == name) else {
-            return Err(Error::Table {
-                origin: self.origin.clone(),
-                message: format!(
-                    "has no column \"{name}\"; its columns are {}",
-                    self.header.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ")
-                ),
-            });
-        };
+        let index = self.index(name)?;
         let number = |(i, row): (usize, &csv::StringRecord)| {
             let cell = row.get(index).unwrap_or("").trim();
             match cell.parse::<f64>() {
@@ -163,6 +155,26 @@ impl Table {
             }
         };
         self.rows.iter().enumerate().map(number).collect()
+    }
+
+    /// The cells of the column called `name` as they are written, less blanks about them.
+    ///
+    /// # Errors
+    /// If there is no such column.
+    pub fn texts(&self, name: &str) -> Result<Vec<String>> {
+        let index = self.index(name)?;
+        Ok(self.rows.iter().map(|row| row.get(index).unwrap_or("").trim().to_owned()).collect())
+    }
+
+    /// The place of the column called `name`.
+    fn index(&self, name: &str) -> Result<usize> {
+        self.header.iter().position(|n| n == name).ok_or_else(|| Error::Table {
+            origin: self.origin.clone(),
+            message: format!(
+                "has no column \"{name}\"; its columns are {}",
+                self.header.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ")
+            ),
+        })
     }
 
     /// The table with one more column, as CSV text. Numbers are written so that they read back the

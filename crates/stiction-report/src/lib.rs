@@ -29,6 +29,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod document;
 mod error;
 mod escape;
 pub mod figure;

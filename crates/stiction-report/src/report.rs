@@ -26,8 +26,10 @@
 //! # Ok::<(), stiction_report::Error>(())
 //! ```
 
+mod diagnosis;
 pub mod layout;
 pub mod views;
 
+pub use diagnosis::html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Source, Table, Tone};
 pub use views::{Context, Ellipse};

@@ -4,8 +4,13 @@
 //! Recording ──> Grid ──> the longest stretch ──> Fitness, Oscillation ──> Findings ──> Verdict
 //! ```
 
+mod diagnosis;
 mod kpis;
+pub mod scoreboard;
 mod verdict;
 
+pub use diagnosis::{Diagnosis, Options, diagnose};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
-pub use verdict::{Basis, Estimate, Stiction, Verdict, VerdictClass, Votes, preliminary};
+pub use verdict::{
+    Basis, Estimate, FEWEST_VOTES, Stiction, Verdict, VerdictClass, Votes, preliminary,
+};

@@ -49,12 +49,15 @@ impl LoopType {
         ("unknown", Self::Unknown),
     ];
 
-    /// The type of that name.
+    /// The type of that name; `analyser`, `concentration` and `composition` are names of analysis.
     ///
     /// # Errors
     /// If there is none.
     pub fn by_name(name: &str) -> Result<Self> {
-        let lower = name.to_ascii_lowercase();
+        let lower = match &name.to_ascii_lowercase()[..] {
+            "analyser" | "analyzer" | "concentration" | "composition" => "analysis".to_owned(),
+            other => other.to_owned(),
+        };
         Self::NAMES.iter().find(|(known, _)| *known == lower).map(|(_, found)| *found).ok_or_else(
             || Error::UnknownName {
                 family: "loop type",

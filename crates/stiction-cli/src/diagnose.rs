@@ -1,0 +1,202 @@
+//! `stiction diagnose`: recordings of real loops.
+
+mod methods;
+mod summary;
+
+use crate::output;
+use crate::progress;
+use crate::reading_args::Reading;
+use anyhow::{Result, bail};
+use clap::Parser;
+use rayon::prelude::*;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use stiction::diagnose::{Diagnosis, KpiOptions, Options, diagnose};
+use stiction::recording::{GridOptions, Recording};
+use stiction_report::document::{self, Document, Source};
+use stiction_report::report;
+
+/// Diagnose recordings: do the data suffice, does the loop cycle, what does every published method say?
+///
+/// Reads SP, PV, OP (and, where they are recorded, valve position and mode) from CSV, Parquet or MATLAB
+/// files; `stiction inspect` shows what is recognised in them. Of each loop the longest stretch in
+/// automatic is judged. The verdict is a preliminary one: the majority of the methods that apply, or
+/// the measured valve position if there is one.
+///
+/// Exit codes: 0, all files were diagnosed; 2, some could not be, and the messages say why.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction diagnose samples/FIC101-sticky.csv --report report.html
+  stiction diagnose plant/*.csv --csv ranking.csv
+  stiction diagnose export.csv --loop FIC101 --type flow --json")]
+pub struct Args {
+    /// CSV, Parquet or MATLAB files
+    #[arg(required_unless_present_any = ["schema", "methods"], value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Diagnose this loop only; may be given several times
+    #[arg(long = "loop", value_name = "TAG")]
+    loops: Vec<String>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Bring the recording onto a grid of this step, in s, in place of its own commonest one
+    #[arg(long, value_name = "SECONDS")]
+    grid: Option<f64>,
+    /// Dead time of the loop, in s, for the Harris index
+    #[arg(long, value_name = "SECONDS")]
+    dead_time: Option<f64>,
+    /// Write a report to this file: one self-contained HTML page
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
+    /// Print the results as JSON
+    #[arg(long, conflicts_with = "schema")]
+    json: bool,
+    /// Write a table with one row a loop to this CSV file; - is standard output
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "schema"])]
+    csv: Option<PathBuf>,
+    /// Print the JSON schema of what --json prints
+    #[arg(long)]
+    schema: bool,
+    /// List the methods with their rules, parameters and sources, in Markdown
+    #[arg(long, conflicts_with_all = ["json", "schema", "csv"])]
+    methods: bool,
+}
+
+/// A loop with its diagnosis, and where it comes from.
+pub struct Diagnosed {
+    pub source: Source,
+    pub diagnosis: Diagnosis,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    if args.schema {
+        return output::line(document::schema());
+    }
+    if args.methods {
+        return output::write(None, methods::table().as_bytes());
+    }
+    let options = Options {
+        loop_type: None,
+        grid: GridOptions { sample_time: args.grid },
+        kpis: KpiOptions { dead_time: args.dead_time },
+    };
+    let (recordings, mut failures) = read_all(&args)?;
+    let (loops, refused) = diagnose_all(&recordings, &options);
+    failures.extend(refused);
+
+    if let Some(path) = &args.report {
+        let loops: Vec<(&Diagnosis, &Source)> =
+            loops.iter().map(|each| (&each.diagnosis, &each.source)).collect();
+        output::write(Some(path), report::html(&tool(), &loops)?.as_bytes())?;
+    }
+    let done = || -> Result<()> {
+        if let Some(path) = &args.csv {
+            output::write(Some(path), summary::csv(&loops)?.as_bytes())?;
+        }
+        if args.json {
+            let loops = loops
+                .iter()
+                .map(|each| document::Loop::new(&each.diagnosis, each.source.clone()))
+                .collect();
+            return output::line(Document::new(tool(), loops).json());
+        }
+        if args.csv.is_none() {
+            match &loops[..] {
+                [] => {}
+                [one] => output::write(None, summary::one(one).as_bytes())?,
+                several => output::write(None, summary::several(several).as_bytes())?,
+            }
+        }
+        if let Some(path) = &args.report
+            && path != Path::new("-")
+            && args.csv.as_deref() != Some(Path::new("-"))
+        {
+            output::note(format!("the report is in {}", path.display()));
+        }
+        Ok(())
+    };
+    if !loops.is_empty() {
+        done()?;
+    }
+    let Some(last) = failures.pop() else { return Ok(()) };
+    for failure in failures {
+        let _ = writeln!(std::io::stderr(), "stiction: {failure:#}");
+    }
+    Err(last)
+}
+
+/// The program with its version.
+pub fn tool() -> String {
+    concat!("stiction ", env!("CARGO_PKG_VERSION")).to_owned()
+}
+
+/// The wanted recordings of all files with their sources, and what could not be read.
+#[allow(clippy::type_complexity)]
+fn read_all(args: &Args) -> Result<(Vec<(Source, Recording)>, Vec<anyhow::Error>)> {
+    let options = args.reading.options()?;
+    let progress = progress::bar("reading", args.files.len());
+    let readings: Vec<_> = args
+        .files
+        .par_iter()
+        .map(|path| {
+            let reading = stiction_io::reading::read(path, &options);
+            progress.inc(1);
+            reading
+        })
+        .collect();
+    progress.finish_and_clear();
+    let (mut recordings, mut failures) = (vec![], vec![]);
+    let mut known = vec![];
+    for reading in readings {
+        let reading = match reading {
+            Ok(reading) => reading,
+            Err(error) => {
+                failures.push(error.into());
+                continue;
+            }
+        };
+        for mut recording in reading.recordings {
+            known.push(recording.name.clone());
+            if !args.loops.is_empty()
+                && !args.loops.iter().any(|tag| tag.eq_ignore_ascii_case(&recording.name))
+            {
+                continue;
+            }
+            recording.notes.splice(0..0, reading.notes.iter().cloned());
+            let source = Source { file: reading.origin.clone(), sha256: reading.sha256.clone() };
+            recordings.push((source, recording));
+        }
+    }
+    for tag in &args.loops {
+        if failures.is_empty() && !known.iter().any(|name| name.eq_ignore_ascii_case(tag)) {
+            bail!("--loop {tag}: there is no such loop; there are {}", known.join(", "));
+        }
+    }
+    Ok((recordings, failures))
+}
+
+/// Diagnoses all recordings, in their order.
+pub fn diagnose_all(
+    recordings: &[(Source, Recording)],
+    options: &Options,
+) -> (Vec<Diagnosed>, Vec<anyhow::Error>) {
+    let progress = progress::bar("diagnosing", recordings.len());
+    let results: Vec<_> = recordings
+        .par_iter()
+        .map(|(source, recording)| {
+            let result = diagnose(recording, options);
+            progress.inc(1);
+            (source, recording, result)
+        })
+        .collect();
+    progress.finish_and_clear();
+    let (mut loops, mut failures) = (vec![], vec![]);
+    for (source, recording, result) in results {
+        match result {
+            Ok(diagnosis) => loops.push(Diagnosed { source: source.clone(), diagnosis }),
+            Err(error) => {
+                failures.push(anyhow::anyhow!("{}, loop {}: {error}", source.file, recording.name))
+            }
+        }
+    }
+    (loops, failures)
+}

@@ -1,0 +1,48 @@
+//! The methods, described by the registry.
+
+use crate::text::number;
+use std::fmt::Write;
+use stiction::detect::{self, Applies, Decides, Needs};
+
+/// All methods in Markdown.
+pub fn table() -> String {
+    let mut out = String::from(
+        "# Methods\n\nMade by `stiction diagnose --methods`; a test compares. Equations, assumptions and \
+         limits are in the library's documentation, module `stiction::detect`.\n",
+    );
+    for detector in detect::all() {
+        let method = detector.method();
+        let applies = match method.applies {
+            Applies::AnyLoop => "any loop",
+            Applies::SelfRegulating => "self-regulating loops",
+            Applies::Integrating => "integrating loops",
+        };
+        let needs = match method.needs {
+            Needs::Op => "OP",
+            Needs::OpAndPv => "OP and PV",
+            Needs::Error => "OP and PV, and SP where it moves",
+            Needs::OpAndVp => "OP and the valve position",
+        };
+        let decides = match method.decides {
+            Decides::Stiction => "stiction; it votes",
+            Decides::Nonlinearity => "nonlinearity; it has no vote",
+        };
+        // Writing to a string cannot fail.
+        let _ = write!(
+            out,
+            "\n## {}\n\n`{}`\n\n* Statistic: {}\n* Rule: {}\n* Decides on {decides}\n* For {applies}; \
+             needs {needs}\n",
+            method.title, method.name, method.statistic, method.rule
+        );
+        let parameters: Vec<String> = detector
+            .parameters()
+            .iter()
+            .map(|p| format!("{} {}", p.name, format!("{} {}", number(p.value), p.unit).trim()))
+            .collect();
+        if !parameters.is_empty() {
+            let _ = writeln!(out, "* Parameters: {}", parameters.join(", "));
+        }
+        let _ = writeln!(out, "* Source: {}", method.source);
+    }
+    out
+}

@@ -1,0 +1,13 @@
+//! Progress of long work: a bar on a terminal, nothing in a pipe.
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar that counts up to `total` pieces of work. Whoever calls it clears it.
+pub fn bar(what: &'static str, total: usize) -> ProgressBar {
+    // One piece needs no bar; and indicatif draws on terminals only.
+    let bar = if total < 2 { ProgressBar::hidden() } else { ProgressBar::new(total as u64) };
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
+        bar.set_style(style);
+    }
+    bar.with_message(what)
+}

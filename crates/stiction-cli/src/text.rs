@@ -1,0 +1,99 @@
+//! Numbers, durations, paragraphs and columns on a terminal.
+
+use unicode_width::UnicodeWidthStr;
+
+/// A number with four significant digits.
+pub fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = value.abs().log10().floor();
+    if !(-4.0..6.0).contains(&magnitude) {
+        return format!("{value:.2e}");
+    }
+    let decimals = (3.0 - magnitude).max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// A duration in the unit that suits it.
+pub fn seconds(value: f64) -> String {
+    match value.abs() {
+        v if v < 300.0 => format!("{} s", number(value)),
+        v if v < 3.0 * 3600.0 => format!("{} min", number(value / 60.0)),
+        v if v < 3.0 * 86400.0 => format!("{} h", number(value / 3600.0)),
+        _ => format!("{} d", number(value / 86400.0)),
+    }
+}
+
+/// A paragraph broken into lines of at most `width` columns, between words.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.len() - 1;
+        let line = &mut lines[last];
+        if !line.is_empty() && line.width() + 1 + word.width() > width {
+            lines.push(word.to_owned());
+        } else {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines
+}
+
+/// Rows in columns two blanks apart; `right` tells which are aligned right.
+pub fn columns<const N: usize>(rows: &[[String; N]], right: &[bool; N]) -> String {
+    let width: Vec<usize> =
+        (0..N).map(|c| rows.iter().map(|row| row[c].width()).max().unwrap_or(0)).collect();
+    let mut out = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (c, cell) in row.iter().enumerate() {
+            let blank = " ".repeat(width[c] - cell.width());
+            let (before, after) =
+                if right[c] { (blank.as_str(), "") } else { ("", blank.as_str()) };
+            line += &format!("{before}{cell}{after}  ");
+        }
+        out += line.trim_end();
+        out.push('\n');
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.0, "1"),
+            (0.123456, "0.1235"),
+            (-12.3456, "-12.35"),
+            (12345.6, "12346"),
+            (100.0, "100"),
+            (1.5e-7, "1.50e-7"),
+            (2e9, "2.00e9"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+        assert_eq!(seconds(75.0), "75 s");
+        assert_eq!(seconds(7200.0), "120 min");
+        assert_eq!(seconds(604800.0), "7 d");
+    }
+
+    #[test]
+    fn paragraphs_and_columns() {
+        assert_eq!(wrapped("one two  three", 7), ["one two", "three"]);
+        let rows = [["a", "1"], ["long", "22"]].map(|row| row.map(str::to_owned));
+        assert_eq!(columns(&rows, &[false, true]), "a      1\nlong  22\n");
+    }
+}

@@ -1,0 +1,204 @@
+//! All steps in a row.
+
+use super::verdict::{Estimate, Stiction, Verdict, preliminary};
+use super::{KpiOptions, Kpis};
+use crate::detect::{self, Abstention, Finding, Measured, Spread, Subject, ValvePosition};
+use crate::error::Result;
+use crate::oscillation::{self, Oscillation};
+use crate::recording::fitness::{self, Class, Fitness, Measure};
+use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
+
+/// What may be told about a loop before it is diagnosed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Options {
+    /// What the loop controls, if the recording does not know.
+    pub loop_type: Option<LoopType>,
+    /// How the recording is brought onto a grid.
+    pub grid: GridOptions,
+    /// What the key figures need to know.
+    pub kpis: KpiOptions,
+}
+
+/// Everything that was found out about one loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnosis {
+    /// Tag of the loop.
+    pub name: String,
+    /// What it controls.
+    pub loop_type: LoopType,
+    /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
+    pub start: Option<f64>,
+    /// The recording on a regular grid, with what was mended.
+    pub grid: Grid,
+    /// The controller's mode over time, where it is recorded.
+    pub mode: Option<Modes>,
+    /// Unit of the PV, where the file names one.
+    pub pv_unit: Option<String>,
+    /// Which of the grid's stretches was judged: the longest. `None` if there is none.
+    pub judged: Option<usize>,
+    /// Whether the data can answer.
+    pub fitness: Fitness,
+    /// The oscillation of the control error, or of the PV where there is no set point; `None` without
+    /// a PV.
+    pub error_oscillation: Option<Oscillation>,
+    /// The oscillation of the OP; `None` without a stretch.
+    pub op_oscillation: Option<Oscillation>,
+    /// What each method says, in the order of the registry.
+    pub findings: Vec<Finding>,
+    /// Key figures of the loop.
+    pub kpis: Kpis,
+    /// The conclusion.
+    pub verdict: Verdict,
+    /// How much it sticks.
+    pub stiction: Stiction,
+    /// What the reader of the file, or a step on the way, wants the user to know.
+    pub notes: Vec<String>,
+}
+
+impl Diagnosis {
+    /// The stretch that was judged.
+    pub fn stretch(&self) -> Option<&Stretch> {
+        self.grid.stretches.get(self.judged?)
+    }
+
+    /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
+    /// else that of the OP if that does, else that of the error, where there is one.
+    pub fn oscillation(&self) -> Option<(&'static str, &Oscillation)> {
+        dominant(self.error_oscillation.as_ref(), self.op_oscillation.as_ref())
+    }
+
+    /// What the detectors looked at, for plots of their evidence.
+    pub fn subject(&self) -> Option<Subject<'_>> {
+        let stretch = self.stretch()?;
+        Some(Subject::new(stretch, self.loop_type, period(self.oscillation(), stretch)))
+    }
+}
+
+fn dominant<'a>(
+    error: Option<&'a Oscillation>,
+    op: Option<&'a Oscillation>,
+) -> Option<(&'static str, &'a Oscillation)> {
+    let (error, op) = (error.map(|o| ("error", o)), op.map(|o| ("OP", o)));
+    [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
+}
+
+/// The period of an oscillation, in samples.
+fn period(oscillation: Option<(&'static str, &Oscillation)>, stretch: &Stretch) -> Option<f64> {
+    Some(oscillation?.1.period_s? / stretch.sample_time)
+}
+
+/// Diagnoses a recording.
+///
+/// # Errors
+/// If the recording cannot be brought onto a grid, as when its times make no sense. Whatever else is
+/// wrong with the data is a result: the diagnosis says that it cannot tell, and why.
+pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    let grid = Grid::of(recording, &options.grid)?;
+    let longest = grid.stretches.iter().map(Stretch::len).max();
+    let judged = longest.and_then(|n| grid.stretches.iter().position(|s| s.len() == n));
+    let loop_type = options.loop_type.unwrap_or(recording.loop_type);
+    let stretch = judged.map(|index| &grid.stretches[index]);
+
+    let op_oscillation = stretch.map(|s| oscillation::analyse(&s.op, s.sample_time));
+    let error_oscillation = stretch.and_then(|stretch| {
+        let error = Subject::new(stretch, loop_type, None).error()?.values.clone();
+        Some(oscillation::analyse(&error, stretch.sample_time))
+    });
+    let dominant = dominant(error_oscillation.as_ref(), op_oscillation.as_ref());
+    let period = stretch.and_then(|stretch| period(dominant, stretch));
+
+    let fitness = match stretch {
+        Some(stretch) => fitness::assess(recording, &grid, stretch, period),
+        None => Fitness::of(vec![no_stretch(&grid)]),
+    };
+    let findings: Vec<Finding> = match stretch {
+        Some(stretch) => {
+            let subject = Subject::new(stretch, loop_type, period);
+            detect::all().iter().map(|detector| detector.judge(&subject)).collect()
+        }
+        None => detect::all()
+            .iter()
+            .map(|detector| {
+                let why = "there is no stretch in automatic to look at".to_owned();
+                Finding::abstains(detector.method(), detect::Abstention(why))
+            })
+            .collect(),
+    };
+    let kpis = stretch
+        .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
+    let verdict = preliminary(&fitness, &findings);
+    let stiction = match stretch {
+        Some(stretch) => measured(&Subject::new(stretch, loop_type, period)),
+        None => Stiction::default(),
+    };
+    let mut notes = recording.notes.clone();
+    if let Some(stretch) = stretch
+        && grid.stretches.len() > 1
+    {
+        notes.push(format!(
+            "the recording is cut into {} stretches; the longest, {:.0} % of its duration, is judged",
+            grid.stretches.len(),
+            100.0 * stretch.duration() / (grid.duration + grid.sample_time)
+        ));
+    }
+    Ok(Diagnosis {
+        name: recording.name.clone(),
+        loop_type,
+        start: recording.start,
+        mode: recording.mode.clone(),
+        pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.clone()),
+        judged,
+        fitness,
+        error_oscillation,
+        op_oscillation,
+        findings,
+        kpis,
+        verdict,
+        stiction,
+        notes,
+        grid,
+    })
+}
+
+/// How much the valve sticks by its measured position. The intervals are the quartiles of the events.
+fn measured(subject: &Subject<'_>) -> Stiction {
+    let valve = match ValvePosition::default().run(subject) {
+        Ok(valve) => valve,
+        Err(_) if subject.stretch.vp.is_none() => {
+            let why =
+                "no valve position is recorded, and an estimate from OP and PV is not made yet";
+            return Stiction { why_not: Some(why.to_owned()), ..Stiction::default() };
+        }
+        Err(Abstention(why)) => return Stiction { why_not: Some(why), ..Stiction::default() },
+    };
+    let estimate = |measured: &Measured| {
+        let spread = measured.as_ref().ok()?;
+        let Spread { median: value, lower_quartile: low, upper_quartile: high, .. } = *spread;
+        Some(Estimate { value, low, high })
+    };
+    let why = |measured: &Measured| measured.as_ref().err().map(|Abstention(why)| why.clone());
+    Stiction {
+        model: Some("the measured valve position; from the lower to the upper quartile".to_owned()),
+        s: estimate(&valve.s),
+        j: estimate(&valve.j),
+        why_not: why(&valve.s).or_else(|| why(&valve.j)),
+    }
+}
+
+/// Why there is nothing to judge.
+fn no_stretch(grid: &Grid) -> Measure {
+    Measure {
+        name: "automatic stretch",
+        value: Some(100.0 * grid.closed_share),
+        unit: "%",
+        caveat_at: None,
+        unfit_at: Some(0.0),
+        class: Class::Unfit,
+        reason: if grid.closed_share == 0.0 {
+            "the loop never was in automatic, so the valve was not driven by its controller"
+                .to_owned()
+        } else {
+            "no stretch in automatic has enough good samples in a row".to_owned()
+        },
+    }
+}

@@ -1,0 +1,91 @@
+//! How often methods are right, on loops whose truth is known.
+
+use crate::detect::Decision;
+
+/// How a method, or a verdict, decided on some loops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// It said that the valve sticks, or that the loop is not linear.
+    pub positive: usize,
+    /// It said that it does not, or that the loop is linear.
+    pub negative: usize,
+    /// It applied and was undecided.
+    pub undecided: usize,
+    /// It abstained.
+    pub abstains: usize,
+}
+
+impl Counts {
+    /// Counts one more decision.
+    pub fn add(&mut self, decision: Decision) {
+        match decision {
+            Decision::Sticks | Decision::Nonlinear => self.positive += 1,
+            Decision::DoesNotStick | Decision::Linear => self.negative += 1,
+            Decision::Undecided => self.undecided += 1,
+            Decision::Abstains => self.abstains += 1,
+        }
+    }
+
+    /// All loops.
+    pub fn all(&self) -> usize {
+        self.positive + self.negative + self.undecided + self.abstains
+    }
+
+    /// What most of some decisions come to, as for the windows of one valve: undecided if positive
+    /// and negative ones are equally many, abstaining if all abstain.
+    pub fn majority(&self) -> Decision {
+        match self.positive.cmp(&self.negative) {
+            std::cmp::Ordering::Greater => Decision::Sticks,
+            std::cmp::Ordering::Less => Decision::DoesNotStick,
+            _ if self.abstains == self.all() => Decision::Abstains,
+            _ => Decision::Undecided,
+        }
+    }
+}
+
+/// The 95 % interval of a share of which `k` of `n` were counted; 0 to 1 for none.
+///
+/// Source: E. B. Wilson, "Probable inference, the law of succession, and statistical inference",
+/// J. Am. Stat. Assoc. 22 (1927) 209-212.
+pub fn wilson(k: usize, n: usize) -> (f64, f64) {
+    if n == 0 {
+        return (0.0, 1.0);
+    }
+    /// The normal quantile that leaves 2.5 % above it.
+    const Z: f64 = 1.959_963_984_540_054;
+    let (n, share) = (n as f64, k as f64 / n as f64);
+    let z2 = Z * Z / n;
+    let middle = share + z2 / 2.0;
+    let half = Z * (share * (1.0 - share) / n + z2 / (4.0 * n)).sqrt();
+    (((middle - half) / (1.0 + z2)).max(0.0), ((middle + half) / (1.0 + z2)).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_of_shares() {
+        // Ten of a hundred: 5.5 % to 17.4 %, as tabulated everywhere.
+        let (low, high) = wilson(10, 100);
+        assert!((low - 0.0552).abs() < 1e-4 && (high - 0.1744).abs() < 1e-4, "{low} {high}");
+        assert_eq!(wilson(0, 0), (0.0, 1.0));
+        assert_eq!(wilson(0, 50).0, 0.0);
+        assert!(wilson(50, 50).1 == 1.0 && wilson(50, 50).0 > 0.92);
+    }
+
+    #[test]
+    fn majorities() {
+        let of = |decisions: &[Decision]| {
+            let mut counts = Counts::default();
+            decisions.iter().for_each(|d| counts.add(*d));
+            counts.majority()
+        };
+        use Decision::{Abstains, DoesNotStick, Sticks, Undecided};
+        assert_eq!(of(&[Sticks, Sticks, DoesNotStick, Abstains]), Sticks);
+        assert_eq!(of(&[Sticks, DoesNotStick]), Undecided);
+        assert_eq!(of(&[Abstains, Abstains]), Abstains);
+        assert_eq!(of(&[Abstains, Undecided]), Undecided);
+        assert_eq!(of(&[]), Abstains);
+    }
+}
