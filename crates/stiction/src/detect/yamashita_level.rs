@@ -25,8 +25,7 @@
 //!
 //! # Limits
 //! Abstains without an oscillation. Steps of the set point or of the load are corners too. Noise alone
-//! gives 0, within
-//! `sqrt(24/count)` of independent values.
+//! gives 0, give or take `sqrt(24/count)` of independent values.
 //!
 //! # Deviations from the paper
 //! Only the idea was recalled, not read: excess kurtosis of the twice differenced PV. Lag, averaging
