@@ -5,7 +5,8 @@ use stiction::Bands;
 use stiction::closed_loop::{ClosedLoop, Controller, NormalStream, Process, Signal, Wave};
 use stiction::detect::*;
 use stiction::recording::{LoopType, Stretch};
-use stiction::valve::{Assembly, Model};
+use stiction::series;
+use stiction::valve::{Assembly, Model, Valve};
 
 fn detectors() -> Vec<Box<dyn Detector>> {
     vec![
@@ -60,8 +61,16 @@ fn level(s: f64, j: f64, load: f64, noise: f64) -> Stretch {
     recorded(Process::integrator(0.1, 0.4).unwrap(), 1.5, 20.0, s, j, load, noise)
 }
 
+/// Twice the median length of the PV's half waves, samples.
+fn period(stretch: &Stretch) -> Option<f64> {
+    let pv = stretch.pv.as_ref()?;
+    let lengths: Vec<f64> =
+        series::half_waves(&series::centred(pv)).iter().map(|wave| wave.length()).collect();
+    (!lengths.is_empty()).then(|| 2.0 * series::median(&lengths))
+}
+
 fn judge(name: &str, stretch: &Stretch, loop_type: LoopType) -> Finding {
-    let finding = detector(name).judge(&Subject::new(stretch, loop_type, None));
+    let finding = detector(name).judge(&Subject::new(stretch, loop_type, period(stretch)));
     println!("{name:16} {:16} {}", finding.decision.name(), finding.reason);
     finding
 }
@@ -160,6 +169,34 @@ fn canonical_shapes_get_their_verdicts() {
     }
 }
 
+/// On the position of a valve with nothing but a dead band, method B finds it to its grid.
+#[test]
+fn kano_finds_a_dead_band() {
+    let op: Vec<f64> = (0..5000)
+        .map(|k| 50.0 + 8.0 * (f64::from(k) * 0.01).sin() + (f64::from(k) * 0.0234).sin())
+        .collect();
+    for (model, s, j) in [(Model::Play, 3.0, 0.0), (Model::Ideal, 0.0, 0.0)] {
+        let mut valve: Assembly = model.build(Bands::from_s_j(s, j).unwrap()).unwrap().into();
+        let mut vp = vec![0.0; op.len()];
+        valve.run(&op, &mut vp).unwrap();
+        let (op, vp) = (op[1000..].to_vec(), vp[1000..].to_vec());
+        let stretch = Stretch {
+            from: 0.0,
+            sample_time: 1.0,
+            op,
+            pv: None,
+            sp: None,
+            vp: Some(vp),
+            bridged: 0,
+        };
+        let subject = Subject::new(&stretch, LoopType::Level, None);
+        let found = Kano::default().run(&subject).unwrap();
+        assert!((found.width - s).abs() < 0.05, "{}", found.width);
+        assert!(found.explained > 0.999 && found.decision == Decision::Undecided);
+        assert!(if s > 0.0 { found.statistic > 0.1 } else { found.statistic == 0.0 });
+    }
+}
+
 /// Scales, offsets, the unit of time and, where the method does not care, the sign of the gain.
 #[test]
 fn units_make_no_difference() {
@@ -191,8 +228,8 @@ fn units_make_no_difference() {
                 if name == "direct" {
                     continue;
                 }
-                let before = each.judge(&Subject::new(&original, loop_type, None));
-                let after = each.judge(&Subject::new(&changed, loop_type, None));
+                let before = each.judge(&Subject::new(&original, loop_type, period(&original)));
+                let after = each.judge(&Subject::new(&changed, loop_type, period(&original)));
                 // Patterns have signs: of a loop whose gain is negative they count other jumps, but
                 // as many steps without an answer.
                 assert_eq!(before.decision, after.decision, "{name}: {}", after.reason);

@@ -117,6 +117,23 @@ fn a_healthy_valve_has_none() {
     }
 }
 
+/// A valve without friction that lags by seconds has no dead band.
+#[test]
+fn a_lag_is_no_stiction() {
+    let (op, _) = driven(Model::Ideal, 0.0, 0.0);
+    for (lag, sd) in [(0.3, 0.0), (3.0, 0.0), (3.0, 0.05)] {
+        let (mut vp, mut x) = (vec![], op[0]);
+        for u in &op {
+            x += (u - x) * (1.0 - f64::exp(-0.1 / lag));
+            vp.push(x);
+        }
+        let m = measure(0.1, &op, &noisy(&vp, sd, 0.0));
+        show(&format!("lag of {lag} s, noise {sd}"), &m);
+        assert_eq!(m.decision, Decision::DoesNotStick);
+        assert!(m.s.unwrap().median < m.resolution.max(0.1));
+    }
+}
+
 /// Travel and reversals: four turns of a sine of 20 % peak to peak in an hour.
 #[test]
 fn travel_and_offset() {
@@ -178,4 +195,29 @@ fn what_cannot_be_seen_is_not_told() {
     show("staircase", &upwards);
     assert!(upwards.s.is_err());
     assert!((upwards.j.unwrap().median - 1.5).abs() < 0.06);
+}
+
+/// A recording that is not part of the project; without it there is nothing to measure.
+#[test]
+fn a_recorded_healthy_valve() {
+    let folder: std::path::PathBuf =
+        [env!("CARGO_MANIFEST_DIR"), "../../../shared/data/damadics"].iter().collect();
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        println!("skipped: there is no recording");
+        return;
+    };
+    let files = entries.map(|entry| entry.unwrap().path());
+    for path in files.filter(|path| path.extension().is_some_and(|e| e == "csv")) {
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        let headers = reader.headers().unwrap().clone();
+        let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        let column = |name: &str| -> Option<Vec<f64>> {
+            let at = headers.iter().position(|h| h == name)?;
+            records.iter().map(|r| r[at].parse().ok()).collect()
+        };
+        let Some((op, vp)) = column("op").zip(column("mv")) else { continue };
+        let m = measure(1.0, &op, &vp);
+        show(&format!("{:?}", path.file_name().unwrap()), &m);
+        assert!(m.decision != Decision::Sticks);
+    }
 }

@@ -1,7 +1,7 @@
 //! The second derivative of the PV of an integrating loop, in which a triangle wave shows its corners.
 
 use super::{Abstention, Subject};
-use crate::series::{half_waves, median};
+use crate::series::median;
 
 /// Lag of the second difference, as a share of the period: ours. The corners of a triangle wave then
 /// fill a third of the time, and noise is averaged over a twelfth of the period.
@@ -29,17 +29,13 @@ fn noise(x: &[f64]) -> f64 {
     if thirds.is_empty() { 0.0 } else { 1.4826 * median(&thirds) / 20f64.sqrt() }
 }
 
-/// The curvature of a PV, given less its mean, over a share of its period: the subject's or, where it
-/// has none, twice the median length of the half waves.
+/// The curvature of a PV, given less its mean, over a share of the subject's period. Without a period
+/// there is none: noise and random walks bend like anything.
 pub(super) fn curvature(subject: &Subject<'_>, pv: &[f64]) -> Result<Curvature, Abstention> {
-    let own = || {
-        let lengths: Vec<f64> = half_waves(pv).iter().map(|wave| wave.length()).collect();
-        2.0 * median(&lengths)
+    let period = subject.period.filter(|period| *period > 0.0 && period.is_finite());
+    let Some(period) = period else {
+        return Err(Abstention("needs an oscillation, and none is established".to_owned()));
     };
-    let period = subject.period.unwrap_or_else(own);
-    if !(period > 0.0 && period.is_finite()) {
-        return Err(Abstention("the PV has no oscillation whose corners could be seen".to_owned()));
-    }
     let lag = ((period * LAG_SHARE).round() as usize).max(1);
     if pv.len() / lag < LEAST_LAGS {
         return Err(Abstention(format!(

@@ -42,7 +42,7 @@ use super::shapes::presume_oscillation;
 use super::{
     Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
 };
-use crate::series::{CrossCorrelation, cross_correlation};
+use crate::series::{CrossCorrelation, cross_correlation, fft_length};
 
 /// Horch's cross-correlation with its thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,14 +131,22 @@ impl Horch {
                     .to_owned(),
             )
         };
-        let correlation = cross_correlation(u, y, n.saturating_sub(1)).ok_or_else(constant)?;
+        let full = n.saturating_sub(1);
+        // Crossings are near; so first as many lags as a transform of half the length gives.
+        let near = (fft_length(n) - n).saturating_sub(1).min(full);
+        let crossings = |max_lag: usize| {
+            let correlation = cross_correlation(u, y, max_lag).ok_or_else(constant)?;
+            if correlation.values.iter().any(|r| !r.is_finite()) {
+                return Err(constant());
+            }
+            let left = &correlation.values[..=correlation.max_lag];
+            let right = &correlation.values[correlation.max_lag..];
+            let tau_left = first_crossing(left.iter().rev().copied()).ok_or_else(keeps)?;
+            let tau_right = first_crossing(right.iter().copied()).ok_or_else(keeps)?;
+            Ok((correlation, tau_left, tau_right))
+        };
+        let (correlation, tau_left, tau_right) = crossings(near).or_else(|_| crossings(full))?;
         let max_lag = correlation.max_lag;
-        if correlation.values.iter().any(|r| !r.is_finite()) {
-            return Err(constant());
-        }
-        let (left, right) = (&correlation.values[..=max_lag], &correlation.values[max_lag..]);
-        let tau_left = first_crossing(left.iter().rev().copied()).ok_or_else(keeps)?;
-        let tau_right = first_crossing(right.iter().copied()).ok_or_else(keeps)?;
 
         let r0 = correlation.at(0);
         let sign = if r0 < 0.0 { -1.0 } else { 1.0 };

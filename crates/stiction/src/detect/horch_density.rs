@@ -27,8 +27,8 @@
 //! | `least_signal` | share of `var(z)` | 0.5 | ours: with less, two humps are one |
 //!
 //! # Limits
-//! Abstains where noise hides the curvature: a lower sample rate or a filter helps neither, a longer
-//! period does. Steps of the set point or of the load are corners too.
+//! Abstains without an oscillation, and where noise hides the curvature. Whatever is irregular has one
+//! hump too. Steps of the set point or of the load are corners too.
 //!
 //! # Deviations from the paper
 //! Recalled, not read: that the densities of the second derivative are compared with those of triangle
@@ -40,7 +40,7 @@
 //! Conference (2001).
 
 use super::curvature::curvature;
-use super::shapes::{presume_oscillation, representable};
+use super::shapes::representable;
 use super::{
     Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
 };
@@ -131,10 +131,9 @@ impl HorchDensity {
     /// Compares densities.
     ///
     /// # Errors
-    /// If the method does not apply, the PV spans less than two periods, or noise hides its curvature.
+    /// If the method does not apply, the subject has no period, the PV spans less than two periods, or noise hides its curvature.
     pub fn run(&self, subject: &Subject<'_>) -> Result<HorchDensityResult, Abstention> {
-        let mut caveats = subject.check(&Self::METHOD)?;
-        presume_oscillation(subject, &mut caveats);
+        let caveats = subject.check(&Self::METHOD)?;
         let pv = centred(subject.stretch.pv.as_deref().unwrap_or_default());
         let curvature = curvature(subject, &pv)?;
         let sd = representable(std(&curvature.values))?;

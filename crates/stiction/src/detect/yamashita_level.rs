@@ -24,8 +24,8 @@
 //! | `lower` | none | -0.75 | ours: half way between sinusoid and noise |
 //!
 //! # Limits
-//! Steps of the set point or of the load are corners too. Noise alone gives 0, within
-//! `sqrt(24/count)` of independent values.
+//! Abstains without an oscillation. Steps of the set point or of the load are corners too. Noise alone
+//! gives 0, give or take `sqrt(24/count)` of independent values.
 //!
 //! # Deviations from the paper
 //! Only the idea was recalled, not read: excess kurtosis of the twice differenced PV. Lag, averaging
@@ -35,7 +35,7 @@
 //! Y. Yamashita, a method for level control loops, 2006 (recalled; the title is not verified).
 
 use super::curvature::curvature;
-use super::shapes::{presume_oscillation, representable};
+use super::shapes::representable;
 use super::{
     Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
 };
@@ -89,10 +89,9 @@ impl YamashitaLevel {
     /// Differences the PV twice.
     ///
     /// # Errors
-    /// If the method does not apply, or the PV spans less than two periods.
+    /// If the method does not apply, the subject has no period, or the PV spans less than two periods.
     pub fn run(&self, subject: &Subject<'_>) -> Result<YamashitaLevelResult, Abstention> {
-        let mut caveats = subject.check(&Self::METHOD)?;
-        presume_oscillation(subject, &mut caveats);
+        let caveats = subject.check(&Self::METHOD)?;
         let pv = centred(subject.stretch.pv.as_deref().unwrap_or_default());
         let found = curvature(subject, &pv)?;
         let statistic = representable(excess_kurtosis(&found.values))?;
