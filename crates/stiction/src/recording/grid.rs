@@ -751,15 +751,16 @@ fn closed_share(modes: Option<&Vec<(f64, bool)>>, first: f64, last: f64) -> f64 
     if last <= first {
         return f64::from(u8::from(start.1));
     }
-    let (mut from, mut closed, mut time) = (first, start.1, 0.0);
+    // The time in other modes, so that none gives exactly 1.
+    let (mut from, mut closed, mut open) = (first, start.1, 0.0);
     for &(t, next) in modes.iter().chain([&(last, false)]) {
         let t = t.clamp(first, last);
-        if closed {
-            time += t - from;
+        if !closed {
+            open += t - from;
         }
         (from, closed) = (t, next);
     }
-    time / (last - first)
+    (1.0 - open / (last - first)).clamp(0.0, 1.0)
 }
 
 /// Counts what is mended, over all segments.
@@ -1097,5 +1098,37 @@ mod tests {
         assert!(Grid::of(&broken, &GridOptions::default()).is_err());
         let wild = recording(&[0.0, 1.0, 1e300], &[1.0; 3], &[1.0; 3]);
         assert!(Grid::of(&wild, &GridOptions::default()).is_ok());
+    }
+
+    proptest::proptest! {
+        /// Whatever the times and values, every stretch is whole and nothing panics.
+        #[test]
+        fn any_recording_gives_whole_stretches(
+            rows in proptest::collection::vec((-50i32..200, -1e3f64..1e3, 0u8..8), 2..120),
+            scale in 1e-3f64..1e4,
+        ) {
+            let times: Vec<f64> = rows.iter().map(|row| f64::from(row.0) * scale).collect();
+            let with = |hole: u8| -> Vec<f64> {
+                rows.iter().map(|row| if row.2 == hole { f64::NAN } else { row.1 }).collect()
+            };
+            let mut r = recording(&times, &with(0), &with(1));
+            r.sp = Some(Channel::new("SP", times.clone(), with(2)).unwrap());
+            r.vp = Some(Channel::new("VP", times.clone(), with(3)).unwrap());
+            r.mode = Some(Modes {
+                time: times[..2].to_vec(),
+                modes: vec![Mode::Automatic, Mode::Cascade],
+            });
+            if let Ok(grid) = Grid::of(&r, &GridOptions::default()) {
+                for stretch in &grid.stretches {
+                    proptest::prop_assert!(stretch.len() >= 2);
+                    let others = [&stretch.pv, &stretch.sp, &stretch.vp].into_iter().flatten();
+                    for signal in others.chain([&stretch.op]) {
+                        proptest::prop_assert_eq!(signal.len(), stretch.len());
+                        proptest::prop_assert!(signal.iter().all(|v| v.abs() <= 1e3));
+                    }
+                }
+                proptest::prop_assert!(grid.closed_share == 1.0);
+            }
+        }
     }
 }
