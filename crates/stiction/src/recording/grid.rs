@@ -111,7 +111,7 @@ pub struct Stretch {
     pub sp: Option<Vec<f64>>,
     /// Measured valve position, percent of its range.
     pub vp: Option<Vec<f64>>,
-    /// How many of its samples were bridged, in any signal.
+    /// How many of its samples were bridged, in OP or PV.
     pub bridged: usize,
 }
 
@@ -1078,6 +1078,21 @@ mod tests {
         assert_eq!((found.stretches[0].from, found.stretches[0].len()), (30.0, 20));
         assert!(found.stretches[0].vp.is_some());
         assert!(found.repairs[0].done.contains("only 40 %"), "{}", found.repairs[0].done);
+    }
+
+    #[test]
+    fn a_valve_position_with_a_hole_stays_if_little_is_missing() {
+        let times: Vec<f64> = (0..200).map(f64::from).collect();
+        let mut r = recording(&times, &wave(200), &wave(200));
+        for (missing, kept) in [(0, true), (8, true), (30, false)] {
+            let mut vp = times.clone();
+            vp[50..50 + missing].fill(f64::NAN);
+            r.vp = Some(Channel::new("VP", times.clone(), vp).unwrap());
+            let found = grid(&r);
+            assert_eq!((found.stretches.len(), found.stretches[0].len()), (1, 200));
+            // What is kept is filled by straight lines.
+            assert_eq!(found.stretches[0].vp, kept.then(|| times.clone()));
+        }
     }
 
     #[test]
