@@ -3,7 +3,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
-use stiction::oscillation::Regularity;
+use stiction::Bands;
+use stiction::closed_loop::{ClosedLoop, Controller, Process};
+use stiction::oscillation::{Regularity, analyse};
+use stiction::recording::{Grid, GridOptions, Recording, fitness};
+use stiction::valve::{Assembly, Model};
 
 type Test = Result<(), Box<dyn std::error::Error>>;
 
@@ -102,5 +106,37 @@ fn recordings_of_plants() -> Test {
     }
     println!("{compared} signals, largest relative deviation {worst:.1e}");
     assert_eq!(compared, 61);
+    Ok(())
+}
+
+/// From a simulated loop over a recording and its grid to its period.
+#[test]
+fn a_sticky_loop_cycles_with_its_own_period() -> Test {
+    let valve = Model::by_name("two-phase")?.build(Bands::from_s_j(5.0, 2.0)?)?;
+    let mut sticky = ClosedLoop::new(
+        Controller::pi(1.1, 2.5)?,
+        Assembly::new(valve),
+        Process::first_order(1.5, 5.93, 1.07)?,
+    );
+    sticky.set_point = 5.0.into();
+    let run = sticky.run()?;
+    let from = run.op.len() / 3;
+    let sample_time = sticky.sample_time;
+    let (op, pv) = (&run.op[from..], &run.pv[from..]);
+    let recording = Recording::regular("sticky", sample_time, op, Some(pv), None)?;
+    let grid = Grid::of(&recording, &GridOptions::default())?;
+    let stretch = grid.longest().ok_or("a stretch")?;
+    assert_eq!(stretch.op, op);
+    let expected = run.period_s().ok_or("it cycles")?;
+    for signal in [op, pv] {
+        let found = analyse(signal, sample_time);
+        assert!(found.found && found.regularity.is_some_and(|r| r > 10.0), "{found:?}");
+        assert!(deviation(found.period_s.ok_or("a period")?, expected) < 0.01);
+        assert_eq!(found.episodes.len(), 1);
+    }
+    let period = expected / sample_time;
+    let fitness = fitness::assess(&recording, &grid, stretch, Some(period));
+    println!("{:?}", fitness.reasons());
+    assert!(fitness.class != fitness::Class::Unfit, "{:?}", fitness.reasons());
     Ok(())
 }

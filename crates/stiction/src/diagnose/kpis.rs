@@ -1,6 +1,7 @@
 //! How well a loop runs, in named numbers.
 
-use crate::recording::{Grid, Quality, Recording, Stretch};
+use crate::recording::fitness::share_at_limit;
+use crate::recording::{Grid, Recording, Stretch};
 use crate::series::{
     autocorrelation, mean, noise_std, skewness, span, std, variance, zero_crossings,
 };
@@ -51,7 +52,7 @@ impl Kpis {
     /// |---|---|
     /// | service factor | time in command over all time, % |
     /// | good values | usable samples over all, the worse of OP and PV, % |
-    /// | OP at 0 % or 100 % | share of the samples with OP <= 0 or >= 100, % |
+    /// | OP at a limit | share of the samples in which OP rests at 0, 100 or its extremes, % |
     /// | OP travel | `sum abs(u_k - u_(k-1))` an hour, % |
     /// | OP reversals | turns of the OP by more than its noise band, an hour |
     /// | OP noise band | `3 s`, s the standard deviation of the noise by second differences |
@@ -78,10 +79,10 @@ impl Kpis {
             "%",
             "share of the time in which the controller was in command",
         );
-        let good = [Some(&recording.op), recording.pv.as_ref()].into_iter().flatten().map(|c| {
-            let usable = c.quality.iter().filter(|q: &&Quality| q.is_usable()).count();
-            100.0 * usable as f64 / c.quality.len().max(1) as f64
-        });
+        let good = [Some(&recording.op), recording.pv.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(|c| 100.0 * c.usable_share());
         kpis.value(
             "good values",
             good.fold(100.0, f64::min),
@@ -119,11 +120,10 @@ impl Kpis {
     }
 
     fn of_op(&mut self, op: &[f64], hours: f64) {
-        let at_end = op.iter().filter(|v| **v <= 0.0 || **v >= 100.0).count();
         let band = NOISE_BAND * noise_std(op);
         self.value(
-            "OP at 0 % or 100 %",
-            100.0 * at_end as f64 / op.len().max(1) as f64,
+            "OP at a limit",
+            100.0 * share_at_limit(op),
             "%",
             "share of the time in which the controller could not do more",
         );
@@ -369,7 +369,7 @@ mod tests {
         };
         close("service factor", 100.0, 0.0);
         close("good values", 100.0, 0.0);
-        close("OP at 0 % or 100 %", 0.0, 0.0);
+        close("OP at a limit", 0.0, 0.0);
         close("OP travel", 16.0 * 30.0, 0.01);
         close("OP reversals", 60.0, 0.02);
         close("error std", 2f64.sqrt(), 1e-6);

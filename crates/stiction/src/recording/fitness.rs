@@ -293,14 +293,26 @@ fn levels(x: &[f64]) -> Option<f64> {
     (range > 0.0 && !steps.is_empty()).then(|| range / quantile(&steps, 0.05) + 1.0)
 }
 
-/// Time at the ends of the range, or resting at the highest or lowest value.
 fn saturated(op: &[f64]) -> Measure {
-    let at_end = op.iter().filter(|v| **v <= 0.0 || **v >= 100.0).count();
-    let at_limit = 100.0 * at_end.max(resting(op)) as f64 / op.len().max(1) as f64;
+    let at_limit = 100.0 * share_at_limit(op);
     SATURATED.measure(
         Some(at_limit),
-        format!("the OP is at 0 %, at 100 %, or rests at its extremes {at_limit:.1} % of the time"),
+        format!("the OP rests at 0 %, at 100 %, or at its extremes {at_limit:.1} % of the time"),
     )
+}
+
+/// Share of the samples in which the OP rests at a limit: runs of three or more samples at 0 %, at 100
+/// %, or at the highest or lowest value there is.
+///
+/// Being beyond 0 or 100 is not enough: some systems let the OP go there, and some recordings hold
+/// deviations from a mean.
+pub(crate) fn share_at_limit(op: &[f64]) -> f64 {
+    let at_end: usize = op
+        .chunk_by(|a, b| a == b)
+        .filter(|run| run.len() >= 3 && (run[0] == 0.0 || run[0] == 100.0))
+        .map(<[f64]>::len)
+        .sum();
+    at_end.max(resting(op)) as f64 / op.len().max(1) as f64
 }
 
 /// Samples in runs of three or more at the largest or at the smallest value; none if the signal has so

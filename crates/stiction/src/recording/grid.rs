@@ -111,7 +111,7 @@ pub struct Stretch {
     pub sp: Option<Vec<f64>>,
     /// Measured valve position, percent of its range.
     pub vp: Option<Vec<f64>>,
-    /// How many of its samples were bridged, in any signal.
+    /// How many of its samples were bridged, in OP or PV.
     pub bridged: usize,
 }
 
@@ -751,15 +751,16 @@ fn closed_share(modes: Option<&Vec<(f64, bool)>>, first: f64, last: f64) -> f64 
     if last <= first {
         return f64::from(u8::from(start.1));
     }
-    let (mut from, mut closed, mut time) = (first, start.1, 0.0);
+    // The time in other modes, so that none gives exactly 1.
+    let (mut from, mut closed, mut open) = (first, start.1, 0.0);
     for &(t, next) in modes.iter().chain([&(last, false)]) {
         let t = t.clamp(first, last);
-        if closed {
-            time += t - from;
+        if !closed {
+            open += t - from;
         }
         (from, closed) = (t, next);
     }
-    time / (last - first)
+    (1.0 - open / (last - first)).clamp(0.0, 1.0)
 }
 
 /// Counts what is mended, over all segments.
@@ -1080,6 +1081,21 @@ mod tests {
     }
 
     #[test]
+    fn a_valve_position_with_a_hole_stays_if_little_is_missing() {
+        let times: Vec<f64> = (0..200).map(f64::from).collect();
+        let mut r = recording(&times, &wave(200), &wave(200));
+        for (missing, kept) in [(0, true), (8, true), (30, false)] {
+            let mut vp = times.clone();
+            vp[50..50 + missing].fill(f64::NAN);
+            r.vp = Some(Channel::new("VP", times.clone(), vp).unwrap());
+            let found = grid(&r);
+            assert_eq!((found.stretches.len(), found.stretches[0].len()), (1, 200));
+            // What is kept is filled by straight lines.
+            assert_eq!(found.stretches[0].vp, kept.then(|| times.clone()));
+        }
+    }
+
+    #[test]
     fn what_cannot_be_is_refused_and_little_is_enough() {
         let r = recording(&[0.0, 1.0, 2.0], &[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]);
         assert_eq!(grid(&r).stretches[0].len(), 3);
@@ -1097,5 +1113,37 @@ mod tests {
         assert!(Grid::of(&broken, &GridOptions::default()).is_err());
         let wild = recording(&[0.0, 1.0, 1e300], &[1.0; 3], &[1.0; 3]);
         assert!(Grid::of(&wild, &GridOptions::default()).is_ok());
+    }
+
+    proptest::proptest! {
+        /// Whatever the times and values, every stretch is whole and nothing panics.
+        #[test]
+        fn any_recording_gives_whole_stretches(
+            rows in proptest::collection::vec((-50i32..200, -1e3f64..1e3, 0u8..8), 2..120),
+            scale in 1e-3f64..1e4,
+        ) {
+            let times: Vec<f64> = rows.iter().map(|row| f64::from(row.0) * scale).collect();
+            let with = |hole: u8| -> Vec<f64> {
+                rows.iter().map(|row| if row.2 == hole { f64::NAN } else { row.1 }).collect()
+            };
+            let mut r = recording(&times, &with(0), &with(1));
+            r.sp = Some(Channel::new("SP", times.clone(), with(2)).unwrap());
+            r.vp = Some(Channel::new("VP", times.clone(), with(3)).unwrap());
+            r.mode = Some(Modes {
+                time: times[..2].to_vec(),
+                modes: vec![Mode::Automatic, Mode::Cascade],
+            });
+            if let Ok(grid) = Grid::of(&r, &GridOptions::default()) {
+                for stretch in &grid.stretches {
+                    proptest::prop_assert!(stretch.len() >= 2);
+                    let others = [&stretch.pv, &stretch.sp, &stretch.vp].into_iter().flatten();
+                    for signal in others.chain([&stretch.op]) {
+                        proptest::prop_assert_eq!(signal.len(), stretch.len());
+                        proptest::prop_assert!(signal.iter().all(|v| v.abs() <= 1e3));
+                    }
+                }
+                proptest::prop_assert!(grid.closed_share == 1.0);
+            }
+        }
     }
 }

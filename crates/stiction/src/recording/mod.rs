@@ -6,7 +6,7 @@
 
 mod channel;
 pub mod fitness;
-mod grid;
+pub mod grid;
 mod loop_type;
 
 pub use channel::{Channel, Quality, Range, RangeSource};
