@@ -582,8 +582,11 @@ fn keep_those_with_op(assigned: &mut Assigned) {
     let without: Vec<&LoopPlan> = assigned.loops.iter().filter(|each| !each.has_op()).collect();
     if without.len() < assigned.loops.len() {
         for each in without {
-            let name = each.name.as_deref().unwrap_or("without a name");
-            assigned.notes.push(format!("loop {name} has no OP and is not read"));
+            assigned.notes.push(match &each.name {
+                Some(name) => format!("loop {name} has no OP and is not read"),
+                None => "the columns that tell no loop have no OP among them and are not read"
+                    .to_owned(),
+            });
         }
         assigned.loops.retain(LoopPlan::has_op);
     } else {

@@ -112,7 +112,11 @@ pub fn read(
             ),
         )),
         (Said::Unknown, _) => {
-            let cell = if let Cells::Text(cells) = cells { &*cells[*row] } else { "" };
+            let cell = if let Cells::Text(cells) = cells {
+                number::shown(&cells[*row])
+            } else {
+                String::new()
+            };
             Err((
                 *row,
                 format!(

@@ -338,6 +338,13 @@ const CASES: &[Case] = &[
         Ok("f @1735689540 op 0:50"),
         &[]
     ),
+    case!("time-and-day.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["\"date\" is not used"]),
+    case!(
+        "open-quote.csv",
+        "",
+        Err(()),
+        &["row 3, column \"op\": \"51 2,52 3,53\" is not a finite number"]
+    ),
     case!(
         "time-pattern-wrong.csv",
         "time_format = \"%H:%M\"",

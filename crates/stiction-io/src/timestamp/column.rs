@@ -216,6 +216,7 @@ impl Context<'_> {
         };
         let told = |(i, cell): (usize, &String)| {
             read(cell).map_err(|e: jiff::Error| {
+                let cell = number::shown(cell);
                 let message = format!("\"{cell}\" is no time by --time-format \"{pattern}\": {e}");
                 self.wrong(column, i, message)
             })
@@ -226,6 +227,7 @@ impl Context<'_> {
     fn stamps(&self, column: &Column, cells: &[String]) -> Result<Vec<Stamp>> {
         let stamp = |(i, cell): (usize, &String)| {
             scan(cell).ok_or_else(|| {
+                let cell = number::shown(cell);
                 let message = format!(
                     "\"{cell}\" is not understood as a time; tell how it is written, as in \
                      --time-format \"%d/%m/%Y %H:%M:%S\""
