@@ -121,7 +121,8 @@ pub fn read(
                 *row,
                 format!(
                     "\"{cell}\" is no known quality; say what it means in a mapping file, as in \
-                     [quality] \"{cell}\" = \"bad\""
+                     [quality] \"{cell}\" = \"bad\", or leave the column out, as in --map \
+                     \"ignore={name}\""
                 ),
             ))
         }

@@ -559,7 +559,8 @@ impl<'a> Builder<'a> {
                     let cell = number::shown(cell);
                     let message = format!(
                         "\"{cell}\" is no known mode; say what it means in a mapping file, as in \
-                         [modes] \"{cell}\" = \"auto\""
+                         [modes] \"{cell}\" = \"auto\", or leave it out, as in --map \"ignore={}\"",
+                        source.name
                     );
                     return Err(self.wrong(&source, *row, message));
                 }

@@ -258,6 +258,18 @@ const CASES: &[Case] = &[
         &["has no column known as the controller output", "\"FIC1.PV\""]
     ),
     case!(
+        "long-two-values.csv",
+        "",
+        Err(()),
+        &["\"value\" and \"val\" can both be the value", "--map \"value=value\""]
+    ),
+    case!(
+        "time-not-a-number.csv",
+        "",
+        Err(()),
+        &["row 3, column \"t\": \"later\" is no number, as times by numbers must be"]
+    ),
+    case!(
         "mode-codes.csv",
         "",
         Ok("f op 0:50 1:51 2:52 mode 0:M 1:A 2:C"),

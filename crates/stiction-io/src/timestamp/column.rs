@@ -194,8 +194,14 @@ impl Context<'_> {
         let numeric = number::parse(first, self.mark).is_some() && scan(first).is_none();
         if numeric || self.format.is_some() {
             let number = |(i, cell): (usize, &String)| {
-                number::parse(cell, self.mark)
-                    .ok_or_else(|| self.wrong(column, i, number::refusal(cell, self.mark)))
+                number::parse(cell, self.mark).ok_or_else(|| {
+                    let message = format!(
+                        "\"{}\" is no number, as times by numbers must be; correct it, or give \
+                         another --time-format",
+                        number::shown(cell)
+                    );
+                    self.wrong(column, i, message)
+                })
             };
             let numbers = cells.iter().enumerate().map(number).collect::<Result<Vec<_>>>()?;
             return self.numbers(column, &numbers);
