@@ -225,7 +225,7 @@ impl Top {
                     return Err(format!(
                         "row {line} must name the columns, but reads \"{}\"; add a header such as \
                          \"time,pv,op\"",
-                        record.iter().collect::<Vec<_>>().join(",")
+                        number::shown(&record.iter().collect::<Vec<_>>().join(","))
                     ));
                 };
                 notes.push(format!("the comment in row {line} is taken as the header"));

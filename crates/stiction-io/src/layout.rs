@@ -178,6 +178,9 @@ fn long(
     tag: usize,
     value: usize,
 ) -> Result<Plan> {
+    for role in [Role::Tag, Role::Value, Role::Quality(None)] {
+        about_rows.check_single(sheet, role)?;
+    }
     let tags = tags(sheet, tag)?;
     let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
     check_known(sheet, &names, options, "tag")?;
@@ -231,22 +234,18 @@ impl AboutRows {
             roles.iter().map(|(_, role)| *role).filter(|role| is_given(*role)).collect();
         roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
         let found = Self { roles, given };
-        for (i, (column, role)) in found.roles.iter().enumerate() {
-            let first = found.of(*role);
-            // Words for tags and values count only if both are there, so two of one are no conflict.
-            if matches!(role, Role::Time | Role::Date) && first != Some(*column) {
-                let first = first.unwrap_or(i);
-                return Err(conflict(
-                    sheet,
-                    &role.to_string(),
-                    None,
-                    columns[first],
-                    columns[*column],
-                    role.option_name(),
-                ));
-            }
-        }
+        // Words for the others count only in a long table.
+        found.check_single(sheet, Role::Time)?;
+        found.check_single(sheet, Role::Date)?;
         Ok(found)
+    }
+
+    /// That only one column has `role`.
+    fn check_single(&self, sheet: &Sheet, role: Role) -> Result<()> {
+        let mut columns = self.roles.iter().filter(|(_, each)| *each == role);
+        let (Some((a, _)), Some((b, _))) = (columns.next(), columns.next()) else { return Ok(()) };
+        let (a, b) = (&sheet.columns[*a].name, &sheet.columns[*b].name);
+        Err(conflict(sheet, &role.to_string(), None, a, b, role.option_name()))
     }
 
     fn of(&self, role: Role) -> Option<usize> {
@@ -582,8 +581,11 @@ fn keep_those_with_op(assigned: &mut Assigned) {
     let without: Vec<&LoopPlan> = assigned.loops.iter().filter(|each| !each.has_op()).collect();
     if without.len() < assigned.loops.len() {
         for each in without {
-            let name = each.name.as_deref().unwrap_or("without a name");
-            assigned.notes.push(format!("loop {name} has no OP and is not read"));
+            assigned.notes.push(match &each.name {
+                Some(name) => format!("loop {name} has no OP and is not read"),
+                None => "the columns that tell no loop have no OP among them and are not read"
+                    .to_owned(),
+            });
         }
         assigned.loops.retain(LoopPlan::has_op);
     } else {

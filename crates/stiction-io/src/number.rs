@@ -140,14 +140,27 @@ pub fn word(cell: &str) -> Option<Quality> {
     }
 }
 
+/// A cell as messages show it: on one line, and not endlessly long, as it is where a quote is not
+/// closed.
+pub fn shown(cell: &str) -> String {
+    const MOST: usize = 60;
+    let mut shown: String =
+        cell.chars().take(MOST).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if cell.chars().nth(MOST).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
 /// What is wrong with a `cell` that is neither a number nor a known word, and what would be right.
 pub fn refusal(cell: &str, mark: DecimalMark) -> String {
     let other = match mark {
         DecimalMark::Point => DecimalMark::Comma,
         DecimalMark::Comma => DecimalMark::Point,
     };
+    let (cell, raw) = (&*shown(cell), cell);
     let digits = cell.trim_start_matches(['+', '-', '.', ',']);
-    if parse(cell, other).is_some() {
+    if parse(raw, other).is_some() {
         format!(
             "\"{cell}\" has a decimal \"{}\" where the file's others have \"{}\"; write all numbers \
              alike, without thousands separators",

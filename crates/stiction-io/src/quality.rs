@@ -112,12 +112,17 @@ pub fn read(
             ),
         )),
         (Said::Unknown, _) => {
-            let cell = if let Cells::Text(cells) = cells { &*cells[*row] } else { "" };
+            let cell = if let Cells::Text(cells) = cells {
+                number::shown(&cells[*row])
+            } else {
+                String::new()
+            };
             Err((
                 *row,
                 format!(
                     "\"{cell}\" is no known quality; say what it means in a mapping file, as in \
-                     [quality] \"{cell}\" = \"bad\""
+                     [quality] \"{cell}\" = \"bad\", or leave the column out, as in --map \
+                     \"ignore={name}\""
                 ),
             ))
         }

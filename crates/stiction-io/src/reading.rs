@@ -89,14 +89,27 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
 /// If the bytes are of no known format, or no column is known as a controller output; if a cell is
 /// neither what its column holds nor a known word; if the times cannot be told.
 pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Reading> {
-    let (format, sheets, mut notes) = sheets(bytes, origin)?;
+    let (format, sheets, notes) = sheets(bytes, origin)?;
+    let sha256 = format!("{:x}", Sha256::digest(bytes));
+    build(format, &sheets, notes, sha256, origin, options)
+}
+
+/// Reads recordings from the sheets of a file.
+fn build(
+    format: Format,
+    sheets: &[Sheet],
+    mut notes: Vec<String>,
+    sha256: String,
+    origin: &str,
+    options: &ReadOptions,
+) -> Result<Reading> {
     let mark = match format {
         Format::Csv(dialect) => dialect.decimal_mark,
         Format::Parquet | Format::Matlab => DecimalMark::Point,
     };
-    let names = Names { origin, parts: common_start(&sheets), several: sheets.len() > 1 };
+    let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
-    for sheet in &sheets {
+    for sheet in sheets {
         let plan = layout::recognise(sheet, options)?;
         recognised.extend(plan.recognised.iter().cloned());
         let about = |note: &String| match &*sheet.part {
@@ -120,7 +133,6 @@ pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Readin
     let Some((layout, time)) = first else {
         return Err(no_op(origin, &recognised));
     };
-    let sha256 = format!("{:x}", Sha256::digest(bytes));
     let origin = origin.to_owned();
     Ok(Reading { origin, sha256, format, layout, time, recordings, recognised, notes })
 }
@@ -274,15 +286,26 @@ impl<'a> Builder<'a> {
             zone: self.options.zone.as_ref(),
             series: &series,
         };
-        match self.plan.date.map(|date| self.joined(date, time)) {
-            Some(column) => timestamp::read(&column?, &context),
-            None => timestamp::read(&self.sheet.columns[time], &context),
+        let column = &self.sheet.columns[time];
+        let Some(date) = self.plan.date else { return timestamp::read(column, &context) };
+        let is_full = match &column.cells {
+            Cells::Text(cells) => cells.first().is_some_and(|cell| timestamp::looks_like(cell)),
+            _ => true,
+        };
+        if !is_full {
+            return timestamp::read(&self.joined(date, column)?, &context);
         }
+        let mut times = timestamp::read(column, &context)?;
+        times.notes.push(format!(
+            "\"{}\" is not used, because \"{}\" tells the day too",
+            self.sheet.columns[date].name, column.name
+        ));
+        Ok(times)
     }
 
     /// A column of days and one of times of day as one.
-    fn joined(&self, date: usize, time: usize) -> Result<Column> {
-        let (date, time) = (&self.sheet.columns[date], &self.sheet.columns[time]);
+    fn joined(&self, date: usize, time: &Column) -> Result<Column> {
+        let date = &self.sheet.columns[date];
         let (Cells::Text(dates), Cells::Text(times)) = (&date.cells, &time.cells) else {
             return Err(Error::Table {
                 origin: self.sheet.origin.clone(),
@@ -529,9 +552,11 @@ impl<'a> Builder<'a> {
                     Mode::Other
                 }
                 None => {
+                    let cell = number::shown(cell);
                     let message = format!(
                         "\"{cell}\" is no known mode; say what it means in a mapping file, as in \
-                         [modes] \"{cell}\" = \"auto\""
+                         [modes] \"{cell}\" = \"auto\", or leave it out, as in --map \"ignore={}\"",
+                        source.name
                     );
                     return Err(self.wrong(&source, *row, message));
                 }
@@ -560,5 +585,78 @@ fn evenly(rows: usize, sample_time: f64) -> Times {
         format: format!("every {sample_time} s"),
         clock: Clock::Elapsed,
         notes: vec![],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sheet(part: &str, columns: Vec<(&str, Cells)>) -> Sheet {
+        let column =
+            |(name, cells): (&str, Cells)| Column { name: name.to_owned(), unit: None, cells };
+        Sheet {
+            origin: "f.mat".to_owned(),
+            part: part.to_owned(),
+            columns: columns.into_iter().map(column).collect(),
+            ..Sheet::default()
+        }
+    }
+
+    fn built(sheets: &[Sheet], options: &ReadOptions) -> Result<Reading> {
+        build(Format::Matlab, sheets, vec![], String::new(), "f.mat", options)
+    }
+
+    #[test]
+    fn parts_of_a_file_are_loops() {
+        let loops = |part: &str, kind: &str| {
+            let numbers = |from: f64| Cells::Numbers(vec![from, f64::NAN, from + 1.0]);
+            let mut sheet = sheet(part, vec![("OP", numbers(50.0)), ("PV", numbers(1.0))]);
+            sheet.sample_time = Some(2.0);
+            sheet.attributes = vec![("type".to_owned(), kind.to_owned())];
+            sheet
+        };
+        let nothing = sheet("cdata.info", vec![("x", Cells::Numbers(vec![1.0]))]);
+        let sheets = [loops("cdata.chemicals.loop2", "0"), nothing, loops("cdata.pulp.loop2", "1")];
+        let reading = built(&sheets, &ReadOptions::default()).unwrap();
+        let told: Vec<_> = reading.recordings.iter().map(|r| (&*r.name, r.loop_type)).collect();
+        let expected = [
+            ("chemicals.loop2", LoopType::OtherSelfRegulating),
+            ("pulp.loop2", LoopType::OtherIntegrating),
+        ];
+        assert_eq!(told, expected);
+        let op = &reading.recordings[0].op;
+        assert_eq!(op.time, [0.0, 2.0, 4.0]);
+        assert_eq!(op.quality, [Quality::Good, Quality::Missing, Quality::Good]);
+        assert!(
+            reading.notes.iter().any(|note| note.contains("cdata.info has no column known as OP"))
+        );
+    }
+
+    #[test]
+    fn times_of_the_format_are_local_unless_utc() {
+        let times = |utc| Cells::Times { seconds: vec![1_704_067_200.0, 1_704_067_201.0], utc };
+        let of = |utc, zone: Option<&str>| {
+            let op = Cells::Numbers(vec![50.0, 51.0]);
+            let sheets = [sheet("", vec![("time", times(utc)), ("op", op)])];
+            let zone = zone.map(|zone| zone.parse().unwrap());
+            let options = ReadOptions { zone, ..ReadOptions::default() };
+            built(&sheets, &options).unwrap().recordings[0].start
+        };
+        assert_eq!(of(true, None), Some(1_704_067_200.0));
+        assert_eq!(of(false, None), Some(1_704_067_200.0));
+        assert_eq!(of(false, Some("Europe/Berlin")), Some(1_704_063_600.0));
+    }
+
+    #[test]
+    fn numbers_that_cannot_be_are_refused() {
+        let op = Cells::Numbers(vec![50.0, f64::INFINITY]);
+        let mut infinite = sheet("", vec![("op", op)]);
+        infinite.sample_time = Some(1.0);
+        let message = built(&[infinite], &ReadOptions::default()).unwrap_err().to_string();
+        assert!(
+            message.contains("f.mat, row 2, column \"op\": inf is not a finite number"),
+            "{message}"
+        );
     }
 }

@@ -1,5 +1,6 @@
 //! Odd and malformed files, each with what is read from it or what the message must say.
 
+use proptest::prelude::*;
 use stiction::recording::{Channel, LoopType, Mode, Quality, Recording};
 use stiction_io::ReadOptions;
 use stiction_io::reading;
@@ -258,6 +259,18 @@ const CASES: &[Case] = &[
         &["has no column known as the controller output", "\"FIC1.PV\""]
     ),
     case!(
+        "long-two-values.csv",
+        "",
+        Err(()),
+        &["\"value\" and \"val\" can both be the value", "--map \"value=value\""]
+    ),
+    case!(
+        "time-not-a-number.csv",
+        "",
+        Err(()),
+        &["row 3, column \"t\": \"later\" is no number, as times by numbers must be"]
+    ),
+    case!(
         "mode-codes.csv",
         "",
         Ok("f op 0:50 1:51 2:52 mode 0:M 1:A 2:C"),
@@ -337,6 +350,13 @@ const CASES: &[Case] = &[
         "time_format = \"%Hh%M on %d %m %Y\"",
         Ok("f @1735689540 op 0:50"),
         &[]
+    ),
+    case!("time-and-day.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["\"date\" is not used"]),
+    case!(
+        "open-quote.csv",
+        "",
+        Err(()),
+        &["row 3, column \"op\": \"51 2,52 3,53\" is not a finite number"]
     ),
     case!(
         "time-pattern-wrong.csv",
@@ -471,6 +491,33 @@ fn check(case: &Case) -> Result<(), String> {
     match case.said.iter().find(|part| !said.contains(**part)) {
         Some(part) => Err(format!("{file} must say {part:?}, but says: {said}")),
         None => Ok(()),
+    }
+}
+
+proptest! {
+    /// A file with some bytes changed, taken out or doubled makes no panic, whatever is said of it.
+    #[test]
+    fn a_damaged_file_is_read_or_refused(
+        file in 0..CASES.len(),
+        mapping in 0..CASES.len(),
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), 0..3, any::<u8>()), 1..6),
+    ) {
+        let mut bytes = CASES[file].bytes.to_vec();
+        for (place, change, byte) in changes {
+            let at = place.index(bytes.len() + 1);
+            match change {
+                0 => bytes.insert(at, byte),
+                1 if at < bytes.len() => bytes[at] = byte,
+                _ => {
+                    let line: Vec<u8> = bytes.split_off(at);
+                    bytes.extend(line.iter().skip(usize::from(byte) % 8));
+                }
+            }
+        }
+        let options = ReadOptions::parse(CASES[mapping].mapping, "map.toml").expect("well formed");
+        if let Ok(reading) = reading::parse(&bytes, "f.csv", &options) {
+            prop_assert!(!reading.recordings.is_empty());
+        }
     }
 }
 

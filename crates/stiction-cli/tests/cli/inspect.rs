@@ -67,8 +67,7 @@ fn what_is_taken_wrongly_can_be_said() {
         "odd.csv",
         "zeit,y,ist,stellung\n05/06/2024 00:00,5,weg,4\n05/06/2024 00:01,6,2,5\n",
     );
-    let given =
-        ["inspect", "odd.csv", "--map", "op=Y", "--map", "vp=stellung", "--map", "FIC9.pv=ist"];
+    let given = ["inspect", "odd.csv", "--map", "FIC9.vp=stellung", "--map", "FIC9.pv=ist"];
     let more = ["--map", "FIC9.op=y", "--time-format", "day-first", "--bad-text", "weg"];
     let out = run(&folder, &[&given[..], &more[..]].concat()).quiet_success();
     for part in ["loop FIC9, flow", "PV    1 good, 1 bad", "VP    2 good", "2024-06-05T00:01:00"] {

@@ -194,8 +194,14 @@ impl Context<'_> {
         let numeric = number::parse(first, self.mark).is_some() && scan(first).is_none();
         if numeric || self.format.is_some() {
             let number = |(i, cell): (usize, &String)| {
-                number::parse(cell, self.mark)
-                    .ok_or_else(|| self.wrong(column, i, number::refusal(cell, self.mark)))
+                number::parse(cell, self.mark).ok_or_else(|| {
+                    let message = format!(
+                        "\"{}\" is no number, as times by numbers must be; correct it, or give \
+                         another --time-format",
+                        number::shown(cell)
+                    );
+                    self.wrong(column, i, message)
+                })
             };
             let numbers = cells.iter().enumerate().map(number).collect::<Result<Vec<_>>>()?;
             return self.numbers(column, &numbers);
@@ -216,6 +222,7 @@ impl Context<'_> {
         };
         let told = |(i, cell): (usize, &String)| {
             read(cell).map_err(|e: jiff::Error| {
+                let cell = number::shown(cell);
                 let message = format!("\"{cell}\" is no time by --time-format \"{pattern}\": {e}");
                 self.wrong(column, i, message)
             })
@@ -226,6 +233,7 @@ impl Context<'_> {
     fn stamps(&self, column: &Column, cells: &[String]) -> Result<Vec<Stamp>> {
         let stamp = |(i, cell): (usize, &String)| {
             scan(cell).ok_or_else(|| {
+                let cell = number::shown(cell);
                 let message = format!(
                     "\"{cell}\" is not understood as a time; tell how it is written, as in \
                      --time-format \"%d/%m/%Y %H:%M:%S\""
