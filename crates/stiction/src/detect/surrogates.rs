@@ -269,7 +269,7 @@ fn refined(x: &[f64], period: f64) -> f64 {
     let best = |places: &mut dyn Iterator<Item = f64>| {
         places.map(|p| (power(p), p)).max_by(|a, b| a.0.total_cmp(&b.0)).map_or(period, |b| b.1)
     };
-    let steps = (0.1 * periods * 5.0).ceil();
+    let steps = (0.5 * periods).ceil();
     let coarse = best(
         &mut (-(steps as i32)..=steps as i32)
             .map(|i| x.len() as f64 / (periods * (1.0 + 0.1 * f64::from(i) / steps))),
