@@ -326,7 +326,7 @@ fn canonical_shapes() {
     let emptiness = judge(&Butterfly::default(), &triangle, 40.0).1.unwrap();
     assert!((emptiness + 0.2548).abs() < 0.08, "{emptiness}");
     // Sigmoid: a PV whose increments are the sign of the OP's side.
-    let sided = Stretch { op: square.pv.clone().unwrap(), ..triangle };
+    let sided = stretch(square.pv.clone().unwrap(), square.op.clone(), 1.0);
     let (decision, r) = judge(&DamarlaSigmoid::default(), &sided, 40.0);
     assert_eq!(decision, Decision::Sticks);
     assert!(r.unwrap() > 0.9, "{r:?}");
