@@ -12,7 +12,8 @@
 //!
 //! # Equations
 //! * cycles: between upward crossings of zero of the error, limited to half to twice the frequency of
-//!   the oscillation; each is reduced to at most 48 means of equal duration;
+//!   the oscillation; each is reduced to at most 48 means of equal duration, and long sides of the
+//!   polygon through them, where a signal jumps, are filled with points;
 //! * similarity: one less the residual of the [`Ellipse`](super::Ellipse) fitted to the cycle;
 //! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° about the
 //!   point farthest from the centre, and about the farthest on the other side; by Douglas and Peucker, as few of them as leave no other farther than the
@@ -207,7 +208,7 @@ impl SharpCorner {
         op: &[f64],
         error: &[f64],
     ) -> Option<SharpCornerCycle> {
-        let (op, error) = (reduced(&op[first..end]), reduced(&error[first..end]));
+        let (op, error) = filled(&reduced(&op[first..end]), &reduced(&error[first..end]));
         let ellipse = Ellipse::fit(&op, &error)?;
         let similarity = 1.0 - ellipse.residual;
         if !(similarity > self.similarity) {
@@ -296,6 +297,31 @@ impl Detector for SharpCorner {
 fn reduced(x: &[f64]) -> Vec<f64> {
     let n = x.len().min(POINTS);
     (0..n).map(|i| mean(&x[i * x.len() / n..(i + 1) * x.len() / n])).collect()
+}
+
+/// The closed polygon through the points (`x`, `y`), with points put on its long sides so that none is
+/// longer than a share of `1 / POINTS` of the whole, in ranges of either axis.
+fn filled(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (sx, sy) = (span(x), span(y));
+    let sides: Vec<f64> = (0..x.len())
+        .map(|k| {
+            let next = (k + 1) % x.len();
+            ((x[next] - x[k]) / sx).hypot((y[next] - y[k]) / sy)
+        })
+        .collect();
+    let longest = sides.iter().sum::<f64>() / POINTS as f64;
+    let mut points = (vec![], vec![]);
+    for (k, side) in sides.iter().enumerate() {
+        let next = (k + 1) % x.len();
+        // A side is not longer than half the whole; NaN for signals that do not move gives one part.
+        let parts = ((side / longest).ceil() as usize).clamp(1, POINTS);
+        for part in 0..parts {
+            let share = part as f64 / parts as f64;
+            points.0.push(x[k] + share * (x[next] - x[k]));
+            points.1.push(y[k] + share * (y[next] - y[k]));
+        }
+    }
+    points
 }
 
 /// Indices of the points Douglas and Peucker leave: ends, and, between any two that are left, no point
