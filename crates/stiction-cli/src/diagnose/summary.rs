@@ -193,7 +193,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
     let count = |class| loops.iter().filter(|l| l.diagnosis.verdict.class == class).count();
     let _ = writeln!(
         out,
-        "\n{} loops: {} stick, {} do not, {} cannot be told. Votes are methods for and against; the \
+        "\n{} loops: {} stick, {} do not, {} cannot be told. Votes are families of methods for and against; the \
          verdict is a preliminary one.",
         loops.len(),
         count(VerdictClass::Sticks),

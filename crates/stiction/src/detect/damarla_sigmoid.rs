@@ -36,7 +36,8 @@
 //! nPoKhappy/control-valve-stiction-implementation, thesis_2 (read).
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{mean, min, span, standardised};
 
@@ -60,6 +61,8 @@ static METHOD: Method = Method {
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::OpAndPv,
+    family: Family::PhasePlot,
+    explains_oscillation: false,
 };
 
 /// The method with its parameters.

@@ -54,7 +54,8 @@
 
 use super::windows::{Moments, op_travel, percentile_95};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
@@ -82,6 +83,8 @@ macro_rules! method {
             applies: Applies::SelfRegulating,
             decides: Decides::Stiction,
             needs: Needs::OpAndPv,
+            family: Family::Windows,
+            explains_oscillation: false,
         }
     };
 }

@@ -46,7 +46,8 @@
 
 use super::ellipse::Ellipse;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{Direction, band_passed, mean, span, zero_crossings};
 
@@ -78,6 +79,8 @@ static METHOD: Method = Method {
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::Error,
+    family: Family::PhasePlot,
+    explains_oscillation: true,
 };
 
 /// The method with its parameters.

@@ -49,7 +49,8 @@
 //! Rev. Lett. 77 (1996) 635-638 (not read).
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{Transform, centred, mean, sample_std, standardised};
 use rand::{Rng, SeedableRng};
@@ -85,6 +86,8 @@ static METHOD: Method = Method {
     applies: Applies::AnyLoop,
     decides: Decides::Nonlinearity,
     needs: Needs::Error,
+    family: Family::HigherOrder,
+    explains_oscillation: true,
 };
 
 /// The method with its parameters.

@@ -82,9 +82,10 @@ fn dominant<'a>(
     [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
 }
 
-/// The period of an oscillation, in samples.
+/// The period of an oscillation that was found, in samples.
 fn period(oscillation: Option<(&'static str, &Oscillation)>, stretch: &Stretch) -> Option<f64> {
-    Some(oscillation?.1.period_s? / stretch.sample_time)
+    let (_, oscillation) = oscillation.filter(|(_, oscillation)| oscillation.found)?;
+    Some(oscillation.period_s? / stretch.sample_time)
 }
 
 /// Diagnoses a recording.
@@ -114,7 +115,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let findings: Vec<Finding> = match stretch {
         Some(stretch) => {
             let subject = Subject::new(stretch, loop_type, period);
-            detect::all().iter().map(|detector| detector.judge(&subject)).collect()
+            detect::all().iter().map(|detector| detect::judge(&**detector, &subject)).collect()
         }
         None => detect::all()
             .iter()
