@@ -165,6 +165,25 @@ fn counts_of_the_public_implementation() {
     }
 }
 
+#[test]
+fn correlations_stored_by_the_public_implementation() {
+    // Of a slightly other fit, so only nearly.
+    let stored = [
+        ("CHEM2", 0.26),
+        ("CHEM10", 0.45),
+        ("CHEM11", 0.19),
+        ("CHEM12", 0.16),
+        ("CHEM23", 0.27),
+        ("CHEM29", 0.60),
+    ];
+    for (name, r) in stored {
+        if let Some(s) = recording(name) {
+            let ours = judge(&DamarlaSigmoid::default(), &s, 100.0).1.unwrap();
+            assert!((ours - r).abs() < 0.04, "{name}: {ours}");
+        }
+    }
+}
+
 /// A loop with a valve of `model`, 1,000 s at 1 s after the start.
 fn simulated(model: Model, s: f64, j: f64, change: impl Fn(&mut ClosedLoop)) -> (Stretch, f64) {
     let valve = Assembly::new(model.build(Bands::from_s_j(s, j).unwrap()).unwrap());

@@ -20,7 +20,8 @@
 //!   tolerance from the line through them;
 //! * sharp: three points. The arc of a circle has five: each half of it, 60°, bulges by
 //!   `1 - cos 30° = 0.134` from its chord, and the tolerance is half of this;
-//! * share of sharp corners among the two of each similar cycle; magnitude: the mean width of the
+//! * more than five points are noise; undecided if they are the majority;
+//! * share of sharp corners among the others of all similar cycles; magnitude: the mean width of the
 //!   ellipses along the OP.
 //!
 //! # Parameters
@@ -60,6 +61,8 @@ pub const TOLERANCE: f64 = 0.067;
 /// Share of sharp corners from which the valve sticks; ours.
 pub const SHARE: f64 = 0.5;
 
+/// Points that describe the arc of a circle at most; closed form, see the module.
+const ARC: usize = 5;
 /// Means a cycle is reduced to at most; ours.
 const POINTS: usize = 48;
 /// Samples of a cycle at least; ours.
@@ -75,7 +78,8 @@ static METHOD: Method = Method {
     source: "HAW Hamburg, Stiction Analyser, user's guide (read); details ours",
     statistic: "share of sharp corners",
     rule: "sticks if at least half (the threshold, ours) of the outermost corners are \
-           sharp, in cycles of error and OP that resemble an ellipse by more than 50 %",
+           sharp, in cycles of error and OP that resemble an ellipse by more than 50 %; undecided if noise \
+           drowns most corners",
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::Error,
@@ -129,7 +133,9 @@ pub struct SharpCornerResult {
     pub cycles: Vec<SharpCornerCycle>,
     /// Number of cycles examined.
     pub examined: usize,
-    /// Share of sharp corners.
+    /// Number of corners that are no noise: described by at most five points.
+    pub clear: usize,
+    /// Share of sharp ones among these.
     pub share: f64,
     /// Mean width of the ellipses along the OP, percent.
     pub magnitude: f64,
@@ -187,20 +193,19 @@ impl SharpCorner {
             .map(|i| all[i * all.len() / examined])
             .filter_map(|(first, end)| self.cycle(first, end, op, &error.values))
             .collect();
-        let sharp: usize = cycles
-            .iter()
-            .flat_map(|cycle| &cycle.corners)
-            .filter(|points| points.len() == 3)
-            .count();
-        let share = sharp as f64 / (2 * cycles.len()).max(1) as f64;
-        let decision = match cycles.len() {
-            n if n < FEWEST_CYCLES => Decision::Undecided,
-            _ if share >= self.share => Decision::Sticks,
-            _ => Decision::DoesNotStick,
+        let points = || cycles.iter().flat_map(|cycle| &cycle.corners).map(Vec::len);
+        let clear = points().filter(|n| *n <= ARC).count();
+        let share = points().filter(|n| *n == 3).count() as f64 / clear.max(1) as f64;
+        let decision = if cycles.len() < FEWEST_CYCLES || clear < cycles.len() {
+            Decision::Undecided
+        } else if share >= self.share {
+            Decision::Sticks
+        } else {
+            Decision::DoesNotStick
         };
         let widths: Vec<f64> = cycles.iter().map(|cycle| cycle.ellipse.op_width()).collect();
         let magnitude = if widths.is_empty() { 0.0 } else { mean(&widths) };
-        Ok(SharpCornerResult { cycles, examined, share, magnitude, decision, caveats })
+        Ok(SharpCornerResult { cycles, examined, clear, share, magnitude, decision, caveats })
     }
 
     /// A cycle with its corners; `None` if it does not resemble an ellipse.
@@ -272,19 +277,23 @@ impl Detector for SharpCorner {
             Err(why) => return Finding::abstains(&METHOD, why),
         };
         let similar = result.cycles.len();
-        let reason = if result.decision == Decision::Undecided {
+        let reason = if similar < FEWEST_CYCLES {
             format!("only {similar} of {} cycles resemble an ellipse", result.examined)
+        } else if result.decision == Decision::Undecided {
+            format!("only {} of {} corners are not drowned by noise", result.clear, 2 * similar)
         } else {
             format!(
-                "{:.0} % of the corners of {similar} cycles are sharp, against {:.0} %; the cycles are \
-                 {:.3} % wide along the OP",
+                "{:.0} % of {} clear corners of {similar} cycles are sharp, against {:.0} %; the cycles \
+                 are {:.3} % wide along the OP",
                 100.0 * result.share,
+                result.clear,
                 100.0 * self.share,
                 result.magnitude
             )
         };
         let numbers = vec![
             Number::new("share of sharp corners", result.share, ""),
+            Number::new("clear corners", result.clear as f64, ""),
             Number::new("similar cycles", similar as f64, ""),
             Number::new("cycles", result.examined as f64, ""),
             Number::new("magnitude", result.magnitude, "%"),

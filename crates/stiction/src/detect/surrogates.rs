@@ -37,7 +37,8 @@
 //!
 //! # Limits
 //! Any nonlinearity counts, in the valve or not. Without a known period nothing is said. A change of
-//! amplitude or a transient looks nonlinear. `N` varies by some tenths with the seed.
+//! amplitude or a transient looks nonlinear. Cycles that repeat exactly are predicted no better than their
+//! surrogates, which repeat as well: a sticky loop with steady cycles is called linear. `N` varies by some tenths with the seed.
 //!
 //! # Deviations from the paper
 //! Formulas and limits were recalled, not read. The middle of a long record is used. Surrogates are
