@@ -127,7 +127,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     };
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
-    let verdict = preliminary(&fitness, &findings);
+    let verdict = preliminary(&fitness, dominant.is_some_and(|(_, o)| o.found), &findings);
     let stiction = match stretch {
         Some(stretch) => measured(&Subject::new(stretch, loop_type, period)),
         None => Stiction::default(),

@@ -157,12 +157,12 @@ pub const MIMICS: [&str; 6] = [
 ///    tests of the same windows are not five witnesses. With at least [`FEWEST_VOTES`] families that
 ///    decide, and more than half of them agreeing, they win; anything else is `cannot tell`;
 /// 4. but no valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is
-///    `cannot tell`.
+///    `cannot tell`; and none is cleared by a loop that does not cycle, where sticking need not show.
 ///
 /// Methods that tell the cause of an oscillation abstain where none was found (see
 /// [`detect::judge`](crate::detect::judge)). The votes are not independent, so their share is no
 /// probability.
-pub fn preliminary(fitness: &Fitness, findings: &[Finding]) -> Verdict {
+pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) -> Verdict {
     let votes = Votes::of(findings);
     let cannot_tell = |reasons: Vec<String>| Verdict {
         class: VerdictClass::CannotTell,
@@ -217,6 +217,12 @@ pub fn preliminary(fitness: &Fitness, findings: &[Finding]) -> Verdict {
         return cannot_tell(vec![
             tally,
             format!("but data like these make healthy loops look sticky: {}", mimics.join("; ")),
+        ]);
+    }
+    if class == VerdictClass::DoesNotStick && !oscillates {
+        return cannot_tell(vec![
+            tally,
+            "but the loop does not cycle, and a valve that sticks need not show it then".to_owned(),
         ]);
     }
     let mut reasons = vec![tally];
