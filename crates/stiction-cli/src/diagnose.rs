@@ -39,10 +39,10 @@ pub struct Args {
     #[command(flatten)]
     reading: Reading,
     /// Bring the recording onto a grid of this step, in s, in place of its own commonest one
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     grid: Option<f64>,
     /// Dead time of the loop, in s, for the Harris index
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     dead_time: Option<f64>,
     /// Write a report to this file: one self-contained HTML page
     #[arg(long, value_name = "OUT.html")]

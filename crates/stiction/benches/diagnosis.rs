@@ -5,13 +5,13 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
+use stiction::Bands;
 use stiction::closed_loop::{ClosedLoop, Controller, Process, Signal};
 use stiction::detect::{self, Subject};
 use stiction::diagnose::{Options, diagnose};
 use stiction::recording::{LoopType, Recording};
 use stiction::series::{Spectrum, fft_length};
 use stiction::valve::{Assembly, Model};
-use stiction::Bands;
 
 /// A sticking flow loop of `samples` samples, 5 s apart.
 fn recording(samples: usize) -> Recording {

@@ -3,7 +3,7 @@
 use super::verdict::{Estimate, Stiction, Verdict, preliminary};
 use super::{KpiOptions, Kpis};
 use crate::detect::{self, Abstention, Finding, Measured, Spread, Subject, ValvePosition};
-use crate::error::Result;
+use crate::error::{Result, non_negative};
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
@@ -91,9 +91,12 @@ fn period(oscillation: Option<(&'static str, &Oscillation)>, stretch: &Stretch) 
 /// Diagnoses a recording.
 ///
 /// # Errors
-/// If the recording cannot be brought onto a grid, as when its times make no sense. Whatever else is
-/// wrong with the data is a result: the diagnosis says that it cannot tell, and why.
+/// If the recording cannot be brought onto a grid, as when its times make no sense, or an option is out of
+/// its range. Whatever else is wrong with the data is a result: the diagnosis says that it cannot tell, and why.
 pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    if let Some(dead_time) = options.kpis.dead_time {
+        non_negative("the dead time", dead_time)?;
+    }
     let grid = Grid::of(recording, &options.grid)?;
     let longest = grid.stretches.iter().map(Stretch::len).max();
     let judged = longest.and_then(|n| grid.stretches.iter().position(|s| s.len() == n));

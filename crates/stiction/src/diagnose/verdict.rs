@@ -190,10 +190,17 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
         };
     }
     let decided = votes.sticks + votes.does_not_stick;
-    let tally = format!(
-        "{} of the {decided} families of methods that decide say it sticks; {} are undecided, {} abstain",
-        votes.sticks, votes.undecided, votes.abstains
-    );
+    let tally = match decided {
+        0 => format!(
+            "no method decides: {} families are undecided, {} abstain",
+            votes.undecided, votes.abstains
+        ),
+        _ => format!(
+            "{} of the {decided} families of methods that decide say it sticks; {} undecided, {} \
+             abstaining",
+            votes.sticks, votes.undecided, votes.abstains
+        ),
+    };
     if decided < FEWEST_VOTES {
         return cannot_tell(vec![
             tally,
