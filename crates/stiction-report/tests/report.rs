@@ -7,8 +7,9 @@ use stiction::diagnose::VerdictClass;
 use stiction::recording::{Mode, Modes, Stretch};
 use stiction::valve::{Assembly, Model};
 use stiction::{Bands, Result};
+use stiction_report::document::Source;
 use stiction_report::report::layout::{Badge, Block, Card, Fact, Report, Section, Table};
-use stiction_report::report::views::{self, Context, Ellipse};
+use stiction_report::report::views::{self, Context};
 use stiction_report::{Figure, Panel, Scale, Series, Span, Strip};
 
 const HOSTILE: &str = "</script><script>alert(1)</script> \"'&\u{0}<b>";
@@ -39,8 +40,6 @@ fn stretch(run: &Run, from: usize, to: usize) -> Stretch {
     }
 }
 
-const ELLIPSE: Ellipse = Ellipse { op: 3.0, pv: 5.0, semi_axes: (3.0, 2.0), angle: 0.3 };
-
 fn report(samples: usize) -> Report {
     let run = sticky(samples).unwrap();
     let stretches = [stretch(&run, 0, samples / 4), stretch(&run, samples / 3, samples)];
@@ -59,14 +58,14 @@ fn report(samples: usize) -> Report {
         .heading(HOSTILE)
         .with(card)
         .with(Block::Details { summary: HOSTILE.into(), blocks: vec![table.into()] });
-    let figures = views::all(&stretches, 1, Some(&ELLIPSE), &context);
+    let figures = views::all(&stretches, 1, &context);
     assert_eq!(figures.len(), 7);
     for figure in figures {
         section = section.with(figure);
     }
     Report::new(HOSTILE, "stiction 0")
         .introduction(HOSTILE)
-        .source(HOSTILE, HOSTILE)
+        .source(&Source { file: HOSTILE.into(), sha256: HOSTILE.into() })
         .with(section.clone())
         .with(section)
 }
@@ -208,18 +207,18 @@ fn views_without_signals_are_left_out() {
     let mut bare = stretch(&run, 0, 500);
     (bare.pv, bare.sp, bare.vp) = (None, None, None);
     let context = Context::default();
-    assert_eq!(views::pv_op_map(&bare, None, &context), None);
+    assert_eq!(views::pv_op_map(&bare, &context), None);
     assert_eq!(views::op_pv_correlation(&bare, &context), None);
     assert_eq!(views::trends(&[bare.clone()], 0, &context).unwrap().panels.len(), 1);
-    assert_eq!(views::all(&[bare.clone()], 0, None, &context).len(), 4);
-    assert!(views::all(&[bare.clone()], 7, None, &context).is_empty());
+    assert_eq!(views::all(&[bare.clone()], 0, &context).len(), 4);
+    assert!(views::all(&[bare.clone()], 7, &context).is_empty());
 
     bare.op = vec![50.0; 500];
     bare.pv = Some(vec![1.0; 500]);
-    assert_eq!(views::all(&[bare.clone()], 0, None, &context).len(), 1, "only trends");
+    assert_eq!(views::all(&[bare.clone()], 0, &context).len(), 1, "only trends");
     bare.op = vec![50.0];
     bare.pv = None;
-    for figure in views::all(&[bare], 0, None, &context) {
+    for figure in views::all(&[bare], 0, &context) {
         figure.live("a").unwrap();
     }
     assert_eq!(views::trends(&[], 0, &context), None);
@@ -232,7 +231,7 @@ fn short_and_odd_stretches_are_drawn() {
         for start in [None, Some(0.0), Some(1.7e9), Some(1e300), Some(f64::NAN)] {
             for period_s in [None, Some(0.0), Some(1e9), Some(1e-9), Some(f64::NAN)] {
                 let context = Context { start, period_s, ..Context::default() };
-                for figure in views::all(&[stretch(&run, from, to)], 0, Some(&ELLIPSE), &context) {
+                for figure in views::all(&[stretch(&run, from, to)], 0, &context) {
                     let live = figure.live("a").unwrap();
                     assert!(!live.svg.contains("NaN") && !live.data.contains("NaN"));
                     serde_json::from_str::<Value>(&live.data).unwrap();

@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
+use crate::document::Source;
 use crate::error::Error;
 use crate::escape::escape;
 use crate::figure::Figure;
 use stiction::detect::Decision;
 use stiction::diagnose::VerdictClass;
+use stiction::recording::fitness::Class;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("../interactive.js");
@@ -24,15 +26,6 @@ pub struct Report {
     pub tool: String,
     /// The files it was made from.
     pub sources: Vec<Source>,
-}
-
-/// A file that a report was made from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Source {
-    /// Its name.
-    pub name: String,
-    /// Its hash with the name of the algorithm, such as `SHA-256 9f86d0…`.
-    pub hash: String,
 }
 
 /// What a report says of one loop.
@@ -196,10 +189,12 @@ impl Report {
         self
     }
 
-    /// Names a file that the report was made from.
+    /// Names a file that the report was made from, once however often it is told.
     #[must_use]
-    pub fn source(mut self, name: impl Into<String>, hash: impl Into<String>) -> Self {
-        self.sources.push(Source { name: name.into(), hash: hash.into() });
+    pub fn source(mut self, source: &Source) -> Self {
+        if !self.sources.contains(source) {
+            self.sources.push(source.clone());
+        }
         self
     }
 
@@ -231,9 +226,9 @@ impl Report {
         page.element("p", "", &self.tool);
         for source in &self.sources {
             page.add(&format!(
-                "<p>{}: <code>{}</code></p>\n",
-                escape(&source.name),
-                escape(&source.hash)
+                "<p>{}: SHA-256 <code>{}</code></p>\n",
+                escape(&source.file),
+                escape(&source.sha256)
             ));
         }
         page.add(&format!("</footer>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"));
@@ -322,6 +317,24 @@ impl From<Decision> for Badge {
             Decision::Abstains => ("–", Tone::Open),
         };
         Self { symbol, word: decision.name(), tone }
+    }
+}
+
+impl From<Class> for Badge {
+    fn from(class: Class) -> Self {
+        let (symbol, tone) = match class {
+            Class::Fit => ("✓", Tone::Good),
+            Class::Caveats => ("!", Tone::Open),
+            Class::Unfit => ("✕", Tone::Bad),
+        };
+        Self { symbol, word: class.name(), tone }
+    }
+}
+
+impl Badge {
+    /// Symbol and word, for a cell of a table.
+    pub fn text(&self) -> String {
+        format!("{} {}", self.symbol, self.word)
     }
 }
 
