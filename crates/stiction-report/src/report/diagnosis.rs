@@ -71,25 +71,34 @@ fn section(diagnosis: &Diagnosis, source: &Source, detectors: &[Box<dyn Detector
 
 fn headline(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
-    let what = match (verdict.class, verdict.basis) {
+    let votes = verdict.votes;
+    let decided = votes.sticks + votes.does_not_stick;
+    match (verdict.class, verdict.basis) {
         (VerdictClass::Sticks, Basis::ValvePosition) => {
-            "Preliminary: by its measured position, the valve sticks."
-        }
-        (VerdictClass::Sticks, _) => {
-            "Preliminary: the loop behaves like one with a sticking valve; this does not prove it."
+            "Preliminary: by its measured position, the valve sticks.".to_owned()
         }
         (VerdictClass::DoesNotStick, Basis::ValvePosition) => {
-            "Preliminary: by its measured position, the valve follows the controller."
+            "Preliminary: by its measured position, the valve follows the controller.".to_owned()
         }
-        (VerdictClass::DoesNotStick, _) => {
-            "Preliminary: the loop does not behave like one with a sticking valve."
-        }
+        (VerdictClass::Sticks, _) => format!(
+            "Preliminary: the loop behaves like one with a sticking valve, say {} of {decided} methods that \
+             decide.",
+            votes.sticks
+        ),
+        (VerdictClass::DoesNotStick, _) => format!(
+            "Preliminary: the loop does not behave like one with a sticking valve, say {} of {decided} \
+             methods that decide.",
+            votes.does_not_stick
+        ),
         _ if diagnosis.fitness.class == Class::Unfit => {
-            "These data cannot answer, whatever the methods say."
+            let reasons = diagnosis.fitness.reasons();
+            format!("The data cannot answer: {}.", reasons.first().unwrap_or(&"there are none"))
         }
-        _ => "The methods give no clear answer.",
-    };
-    what.to_owned()
+        _ => format!(
+            "The methods give no clear answer: {} for and {} against a sticking valve.",
+            votes.sticks, votes.does_not_stick
+        ),
+    }
 }
 
 /// What to do next; general advice, which knows nothing of the plant.
@@ -199,6 +208,12 @@ fn pv_unit(diagnosis: &Diagnosis) -> &str {
     diagnosis.pv_unit.as_deref().unwrap_or("units of the PV")
 }
 
+/// A value with its unit; a dash for none.
+fn measured(value: Option<f64>, unit: &str) -> String {
+    let text = optional(value);
+    if value.is_some() && !unit.is_empty() { format!("{text}\u{a0}{unit}") } else { text }
+}
+
 fn optional(value: Option<f64>) -> String {
     value.map_or("–".to_owned(), number)
 }
@@ -207,7 +222,6 @@ fn fitness(diagnosis: &Diagnosis) -> Table {
     let table = Table::new("")
         .words("measure")
         .numbers("value", "")
-        .words("unit")
         .numbers("caveat at", "")
         .numbers("unfit at", "")
         .words("class")
@@ -215,10 +229,9 @@ fn fitness(diagnosis: &Diagnosis) -> Table {
     diagnosis.fitness.measures.iter().fold(table, |table, measure| {
         table.row([
             measure.name.to_owned(),
-            optional(measure.value),
-            measure.unit.to_owned(),
-            optional(measure.caveat_at),
-            optional(measure.unfit_at),
+            measured(measure.value, measure.unit),
+            measured(measure.caveat_at, measure.unit),
+            measured(measure.unfit_at, measure.unit),
             Badge::from(measure.class).text(),
             sentence(&measure.reason),
         ])
@@ -300,7 +313,6 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         .words("oscillates")
         .words("period")
         .numbers("amplitude", "")
-        .words("unit")
         .numbers("cycles", "")
         .numbers("regularity", "regular above 1")
         .numbers("decay ratio", "lasting above 0.5")
@@ -309,7 +321,6 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         .words("signal")
         .words("period")
         .numbers("amplitude", "")
-        .words("unit")
         .numbers("share of the variance", "%")
         .numbers("regularity", "")
         .words("remark");
@@ -327,8 +338,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
             (*signal).to_owned(),
             if found.found { "yes" } else { "not clearly" }.to_owned(),
             found.period_s.map_or("–".to_owned(), duration),
-            optional(found.amplitude),
-            unit.clone(),
+            measured(found.amplitude, &unit),
             optional(found.cycles),
             optional(found.regularity),
             optional(found.decay_ratio),
@@ -343,8 +353,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
             peaks = peaks.row([
                 (*signal).to_owned(),
                 duration(peak.period_s),
-                number(peak.amplitude),
-                unit.clone(),
+                measured(Some(peak.amplitude), &unit),
                 number(100.0 * peak.share),
                 optional(peak.regularity),
                 peak.harmonic.map_or(String::new(), |n| format!("harmonic {n} of a stronger one")),
@@ -356,8 +365,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
                 moment(diagnosis, from + episode.from_s),
                 moment(diagnosis, from + episode.to_s),
                 episode.half_waves.to_string(),
-                number(episode.amplitude),
-                unit.clone(),
+                measured(Some(episode.amplitude), &unit),
             ]);
         }
     }
@@ -388,12 +396,8 @@ fn shortened(table: Table) -> Block {
 }
 
 fn key_figures(diagnosis: &Diagnosis) -> Table {
-    let table = Table::new("")
-        .words("key figure")
-        .numbers("value", "")
-        .words("unit")
-        .words("meaning")
-        .words("note");
+    let table =
+        Table::new("").words("key figure").numbers("value", "").words("meaning").words("note");
     diagnosis.kpis.numbers.iter().fold(table, |table, kpi| {
         let unit = match kpi.unit.strip_prefix("PV") {
             Some(rest) => format!("{}{rest}", pv_unit(diagnosis)),
@@ -401,8 +405,7 @@ fn key_figures(diagnosis: &Diagnosis) -> Table {
         };
         table.row([
             kpi.name.to_owned(),
-            optional(kpi.value),
-            unit,
+            measured(kpi.value, &unit),
             sentence(kpi.meaning),
             kpi.note.as_deref().map_or(String::new(), sentence),
         ])

@@ -10,7 +10,7 @@ mod phase;
 mod shapes;
 mod windows;
 
-use super::layout::{Card, Table, number};
+use super::layout::{Card, Fact, number};
 use super::time_axis::TimeAxis;
 use super::views::{self, Context};
 use crate::figure::{Figure, Panel, Series};
@@ -25,12 +25,8 @@ pub fn card(finding: &Finding, subject: Option<&Subject<'_>>, context: &Context<
     if finding.decision != Decision::Abstains {
         card.figure = subject.and_then(|subject| figure(finding.method.name, subject, context));
     }
-    if !finding.numbers.is_empty() {
-        let table = Table::new("").words("number").numbers("value", "").words("unit");
-        card.table = Some(finding.numbers.iter().fold(table, |table, each| {
-            table.row([each.name.to_owned(), number(each.value), each.unit.to_owned()])
-        }));
-    }
+    let numbers = finding.numbers.iter();
+    card.facts.extend(numbers.map(|each| Fact::new(each.name, number(each.value), each.unit)));
     card
 }
 
@@ -100,11 +96,11 @@ impl Scene<'_> {
         TimeAxis::of_times(self.context.start, stretch.from + stretch.duration())
     }
 
-    /// Times of some samples, as they stand along [`Scene::time`].
-    fn times(&self, samples: impl IntoIterator<Item = usize>) -> Vec<f64> {
+    /// Times of some places, in samples, as they stand along [`Scene::time`].
+    fn times(&self, places: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let (axis, stretch) = (self.time(), self.subject.stretch);
-        let at = |k: usize| axis.at(stretch.from + k as f64 * stretch.sample_time);
-        samples.into_iter().map(at).collect()
+        let at = |k: f64| axis.at(stretch.from + k * stretch.sample_time);
+        places.into_iter().map(at).collect()
     }
 
     /// The last few periods of the stretch.
@@ -122,7 +118,7 @@ impl Scene<'_> {
     /// Samples of a signal over time, each held until the next if `held`.
     fn samples(&self, name: &str, values: &[f64], range: Range<usize>, held: bool) -> Series {
         let y = values.get(range.clone()).unwrap_or_default();
-        let x = self.times(range);
+        let x = self.times(range.map(|k| k as f64));
         if held { Series::steps(name, x, y) } else { Series::line(name, x, y) }
     }
 }
@@ -131,6 +127,23 @@ impl Scene<'_> {
 fn thinned(values: &[f64], most: usize) -> (Vec<f64>, usize) {
     let stride = values.len().div_ceil(most).max(1);
     (values.iter().copied().step_by(stride).collect(), stride)
+}
+
+/// An upright line up to a height, with its name in the legend: there names cannot cover each other.
+fn line_at(series: fn(&str, Vec<f64>, Vec<f64>) -> Series, name: &str, x: f64, top: f64) -> Series {
+    series(name, vec![x; 2], vec![0.0, top])
+}
+
+fn solid(name: &str, x: Vec<f64>, y: Vec<f64>) -> Series {
+    Series::line(name, x, y)
+}
+
+fn dashed(name: &str, x: Vec<f64>, y: Vec<f64>) -> Series {
+    Series::dashed(name, x, y)
+}
+
+fn dotted(name: &str, x: Vec<f64>, y: Vec<f64>) -> Series {
+    Series::dotted(name, x, y)
 }
 
 /// A sheet as wide as the page, with a caption.

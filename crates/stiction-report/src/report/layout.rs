@@ -137,6 +137,8 @@ pub struct Card {
     /// What it looks like.
     pub figure: Option<Figure>,
     /// Its numbers.
+    pub facts: Vec<Fact>,
+    /// More numbers.
     pub table: Option<Table>,
     /// What to keep in mind.
     pub caveats: Vec<String>,
@@ -334,7 +336,8 @@ impl From<Class> for Badge {
 impl Badge {
     /// Symbol and word, for a cell of a table.
     pub fn text(&self) -> String {
-        format!("{} {}", self.symbol, self.word)
+        // Unbroken.
+        format!("{} {}", self.symbol, self.word).replace(' ', "\u{a0}")
     }
 }
 
@@ -381,6 +384,7 @@ impl Card {
             badge: None,
             sentence: sentence.into(),
             figure: None,
+            facts: Vec::new(),
             table: None,
             caveats: Vec::new(),
         }
@@ -397,6 +401,13 @@ impl Card {
     #[must_use]
     pub fn figure(mut self, figure: Figure) -> Self {
         self.figure = Some(figure);
+        self
+    }
+
+    /// Adds a number.
+    #[must_use]
+    pub fn fact(mut self, fact: Fact) -> Self {
+        self.facts.push(fact);
         self
     }
 
@@ -512,6 +523,7 @@ impl Page {
         if let Some(figure) = &card.figure {
             self.figure(figure)?;
         }
+        self.facts(&card.facts);
         if let Some(table) = &card.table {
             self.table(table);
         }
@@ -553,7 +565,7 @@ impl Page {
     }
 
     fn table(&mut self, table: &Table) {
-        self.add("<table>\n");
+        self.add("<div class=\"rows\"><table>\n");
         if !table.caption.is_empty() {
             self.element("caption", "", &table.caption);
         }
@@ -576,7 +588,7 @@ impl Page {
             }
             self.add("</tr>\n");
         }
-        self.add("</tbody>\n</table>\n");
+        self.add("</tbody>\n</table></div>\n");
     }
 }
 

@@ -409,7 +409,7 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         let tops = oscillations(&values, &lines, stretch.sample_time);
         let period = |bin: usize| stretch.sample_time / lines.frequency[bin];
         if !tops.is_empty() {
-            let listed: Vec<String> = tops.iter().map(|b| axis.duration(period(*b))).collect();
+            let listed: Vec<String> = tops.iter().map(|(_, p)| axis.duration(*p)).collect();
             found.push(format!("{name} {}", listed.join(", ")));
         }
         // What is a million times weaker is noise of the arithmetic.
@@ -423,12 +423,12 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         panel = panel.with(Series::line(name, x, y).colour(colour));
         if !tops.is_empty() {
             let (x, y): (Vec<f64>, Vec<f64>) =
-                tops.iter().map(|&bin| (axis.at(period(bin)), share(bin))).unzip();
+                tops.iter().map(|&(bin, _)| (axis.at(period(bin)), share(bin))).unzip();
             // Names of several peaks would cover each other.
             let marked = |x: f64| marks.iter().any(|m: &f64| (x / m).ln().abs() < 0.2);
             if !marked(x[0]) {
                 marks.push(x[0]);
-                panel = panel.note(Annotation::vertical_line(x[0], axis.duration(period(tops[0]))));
+                panel = panel.note(Annotation::vertical_line(x[0], axis.duration(tops[0].1)));
             }
             panel = panel
                 .with(Series::points(format!("oscillations, {name}"), x, y).colour(colour::BLACK));
@@ -533,15 +533,17 @@ fn dominant_period(stretch: &Stretch) -> Option<f64> {
     (lines.power[top] > 0.0).then(|| stretch.sample_time / lines.frequency[top])
 }
 
-/// The bins of the oscillations that were told apart in a signal, strongest first.
-fn oscillations(values: &[f64], lines: &Periodogram, sample_time: f64) -> Vec<usize> {
+/// The oscillations that were told apart in a signal, strongest first: the bin in which each stands,
+/// and its period, s.
+fn oscillations(values: &[f64], lines: &Periodogram, sample_time: f64) -> Vec<(usize, f64)> {
     let peaks = separate(&detrended(values), sample_time);
     let bins = peaks.iter().map(|peak| {
         let frequency = sample_time / peak.period_s;
         let next = lines.frequency.partition_point(|f| *f < frequency);
         // The highest bin near by: the period of a band is not exactly that of its top.
         let near = next.saturating_sub(2).max(1)..(next + 2).min(lines.power.len());
-        near.max_by(|a, b| lines.power[*a].total_cmp(&lines.power[*b]))
+        let bin = near.max_by(|a, b| lines.power[*a].total_cmp(&lines.power[*b]))?;
+        Some((bin, peak.period_s))
     });
     bins.flatten().collect()
 }

@@ -1,11 +1,11 @@
 //! Tests for a loop that is not linear: bicoherence and surrogate data.
 
-use super::{Scene, sheet, thinned};
+use super::{Scene, dashed, line_at, sheet, solid, thinned};
 use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
-use crate::report::views::{histogram, outline};
+use crate::report::views::{WIDTH, histogram, outline};
 use stiction::detect::{Bicoherence, BicoherenceOp, BicoherencePlane, Bin, Surrogates};
-use stiction::series::{mean, sample_std};
+use stiction::series::{max, mean, sample_std};
 
 /// Points of the phase plot at most.
 const MOST: usize = 800;
@@ -13,7 +13,7 @@ const MOST: usize = 800;
 pub fn bicoherence(scene: &Scene<'_>) -> Option<Figure> {
     let found = Bicoherence::default().run(scene.subject).ok()?;
     let (panel, mut caption) = plane(scene, &found.plane, "control error")?;
-    let mut figure = sheet("").columns(2).panel_height(300.0).with(panel);
+    let mut figure = sheet("").width(480.0).panel_height(300.0).with(panel);
     if !found.op.is_empty() && found.op.len() == found.pv.len() {
         let ((op, stride), (pv, _)) = (thinned(&found.op, MOST), thinned(&found.pv, MOST));
         let mut map = Panel::new(
@@ -45,7 +45,7 @@ pub fn bicoherence(scene: &Scene<'_>) -> Option<Figure> {
             }
             None => caption.push_str(" They do not move along an ellipse."),
         }
-        figure = figure.with(map);
+        figure = figure.columns(2).width(WIDTH).with(map);
     }
     Some(figure.caption(caption))
 }
@@ -61,7 +61,7 @@ fn plane(scene: &Scene<'_>, plane: &BicoherencePlane, signal: &str) -> Option<(P
     let per_sample = 1.0 / (plane.segment * plane.factor) as f64;
     // In multiples of the oscillation's frequency, or, without one, in Hz.
     let (unit, scale) = match scene.subject.period {
-        Some(period) => ("multiples of the oscillation's", period),
+        Some(period) => ("multiples of 1/period", period),
         None => ("Hz", 1.0 / scene.subject.stretch.sample_time),
     };
     let at = |bin: usize| bin as f64 * per_sample * scale;
@@ -96,6 +96,15 @@ fn plane(scene: &Scene<'_>, plane: &BicoherencePlane, signal: &str) -> Option<(P
         number(plane.critical)
     );
     if let Some(peak) = plane.peak {
+        if peak.value > plane.critical {
+            // From the corner where there are no pairs.
+            let most = |frequency: fn(&Bin) -> usize| {
+                at(plane.bins.iter().map(frequency).max().unwrap_or(0))
+            };
+            let corner = (0.12 * most(|bin| bin.i), 0.95 * most(|bin| bin.j));
+            panel =
+                panel.note(Annotation::arrow(number(peak.value), corner, (at(peak.i), at(peak.j))));
+        }
         caption.push_str(&format!("; the largest is {}", number(peak.value)));
     }
     caption.push('.');
@@ -116,9 +125,10 @@ pub fn surrogates(scene: &Scene<'_>) -> Option<Figure> {
     let limit = mean(&found.surrogates) - 3.0 * method.limit * sample_std(&found.surrogates);
     let panel =
         Panel::new("squared prediction error Γ (variances, summed)", "share of the surrogates (%)")
-            .with(Series::bars("surrogates", x, shares).colour(colour::SKY))
-            .note(Annotation::vertical_line(found.gamma, "this loop"))
-            .note(Annotation::vertical_line(limit, "limit"));
+            .legend(Legend::Above)
+            .with(Series::bars("surrogates", x, &shares[..]).colour(colour::SKY))
+            .with(line_at(dashed, "limit", limit, max(&shares)).colour(colour::BLACK))
+            .with(line_at(solid, "this loop", found.gamma, max(&shares)).colour(colour::VERMILION));
     let caption = format!(
         "How well the control error can be predicted from its own past, against {} surrogates with the \
          same spectrum and the same values but random phases. To the left of the limit it is more \

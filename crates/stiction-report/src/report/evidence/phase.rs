@@ -114,7 +114,7 @@ fn rests(
     for rest in follower.rests.iter().filter(|rest| overlaps(rest, range)) {
         let (first, last) = (rest.first.max(range.start), (rest.end - 1).min(range.end - 1));
         breaks.push(levels.len());
-        times.extend(scene.times([first, last]));
+        times.extend(scene.times([first as f64, last as f64]));
         along.extend([scene.op()[first], scene.op()[last]]);
         levels.extend([rest.level; 2]);
     }

@@ -1,16 +1,16 @@
 //! Shapes of half waves, and their areas.
 
-use super::{Scene, sheet};
+use super::{Scene, dashed, dotted, line_at, sheet, solid};
 use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::views::histogram;
 use stiction::detect::{AreaRatio, CurveFit, RelayFit, SquareWave};
-use stiction::series::HalfWave;
+use stiction::series::{HalfWave, max, span};
 
 /// Half waves shown over time.
 const SHOWN: usize = 6;
 /// Half waves laid over each other at most.
-const OVERLAID: usize = 24;
+const OVERLAID: usize = 12;
 /// Places within a half wave at which it is averaged.
 const PLACES: usize = 49;
 /// Strokes of the hatching of a half wave at most.
@@ -21,20 +21,8 @@ struct Shape<'a> {
     name: &'static str,
     series: fn(&str, Vec<f64>, Vec<f64>) -> Series,
     colour: usize,
-    /// Its value in the half wave of that index at a sample.
-    at: &'a dyn Fn(usize, usize) -> f64,
-}
-
-fn solid(name: &str, x: Vec<f64>, y: Vec<f64>) -> Series {
-    Series::line(name, x, y)
-}
-
-fn dashed(name: &str, x: Vec<f64>, y: Vec<f64>) -> Series {
-    Series::dashed(name, x, y)
-}
-
-fn dotted(name: &str, x: Vec<f64>, y: Vec<f64>) -> Series {
-    Series::dotted(name, x, y)
+    /// Its value in the half wave of that index at a place, in samples.
+    at: &'a dyn Fn(usize, f64) -> f64,
 }
 
 pub fn curve_fit(scene: &Scene<'_>) -> Option<Figure> {
@@ -64,7 +52,7 @@ pub fn curve_fit(scene: &Scene<'_>) -> Option<Figure> {
 pub fn relay_fit(scene: &Scene<'_>) -> Option<Figure> {
     let found = RelayFit::default().run(scene.subject).ok()?;
     let waves: Vec<HalfWave> = found.waves.iter().map(|each| each.wave).collect();
-    let sine = |i: usize, k: usize| sine(&waves[i], found.waves[i].sine, k);
+    let sine = |i: usize, k: f64| sine(&waves[i], found.waves[i].sine, k);
     let shapes = [
         Shape {
             name: "relay response",
@@ -89,7 +77,7 @@ pub fn relay_fit(scene: &Scene<'_>) -> Option<Figure> {
 pub fn square_wave(scene: &Scene<'_>) -> Option<Figure> {
     let found = SquareWave::default().run(scene.subject).ok()?;
     let waves: Vec<HalfWave> = found.waves.iter().map(|each| each.wave).collect();
-    let sine = |i: usize, k: usize| sine(&waves[i], found.waves[i].sine, k);
+    let sine = |i: usize, k: f64| sine(&waves[i], found.waves[i].sine, k);
     let shapes = [
         Shape {
             name: "square wave",
@@ -104,8 +92,8 @@ pub fn square_wave(scene: &Scene<'_>) -> Option<Figure> {
     fits(scene, "square-wave", lead, &label, &found.error, &waves, &shapes)
 }
 
-fn sine(wave: &HalfWave, amplitude: f64, k: usize) -> f64 {
-    let phase = (k as f64 - wave.from) / wave.length();
+fn sine(wave: &HalfWave, amplitude: f64, k: f64) -> f64 {
+    let phase = (k - wave.from) / wave.length();
     amplitude * (std::f64::consts::PI * phase).sin()
 }
 
@@ -145,8 +133,12 @@ fn fits(
         for i in shown.clone() {
             let wave = &waves[i];
             breaks.push(x.len());
-            x.extend(scene.times(wave.first..wave.end));
-            y.extend((wave.first..wave.end).map(|k| (shape.at)(i, k)));
+            // From crossing to crossing.
+            let samples = (wave.first..wave.end).map(|k| k as f64);
+            let places: Vec<f64> =
+                [wave.from].into_iter().chain(samples).chain([wave.to]).collect();
+            y.extend(places.iter().map(|k| (shape.at)(i, *k)));
+            x.extend(scene.times(places));
         }
         trend = trend.with((shape.series)(shape.name, x, y).colour(shape.colour).breaks(breaks));
     }
@@ -175,15 +167,14 @@ fn fits(
     let mut overlay = Panel::new("share of the half wave", label)
         .height(170.0)
         .legend(Legend::Above)
-        .with(Series::line("half waves", x, y).colour(colour::SKY).breaks(breaks))
+        .with(Series::dotted("half waves", x, y).colour(colour::SKY).breaks(breaks))
         .with(Series::line("their mean", &places[..], average).colour(colour::BLUE));
     for shape in shapes {
         let mut average = vec![0.0; PLACES];
         for (i, wave) in waves.iter().enumerate() {
-            let fitted: Vec<f64> = (wave.first..wave.end).map(|k| (shape.at)(i, k)).collect();
             for (place, sum) in average.iter_mut().enumerate() {
-                let at = wave.from + share(place) * wave.length() - wave.first as f64;
-                *sum += upright(wave) * between(&fitted, at) / waves.len() as f64;
+                let at = wave.from + share(place) * wave.length();
+                *sum += upright(wave) * (shape.at)(i, at) / waves.len() as f64;
             }
         }
         let name = format!("mean {}", shape.name);
@@ -213,11 +204,13 @@ pub fn area_ratio(scene: &Scene<'_>) -> Option<Figure> {
     let found = method.run(scene.subject).ok()?;
     let shown = &found.areas[middle(found.areas.len(), SHOWN)];
     let (first, last) = (shown.first()?.wave.first, shown.last()?.wave.end);
+    let range = first.saturating_sub(1)..(last + 1).min(found.error.len());
     let mut trend = scene
         .trend(scene.context.pv_label("error"), "area-ratio")
         .height(170.0)
         .legend(Legend::Above)
-        .note(Annotation::horizontal_line(0.0, ""));
+        .note(Annotation::horizontal_line(0.0, ""))
+        .with(scene.samples("error", &found.error, range, false).colour(colour::BLACK));
     for (name, colour, before) in [
         ("area before the peak", colour::VERMILION, true),
         ("area after the peak", colour::SKY, false),
@@ -229,24 +222,23 @@ pub fn area_ratio(scene: &Scene<'_>) -> Option<Figure> {
             let stride = (wave.end - wave.first).div_ceil(STROKES).max(1);
             for k in (wave.first..wave.end).step_by(stride).filter(|k| (*k < each.peak) == before) {
                 breaks.push(x.len());
-                x.extend([scene.times([k])[0]; 2]);
+                x.extend([scene.times([k as f64])[0]; 2]);
                 y.extend([0.0, found.error[k]]);
             }
         }
         if !x.is_empty() {
-            trend = trend.with(Series::line(name, x, y).colour(colour).breaks(breaks));
+            let hatching = if before { Series::dashed } else { Series::dotted };
+            trend = trend.with(hatching(name, x, y).colour(colour).breaks(breaks));
         }
     }
-    let range = first.saturating_sub(1)..(last + 1).min(found.error.len());
     let peaks: Vec<f64> = shown.iter().map(|each| found.error[each.peak]).collect();
-    let curve = scene.samples("error", &found.error, range, false);
-    trend = trend.with(curve.colour(colour::BLACK)).with(
-        Series::points("peaks", scene.times(shown.iter().map(|each| each.peak)), peaks)
+    trend = trend.with(
+        Series::points("peaks", scene.times(shown.iter().map(|each| each.peak as f64)), peaks)
             .colour(colour::BLACK),
     );
 
     // Ratios of tiny areas know no bounds.
-    let most = 5.0;
+    let most = (2.0 * found.statistic).clamp(4.0, 40.0).ceil();
     let ratios: Vec<f64> = found
         .areas
         .iter()
@@ -254,15 +246,20 @@ pub fn area_ratio(scene: &Scene<'_>) -> Option<Figure> {
         .filter(|ratio| ratio.is_finite())
         .collect();
     let mut figure = sheet("").with(trend);
-    if stiction::series::span(&ratios) > 0.0 {
+    if span(&ratios) > 0.0 {
         let (x, shares) = histogram(&ratios);
+        let top = max(&shares);
         figure = figure.with(
             Panel::new("area before the peak over area after it", "share of the half waves (%)")
                 .height(120.0)
                 .with(Series::bars("half waves", x, shares).colour(colour::BLUE))
-                .note(Annotation::vertical_line(1.0, "1, as of a sine"))
-                .note(Annotation::vertical_line(found.threshold, "threshold"))
-                .note(Annotation::vertical_line(found.statistic.min(most), "mean")),
+                .with(line_at(dotted, "1, as of a sine", 1.0, top).colour(colour::BLACK))
+                .with(line_at(dashed, "threshold", found.threshold, top).colour(colour::BLACK))
+                .with(
+                    line_at(solid, "mean", found.statistic.min(most), top)
+                        .colour(colour::VERMILION),
+                )
+                .legend(Legend::Above),
         );
     }
     let caption = format!(

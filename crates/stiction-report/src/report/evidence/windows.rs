@@ -41,8 +41,11 @@ pub fn patterns(scene: &Scene<'_>, follower: Follower) -> Option<Figure> {
             .with(scene.samples(name, values, range.clone(), held).colour(colour));
         if !sticky.is_empty() {
             let y: Vec<f64> = sticky.iter().map(|k| values[*k]).collect();
-            let points =
-                Series::points("OP moves, the other rests", scene.times(sticky.iter().copied()), y);
+            let points = Series::points(
+                "OP moves, the other rests",
+                scene.times(sticky.iter().map(|k| *k as f64)),
+                y,
+            );
             panel = panel.with(points.colour(colour::VERMILION));
         }
         panel.legend(Legend::Above)
@@ -136,7 +139,8 @@ fn marked(
             .with(scene.samples("PV", scene.pv(), range.clone(), false).colour(colour::GREEN)),
     ];
     for run in runs(marked, &windows) {
-        let ends = scene.times([run.start * window, (run.end * window - 1).min(range.end - 1)]);
+        let ends = [run.start * window, (run.end * window - 1).min(range.end - 1)];
+        let ends = scene.times(ends.map(|k| k as f64));
         panels = panels.map(|panel| panel.note(Annotation::x_band(ends[0], ends[1], "")));
     }
     let count = marked.iter().filter(|m| **m).count();
