@@ -367,7 +367,7 @@ impl Figure {
     }
 
     /// Everything after this may take the figure for sound.
-    fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         if self.panels.is_empty() {
             return Err(Error::NoPanels { figure: self.title.clone() });
         }

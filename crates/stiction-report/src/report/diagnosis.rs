@@ -2,7 +2,7 @@
 
 use super::evidence::{self, sentence};
 use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
-use super::time_axis::TimeAxis;
+use super::time_axis::duration;
 use super::views::{self, Context};
 use crate::Error;
 use crate::document::{self, Source};
@@ -16,7 +16,8 @@ use stiction::recording::fitness::Class;
 /// loops stand in the order of [`Diagnosis::rank`], the worst first.
 ///
 /// # Errors
-/// If a figure cannot be drawn, as when a signal is far beyond what a picture can show.
+/// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not
+/// expected.
 pub fn html(tool: &str, loops: &[(&Diagnosis, &Source)]) -> Result<String, Error> {
     let mut ranked = loops.to_vec();
     ranked.sort_by(|(a, of_a), (b, of_b)| {
@@ -57,7 +58,9 @@ fn section(diagnosis: &Diagnosis, source: &Source, detectors: &[Box<dyn Detector
     section = section.heading("Do the data suffice?").with(fitness(diagnosis));
     if let Some(judged) = diagnosis.judged {
         section = section.heading("What was recorded");
-        for figure in views::all(&diagnosis.grid.stretches, judged, &context) {
+        // What is beyond all that can be drawn is not worth the whole report.
+        let views = views::all(&diagnosis.grid.stretches, judged, &context);
+        for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
             section = section.with(figure);
         }
     }
@@ -185,11 +188,6 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
         facts.push(Fact::new("sample time", duration(stretch.sample_time), ""));
     }
     facts
-}
-
-/// A time as people say it.
-fn duration(seconds: f64) -> String {
-    TimeAxis::of_lags("", seconds).duration(seconds)
 }
 
 /// A time on the recording's clock as a date, where that is known.

@@ -31,10 +31,10 @@ pub fn card(finding: &Finding, subject: Option<&Subject<'_>>, context: &Context<
 }
 
 /// The figure of the evidence of the method of that name; `None` if it abstains, has seen too little
-/// to draw, or is not known.
+/// to draw or values beyond what can be drawn, or is not known.
 pub fn figure(method: &str, subject: &Subject<'_>, context: &Context<'_>) -> Option<Figure> {
     let scene = Scene { subject, context };
-    match method {
+    let figure = match method {
         "direct" => phase::direct(&scene),
         "yamashita-vp" => windows::patterns(&scene, stiction::detect::Follower::Vp),
         "horch" => correlation::horch(&scene),
@@ -60,7 +60,8 @@ pub fn figure(method: &str, subject: &Subject<'_>, context: &Context<'_>) -> Opt
         "bicoherence-op" => nonlinearity::bicoherence_op(&scene),
         "surrogates" => nonlinearity::surrogates(&scene),
         _ => None,
-    }
+    };
+    figure.filter(|figure| figure.check().is_ok())
 }
 
 /// A sentence of its own: with a capital and a full stop.

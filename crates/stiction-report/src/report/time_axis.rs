@@ -49,3 +49,8 @@ impl TimeAxis {
         format!("{} {}", number(seconds / self.size), self.unit)
     }
 }
+
+/// A time as people say it.
+pub(super) fn duration(seconds: f64) -> String {
+    TimeAxis::of_lags("", seconds).duration(seconds)
+}

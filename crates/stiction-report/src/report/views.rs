@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use super::layout::number;
-use super::time_axis::TimeAxis;
+use super::time_axis::{TimeAxis, duration};
 use crate::figure::{Along, Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour};
 use stiction::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
 use stiction::oscillation::separate::separate;
@@ -124,7 +124,7 @@ pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Op
     let mut caption = format!(
         "Trends: {samples} samples every {} s over {}.",
         number(first.sample_time),
-        TimeAxis::of_lags("", to - from).duration(to - from)
+        duration(to - from)
     );
     if stretches.len() > 1 {
         caption.push_str(
@@ -231,7 +231,7 @@ pub fn pv_op_map(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
     }
     let mut caption = format!(
         "PV over OP in the last {} of the stretch. Arrows point forward in time.",
-        TimeAxis::of_lags("", 0.0).duration((stretch.len() - from) as f64 * stretch.sample_time)
+        duration((stretch.len() - from) as f64 * stretch.sample_time)
     );
     if stride > 1 {
         caption.push_str(&format!(" One sample in {stride} is drawn."));

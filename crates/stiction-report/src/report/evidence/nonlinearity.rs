@@ -60,7 +60,7 @@ pub fn bicoherence_op(scene: &Scene<'_>) -> Option<Figure> {
 fn plane(scene: &Scene<'_>, plane: &BicoherencePlane, signal: &str) -> Option<(Panel, String)> {
     let per_sample = 1.0 / (plane.segment * plane.factor) as f64;
     // In multiples of the oscillation's frequency, or, without one, in Hz.
-    let (unit, scale) = match scene.subject.period {
+    let (unit, scale) = match scene.subject.period.filter(|p| p.is_finite() && *p > 0.0) {
         Some(period) => ("multiples of 1/period", period),
         None => ("Hz", 1.0 / scene.subject.stretch.sample_time),
     };
@@ -68,14 +68,16 @@ fn plane(scene: &Scene<'_>, plane: &BicoherencePlane, signal: &str) -> Option<(P
     let mut panel =
         Panel::new(format!("one frequency ({unit})"), format!("another frequency ({unit})"))
             .legend(Legend::Above);
-    let classes: [(&str, usize, &dyn Fn(f64) -> bool); 3] = [
-        ("not significant", colour::SKY, &|v| v <= plane.critical),
-        ("significant", colour::BLUE, &|v| v > plane.critical && v <= 0.5),
-        ("significant, above 0.5", colour::VERMILION, &|v| v > plane.critical && v > 0.5),
+    let strong = plane.critical.max(0.5);
+    let classes = [
+        ("not significant", colour::SKY, (f64::NEG_INFINITY, plane.critical)),
+        ("significant", colour::BLUE, (plane.critical, strong)),
+        ("significant, above 0.5", colour::VERMILION, (strong, f64::INFINITY)),
     ];
     let mut significant = 0;
-    for (name, colour, belongs) in classes {
-        let bins: Vec<&Bin> = plane.bins.iter().filter(|bin| belongs(bin.value)).collect();
+    for (name, colour, (low, high)) in classes {
+        let bins: Vec<&Bin> =
+            plane.bins.iter().filter(|bin| bin.value > low && bin.value <= high).collect();
         if bins.is_empty() {
             continue;
         }

@@ -1,6 +1,6 @@
 //! Maps of one signal against another: OP and what follows it, cycles, wings, a sigmoid.
 
-use super::{Scene, sheet, thinned};
+use super::{Scene, dashed, dotted, sheet, thinned};
 use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::views::outline;
@@ -8,7 +8,7 @@ use std::ops::Range;
 use stiction::detect::{
     Butterfly, DamarlaSigmoid, Kano, Rest, SharpCorner, SharpCornerCycle, StuckSpan, ValvePosition,
 };
-use stiction::series::span;
+use stiction::series::{max, min, span};
 
 /// Points of a map at most.
 const MOST: usize = 1_500;
@@ -48,14 +48,15 @@ pub fn direct(scene: &Scene<'_>) -> Option<Figure> {
             .to_owned();
     if let (Ok(band), Ok(offset)) = (&found.dead_band, &found.offset) {
         // VP = OP - offset -+ half of the dead band, while it moves.
-        let op = &scene.op()[range.clone()];
-        let (low, high) = (stiction::series::min(op), stiction::series::max(op));
-        for (name, half) in
-            [("while opening", 0.5 * band.median), ("while closing", -0.5 * band.median)]
-        {
-            let y = [low, high].map(|op| op - offset.median - half);
-            let series = if half > 0.0 { Series::dashed } else { Series::dotted };
-            map = map.with(series(name, vec![low, high], y.to_vec()).colour(colour::BLACK));
+        let reached = vp.get(range.clone()).unwrap_or_default();
+        let ends = [min(reached), max(reached)];
+        let half = 0.5 * band.median;
+        for (name, half, series) in [
+            ("moving up", half, dashed as fn(&str, Vec<f64>, Vec<f64>) -> Series),
+            ("moving down", -half, dotted),
+        ] {
+            let op = ends.map(|vp| vp + offset.median + half);
+            map = map.with(series(name, op.to_vec(), ends.to_vec()).colour(colour::BLACK));
         }
         caption.push_str(&format!(
             " The straight lines lie a dead band of {} % apart: where the moving valve stands.",
@@ -195,8 +196,7 @@ pub fn butterfly(scene: &Scene<'_>) -> Option<Figure> {
 pub fn sigmoid(scene: &Scene<'_>) -> Option<Figure> {
     let found = DamarlaSigmoid::default().run(scene.subject).ok()?;
     let ((x, stride), (y, _)) = (thinned(&found.increment, MOST), thinned(&found.op, MOST));
-    let (low, high) =
-        (stiction::series::min(&found.increment), stiction::series::max(&found.increment));
+    let (low, high) = (min(&found.increment), max(&found.increment));
     let along: Vec<f64> = (0..=200).map(|i| low + (high - low) * f64::from(i) / 200.0).collect();
     let fitted: Vec<f64> = along.iter().map(|x| found.sigmoid(*x)).collect();
     let panel = Panel::new("increment of the PV (standard deviations)", "OP (share of its range)")

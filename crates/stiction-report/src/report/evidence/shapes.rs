@@ -13,8 +13,8 @@ const SHOWN: usize = 6;
 const OVERLAID: usize = 12;
 /// Places within a half wave at which it is averaged.
 const PLACES: usize = 49;
-/// Strokes of the hatching of a half wave at most.
-const STROKES: usize = 48;
+/// Bars that fill a half wave at most.
+const BARS: usize = 48;
 
 /// A shape that was fitted to every half wave.
 struct Shape<'a> {
@@ -215,20 +215,19 @@ pub fn area_ratio(scene: &Scene<'_>) -> Option<Figure> {
         ("area before the peak", colour::VERMILION, true),
         ("area after the peak", colour::SKY, false),
     ] {
-        // Hatched, one stroke from zero to the curve at a time.
-        let (mut x, mut y, mut breaks) = (vec![], vec![], vec![]);
+        // Bars a half wave, since bars reach half-way to their neighbours.
+        let mut label = name;
         for each in shown {
             let wave = &each.wave;
-            let stride = (wave.end - wave.first).div_ceil(STROKES).max(1);
-            for k in (wave.first..wave.end).step_by(stride).filter(|k| (*k < each.peak) == before) {
-                breaks.push(x.len());
-                x.extend([scene.times([k as f64])[0]; 2]);
-                y.extend([0.0, found.error[k]]);
+            let stride = (wave.end - wave.first).div_ceil(BARS).max(1);
+            let side = |k: &usize| (*k < each.peak) == before;
+            let samples: Vec<usize> = (wave.first..wave.end).step_by(stride).filter(side).collect();
+            if samples.len() > 1 {
+                let x = scene.times(samples.iter().map(|k| *k as f64));
+                let y: Vec<f64> = samples.iter().map(|k| found.error[*k]).collect();
+                trend = trend.with(Series::bars(label, x, y).colour(colour));
+                label = "";
             }
-        }
-        if !x.is_empty() {
-            let hatching = if before { Series::dashed } else { Series::dotted };
-            trend = trend.with(hatching(name, x, y).colour(colour).breaks(breaks));
         }
     }
     let peaks: Vec<f64> = shown.iter().map(|each| found.error[each.peak]).collect();
