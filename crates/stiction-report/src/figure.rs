@@ -44,6 +44,7 @@ mod text;
 use crate::error::Error;
 use canvas::Target;
 
+pub(crate) use clock::instant;
 pub use live::Live;
 pub use palette::colour;
 
@@ -115,6 +116,8 @@ pub enum Scale {
     Log,
     /// Linear, and the values are seconds since 1970-01-01 UTC, written as dates and times.
     Clock,
+    /// Linear, and the whole numbers from 0 on have these names.
+    Names(&'static [&'static str]),
 }
 
 /// A thin strip above a pair of axes that says in words what was the case over ranges of x.
@@ -154,6 +157,19 @@ pub struct Series {
     pub colour: Option<usize>,
     /// Indices of samples that are not joined to the one before, ascending.
     pub breaks: Vec<usize>,
+    /// A third quantity, which a live page tells of the sample under the pointer.
+    pub along: Option<Along>,
+}
+
+/// A quantity along a series that is on neither axis, such as time on a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Along {
+    /// Quantity and unit, such as `time (s)`.
+    pub label: String,
+    /// How its values are written.
+    pub scale: Scale,
+    /// A value for each sample.
+    pub values: Vec<f64>,
 }
 
 /// How the samples of a series are joined.
@@ -351,7 +367,7 @@ impl Figure {
     }
 
     /// Everything after this may take the figure for sound.
-    fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         if self.panels.is_empty() {
             return Err(Error::NoPanels { figure: self.title.clone() });
         }
@@ -530,6 +546,7 @@ impl Series {
             style,
             colour: None,
             breaks: Vec::new(),
+            along: None,
         }
     }
 
@@ -589,6 +606,13 @@ impl Series {
         self
     }
 
+    /// Adds a third quantity, told of the sample under the pointer.
+    #[must_use]
+    pub fn along(mut self, along: Along) -> Self {
+        self.along = Some(along);
+        self
+    }
+
     fn check(&self, panel: usize, x_scale: Scale, y_scale: Scale) -> Result<(), Error> {
         let series = || self.label.clone();
         if self.x.len() != self.y.len() {
@@ -598,7 +622,15 @@ impl Series {
         if self.x.is_empty() {
             return Err(Error::NoSamples { panel, series: series() });
         }
-        for (axis, values, scale) in [('x', &self.x, x_scale), ('y', &self.y, y_scale)] {
+        if let Some(along) = &self.along
+            && along.values.len() != self.x.len()
+        {
+            let (x, y) = (self.x.len(), along.values.len());
+            return Err(Error::Length { panel, series: series(), x, y });
+        }
+        let third = self.along.iter().map(|along| ('t', &along.values, along.scale));
+        let axes = [('x', &self.x, x_scale), ('y', &self.y, y_scale)];
+        for (axis, values, scale) in axes.into_iter().chain(third) {
             let placed = |v: f64| drawable(v) && (scale != Scale::Log || v > 0.0);
             if let Some(index) = values.iter().position(|v| !placed(*v)) {
                 let value = values[index];

@@ -29,6 +29,12 @@
     return new Date(Math.round(value * 10) * 100).toISOString().replace("T", " ").replace(/(\.0)?00Z$|Z$/, "");
   }
 
+  // A value of an axis, or of a quantity along a series.
+  function textOf(quantity, value, step) {
+    if (quantity.names) return quantity.names[Math.round(value)] ?? "";
+    return quantity.scale === "clock" ? clock(value) : written(value, step) + " " + quantity.unit;
+  }
+
   // A list as the report packs it; on logarithmic axes, of logarithms.
   function unpack({ from, step, d }, scale) {
     let sum = 0;
@@ -60,6 +66,7 @@
       for (const series of this.series) {
         series.x = unpack(series.x, this.x.scale);
         series.y = unpack(series.y, this.y.scale);
+        if (series.along) series.along.values = unpack(series.along.values, series.along.scale);
       }
       this.lead = this.series.find((series) => series.kind === "trend");
       this.hover = this.draw("g", { class: "hover", "pointer-events": "none" });
@@ -93,7 +100,7 @@
       return this.key === null ? [this] : panels.filter((panel) => panel.key === this.key);
     }
     xText(x, step) {
-      return this.x.scale === "clock" ? clock(x) : written(x, step) + " " + this.x.unit;
+      return textOf(this.x, x, step);
     }
     // Crosshair at x; returns the lines of the tooltip.
     cross(x) {
@@ -110,7 +117,7 @@
         const [vx, vy] = [series.x.values[i], series.y.values[i]];
         if (series.kind === "points" && Math.abs(this.px(vx) - px) > 6) continue;
         this.dot(vx, vy, series);
-        const value = written(vy, series.y.step) + " " + this.y.unit;
+        const value = textOf(this.y, vy, series.y.step);
         lines.push({ name: series.name, value, colour: series.colour });
       }
       return lines;
@@ -126,7 +133,7 @@
         for (let i = 0; i < series.x.values.length; i++) {
           const x = series.x.values[i], y = series.y.values[i];
           const distance = Math.hypot(this.px(x) - px, this.py(y) - py);
-          if (distance < best.distance) best = { distance, series, x, y };
+          if (distance < best.distance) best = { distance, series, x, y, i };
         }
       }
       return best;
@@ -247,13 +254,18 @@
       const values = panel.lead.x.values;
       return pick(panel, values[nearest(values, panel.at(px))], py);
     }
-    const { series, x, y } = panel.closest(px, py);
+    const { series, x, y, i } = panel.closest(px, py);
     if (!series) return;
     panel.dot(x, y, series);
     const across = { name: panel.x.name, value: panel.xText(x, series.x.step) };
-    const up = { name: panel.y.name, value: written(y, series.y.step) + " " + panel.y.unit };
+    const up = { name: panel.y.name, value: textOf(panel.y, y, series.y.step) };
+    const lines = [across, up];
+    if (series.along) {
+      const { name, values } = series.along;
+      lines.push({ name, value: textOf(series.along, values.values[i], values.step) });
+    }
     panel.place = [px, py];
-    show(series.name, [across, up], panel.svg, panel.px(x), panel.py(y));
+    show(series.name, lines, panel.svg, panel.px(x), panel.py(y));
   }
 
   // Points at x of a panel, and of those linked with it.

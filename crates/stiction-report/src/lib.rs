@@ -39,5 +39,7 @@ pub mod report;
 pub mod run;
 
 pub use error::Error;
-pub use figure::{Annotation, Figure, Legend, Live, Panel, Scale, Series, Span, Strip, Style};
+pub use figure::{
+    Along, Annotation, Figure, Legend, Live, Panel, Scale, Series, Span, Strip, Style,
+};
 pub use page::{Entry, Page, Parameter, Picture};

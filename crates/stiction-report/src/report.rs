@@ -2,7 +2,8 @@
 //! pointer, with keys and on paper, and shows everything without scripts too.
 //!
 //! * [`layout`]: the pieces of the page, and how they become HTML;
-//! * [`views`]: figures of what was recorded.
+//! * [`views`]: figures of what was recorded;
+//! * [`evidence`]: a card for what each method says.
 //!
 //! ```
 //! use stiction::detect::Decision;
@@ -27,9 +28,11 @@
 //! ```
 
 mod diagnosis;
+pub mod evidence;
 pub mod layout;
+mod time_axis;
 pub mod views;
 
 pub use diagnosis::html;
-pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Source, Table, Tone};
-pub use views::{Context, Ellipse};
+pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
+pub use views::Context;

@@ -1,5 +1,8 @@
 //! What a report must have, whatever it is about.
 
+mod html;
+
+use html::{data, tags, well_formed};
 use serde_json::Value;
 use stiction::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
 use stiction::detect::Decision;
@@ -7,8 +10,9 @@ use stiction::diagnose::VerdictClass;
 use stiction::recording::{Mode, Modes, Stretch};
 use stiction::valve::{Assembly, Model};
 use stiction::{Bands, Result};
+use stiction_report::document::Source;
 use stiction_report::report::layout::{Badge, Block, Card, Fact, Report, Section, Table};
-use stiction_report::report::views::{self, Context, Ellipse};
+use stiction_report::report::views::{self, Context};
 use stiction_report::{Figure, Panel, Scale, Series, Span, Strip};
 
 const HOSTILE: &str = "</script><script>alert(1)</script> \"'&\u{0}<b>";
@@ -39,8 +43,6 @@ fn stretch(run: &Run, from: usize, to: usize) -> Stretch {
     }
 }
 
-const ELLIPSE: Ellipse = Ellipse { op: 3.0, pv: 5.0, semi_axes: (3.0, 2.0), angle: 0.3 };
-
 fn report(samples: usize) -> Report {
     let run = sticky(samples).unwrap();
     let stretches = [stretch(&run, 0, samples / 4), stretch(&run, samples / 3, samples)];
@@ -59,67 +61,23 @@ fn report(samples: usize) -> Report {
         .heading(HOSTILE)
         .with(card)
         .with(Block::Details { summary: HOSTILE.into(), blocks: vec![table.into()] });
-    let figures = views::all(&stretches, 1, Some(&ELLIPSE), &context);
+    let figures = views::all(&stretches, 1, &context);
     assert_eq!(figures.len(), 7);
     for figure in figures {
         section = section.with(figure);
     }
     Report::new(HOSTILE, "stiction 0")
         .introduction(HOSTILE)
-        .source(HOSTILE, HOSTILE)
+        .source(&Source { file: HOSTILE.into(), sha256: HOSTILE.into() })
         .with(section.clone())
         .with(section)
-}
-
-/// The tags of a document, without the contents of scripts and style sheets.
-fn tags(html: &str) -> Vec<&str> {
-    let mut tags = Vec::new();
-    let mut rest = html;
-    while let Some(start) = rest.find('<') {
-        rest = &rest[start + 1..];
-        let end = rest.find('>').expect("every tag ends");
-        let tag = &rest[..end];
-        tags.push(tag);
-        rest = &rest[end + 1..];
-        for raw in ["script", "style"] {
-            if tag.split_whitespace().next() == Some(raw) {
-                rest = &rest[rest.find(&format!("</{raw}>")).expect("it is closed")..];
-            }
-        }
-    }
-    tags
-}
-
-fn data(html: &str) -> Vec<Value> {
-    let scripts = html.split("<script type=\"application/json\">").skip(1);
-    scripts.map(|s| serde_json::from_str(s.split("</script>").next().unwrap()).unwrap()).collect()
 }
 
 #[test]
 fn the_document_is_well_formed() {
     let html = report(900).html().unwrap();
-    let mut open = Vec::new();
-    for tag in tags(&html) {
-        let name = tag.trim_start_matches('/').split_whitespace().next().unwrap();
-        if tag.starts_with('!') || tag.ends_with('/') || name == "meta" {
-            continue;
-        }
-        if tag.starts_with('/') {
-            assert_eq!(open.pop(), Some(name), "</{name}>");
-        } else {
-            open.push(name);
-        }
-    }
-    assert!(open.is_empty(), "{open:?}");
-    let mut ids: Vec<&str> = tags(&html)
-        .iter()
-        .filter_map(|tag| tag.split(" id=\"").nth(1)?.split('"').next())
-        .collect();
-    let count = ids.len();
-    ids.sort_unstable();
-    ids.dedup();
-    assert_eq!(ids.len(), count, "ids are unique");
-    assert!(ids.contains(&"loop-2") && html.contains("href=\"#loop-2\""));
+    let ids = well_formed(&html);
+    assert!(ids.contains("loop-2") && html.contains("href=\"#loop-2\""));
 }
 
 #[test]
@@ -208,18 +166,18 @@ fn views_without_signals_are_left_out() {
     let mut bare = stretch(&run, 0, 500);
     (bare.pv, bare.sp, bare.vp) = (None, None, None);
     let context = Context::default();
-    assert_eq!(views::pv_op_map(&bare, None, &context), None);
+    assert_eq!(views::pv_op_map(&bare, &context), None);
     assert_eq!(views::op_pv_correlation(&bare, &context), None);
     assert_eq!(views::trends(&[bare.clone()], 0, &context).unwrap().panels.len(), 1);
-    assert_eq!(views::all(&[bare.clone()], 0, None, &context).len(), 4);
-    assert!(views::all(&[bare.clone()], 7, None, &context).is_empty());
+    assert_eq!(views::all(&[bare.clone()], 0, &context).len(), 4);
+    assert!(views::all(&[bare.clone()], 7, &context).is_empty());
 
     bare.op = vec![50.0; 500];
     bare.pv = Some(vec![1.0; 500]);
-    assert_eq!(views::all(&[bare.clone()], 0, None, &context).len(), 1, "only trends");
+    assert_eq!(views::all(&[bare.clone()], 0, &context).len(), 1, "only trends");
     bare.op = vec![50.0];
     bare.pv = None;
-    for figure in views::all(&[bare], 0, None, &context) {
+    for figure in views::all(&[bare], 0, &context) {
         figure.live("a").unwrap();
     }
     assert_eq!(views::trends(&[], 0, &context), None);
@@ -232,7 +190,7 @@ fn short_and_odd_stretches_are_drawn() {
         for start in [None, Some(0.0), Some(1.7e9), Some(1e300), Some(f64::NAN)] {
             for period_s in [None, Some(0.0), Some(1e9), Some(1e-9), Some(f64::NAN)] {
                 let context = Context { start, period_s, ..Context::default() };
-                for figure in views::all(&[stretch(&run, from, to)], 0, Some(&ELLIPSE), &context) {
+                for figure in views::all(&[stretch(&run, from, to)], 0, &context) {
                     let live = figure.live("a").unwrap();
                     assert!(!live.svg.contains("NaN") && !live.data.contains("NaN"));
                     serde_json::from_str::<Value>(&live.data).unwrap();

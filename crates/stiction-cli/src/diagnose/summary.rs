@@ -172,7 +172,7 @@ fn key_figures(diagnosis: &Diagnosis) -> String {
 pub fn several(loops: &[Diagnosed]) -> String {
     let mut ranked: Vec<&Diagnosed> = loops.iter().collect();
     ranked.sort_by(|a, b| {
-        rank(&a.diagnosis).total_cmp(&rank(&b.diagnosis)).then_with(|| {
+        a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
             (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
         })
     });
@@ -207,19 +207,6 @@ pub fn several(loops: &[Diagnosed]) -> String {
         count(VerdictClass::CannotTell),
     );
     out
-}
-
-/// Where a loop stands in a ranked list, the worst lowest: sticking ones by the share of votes, then
-/// those that cannot be told, then the healthy ones.
-fn rank(diagnosis: &Diagnosis) -> f64 {
-    let Votes { sticks, does_not_stick, .. } = diagnosis.verdict.votes;
-    let share = sticks as f64 / (sticks + does_not_stick).max(1) as f64;
-    let class = match diagnosis.verdict.class {
-        VerdictClass::Sticks => 0.0,
-        VerdictClass::DoesNotStick => 4.0,
-        _ => 2.0,
-    };
-    class - share
 }
 
 /// The most important thing to know, short.

@@ -59,6 +59,7 @@ impl Axis {
             Scale::Linear => None,
             Scale::Log => log_ticks(lo, hi, count).map(|ticks| (ticks, String::new())),
             Scale::Clock => clock::ticks(lo, hi, count),
+            Scale::Names(names) => Some((named_ticks(lo, hi, names), String::new())),
         };
         let (ticks, note) = special.unwrap_or_else(|| ticks(lo, hi, count));
         Self { lo, hi, ticks, note, scale }
@@ -77,6 +78,12 @@ impl Axis {
 /// The logarithm of what may have been drawn below the axis.
 pub(super) fn logarithm(value: f64) -> f64 {
     value.max(f64::MIN_POSITIVE).log10()
+}
+
+/// A tick for each name between two ends.
+fn named_ticks(lo: f64, hi: f64, names: &[&str]) -> Vec<Tick> {
+    let tick = |(i, name): (usize, &&str)| Tick { at: i as f64, label: (*name).to_owned() };
+    names.iter().enumerate().map(tick).filter(|tick| (lo..=hi).contains(&tick.at)).collect()
 }
 
 /// Ticks at powers of ten, or at 1, 2 and 5 times those if the range has few. `None` if it has fewer

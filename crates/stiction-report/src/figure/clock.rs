@@ -32,11 +32,13 @@ const STEPS: [i64; 19] = [
 const MONTHS: [&str; 12] =
     ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
+/// Seconds whose years have four digits.
+const CALENDAR: std::ops::RangeInclusive<f64> = -6e10..=2.5e11;
+
 /// Ticks between `lo` and `hi`, about `count` at most, and the date of the first. `None` if they are
 /// too close for whole seconds, or beyond the calendar.
 pub(super) fn ticks(lo: f64, hi: f64, count: usize) -> Option<(Vec<Tick>, String)> {
-    let calendar = -6e10..=2.5e11;
-    if hi - lo < 3.0 || !calendar.contains(&lo) || !calendar.contains(&hi) {
+    if hi - lo < 3.0 || !CALENDAR.contains(&lo) || !CALENDAR.contains(&hi) {
         return None;
     }
     let wanted = (hi - lo) / count.max(1) as f64;
@@ -71,6 +73,15 @@ fn label(at: i64, step: i64) -> String {
 fn date(at: i64) -> String {
     let (year, month, day) = civil(at.div_euclid(DAY));
     format!("{year:04}-{month:02}-{day:02}")
+}
+
+/// Date and time to the second as ISO 8601 writes them but for a blank between, with the time zone;
+/// `None` beyond the calendar.
+pub(crate) fn instant(seconds: f64) -> Option<String> {
+    let at = seconds.round() as i64;
+    let second = at.rem_euclid(DAY);
+    let (h, m, s) = (second / HOUR, second % HOUR / MINUTE, second % MINUTE);
+    CALENDAR.contains(&seconds).then(|| format!("{} {h:02}:{m:02}:{s:02} UTC", date(at)))
 }
 
 /// Year, month and day of a day counted from 1970-01-01 (proleptic Gregorian; Hinnant's algorithm,

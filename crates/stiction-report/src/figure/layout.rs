@@ -300,7 +300,7 @@ fn x_ends(panels: &[&Panel]) -> (f64, f64) {
         Scale::Clock if extent.1 - extent.0 < 10.0 => (extent.0 - 5.0, extent.1 + 5.0),
         Scale::Clock => extent,
         Scale::Linear if edge_to_edge => axis::snapped(axis::widened(extent, 0.0)),
-        Scale::Linear => axis::widened(extent, 0.05),
+        Scale::Linear | Scale::Names(_) => axis::widened(extent, 0.05),
     }
 }
 

@@ -69,19 +69,23 @@ fn panel_data(panel: &Panel, cell: &Cell) -> String {
 }
 
 fn axis_data(axis: &Axis, label: &str) -> String {
-    let scale = match axis.scale {
-        Scale::Linear => "linear",
-        Scale::Log => "log",
-        Scale::Clock => "clock",
+    format!("{{\"lo\":{:e},\"hi\":{:e},{}}}", axis.lo, axis.hi, quantity_data(label, axis.scale))
+}
+
+/// What a quantity is called, and how its values are written.
+fn quantity_data(label: &str, scale: Scale) -> String {
+    let (kind, names) = match scale {
+        Scale::Linear => ("linear", None),
+        Scale::Log => ("log", None),
+        Scale::Clock => ("clock", None),
+        Scale::Names(names) => ("linear", Some(names)),
     };
     let (name, unit) = quantity(label);
-    format!(
-        "{{\"lo\":{:e},\"hi\":{:e},\"scale\":\"{scale}\",\"name\":{},\"unit\":{}}}",
-        axis.lo,
-        axis.hi,
-        text(name),
-        text(unit)
-    )
+    let names = names.map_or(String::new(), |names| {
+        let names: Vec<String> = names.iter().map(|name| text(name)).collect();
+        format!(",\"names\":[{}]", names.join(","))
+    });
+    format!("\"scale\":\"{kind}\",\"name\":{},\"unit\":{}{names}", text(name), text(unit))
 }
 
 fn series_data(series: &Series, look: &Look, panel: &Panel, cell: &Cell) -> String {
@@ -97,8 +101,12 @@ fn series_data(series: &Series, look: &Look, panel: &Panel, cell: &Cell) -> Stri
     };
     let kept = kept(series, cell);
     let (r, g, b) = look.colour;
+    let along = series.along.as_ref().map_or(String::new(), |along| {
+        let values = packed(&along.values, &kept, along.scale);
+        format!(",\"along\":{{{},\"values\":{values}}}", quantity_data(&along.label, along.scale))
+    });
     format!(
-        "{{\"name\":{},\"kind\":\"{kind}\",\"colour\":\"#{r:02x}{g:02x}{b:02x}\",\"x\":{},\"y\":{}}}",
+        "{{\"name\":{},\"kind\":\"{kind}\",\"colour\":\"#{r:02x}{g:02x}{b:02x}\",\"x\":{},\"y\":{}{along}}}",
         text(name),
         packed(&series.x, &kept, panel.x_scale),
         packed(&series.y, &kept, panel.y_scale)

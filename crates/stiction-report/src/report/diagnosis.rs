@@ -1,40 +1,471 @@
 //! A report on diagnosed loops.
 
-use super::layout::{Badge, Report, Section};
+use super::evidence::{self, sentence};
+use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
+use super::time_axis::duration;
 use super::views::{self, Context};
 use crate::Error;
-use crate::document::Source;
-use stiction::diagnose::Diagnosis;
+use crate::document::{self, Source};
+use crate::figure::instant;
+use stiction::detect::{self, Decision, Detector, Finding};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass};
+use stiction::oscillation::{self, Oscillation};
+use stiction::recording::fitness::Class;
 
-/// The report on some loops, each with the file it comes from: one self-contained HTML page.
+/// The report on some loops, each with the file it comes from: one self-contained HTML page. The
+/// loops stand in the order of [`Diagnosis::rank`], the worst first.
 ///
 /// # Errors
-/// If a figure cannot be drawn, as when a signal is far beyond what a picture can show.
+/// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not
+/// expected.
 pub fn html(tool: &str, loops: &[(&Diagnosis, &Source)]) -> Result<String, Error> {
-    let mut report = Report::new("Diagnosis of control loops", tool);
-    for (diagnosis, source) in loops {
-        report = report.source(&source.file, &source.sha256).with(section(diagnosis));
+    let mut ranked = loops.to_vec();
+    ranked.sort_by(|(a, of_a), (b, of_b)| {
+        a.rank()
+            .total_cmp(&b.rank())
+            .then_with(|| (&a.name, &of_a.file).cmp(&(&b.name, &of_b.file)))
+    });
+    let title = match &ranked[..] {
+        [(one, _)] => format!("Diagnosis of {}", one.name),
+        several => format!("Diagnosis of {} control loops", several.len()),
+    };
+    let tool = format!("{tool}, results of form {}", document::VERSION);
+    let mut report = Report::new(title, tool).introduction(INTRODUCTION);
+    let detectors = detect::all();
+    for (diagnosis, source) in ranked {
+        report = report.source(source).with(section(diagnosis, source, &detectors));
     }
     report.html()
 }
 
-fn section(diagnosis: &Diagnosis) -> Section {
-    let verdict = &diagnosis.verdict;
-    let headline = verdict.reasons.first().map_or("", String::as_str);
-    let mut section = Section::new(&diagnosis.name, Badge::from(verdict.class), headline);
-    for reason in diagnosis.fitness.reasons() {
-        section = section.reason(reason);
-    }
+const INTRODUCTION: &str = "Whether the valve of a control loop sticks, by what was recorded of it in \
+    normal operation. All verdicts are preliminary: published methods vote, each with its own assumptions \
+    and none right on all loops. The figures below show what each of them saw.";
+
+fn section(diagnosis: &Diagnosis, source: &Source, detectors: &[Box<dyn Detector>]) -> Section {
+    let mut section =
+        Section::new(&diagnosis.name, Badge::from(diagnosis.verdict.class), headline(diagnosis));
+    section.reasons = reasons(diagnosis);
+    section.facts = facts(diagnosis);
+    section = section.with(Block::Paragraph(next_step(diagnosis).to_owned()));
+
     let context = Context {
         start: diagnosis.start,
         pv_unit: diagnosis.pv_unit.as_deref(),
         modes: diagnosis.mode.as_ref(),
         period_s: diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s),
     };
+    section = section.heading("Do the data suffice?").with(fitness(diagnosis));
     if let Some(judged) = diagnosis.judged {
-        for figure in views::all(&diagnosis.grid.stretches, judged, None, &context) {
+        section = section.heading("What was recorded");
+        // What is beyond all that can be drawn is not worth the whole report.
+        let views = views::all(&diagnosis.grid.stretches, judged, &context);
+        for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
             section = section.with(figure);
         }
     }
+    section = methods(section, diagnosis);
+    section = evidence(section, diagnosis, &context);
+    section = oscillations(section, diagnosis);
+    section = section.heading("Key figures").with(key_figures(diagnosis));
+    section = data(section, diagnosis, source);
+    section.with(parameters(diagnosis, detectors))
+}
+
+fn headline(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
+    let votes = verdict.votes;
+    let decided = votes.sticks + votes.does_not_stick;
+    match (verdict.class, verdict.basis) {
+        (VerdictClass::Sticks, Basis::ValvePosition) => {
+            "Preliminary: by its measured position, the valve sticks.".to_owned()
+        }
+        (VerdictClass::DoesNotStick, Basis::ValvePosition) => {
+            "Preliminary: by its measured position, the valve follows the controller.".to_owned()
+        }
+        (VerdictClass::Sticks, _) => format!(
+            "Preliminary: the loop behaves like one with a sticking valve, say {} of {decided} methods that \
+             decide.",
+            votes.sticks
+        ),
+        (VerdictClass::DoesNotStick, _) => format!(
+            "Preliminary: the loop does not behave like one with a sticking valve, say {} of {decided} \
+             methods that decide.",
+            votes.does_not_stick
+        ),
+        _ if diagnosis.fitness.class == Class::Unfit => {
+            let reasons = diagnosis.fitness.reasons();
+            format!("The data cannot answer: {}.", reasons.first().unwrap_or(&"there are none"))
+        }
+        _ => format!(
+            "The methods give no clear answer: {} for and {} against a sticking valve.",
+            votes.sticks, votes.does_not_stick
+        ),
+    }
+}
+
+/// What to do next; general advice, which knows nothing of the plant.
+fn next_step(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.verdict.class {
+        VerdictClass::Sticks => {
+            "Before work on the valve: confirm it. With the controller in manual and the OP held, an \
+             oscillation that the valve makes dies out; small steps of the OP up and down, watched at the \
+             flow or the stem, show the dead band."
+        }
+        VerdictClass::DoesNotStick => {
+            "If the loop oscillates, look at its tuning and at disturbances from other loops of the same \
+             period first."
+        }
+        _ => {
+            "A longer recording of normal operation, sampled at least eight times a cycle, uncompressed, \
+             with the controller in automatic and with OP, PV and SP, answers more."
+        }
+    }
+}
+
+fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
+    let verdict = &diagnosis.verdict;
+    let mut reasons: Vec<String> = match verdict.basis {
+        // The methods that agree are in the table and the evidence.
+        Basis::Majority => verdict.reasons.iter().take(1).map(|reason| sentence(reason)).collect(),
+        _ => verdict.reasons.iter().map(|reason| sentence(reason)).collect(),
+    };
+    let names = |decision: Decision| {
+        let votes =
+            |f: &&Finding| f.method.decides == detect::Decides::Stiction && f.decision == decision;
+        let titles: Vec<&str> =
+            diagnosis.findings.iter().filter(votes).map(|f| f.method.title).collect();
+        (!titles.is_empty()).then(|| titles.join("; "))
+    };
+    if verdict.basis == Basis::Majority {
+        reasons.extend(names(Decision::Sticks).map(|all| format!("It sticks, say: {all}.")));
+        reasons
+            .extend(names(Decision::DoesNotStick).map(|all| format!("It does not, say: {all}.")));
+    }
+    if diagnosis.fitness.class == Class::Caveats {
+        reasons.extend(diagnosis.fitness.reasons().into_iter().map(|r| format!("Caveat: {r}.")));
+    }
+    reasons.extend(diagnosis.stiction.why_not.as_ref().map(|why| format!("S and J: {why}.")));
+    reasons
+}
+
+fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
+    let votes = diagnosis.verdict.votes;
+    let mut facts = vec![
+        Fact::new("rests on", diagnosis.verdict.basis.name(), ""),
+        Fact::new("votes that it sticks", votes.sticks, ""),
+        Fact::new("that it does not", votes.does_not_stick, ""),
+        Fact::new("undecided", votes.undecided, ""),
+        Fact::new("abstaining", votes.abstains, ""),
+    ];
+    if let Some(probability) = diagnosis.verdict.probability {
+        facts.push(Fact::new("probability that it sticks", number(100.0 * probability), "%"));
+    }
+    let estimate = |name: &str, estimate: Option<Estimate>| {
+        estimate.map(|e| {
+            let text = format!("{} ({} to {})", number(e.value), number(e.low), number(e.high));
+            Fact::new(name, text, "%")
+        })
+    };
+    facts.extend(estimate("S, stick band plus dead band", diagnosis.stiction.s));
+    facts.extend(estimate("J, slip jump", diagnosis.stiction.j));
+    if let Some((signal, found)) = diagnosis.oscillation() {
+        let finite = |value: Option<f64>| value.filter(|v| v.is_finite());
+        facts.extend(finite(found.period_s).map(|p| Fact::new("period", duration(p), "")));
+        facts.extend(finite(found.amplitude).map(|a| {
+            Fact::new(format!("amplitude of the {signal}"), number(a), unit_of(signal, diagnosis))
+        }));
+        facts.extend(finite(found.cycles).map(|c| Fact::new("cycles", number(c), "")));
+    }
+    facts.push(Fact::new("data", Badge::from(diagnosis.fitness.class).text(), ""));
+    facts.push(Fact::new("type of loop", diagnosis.loop_type.name(), ""));
+    if let Some(stretch) = diagnosis.stretch() {
+        facts.push(Fact::new("judged", duration(stretch.duration()), ""));
+        if diagnosis.start.is_some() {
+            facts.push(Fact::new("from", moment(diagnosis, stretch.from), ""));
+        }
+        facts.push(Fact::new("samples", stretch.len(), ""));
+        facts.push(Fact::new("sample time", duration(stretch.sample_time), ""));
+    }
+    facts
+}
+
+/// A time on the recording's clock as a date, where that is known.
+fn moment(diagnosis: &Diagnosis, at: f64) -> String {
+    diagnosis.start.and_then(|start| instant(start + at)).unwrap_or_else(|| duration(at))
+}
+
+fn unit_of(signal: &str, diagnosis: &Diagnosis) -> String {
+    match signal {
+        "OP" => "%".to_owned(),
+        _ => pv_unit(diagnosis).to_owned(),
+    }
+}
+
+fn pv_unit(diagnosis: &Diagnosis) -> &str {
+    diagnosis.pv_unit.as_deref().unwrap_or("units of the PV")
+}
+
+/// A value with its unit; a dash for none.
+fn measured(value: Option<f64>, unit: &str) -> String {
+    let text = optional(value);
+    if value.is_some() && !unit.is_empty() { format!("{text}\u{a0}{unit}") } else { text }
+}
+
+fn optional(value: Option<f64>) -> String {
+    value.map_or("–".to_owned(), number)
+}
+
+fn fitness(diagnosis: &Diagnosis) -> Table {
+    let table = Table::new("")
+        .words("measure")
+        .numbers("value", "")
+        .numbers("caveat at", "")
+        .numbers("unfit at", "")
+        .words("class")
+        .words("meaning");
+    diagnosis.fitness.measures.iter().fold(table, |table, measure| {
+        table.row([
+            measure.name.to_owned(),
+            measured(measure.value, measure.unit),
+            measured(measure.caveat_at, measure.unit),
+            measured(measure.unfit_at, measure.unit),
+            Badge::from(measure.class).text(),
+            sentence(&measure.reason),
+        ])
+    })
+}
+
+/// What all methods say, in a table; those that abstain in another one.
+fn methods(section: Section, diagnosis: &Diagnosis) -> Section {
+    let deciding =
+        Table::new("Methods marked with a diamond test for linearity only and have no vote.")
+            .words("method")
+            .words("says")
+            .words("statistic")
+            .numbers("value", "")
+            .numbers("threshold", "")
+            .words("why");
+    let abstaining = Table::new("").words("method").words("why it abstains");
+    let (silent, speaking): (Vec<&Finding>, Vec<&Finding>) =
+        diagnosis.findings.iter().partition(|f| f.decision == Decision::Abstains);
+    let deciding = speaking.iter().fold(deciding, |table, finding| {
+        table.row([
+            finding.method.title.to_owned(),
+            Badge::from(finding.decision).text(),
+            finding.method.statistic.to_owned(),
+            optional(finding.statistic),
+            optional(finding.threshold),
+            sentence(&finding.reason),
+        ])
+    });
+    let count = silent.len();
+    let abstaining = silent.into_iter().fold(abstaining, |table, finding| {
+        table.row([finding.method.title.to_owned(), sentence(&finding.reason)])
+    });
+    let mut section = section.heading("What the methods say");
+    if !speaking.is_empty() {
+        section = section.with(deciding);
+    }
+    if count > 0 {
+        let summary = format!("{count} methods abstain");
+        section = section.with(Block::Details { summary, blocks: vec![abstaining.into()] });
+    }
     section
+}
+
+/// The cards of all methods that do not abstain: those that find stiction, those that do not, those
+/// that are undecided.
+fn evidence(section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> Section {
+    let place = |decision: Decision| match decision {
+        Decision::Sticks => 0,
+        Decision::Nonlinear => 1,
+        Decision::DoesNotStick => 2,
+        Decision::Linear => 3,
+        _ => 4,
+    };
+    let mut findings: Vec<&Finding> =
+        diagnosis.findings.iter().filter(|f| f.decision != Decision::Abstains).collect();
+    if findings.is_empty() {
+        return section;
+    }
+    findings.sort_by_key(|finding| place(finding.decision));
+    let subject = diagnosis.subject();
+    let cards = findings.into_iter().map(|f| evidence::card(f, subject.as_ref(), context));
+    cards.fold(section.heading("Evidence"), |section, card: Card| section.with(card))
+}
+
+fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
+    let signals = [
+        ("error", diagnosis.error_oscillation.as_ref()),
+        ("OP", diagnosis.op_oscillation.as_ref()),
+    ];
+    let signals: Vec<(&str, &Oscillation)> =
+        signals.into_iter().filter_map(|(name, found)| Some((name, found?))).collect();
+    if signals.is_empty() {
+        return section;
+    }
+    let mut section = section.heading("Oscillation");
+    let mut table = Table::new("")
+        .words("signal")
+        .words("oscillates")
+        .words("period")
+        .numbers("amplitude", "")
+        .numbers("cycles", "")
+        .numbers("regularity", "regular above 1")
+        .numbers("decay ratio", "lasting above 0.5")
+        .words("found by");
+    let mut peaks = Table::new("Oscillations that stand out of the spectrum, strongest first.")
+        .words("signal")
+        .words("period")
+        .numbers("amplitude", "")
+        .numbers("share of the variance", "%")
+        .numbers("regularity", "")
+        .words("remark");
+    let mut episodes = Table::new("When the dominant oscillation was there.")
+        .words("signal")
+        .words("from")
+        .words("to")
+        .numbers("half waves", "")
+        .numbers("amplitude", "")
+        .words("unit");
+    let from = diagnosis.stretch().map_or(0.0, |stretch| stretch.from);
+    for (signal, found) in &signals {
+        let unit = unit_of(signal, diagnosis);
+        table = table.row([
+            (*signal).to_owned(),
+            if found.found { "yes" } else { "not clearly" }.to_owned(),
+            found.period_s.map_or("–".to_owned(), duration),
+            measured(found.amplitude, &unit),
+            optional(found.cycles),
+            optional(found.regularity),
+            optional(found.decay_ratio),
+            match found.basis {
+                Some(oscillation::Basis::Autocorrelation) => "autocorrelation",
+                Some(oscillation::Basis::SpectralPeak) => "peak of the spectrum",
+                None => "–",
+            }
+            .to_owned(),
+        ]);
+        for peak in &found.peaks {
+            peaks = peaks.row([
+                (*signal).to_owned(),
+                duration(peak.period_s),
+                measured(Some(peak.amplitude), &unit),
+                number(100.0 * peak.share),
+                optional(peak.regularity),
+                peak.harmonic.map_or(String::new(), |n| format!("harmonic {n} of a stronger one")),
+            ]);
+        }
+        for episode in &found.episodes {
+            episodes = episodes.row([
+                (*signal).to_owned(),
+                moment(diagnosis, from + episode.from_s),
+                moment(diagnosis, from + episode.to_s),
+                episode.half_waves.to_string(),
+                measured(Some(episode.amplitude), &unit),
+            ]);
+        }
+    }
+    section = section.with(table);
+    for (signal, found) in &signals {
+        let reasons: Vec<String> = found.reasons.iter().map(|r| sentence(r)).collect();
+        if !reasons.is_empty() {
+            let text = format!("{}: {}", sentence(signal).trim_end_matches('.'), reasons.join(" "));
+            section = section.with(Block::Paragraph(text));
+        }
+    }
+    for table in [peaks, episodes] {
+        if !table.rows.is_empty() {
+            section = section.with(shortened(table));
+        }
+    }
+    section
+}
+
+/// A table; of a long one the first rows, and all of them on demand.
+fn shortened(table: Table) -> Block {
+    const MOST: usize = 12;
+    if table.rows.len() <= MOST {
+        return table.into();
+    }
+    let summary = format!("{} ({} rows)", table.caption.trim_end_matches('.'), table.rows.len());
+    Block::Details { summary, blocks: vec![Table { caption: String::new(), ..table }.into()] }
+}
+
+fn key_figures(diagnosis: &Diagnosis) -> Table {
+    let table =
+        Table::new("").words("key figure").numbers("value", "").words("meaning").words("note");
+    diagnosis.kpis.numbers.iter().fold(table, |table, kpi| {
+        let unit = match kpi.unit.strip_prefix("PV") {
+            Some(rest) => format!("{}{rest}", pv_unit(diagnosis)),
+            None => kpi.unit.to_owned(),
+        };
+        table.row([
+            kpi.name.to_owned(),
+            measured(kpi.value, &unit),
+            sentence(kpi.meaning),
+            kpi.note.as_deref().map_or(String::new(), sentence),
+        ])
+    })
+}
+
+fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
+    let grid = &diagnosis.grid;
+    let mut section = section.heading("Where the data come from").with(Block::Facts(vec![
+        Fact::new("file", &source.file, ""),
+        Fact::new("SHA-256", &source.sha256, ""),
+        Fact::new("recorded", duration(grid.duration), ""),
+        Fact::new("stretches in automatic", grid.stretches.len(), ""),
+        Fact::new("in automatic", number(100.0 * grid.closed_share), "%"),
+    ]));
+    for note in &diagnosis.notes {
+        section = section.with(Block::Paragraph(sentence(note)));
+    }
+    if grid.repairs.is_empty() {
+        return section.with(Block::Paragraph("Nothing had to be mended.".to_owned()));
+    }
+    let table = Table::new("What had to be mended.")
+        .words("signal")
+        .numbers("samples or steps", "")
+        .words("first")
+        .words("what was done");
+    section.with(shortened(grid.repairs.iter().fold(table, |table, repair| {
+        table.row([
+            repair.signal.to_owned(),
+            repair.count.to_string(),
+            moment(diagnosis, repair.first_s),
+            sentence(&repair.done),
+        ])
+    })))
+}
+
+/// The rule, the source and the parameters of every method.
+fn parameters(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Block {
+    let table = Table::new("")
+        .words("method")
+        .words("name")
+        .words("rule")
+        .words("parameters")
+        .words("source");
+    let table = diagnosis.findings.iter().fold(table, |table, finding| {
+        let method = finding.method;
+        let detector = detectors.iter().find(|d| d.method().name == method.name);
+        let parameters: Vec<String> = detector
+            .map_or(vec![], |d| d.parameters())
+            .iter()
+            .map(|p| format!("{} = {} {}", p.name, number(p.value), p.unit).trim_end().to_owned())
+            .collect();
+        table.row([
+            method.title.to_owned(),
+            method.name.to_owned(),
+            sentence(method.rule),
+            parameters.join("; "),
+            sentence(method.source),
+        ])
+    });
+    Block::Details {
+        summary: "All methods with their rules, parameters and sources".to_owned(),
+        blocks: vec![table.into()],
+    }
 }

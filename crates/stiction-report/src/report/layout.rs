@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
+use crate::document::Source;
 use crate::error::Error;
 use crate::escape::escape;
 use crate::figure::Figure;
 use stiction::detect::Decision;
 use stiction::diagnose::VerdictClass;
+use stiction::recording::fitness::Class;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("../interactive.js");
@@ -24,15 +26,6 @@ pub struct Report {
     pub tool: String,
     /// The files it was made from.
     pub sources: Vec<Source>,
-}
-
-/// A file that a report was made from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Source {
-    /// Its name.
-    pub name: String,
-    /// Its hash with the name of the algorithm, such as `SHA-256 9f86d0…`.
-    pub hash: String,
 }
 
 /// What a report says of one loop.
@@ -144,6 +137,8 @@ pub struct Card {
     /// What it looks like.
     pub figure: Option<Figure>,
     /// Its numbers.
+    pub facts: Vec<Fact>,
+    /// More numbers.
     pub table: Option<Table>,
     /// What to keep in mind.
     pub caveats: Vec<String>,
@@ -196,10 +191,12 @@ impl Report {
         self
     }
 
-    /// Names a file that the report was made from.
+    /// Names a file that the report was made from, once however often it is told.
     #[must_use]
-    pub fn source(mut self, name: impl Into<String>, hash: impl Into<String>) -> Self {
-        self.sources.push(Source { name: name.into(), hash: hash.into() });
+    pub fn source(mut self, source: &Source) -> Self {
+        if !self.sources.contains(source) {
+            self.sources.push(source.clone());
+        }
         self
     }
 
@@ -231,9 +228,9 @@ impl Report {
         page.element("p", "", &self.tool);
         for source in &self.sources {
             page.add(&format!(
-                "<p>{}: <code>{}</code></p>\n",
-                escape(&source.name),
-                escape(&source.hash)
+                "<p>{}: SHA-256 <code>{}</code></p>\n",
+                escape(&source.file),
+                escape(&source.sha256)
             ));
         }
         page.add(&format!("</footer>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"));
@@ -325,6 +322,25 @@ impl From<Decision> for Badge {
     }
 }
 
+impl From<Class> for Badge {
+    fn from(class: Class) -> Self {
+        let (symbol, tone) = match class {
+            Class::Fit => ("✓", Tone::Good),
+            Class::Caveats => ("!", Tone::Open),
+            Class::Unfit => ("✕", Tone::Bad),
+        };
+        Self { symbol, word: class.name(), tone }
+    }
+}
+
+impl Badge {
+    /// Symbol and word, for a cell of a table.
+    pub fn text(&self) -> String {
+        // Unbroken.
+        format!("{} {}", self.symbol, self.word).replace(' ', "\u{a0}")
+    }
+}
+
 impl Fact {
     /// A named value with its unit; empty for none.
     pub fn new(name: impl Into<String>, value: impl ToString, unit: impl Into<String>) -> Self {
@@ -368,6 +384,7 @@ impl Card {
             badge: None,
             sentence: sentence.into(),
             figure: None,
+            facts: Vec::new(),
             table: None,
             caveats: Vec::new(),
         }
@@ -384,6 +401,13 @@ impl Card {
     #[must_use]
     pub fn figure(mut self, figure: Figure) -> Self {
         self.figure = Some(figure);
+        self
+    }
+
+    /// Adds a number.
+    #[must_use]
+    pub fn fact(mut self, fact: Fact) -> Self {
+        self.facts.push(fact);
         self
     }
 
@@ -499,6 +523,7 @@ impl Page {
         if let Some(figure) = &card.figure {
             self.figure(figure)?;
         }
+        self.facts(&card.facts);
         if let Some(table) = &card.table {
             self.table(table);
         }
@@ -540,7 +565,7 @@ impl Page {
     }
 
     fn table(&mut self, table: &Table) {
-        self.add("<table>\n");
+        self.add("<div class=\"rows\"><table>\n");
         if !table.caption.is_empty() {
             self.element("caption", "", &table.caption);
         }
@@ -563,7 +588,7 @@ impl Page {
             }
             self.add("</tr>\n");
         }
-        self.add("</tbody>\n</table>\n");
+        self.add("</tbody>\n</table></div>\n");
     }
 }
 

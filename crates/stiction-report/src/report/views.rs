@@ -6,16 +6,18 @@
 use std::f64::consts::TAU;
 
 use super::layout::number;
-use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour};
-use stiction::detect::{ErrorSource, Subject};
+use super::time_axis::{TimeAxis, duration};
+use crate::figure::{Along, Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour};
+use stiction::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
+use stiction::oscillation::separate::separate;
 use stiction::recording::{LoopType, Mode, Modes, Stretch};
 use stiction::series::{
-    autocorrelation, centred, cross_correlation, mean, median, periodogram, quantile, span, std,
-    zero_crossings,
+    Periodogram, autocorrelation, centred, cross_correlation, detrended, mean, periodogram,
+    quantile, span, std, zero_crossings,
 };
 
 /// Width of all views, px.
-const WIDTH: f64 = 860.0;
+pub(super) const WIDTH: f64 = 860.0;
 /// Longer trends are reduced before they are drawn.
 const REDUCED_FROM: usize = 3_000;
 /// The panels of this group share the time axis.
@@ -36,93 +38,13 @@ pub struct Context<'a> {
     pub period_s: Option<f64>,
 }
 
-/// An ellipse on the PV–OP map: OP is `op + a cos(t) cos(angle) - b sin(t) sin(angle)` and PV is
-/// `pv + a cos(t) sin(angle) + b sin(t) cos(angle)`, each in its own units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ellipse {
-    /// OP of its centre, %.
-    pub op: f64,
-    /// PV of its centre.
-    pub pv: f64,
-    /// The semi-axes `a` and `b`.
-    pub semi_axes: (f64, f64),
-    /// The angle from the OP axis to the semi-axis `a`, rad.
-    pub angle: f64,
-}
-
-impl Ellipse {
-    /// The points at `count` equal steps of `t`, the last the first again.
-    fn outline(&self, count: usize) -> (Vec<f64>, Vec<f64>) {
-        let ((a, b), (sin, cos)) = (self.semi_axes, self.angle.sin_cos());
-        let point = |i: usize| {
-            let (s, c) = (TAU * i as f64 / count as f64).sin_cos();
-            (self.op + a * c * cos - b * s * sin, self.pv + a * c * sin + b * s * cos)
-        };
-        (0..=count).map(point).unzip()
-    }
-
-    /// Its width in the direction of the OP, through the centre: the `apparent stiction` of
-    /// Choudhury, Shah, Thornhill & Shook (2006, Control Engineering Practice; recalled).
-    pub fn op_width(&self) -> f64 {
-        let ((a, b), (sin, cos)) = (self.semi_axes, self.angle.sin_cos());
-        2.0 * a * b / (a * sin).hypot(b * cos)
-    }
-}
-
 impl Context<'_> {
-    fn pv_label(&self, names: &str) -> String {
+    pub(super) fn pv_label(&self, names: &str) -> String {
         format!("{names} ({})", self.pv_unit.unwrap_or("units of the PV"))
     }
 
     fn period_of(&self, stretch: &Stretch) -> Option<f64> {
         self.period_s.filter(|p| *p > 0.0 && p.is_finite()).or_else(|| dominant_period(stretch))
-    }
-}
-
-/// A time axis: how seconds become what is written.
-struct TimeAxis {
-    label: String,
-    scale: Scale,
-    unit: &'static str,
-    /// Seconds to the unit.
-    size: f64,
-    /// Added before the division, s.
-    offset: f64,
-}
-
-impl TimeAxis {
-    /// Lags and durations of up to `longest` s.
-    fn of_lags(name: &str, longest: f64) -> Self {
-        let (unit, size) = match longest {
-            t if t <= 600.0 => ("s", 1.0),
-            t if t <= 6.0 * 3600.0 => ("min", 60.0),
-            t if t <= 5.0 * 86_400.0 => ("h", 3600.0),
-            _ => ("d", 86_400.0),
-        };
-        let label = format!("{name} ({unit})");
-        Self { label, scale: Scale::Linear, unit, size, offset: 0.0 }
-    }
-
-    /// Times of a recording that ends after `longest` s.
-    fn of_times(start: Option<f64>, longest: f64) -> Self {
-        match start.filter(|s| s.abs() < 5e10) {
-            Some(start) => Self {
-                label: "time (UTC)".to_owned(),
-                scale: Scale::Clock,
-                unit: "s",
-                size: 1.0,
-                offset: start,
-            },
-            None => Self::of_lags("time", longest),
-        }
-    }
-
-    fn at(&self, seconds: f64) -> f64 {
-        (seconds + self.offset) / self.size
-    }
-
-    fn duration(&self, seconds: f64) -> String {
-        format!("{} {}", number(seconds / self.size), self.unit)
     }
 }
 
@@ -202,7 +124,7 @@ pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Op
     let mut caption = format!(
         "Trends: {samples} samples every {} s over {}.",
         number(first.sample_time),
-        TimeAxis::of_lags("", to - from).duration(to - from)
+        duration(to - from)
     );
     if stretches.len() > 1 {
         caption.push_str(
@@ -273,21 +195,17 @@ pub fn detail(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
 }
 
 /// Where the last six periods of a stretch begin; without a period, its last 1,000 samples.
-fn last_periods(stretch: &Stretch, context: &Context<'_>) -> usize {
+pub(super) fn last_periods(stretch: &Stretch, context: &Context<'_>) -> usize {
     let period = context.period_of(stretch);
     let samples = period.map_or(1_000, |p| (6.0 * p / stretch.sample_time).ceil() as usize);
     stretch.len() - samples.max(50).min(stretch.len())
 }
 
-/// PV against OP over the last few periods, with arrows along the way; and an ellipse, with its width
-/// in the direction of the OP, if one is given.
+/// PV against OP over the last few periods, with arrows along the way; and, if the samples lie along
+/// one, the ellipse that fits them best with its width in the direction of the OP.
 ///
 /// `None` if the PV is not recorded or either does not move.
-pub fn pv_op_map(
-    stretch: &Stretch,
-    ellipse: Option<&Ellipse>,
-    context: &Context<'_>,
-) -> Option<Figure> {
+pub fn pv_op_map(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
     const MOST: usize = 1_500;
     let pv = stretch.pv.as_ref()?;
     if span(pv) == 0.0 || span(&stretch.op) == 0.0 {
@@ -296,39 +214,54 @@ pub fn pv_op_map(
     let from = last_periods(stretch, context);
     let stride = (stretch.len() - from).div_ceil(MOST);
     let thinned = |x: &[f64]| -> Vec<f64> { x[from..].iter().copied().step_by(stride).collect() };
+    let ellipse = Ellipse::fit(&stretch.op[from..], &pv[from..])
+        .filter(|ellipse| ellipse.residual <= Bicoherence::default().most_residual);
     let (op, pv) = (thinned(&stretch.op), thinned(pv));
+    let axis = TimeAxis::of_times(context.start, stretch.from + stretch.duration());
+    let times: Vec<f64> = stretch.times().into_iter().map(|t| axis.at(t)).collect();
+    let time = Along { label: axis.label, scale: axis.scale, values: thinned(&times) };
 
     let mut panel = Panel::new("OP (% of span)", context.pv_label("PV"))
         .legend(Legend::Above)
         .with(Series::line("PV over OP", &op[..], &pv[..]).colour(colour::SKY));
-    panel = panel.with(Series::points("samples", &op[..], &pv[..]).colour(colour::BLUE));
+    let samples = Series::points("samples", &op[..], &pv[..]).colour(colour::BLUE);
+    panel = panel.with(samples.along(time));
     for (tail, tip) in directions(&op, &pv) {
         panel = panel.note(Annotation::arrow("", tail, tip));
     }
     let mut caption = format!(
         "PV over OP in the last {} of the stretch. Arrows point forward in time.",
-        TimeAxis::of_lags("", 0.0).duration((stretch.len() - from) as f64 * stretch.sample_time)
+        duration((stretch.len() - from) as f64 * stretch.sample_time)
     );
     if stride > 1 {
         caption.push_str(&format!(" One sample in {stride} is drawn."));
     }
     if let Some(ellipse) = ellipse {
-        let (x, y) = ellipse.outline(180);
-        let width = ellipse.op_width();
+        let (x, y) = outline(&ellipse);
+        let (width, [middle, level]) = (ellipse.op_width(), ellipse.centre);
         panel = panel.with(Series::dashed("fitted ellipse", x, y).colour(colour::VERMILION)).note(
             Annotation::dimension(
-                (ellipse.op - width / 2.0, ellipse.pv),
-                (ellipse.op + width / 2.0, ellipse.pv),
+                (middle - width / 2.0, level),
+                (middle + width / 2.0, level),
                 format!("{} %", number(width)),
                 0.0,
             ),
         );
         caption.push_str(&format!(
-            " The dimension is the width of the ellipse in the direction of the OP, {} %.",
+            " The ellipse is fitted to these samples; the dimension is its width in the direction of the \
+             OP, {} %, which is more than the valve's stick band if the controller swings the OP further.",
             number(width)
         ));
+    } else {
+        caption.push_str(" The samples do not lie along an ellipse.");
     }
     Some(Figure::new("").caption(caption).width(620.0).panel_height(380.0).with(panel))
+}
+
+/// An ellipse as a closed line.
+pub(super) fn outline(ellipse: &Ellipse) -> (Vec<f64>, Vec<f64>) {
+    let points = ellipse.outline(180);
+    points.iter().chain(points.first()).map(|[x, y]| (*x, *y)).unzip()
 }
 
 /// A point on paper, in data coordinates.
@@ -473,12 +406,10 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         if !(all > 0.0 && highest > 0.0) {
             continue;
         }
-        // What has not three periods in the stretch is a trend.
-        let first = lines.frequency.partition_point(|f| f * (stretch.len() as f64) < 3.0);
-        let tops = peaks(&lines.power, first);
+        let tops = oscillations(&values, &lines, stretch.sample_time);
         let period = |bin: usize| stretch.sample_time / lines.frequency[bin];
         if !tops.is_empty() {
-            let listed: Vec<String> = tops.iter().map(|b| axis.duration(period(*b))).collect();
+            let listed: Vec<String> = tops.iter().map(|(_, p)| axis.duration(*p)).collect();
             found.push(format!("{name} {}", listed.join(", ")));
         }
         // What is a million times weaker is noise of the arithmetic.
@@ -492,15 +423,15 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         panel = panel.with(Series::line(name, x, y).colour(colour));
         if !tops.is_empty() {
             let (x, y): (Vec<f64>, Vec<f64>) =
-                tops.iter().map(|&bin| (axis.at(period(bin)), share(bin))).unzip();
+                tops.iter().map(|&(bin, _)| (axis.at(period(bin)), share(bin))).unzip();
             // Names of several peaks would cover each other.
             let marked = |x: f64| marks.iter().any(|m: &f64| (x / m).ln().abs() < 0.2);
             if !marked(x[0]) {
                 marks.push(x[0]);
-                panel = panel.note(Annotation::vertical_line(x[0], axis.duration(period(tops[0]))));
+                panel = panel.note(Annotation::vertical_line(x[0], axis.duration(tops[0].1)));
             }
-            panel =
-                panel.with(Series::points(format!("peaks, {name}"), x, y).colour(colour::BLACK));
+            panel = panel
+                .with(Series::points(format!("oscillations, {name}"), x, y).colour(colour::BLACK));
         }
     }
     if panel.series.is_empty() {
@@ -513,7 +444,10 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
     panel.y_range = Some((low / 2.0, high * 12.0));
     let mut caption = "Spectrum under a Hann window; each signal has a total of 1.".to_owned();
     if !found.is_empty() {
-        caption.push_str(&format!(" Highest peaks: {}.", found.join("; ")));
+        caption.push_str(&format!(
+            " Oscillations that stand out of the background, strongest first: {}.",
+            found.join("; ")
+        ));
     }
     Some(Figure::new("").caption(caption).width(WIDTH).panel_height(260.0).with(panel))
 }
@@ -549,7 +483,7 @@ pub fn histograms(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
 }
 
 /// Centres of bins and percent of the values in each; bins by Freedman and Diaconis' rule.
-fn histogram(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn histogram(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let spread = quantile(values, 0.75) - quantile(values, 0.25);
     let (low, range) = (stiction::series::min(values), span(values));
     let width = 2.0 * spread / (values.len() as f64).cbrt();
@@ -599,39 +533,28 @@ fn dominant_period(stretch: &Stretch) -> Option<f64> {
     (lines.power[top] > 0.0).then(|| stretch.sample_time / lines.frequency[top])
 }
 
-/// Bins from `first` on of the three highest peaks that have at least a twentieth of the highest, none of which is
-/// within a quarter of another; highest first. What is less than 25 times the median is a peak of
-/// noise: of a million bins of white noise none is expected to be 20 times the median.
-fn peaks(power: &[f64], first: usize) -> Vec<usize> {
-    let floor = 25.0 * median(power);
-    let mut order: Vec<usize> = (first.max(1)..power.len().saturating_sub(1))
-        .filter(|&i| power[i] > power[i - 1] && power[i] >= power[i + 1])
-        .filter(|&i| power[i] > floor)
-        .collect();
-    order.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
-    let mut chosen: Vec<usize> = Vec::new();
-    for bin in order {
-        let far = |other: &usize| (bin as f64 / *other as f64).ln().abs() > 0.25;
-        let high = chosen.first().is_none_or(|first| power[bin] >= 0.05 * power[*first]);
-        if chosen.len() < 3 && high && chosen.iter().all(far) {
-            chosen.push(bin);
-        }
-    }
-    chosen
+/// The oscillations that were told apart in a signal, strongest first: the bin in which each stands,
+/// and its period, s.
+fn oscillations(values: &[f64], lines: &Periodogram, sample_time: f64) -> Vec<(usize, f64)> {
+    let peaks = separate(&detrended(values), sample_time);
+    let bins = peaks.iter().map(|peak| {
+        let frequency = sample_time / peak.period_s;
+        let next = lines.frequency.partition_point(|f| *f < frequency);
+        // The highest bin near by: the period of a band is not exactly that of its top.
+        let near = next.saturating_sub(2).max(1)..(next + 2).min(lines.power.len());
+        let bin = near.max_by(|a, b| lines.power[*a].total_cmp(&lines.power[*b]))?;
+        Some((bin, peak.period_s))
+    });
+    bins.flatten().collect()
 }
 
 /// All views of one stretch of a recording, in the order in which they should be read.
-pub fn all(
-    stretches: &[Stretch],
-    judged: usize,
-    ellipse: Option<&Ellipse>,
-    context: &Context<'_>,
-) -> Vec<Figure> {
+pub fn all(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Vec<Figure> {
     let Some(stretch) = stretches.get(judged) else { return Vec::new() };
     [
         trends(stretches, judged, context),
         detail(stretch, context),
-        pv_op_map(stretch, ellipse, context),
+        pv_op_map(stretch, context),
         op_pv_correlation(stretch, context),
         autocorrelations(stretch, context),
         spectrum(stretch, context),
@@ -647,31 +570,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn widths_of_ellipses() {
-        let ellipse = |angle| Ellipse { op: 50.0, pv: 5.0, semi_axes: (3.0, 1.0), angle };
-        assert!((ellipse(0.0).op_width() - 6.0).abs() < 1e-12);
-        assert!((ellipse(TAU / 4.0).op_width() - 2.0).abs() < 1e-12);
-        // At the height of the centre the outline is half a width away.
-        let tilted = ellipse(0.4);
-        let (x, y) = tilted.outline(100_000);
-        let level = (0..x.len()).min_by(|a, b| (y[*a] - 5.0).abs().total_cmp(&(y[*b] - 5.0).abs()));
-        let reach = (x[level.unwrap()] - 50.0).abs();
-        assert!((reach - tilted.op_width() / 2.0).abs() < 1e-3);
-    }
-
-    #[test]
     fn histograms_add_up() {
         let values: Vec<f64> = (0..999).map(|k| (0.1 * f64::from(k)).sin()).collect();
         let (centres, shares) = histogram(&values);
         assert_eq!(centres.len(), shares.len());
         assert!((shares.iter().sum::<f64>() - 100.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn peaks_are_apart() {
-        let mut power = vec![0.0; 100];
-        (power[10], power[11], power[30], power[50]) = (9.0, 10.0, 1.0, 0.01);
-        assert_eq!(peaks(&power, 1), [11, 30]);
-        assert_eq!(peaks(&power, 12), [30]);
     }
 }

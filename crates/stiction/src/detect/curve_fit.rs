@@ -78,14 +78,14 @@ pub struct CurveFitWave {
 }
 
 impl CurveFitWave {
-    /// The sine's value at the sample `k`.
-    pub fn sine_at(&self, k: usize) -> f64 {
-        let phase = (k as f64 - self.wave.from) / self.wave.length();
+    /// The sine's value at the place `k`, in samples.
+    pub fn sine_at(&self, k: f64) -> f64 {
+        let phase = (k - self.wave.from) / self.wave.length();
         self.sine * (std::f64::consts::PI * phase).sin()
     }
 
-    /// The triangle's value at the sample `k`.
-    pub fn triangle_at(&self, k: usize) -> f64 {
+    /// The triangle's value at the place `k`, in samples.
+    pub fn triangle_at(&self, k: f64) -> f64 {
         self.triangle.at(&self.wave, k)
     }
 }

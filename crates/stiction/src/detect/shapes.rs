@@ -63,13 +63,9 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// Its value at the sample `k` of its half wave.
-    pub fn at(&self, wave: &HalfWave, k: usize) -> f64 {
-        if k <= self.apex {
-            self.rise * (k as f64 - wave.from)
-        } else {
-            self.fall * (wave.to - k as f64)
-        }
+    /// Its value at the place `k` of its half wave, in samples.
+    pub fn at(&self, wave: &HalfWave, k: f64) -> f64 {
+        if k <= self.apex as f64 { self.rise * (k - wave.from) } else { self.fall * (wave.to - k) }
     }
 }
 
@@ -147,7 +143,7 @@ impl Piece<'_> {
             }
         }
         let triangle = best.1;
-        (triangle, self.mse(|i| triangle.at(&self.wave, self.wave.first + i)))
+        (triangle, self.mse(|i| triangle.at(&self.wave, (self.wave.first + i) as f64)))
     }
 
     /// What a square wave of this half period becomes behind a first-order lag and a dead time: the
@@ -165,7 +161,7 @@ impl Piece<'_> {
             best = Relay { amplitude: fy[i] / ff[i], ratio: ratios[i] };
             (low, high) = (ratios[i.saturating_sub(1)], ratios[(i + 1).min(RATIOS - 1)]);
         }
-        (best, self.mse(|i| best.at(&self.wave, self.wave.first + i)))
+        (best, self.mse(|i| best.at(&self.wave, (self.wave.first + i) as f64)))
     }
 
     /// Sums of `f y` and `f f` over the samples, for the relay response `f` of each ratio.
@@ -204,9 +200,9 @@ pub struct Relay {
 }
 
 impl Relay {
-    /// Its value at the sample `k` of its half wave.
-    pub fn at(&self, wave: &HalfWave, k: usize) -> f64 {
-        let g = (-self.ratio * (k as f64 - wave.from) / wave.length()).exp();
+    /// Its value at the place `k` of its half wave, in samples.
+    pub fn at(&self, wave: &HalfWave, k: f64) -> f64 {
+        let g = (-self.ratio * (k - wave.from) / wave.length()).exp();
         self.amplitude * (1.0 - g).min(self.ratio.exp() * g - 1.0)
     }
 }

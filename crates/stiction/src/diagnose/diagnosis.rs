@@ -1,6 +1,6 @@
 //! All steps in a row.
 
-use super::verdict::{Estimate, Stiction, Verdict, preliminary};
+use super::verdict::{Estimate, Stiction, Verdict, VerdictClass, Votes, preliminary};
 use super::{KpiOptions, Kpis};
 use crate::detect::{self, Abstention, Finding, Measured, Spread, Subject, ValvePosition};
 use crate::error::{Result, non_negative};
@@ -65,6 +65,19 @@ impl Diagnosis {
     /// else that of the OP if that does, else that of the error, where there is one.
     pub fn oscillation(&self) -> Option<(&'static str, &Oscillation)> {
         dominant(self.error_oscillation.as_ref(), self.op_oscillation.as_ref())
+    }
+
+    /// Where the loop stands in a ranked list, the worst lowest: sticking ones by the share of votes,
+    /// then those that cannot be told, then those that do not stick.
+    pub fn rank(&self) -> f64 {
+        let Votes { sticks, does_not_stick, .. } = self.verdict.votes;
+        let share = sticks as f64 / (sticks + does_not_stick).max(1) as f64;
+        let class = match self.verdict.class {
+            VerdictClass::Sticks => 0.0,
+            VerdictClass::CannotTell => 2.0,
+            VerdictClass::DoesNotStick => 4.0,
+        };
+        class - share
     }
 
     /// What the detectors looked at, for plots of their evidence.

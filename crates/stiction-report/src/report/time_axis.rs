@@ -1,0 +1,56 @@
+//! Time along an axis.
+
+use super::layout::number;
+use crate::figure::Scale;
+
+/// A time axis: how seconds become what is written.
+pub(super) struct TimeAxis {
+    pub label: String,
+    pub scale: Scale,
+    unit: &'static str,
+    /// Seconds to the unit.
+    size: f64,
+    /// Added before the division, s.
+    offset: f64,
+}
+
+impl TimeAxis {
+    /// Lags and durations of up to `longest` s.
+    pub fn of_lags(name: &str, longest: f64) -> Self {
+        let (unit, size) = match longest {
+            t if t <= 600.0 => ("s", 1.0),
+            t if t <= 6.0 * 3600.0 => ("min", 60.0),
+            t if t <= 5.0 * 86_400.0 => ("h", 3600.0),
+            _ => ("d", 86_400.0),
+        };
+        let label = format!("{name} ({unit})");
+        Self { label, scale: Scale::Linear, unit, size, offset: 0.0 }
+    }
+
+    /// Times of a recording that ends after `longest` s.
+    pub fn of_times(start: Option<f64>, longest: f64) -> Self {
+        match start.filter(|s| s.abs() < 5e10) {
+            Some(start) => Self {
+                label: "time (UTC)".to_owned(),
+                scale: Scale::Clock,
+                unit: "s",
+                size: 1.0,
+                offset: start,
+            },
+            None => Self::of_lags("time", longest),
+        }
+    }
+
+    pub fn at(&self, seconds: f64) -> f64 {
+        (seconds + self.offset) / self.size
+    }
+
+    pub fn duration(&self, seconds: f64) -> String {
+        format!("{} {}", number(seconds / self.size), self.unit)
+    }
+}
+
+/// A time as people say it.
+pub(super) fn duration(seconds: f64) -> String {
+    TimeAxis::of_lags("", seconds).duration(seconds)
+}
