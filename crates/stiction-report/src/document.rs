@@ -144,12 +144,29 @@ pub struct Oscillation {
     pub amplitude: Option<f64>,
     /// How many periods were seen.
     pub cycles: Option<f64>,
+    /// Supervision of the areas between zero crossings; null if nothing was found.
+    pub supervision: Option<Supervision>,
     /// All oscillations that were told apart, strongest first.
     pub peaks: Vec<Peak>,
     /// When it oscillates.
     pub episodes: Vec<Episode>,
     /// Why it is, or is not, called an oscillation.
     pub reasons: Vec<String>,
+}
+
+/// Hägglund's supervision: half waves whose integrated absolute error is large count as disturbances.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Supervision {
+    /// The integrated absolute error from which a half wave counts, in units of the signal times s.
+    pub threshold: f64,
+    /// Half waves that count.
+    pub disturbances: usize,
+    /// All half waves.
+    pub half_waves: usize,
+    /// The largest value of the forgetting counter; above 10 the loop oscillates.
+    pub counter: f64,
+    /// When the counter first passed that, s on the recording's clock; null if it did not.
+    pub alarm_s: Option<f64>,
 }
 
 /// One of several simultaneous oscillations.
@@ -393,6 +410,13 @@ impl Oscillation {
             decay_ratio: oscillation.decay_ratio.and_then(finite),
             amplitude: oscillation.amplitude.and_then(finite),
             cycles: oscillation.cycles.and_then(finite),
+            supervision: oscillation.supervised.map(|found| Supervision {
+                threshold: found.threshold,
+                disturbances: found.disturbances,
+                half_waves: found.half_waves,
+                counter: found.counter,
+                alarm_s: found.alarm_s.map(|alarm| from_s + alarm),
+            }),
             peaks: peaks.collect(),
             episodes: episodes.collect(),
             reasons: oscillation.reasons.clone(),
