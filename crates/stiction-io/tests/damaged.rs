@@ -195,6 +195,11 @@ fn matlab_cases() -> Vec<Case> {
     let words = w.element(4, &[0; 8]);
     vec![
         ("empty.mat", vec![], "is empty; a MATLAB file is needed"),
+        (
+            "no_columns.mat",
+            file(w.array(6, &[5, 0], "PV", &[w.element(9, &[])])),
+            "has no vectors of two or more numbers",
+        ),
         ("text.mat", b"t,OP,PV\n0,1,2\n".to_vec(), "is not a MATLAB file; save it in MATLAB"),
         ("header.mat", plain[..100].to_vec(), "is cut short within its header"),
         ("version4.mat", fixture("version4.mat"), "is of MATLAB's version 4; save it with save("),

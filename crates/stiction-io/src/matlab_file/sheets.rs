@@ -141,6 +141,8 @@ fn usual_length(fields: &Fields) -> Option<usize> {
     let mut counts = BTreeMap::<usize, usize>::new();
     for (_, value) in fields {
         if let Value::Numbers { rows, cols, data } = value
+            // A matrix of many rows and no column has a length, too.
+            && !data.is_empty()
             && let Some(length) = length(*rows, *cols).filter(|length| *length >= 2)
         {
             *counts.entry(length).or_default() += data.len() / length;
