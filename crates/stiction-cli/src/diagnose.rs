@@ -36,13 +36,11 @@ pub struct Args {
     /// Diagnose this loop only; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
-    #[command(flatten)]
-    reading: Reading,
     /// Bring the recording onto a grid of this step, in s, in place of its own commonest one
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     grid: Option<f64>,
     /// Dead time of the loop, in s, for the Harris index
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     dead_time: Option<f64>,
     /// Write a report to this file: one self-contained HTML page
     #[arg(long, value_name = "OUT.html")]
@@ -59,6 +57,9 @@ pub struct Args {
     /// List the methods with their rules, parameters and sources, in Markdown
     #[arg(long, conflicts_with_all = ["json", "schema", "csv"])]
     methods: bool,
+    // Last, because its heading stands above all that follows.
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// A loop with its diagnosis, and where it comes from.

@@ -44,9 +44,19 @@ pub fn of_valve_signal(
         return Ok((Some(Range::new(0.0, 1.0, RangeSource::Estimated)?), Some(note)));
     }
     if low >= -SLACK && high <= 100.0 + SLACK {
-        let note = (low >= 4.0 && high <= 20.0).then(|| {
-            format!("{name} is between 4 and 20 and is taken as percent; if it is mA, give {option} 4,20")
-        });
+        let negative = usable.clone().filter(|value| **value < 0.0).count();
+        let note = if low >= 4.0 && high <= 20.0 {
+            Some(format!(
+                "{name} is between 4 and 20 and is taken as percent; if it is mA, give {option} 4,20"
+            ))
+        } else if negative * 10 > usable.count() {
+            Some(format!(
+                "{name} is often below 0: it looks like a deviation from its mean, and is taken as percent \
+                 of span; if its scale is another, give {option} LOW,HIGH"
+            ))
+        } else {
+            None
+        };
         return Ok((None, note));
     }
     let (low, high) = outward(low, high);
@@ -93,11 +103,12 @@ mod tests {
     fn ranges_from_values() {
         for (values, range, noted) in [
             (&[20.0, 80.0][..], None, false),
-            (&[-5.0, 104.0], None, false),
+            (&[-5.0, 104.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0], None, false),
             (&[0.2, 0.9], Some((0.0, 1.0)), true),
             (&[0.78, 1.23], None, false),
             (&[0.0, 0.0], None, false),
             (&[4.2, 19.0], None, true),
+            (&[-1.0, 0.9], None, true),
             (&[391.2, 380.0], Some((0.0, 400.0)), true),
             (&[-300.0, 1100.0], Some((-300.0, 1500.0)), true),
             (&[f64::NAN], None, false),

@@ -1,4 +1,4 @@
-//! Columns of times: dates and times of day, epochs, spreadsheet days, plain seconds.
+//! Columns of times: dates and times of day, epochs, days of spreadsheets and MATLAB, plain seconds.
 
 mod column;
 mod scan;
@@ -42,6 +42,8 @@ pub enum TimeFormat {
     Epoch(f64),
     /// Days as spreadsheets count them, 1 being 1900-01-01.
     Spreadsheet,
+    /// Days as MATLAB's `datenum` counts them, 1 being 0000-01-01.
+    Datenum,
     /// Time since any start in units of so many seconds.
     Elapsed(f64),
     /// A pattern as of `strptime`, such as `%d.%m.%Y %H:%M:%S`.
@@ -50,7 +52,7 @@ pub enum TimeFormat {
 
 impl TimeFormat {
     /// The formats that have a name.
-    const NAMES: [(&'static str, Self); 12] = [
+    const NAMES: [(&'static str, Self); 13] = [
         ("year-first", Self::Date(DateOrder::YearFirst)),
         ("day-first", Self::Date(DateOrder::DayFirst)),
         ("month-first", Self::Date(DateOrder::MonthFirst)),
@@ -59,6 +61,7 @@ impl TimeFormat {
         ("epoch-us", Self::Epoch(1e-6)),
         ("epoch-ns", Self::Epoch(1e-9)),
         ("excel", Self::Spreadsheet),
+        ("datenum", Self::Datenum),
         ("seconds", Self::Elapsed(1.0)),
         ("milliseconds", Self::Elapsed(1e-3)),
         ("minutes", Self::Elapsed(60.0)),
@@ -71,6 +74,7 @@ impl TimeFormat {
             Self::Date(order) => format!("date and time, {}", order.name()),
             Self::Epoch(unit) => format!("{} since 1970", unit_name(*unit)),
             Self::Spreadsheet => "spreadsheet days since 1900".to_owned(),
+            Self::Datenum => "days of MATLAB's datenum".to_owned(),
             Self::Elapsed(unit) => unit_name(*unit).to_owned(),
             Self::Pattern(pattern) => pattern.clone(),
         }

@@ -343,6 +343,7 @@ const CASES: &[Case] = &[
         Ok("f @1735646400 op 0:50 60:51"),
         &["spreadsheet days since 1900"]
     ),
+    case!("time-datenum.csv", "", Ok("f @1735646400 op 0:50 60:51"), &["days of MATLAB's datenum"]),
     case!("time-minutes.csv", "", Ok("f op 0:50 60:51"), &["minutes"]),
     case!("time-two-columns.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
     case!(

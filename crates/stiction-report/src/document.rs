@@ -195,8 +195,10 @@ pub struct Detector {
     pub threshold: Option<f64>,
     /// `sticks`, `does not stick`, `nonlinear`, `linear`, `undecided` or `abstains`.
     pub decision: String,
-    /// Whether its decision is counted in a majority.
+    /// Whether its decision is counted in the vote of its family.
     pub votes: bool,
+    /// What it looks at: methods of one family have one vote together.
+    pub family: String,
     /// What the numbers say, or why it abstains.
     pub reason: String,
     /// All its numbers.
@@ -242,22 +244,22 @@ pub struct Verdict {
     pub probability: Option<f64>,
     /// What it rests on.
     pub basis: String,
-    /// How the published methods voted.
+    /// How the families of published methods voted, one vote each.
     pub votes: Votes,
     /// Why.
     pub reasons: Vec<String>,
 }
 
-/// How the published methods voted.
+/// How the families of published methods voted.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Votes {
-    /// Methods that say the valve sticks.
+    /// Families that say the valve sticks.
     pub sticks: usize,
-    /// Methods that say it does not.
+    /// Families that say it does not.
     pub does_not_stick: usize,
-    /// Methods that apply and are undecided.
+    /// Families that apply and are undecided.
     pub undecided: usize,
-    /// Methods that abstain.
+    /// Families that abstain.
     pub abstains: usize,
 }
 
@@ -329,6 +331,7 @@ impl Detector {
             threshold: finding.threshold.and_then(finite),
             decision: finding.decision.name().into(),
             votes: method.decides == detect::Decides::Stiction,
+            family: method.family.name().into(),
             reason: finding.reason.clone(),
             numbers: finding.numbers.iter().map(Number::from).collect(),
             caveats: finding.caveats.clone(),

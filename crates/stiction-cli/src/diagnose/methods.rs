@@ -24,15 +24,20 @@ pub fn table() -> String {
             Needs::OpAndVp => "OP and the valve position",
         };
         let decides = match method.decides {
-            Decides::Stiction => "stiction; it votes",
+            Decides::Stiction => "stiction",
             Decides::Nonlinearity => "nonlinearity; it has no vote",
         };
         // Writing to a string cannot fail.
         let _ = write!(
             out,
-            "\n## {}\n\n`{}`\n\n* Statistic: {}\n* Rule: {}\n* Decides on {decides}\n* For {applies}; \
-             needs {needs}\n",
-            method.title, method.name, method.statistic, method.rule
+            "\n## {}\n\n`{}`\n\n* Statistic: {}\n* Rule: {}\n* Decides on {decides}\n* Family: \
+             {}\n* For {applies}; needs {needs}{}\n",
+            method.title,
+            method.name,
+            method.statistic,
+            method.rule,
+            method.family.name(),
+            if method.explains_oscillation { ", and an oscillation that was found" } else { "" },
         );
         let parameters: Vec<String> = detector
             .parameters()

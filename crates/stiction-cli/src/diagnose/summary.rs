@@ -5,7 +5,7 @@ use crate::text::{columns, number, seconds, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
-use stiction::diagnose::{Diagnosis, Estimate, VerdictClass, Votes};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
 
 /// How many reasons of each kind a screen has room for.
@@ -50,8 +50,16 @@ fn field(name: &str, text: &str) -> String {
 
 fn verdict(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
-    let why = verdict.reasons.first().map_or("", String::as_str);
-    format!("{} (preliminary; {}): {why}", verdict.class.name(), verdict.basis.name())
+    let basis = match verdict.basis {
+        Basis::None => "preliminary".to_owned(),
+        basis => format!("preliminary, by the {}", basis.name()),
+    };
+    let reasons = match verdict.basis {
+        // Those of a majority are the methods' own, which stand in the table.
+        Basis::Majority => &verdict.reasons[..verdict.reasons.len().min(1)],
+        _ => &verdict.reasons[..],
+    };
+    format!("{} ({basis}): {}", verdict.class.name().to_uppercase(), reasons.join("; "))
 }
 
 fn data(diagnosis: &Diagnosis) -> String {
@@ -109,8 +117,7 @@ fn measured(diagnosis: &Diagnosis) -> Option<String> {
 }
 
 fn methods(findings: &[Finding]) -> String {
-    let mut rows =
-        vec![["method", "statistic", "value", "threshold", "decision"].map(str::to_owned)];
+    let mut rows = vec![["method", "statistic", "threshold", "decision"].map(str::to_owned)];
     let mut abstaining = vec![];
     for finding in findings {
         if finding.decision == Decision::Abstains {
@@ -120,13 +127,12 @@ fn methods(findings: &[Finding]) -> String {
         let say = |value: Option<f64>| value.map_or("-".to_owned(), number);
         rows.push([
             finding.method.title.to_owned(),
-            finding.method.statistic.to_owned(),
             say(finding.statistic),
             say(finding.threshold),
             finding.decision.name().to_owned(),
         ]);
     }
-    let mut out = columns(&rows, &[false, false, true, true, false]);
+    let mut out = columns(&rows, &[false, true, true, false]);
     // Methods that abstain for the same reason share a line.
     let mut reasons: Vec<(&str, Vec<&str>)> = vec![];
     for finding in abstaining {
@@ -193,7 +199,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
     let count = |class| loops.iter().filter(|l| l.diagnosis.verdict.class == class).count();
     let _ = writeln!(
         out,
-        "\n{} loops: {} stick, {} do not, {} cannot be told. Votes are methods for and against; the \
+        "\n{} loops: {} stick, {} do not, {} cannot be told. Votes are families of methods for and against; the \
          verdict is a preliminary one.",
         loops.len(),
         count(VerdictClass::Sticks),

@@ -78,6 +78,8 @@ const PLAUSIBLE: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
 /// Days between the first day of spreadsheets, counted 0, and 1970-01-01. They count a 29 February
 /// 1900 that never was, so this holds from March 1900 on.
 const SPREADSHEET_1970: f64 = 25_569.0;
+/// Days between the year 0 of MATLAB's `datenum`, whose first day is 1, and 1970-01-01.
+const DATENUM_1970: f64 = 719_529.0;
 
 /// Seconds from 1970 to where calendars of the year 9999 end, and back.
 const CALENDAR: f64 = 2.5e11;
@@ -308,7 +310,7 @@ impl Context<'_> {
         let format = match self.format {
             Some(TimeFormat::Pattern(_) | TimeFormat::Date(_)) => {
                 let message = "holds numbers, not dates; leave --time-format out, or give seconds, \
-                               epoch-s, epoch-ms or excel";
+                               epoch-s, epoch-ms, excel or datenum";
                 return Err(self.wrong_column(column, message.to_owned()));
             }
             Some(format) => format.clone(),
@@ -318,9 +320,13 @@ impl Context<'_> {
             TimeFormat::Epoch(unit) => {
                 self.since_start(self.nanos(column, numbers, unit)?, &format.describe(), Clock::Utc)
             }
-            TimeFormat::Spreadsheet => {
-                // A day has too many digits for less than about a microsecond.
-                let seconds = |day: &f64| ((day - SPREADSHEET_1970) * 86_400e3).round() / 1e3;
+            TimeFormat::Spreadsheet | TimeFormat::Datenum => {
+                let of_1970 = match format {
+                    TimeFormat::Spreadsheet => SPREADSHEET_1970,
+                    _ => DATENUM_1970,
+                };
+                // A day has too many digits for less than some microseconds.
+                let seconds = |day: &f64| ((day - of_1970) * 86_400e3).round() / 1e3;
                 let seconds: Vec<f64> = numbers.iter().map(seconds).collect();
                 let civil = self.civil(column, &seconds)?;
                 self.resolve(column, &civil, format.describe())?
@@ -501,10 +507,14 @@ fn guess(column: &Column, numbers: &[f64]) -> TimeFormat {
             return TimeFormat::Epoch(unit);
         }
     }
-    let is_day = |n| PLAUSIBLE.contains(&((n - SPREADSHEET_1970) * 86_400.0));
     let has_parts_of_days = numbers.iter().any(|n| n.fract() != 0.0);
-    if all(&is_day) && has_parts_of_days && !column.name.eq_ignore_ascii_case("t") {
-        return TimeFormat::Spreadsheet;
+    for (of_1970, format) in
+        [(SPREADSHEET_1970, TimeFormat::Spreadsheet), (DATENUM_1970, TimeFormat::Datenum)]
+    {
+        let is_day = |n| PLAUSIBLE.contains(&((n - of_1970) * 86_400.0));
+        if all(&is_day) && has_parts_of_days && !column.name.eq_ignore_ascii_case("t") {
+            return format;
+        }
     }
     TimeFormat::Elapsed(1.0)
 }

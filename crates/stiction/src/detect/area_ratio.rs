@@ -41,7 +41,8 @@
 
 use super::shapes::{Piece, enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{HalfWave, half_waves, mean, median};
 
@@ -121,6 +122,8 @@ impl AreaRatio {
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::Error,
+        family: Family::Shape,
+        explains_oscillation: true,
     };
 
     /// Measures the half waves of the control error about zero.

@@ -60,7 +60,8 @@
 
 use super::ellipse::Ellipse;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{Transform, band_passed, decimated, std};
 use realfft::num_complex::Complex;
@@ -100,6 +101,8 @@ static METHOD: Method = Method {
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::Error,
+    family: Family::HigherOrder,
+    explains_oscillation: false,
 };
 
 static METHOD_OP: Method = Method {
@@ -113,6 +116,8 @@ static METHOD_OP: Method = Method {
     applies: Applies::AnyLoop,
     decides: Decides::Nonlinearity,
     needs: Needs::Op,
+    family: Family::HigherOrder,
+    explains_oscillation: false,
 };
 
 /// The bicoherence of the control error and the ellipse of PV and OP.

@@ -38,7 +38,8 @@
 //! TerenceXue-tech/StictionGPT (plot read).
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{low_passed, quantile, standardised};
 
@@ -64,6 +65,8 @@ static METHOD: Method = Method {
     applies: Applies::SelfRegulating,
     decides: Decides::Stiction,
     needs: Needs::OpAndPv,
+    family: Family::PhasePlot,
+    explains_oscillation: false,
 };
 
 /// The method with its parameters.

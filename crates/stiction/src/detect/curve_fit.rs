@@ -41,7 +41,8 @@
 
 use super::shapes::{Triangle, enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::recording::Dynamics;
 use crate::series::{HalfWave, centred, half_waves, span};
@@ -124,6 +125,8 @@ impl CurveFit {
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::Op,
+        family: Family::Shape,
+        explains_oscillation: true,
     };
 
     /// Fits the OP of a self-regulating loop or the PV of an integrating one.

@@ -40,7 +40,8 @@
 
 use super::windows::{op_travel, percentile_95};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{max, std};
 
@@ -63,6 +64,8 @@ static METHOD: Method = Method {
     applies: Applies::SelfRegulating,
     decides: Decides::Stiction,
     needs: Needs::OpAndPv,
+    family: Family::Windows,
+    explains_oscillation: false,
 };
 
 /// The method with its parameters.

@@ -33,7 +33,8 @@
 //! The published rule, Omega > 0, calls nearly every long recording sticky: chance alone marks
 //! 4.75 % of the windows of white noise by M1 and M3, 9 % by M2, and 2/9 by the three samples of M4. So does
 //! a linear loop at the peaks of its PV while its OP moves. Quantised and strongly filtered signals break
-//! the assumptions of all four.
+//! the assumptions of all four. In M4, equal samples count as rising, as published: a window of one value
+//! has a trend, and with many equal samples a loop of negative gain is judged otherwise.
 //!
 //! # Deviations from the paper
 //! The paper was not read; definitions are those of the public implementation below, from its source.
@@ -42,8 +43,6 @@
 //!   one, and the last window that of the last pair. This gives its counts: 13, 22, 22 of 125 windows,
 //!   M4 114 of 333, on loop CHEM2 of the International Stiction Data Base.
 //! * Two windows of one constant value are steady; there they divide 0 by 0 and are not marked.
-//! * In M4, equal samples count one half, so that a constant window is steady and a loop of negative gain
-//!   is judged alike. There they count nothing.
 //! * Windows have exactly `window` samples, the rest at the end is left out; a run of marks at the
 //!   end counts in `eta_95`.
 //! * Marks of which chance alone would bring as many are undecided: the decision is positive beyond the
@@ -55,7 +54,8 @@
 
 use super::windows::{Moments, op_travel, percentile_95};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
@@ -83,6 +83,8 @@ macro_rules! method {
             applies: Applies::SelfRegulating,
             decides: Decides::Stiction,
             needs: Needs::OpAndPv,
+            family: Family::Windows,
+            explains_oscillation: false,
         }
     };
 }
@@ -404,15 +406,15 @@ fn t_squared(pair: &[Moments], n: usize) -> f64 {
     ratio(n * (n - 1.0) * difference * difference, pair[0].squares + pair[1].squares)
 }
 
-/// Number of pairs of which the earlier sample is larger; equal ones count half.
+/// Number of pairs of which the earlier sample is larger.
 fn reversals(x: &[f64]) -> f64 {
-    let mut twice = 0u32;
+    let mut count = 0u32;
     for (i, early) in x.iter().enumerate() {
         for late in &x[i + 1..] {
-            twice += u32::from(early > late) + u32::from(early >= late);
+            count += u32::from(early > late);
         }
     }
-    f64::from(twice) / 2.0
+    f64::from(count)
 }
 
 /// The distribution of the number of reverse arrangements of `n` different numbers in random order.
@@ -504,7 +506,7 @@ mod tests {
         let expected = [sixth, 2.0 * sixth, 2.0 * sixth, sixth];
         assert!(arrangements(3).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15));
         assert_eq!(reversals(&[3.0, 2.0, 1.0]), 3.0);
-        assert_eq!(reversals(&[2.0, 2.0, 1.0]), 2.5);
-        assert_eq!(reversals(&[2.0; 4]), 3.0);
+        assert_eq!(reversals(&[2.0, 2.0, 1.0]), 2.0);
+        assert_eq!(reversals(&[2.0; 4]), 0.0);
     }
 }

@@ -40,7 +40,8 @@
 
 use super::shapes::presume_oscillation;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{CrossCorrelation, cross_correlation, fft_length};
 
@@ -113,6 +114,8 @@ impl Horch {
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,
+        family: Family::Correlation,
+        explains_oscillation: true,
     };
 
     /// Correlates OP and PV.

@@ -42,7 +42,8 @@
 use super::curvature::curvature;
 use super::shapes::representable;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{centred, std};
 use statrs::function::erf::erf;
@@ -126,6 +127,8 @@ impl HorchDensity {
         applies: Applies::Integrating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,
+        family: Family::Shape,
+        explains_oscillation: true,
     };
 
     /// Compares densities.

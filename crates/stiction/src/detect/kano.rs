@@ -40,7 +40,8 @@
 use super::shapes::representable;
 use super::stuck::{StuckSpan, find_rests};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::recording::LoopType;
 use crate::series::{centred, span};
@@ -115,6 +116,8 @@ impl Kano {
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::Op,
+        family: Family::Patterns,
+        explains_oscillation: false,
     };
 
     /// Looks at OP against valve position, or against a flow where no position is recorded.

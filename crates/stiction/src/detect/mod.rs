@@ -77,6 +77,74 @@ pub struct Method {
     pub decides: Decides,
     /// The signals it cannot do without.
     pub needs: Needs,
+    /// What it looks at.
+    pub family: Family,
+    /// Whether it was made to tell the cause of an oscillation that was found before; see [`judge`].
+    pub explains_oscillation: bool,
+}
+
+/// What a method looks at. Methods of one family see the same evidence, so they have one vote
+/// together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// The measured valve position.
+    Measured,
+    /// The correlation of OP and PV.
+    Correlation,
+    /// The shape of the waves of one signal.
+    Shape,
+    /// Samples in which one signal moves and the other rests.
+    Patterns,
+    /// The path that the loop takes in the plane of OP and PV.
+    PhasePlot,
+    /// Short windows in which OP and PV move differently.
+    Windows,
+    /// Spectra of higher order and surrogate data.
+    HigherOrder,
+}
+
+impl Family {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Measured,
+        Self::Correlation,
+        Self::Shape,
+        Self::Patterns,
+        Self::PhasePlot,
+        Self::Windows,
+        Self::HigherOrder,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Measured => "measured position",
+            Self::Correlation => "correlation",
+            Self::Shape => "wave shape",
+            Self::Patterns => "patterns",
+            Self::PhasePlot => "phase plot",
+            Self::Windows => "windows",
+            Self::HigherOrder => "higher order",
+        }
+    }
+}
+
+/// What a detector says of a stretch, the published precondition of its method included.
+///
+/// Methods that tell the cause of an oscillation are applied, in their publications, to loops in which
+/// one was found before. Where none was found (the subject has no period) such a method abstains; the
+/// statistic stays, for whoever wants to see it.
+pub fn judge(detector: &dyn Detector, subject: &Subject<'_>) -> Finding {
+    let mut finding = detector.judge(subject);
+    let judged = finding.decision != Decision::Abstains;
+    if judged && detector.method().explains_oscillation && subject.period.is_none() {
+        finding.reason = format!(
+            "tells the cause of an oscillation, and none was found (it would say: {})",
+            finding.decision.name()
+        );
+        finding.decision = Decision::Abstains;
+    }
+    finding
 }
 
 /// The loops a method was made for.

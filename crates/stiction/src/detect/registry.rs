@@ -56,3 +56,85 @@ pub fn by_name(name: &str) -> Result<Box<dyn Detector>> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Decides, Decision, Subject};
+    use super::*;
+    use crate::recording::{LoopType, Stretch};
+
+    #[test]
+    fn every_method_is_described_and_found_by_its_name() {
+        let detectors = all();
+        for (i, detector) in detectors.iter().enumerate() {
+            let method = detector.method();
+            assert!(detectors[..i].iter().all(|other| other.method().name != method.name));
+            for text in [method.title, method.source, method.statistic, method.rule] {
+                assert!(!text.trim().is_empty() && !text.contains("  "), "{}: {text}", method.name);
+            }
+            assert!(method.rule.contains("threshold"), "{}: {}", method.name, method.rule);
+            let parameters = detector.parameters();
+            assert!(!parameters.is_empty(), "{}", method.name);
+            assert!(parameters.iter().all(|p| !p.name.is_empty() && p.value.is_finite()));
+            assert_eq!(by_name(&method.name.to_uppercase()).unwrap().method(), method);
+        }
+        let Err(error) = by_name("nonesuch") else { panic!() };
+        assert!(error.to_string().contains(detectors[0].method().name));
+    }
+
+    /// Stretches no one should record.
+    fn zoo() -> Vec<Stretch> {
+        let mut zoo = vec![];
+        let wave = |k: usize| (0.3 * k as f64).sin();
+        let mut add = |op: Vec<f64>, pv: Option<Vec<f64>>, sp: Option<Vec<f64>>| {
+            zoo.push(Stretch { from: 0.0, sample_time: 1.0, op, pv, sp, vp: None, bridged: 0 });
+        };
+        for n in [0, 1, 2, 3, 4, 5, 17, 64, 300, 1000] {
+            let series = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
+            let waves = series(&wave);
+            let other = series(&|k| (0.3 * k as f64 + 1.0).sin());
+            add(waves.clone(), None, None);
+            add(waves.clone(), Some(waves.clone()), None);
+            add(waves.clone(), Some(other.clone()), Some(series(&|_| 1.0)));
+            add(series(&|_| 50.0), Some(series(&|_| 0.1)), None);
+            add(waves.clone(), Some(series(&|_| 0.1)), None);
+            add(series(&|_| 0.1), Some(waves.clone()), None);
+            add(series(&|k| k as f64), Some(series(&|k| -(k as f64))), None);
+            add(series(&|k| (k % 2) as f64), Some(series(&|k| (k % 3) as f64)), None);
+            add(series(&|k| f64::from(k == 7)), Some(series(&|k| f64::from(k == 9))), None);
+            for scale in [1e300, f64::MAX, 1e-300, f64::MIN_POSITIVE, 1e160] {
+                let scaled = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| v * scale).collect() };
+                add(scaled(&waves), Some(scaled(&other)), None);
+                add(waves.clone(), Some(scaled(&other)), Some(scaled(&waves)));
+                add(scaled(&waves), Some(other.clone()), None);
+            }
+        }
+        zoo
+    }
+
+    #[test]
+    fn nothing_makes_a_detector_panic_or_answer_in_another_kind() {
+        for stretch in zoo() {
+            for period in [None, Some(0.0), Some(4.0), Some(21.0), Some(1e9), Some(f64::NAN)] {
+                let subject = Subject::new(&stretch, LoopType::Unknown, period);
+                for detector in all() {
+                    let finding = detector.judge(&subject);
+                    assert_eq!(finding.method, detector.method());
+                    assert!(!finding.reason.is_empty());
+                    let kind = match detector.method().decides {
+                        Decides::Stiction => {
+                            !matches!(finding.decision, Decision::Nonlinear | Decision::Linear)
+                        }
+                        Decides::Nonlinearity => {
+                            !matches!(finding.decision, Decision::Sticks | Decision::DoesNotStick)
+                        }
+                    };
+                    assert!(kind, "{}", detector.method().name);
+                    let abstains = finding.decision == Decision::Abstains;
+                    assert_eq!(abstains, finding.statistic.is_none(), "{}", detector.method().name);
+                    assert_eq!(abstains, finding.threshold.is_none(), "{}", detector.method().name);
+                }
+            }
+        }
+    }
+}

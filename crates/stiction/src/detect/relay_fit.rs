@@ -41,7 +41,8 @@
 
 use super::shapes::{Relay, Triangle, enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{HalfWave, centred, half_waves};
 
@@ -105,6 +106,8 @@ impl RelayFit {
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,
+        family: Family::Shape,
+        explains_oscillation: true,
     };
 
     /// Fits the half waves of the PV.

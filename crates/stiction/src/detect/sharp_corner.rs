@@ -12,14 +12,16 @@
 //!
 //! # Equations
 //! * cycles: between upward crossings of zero of the error, limited to half to twice the frequency of
-//!   the oscillation; each is reduced to at most 48 means of equal duration;
+//!   the oscillation; each is reduced to at most 48 means of equal duration, and long sides of the
+//!   polygon through them, where a signal jumps, are filled with points;
 //! * similarity: one less the residual of the [`Ellipse`](super::Ellipse) fitted to the cycle;
 //! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° about the
 //!   point farthest from the centre, and about the farthest on the other side; by Douglas and Peucker, as few of them as leave no other farther than the
 //!   tolerance from the line through them;
 //! * sharp: three points. The arc of a circle has five: each half of it, 60°, bulges by
 //!   `1 - cos 30° = 0.134` from its chord, and the tolerance is half of this;
-//! * share of sharp corners among the two of each similar cycle; magnitude: the mean width of the
+//! * more than five points are noise; undecided if they are the majority;
+//! * share of sharp corners among the others of all similar cycles; magnitude: the mean width of the
 //!   ellipses along the OP.
 //!
 //! # Parameters
@@ -45,7 +47,8 @@
 
 use super::ellipse::Ellipse;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{Direction, band_passed, mean, span, zero_crossings};
 
@@ -58,6 +61,8 @@ pub const TOLERANCE: f64 = 0.067;
 /// Share of sharp corners from which the valve sticks; ours.
 pub const SHARE: f64 = 0.5;
 
+/// Points that describe the arc of a circle at most; closed form, see the module.
+const ARC: usize = 5;
 /// Means a cycle is reduced to at most; ours.
 const POINTS: usize = 48;
 /// Samples of a cycle at least; ours.
@@ -73,10 +78,13 @@ static METHOD: Method = Method {
     source: "HAW Hamburg, Stiction Analyser, user's guide (read); details ours",
     statistic: "share of sharp corners",
     rule: "sticks if at least half (the threshold, ours) of the outermost corners are \
-           sharp, in cycles of error and OP that resemble an ellipse by more than 50 %",
+           sharp, in cycles of error and OP that resemble an ellipse by more than 50 %; undecided if noise \
+           drowns most corners",
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::Error,
+    family: Family::PhasePlot,
+    explains_oscillation: true,
 };
 
 /// The method with its parameters.
@@ -125,7 +133,9 @@ pub struct SharpCornerResult {
     pub cycles: Vec<SharpCornerCycle>,
     /// Number of cycles examined.
     pub examined: usize,
-    /// Share of sharp corners.
+    /// Number of corners that are no noise: described by at most five points.
+    pub clear: usize,
+    /// Share of sharp ones among these.
     pub share: f64,
     /// Mean width of the ellipses along the OP, percent.
     pub magnitude: f64,
@@ -183,20 +193,19 @@ impl SharpCorner {
             .map(|i| all[i * all.len() / examined])
             .filter_map(|(first, end)| self.cycle(first, end, op, &error.values))
             .collect();
-        let sharp: usize = cycles
-            .iter()
-            .flat_map(|cycle| &cycle.corners)
-            .filter(|points| points.len() == 3)
-            .count();
-        let share = sharp as f64 / (2 * cycles.len()).max(1) as f64;
-        let decision = match cycles.len() {
-            n if n < FEWEST_CYCLES => Decision::Undecided,
-            _ if share >= self.share => Decision::Sticks,
-            _ => Decision::DoesNotStick,
+        let points = || cycles.iter().flat_map(|cycle| &cycle.corners).map(Vec::len);
+        let clear = points().filter(|n| *n <= ARC).count();
+        let share = points().filter(|n| *n == 3).count() as f64 / clear.max(1) as f64;
+        let decision = if cycles.len() < FEWEST_CYCLES || clear < cycles.len() {
+            Decision::Undecided
+        } else if share >= self.share {
+            Decision::Sticks
+        } else {
+            Decision::DoesNotStick
         };
         let widths: Vec<f64> = cycles.iter().map(|cycle| cycle.ellipse.op_width()).collect();
         let magnitude = if widths.is_empty() { 0.0 } else { mean(&widths) };
-        Ok(SharpCornerResult { cycles, examined, share, magnitude, decision, caveats })
+        Ok(SharpCornerResult { cycles, examined, clear, share, magnitude, decision, caveats })
     }
 
     /// A cycle with its corners; `None` if it does not resemble an ellipse.
@@ -207,7 +216,7 @@ impl SharpCorner {
         op: &[f64],
         error: &[f64],
     ) -> Option<SharpCornerCycle> {
-        let (op, error) = (reduced(&op[first..end]), reduced(&error[first..end]));
+        let (op, error) = filled(&reduced(&op[first..end]), &reduced(&error[first..end]));
         let ellipse = Ellipse::fit(&op, &error)?;
         let similarity = 1.0 - ellipse.residual;
         if !(similarity > self.similarity) {
@@ -268,19 +277,23 @@ impl Detector for SharpCorner {
             Err(why) => return Finding::abstains(&METHOD, why),
         };
         let similar = result.cycles.len();
-        let reason = if result.decision == Decision::Undecided {
+        let reason = if similar < FEWEST_CYCLES {
             format!("only {similar} of {} cycles resemble an ellipse", result.examined)
+        } else if result.decision == Decision::Undecided {
+            format!("only {} of {} corners are not drowned by noise", result.clear, 2 * similar)
         } else {
             format!(
-                "{:.0} % of the corners of {similar} cycles are sharp, against {:.0} %; the cycles are \
-                 {:.3} % wide along the OP",
+                "{:.0} % of {} clear corners of {similar} cycles are sharp, against {:.0} %; the cycles \
+                 are {:.3} % wide along the OP",
                 100.0 * result.share,
+                result.clear,
                 100.0 * self.share,
                 result.magnitude
             )
         };
         let numbers = vec![
             Number::new("share of sharp corners", result.share, ""),
+            Number::new("clear corners", result.clear as f64, ""),
             Number::new("similar cycles", similar as f64, ""),
             Number::new("cycles", result.examined as f64, ""),
             Number::new("magnitude", result.magnitude, "%"),
@@ -296,6 +309,31 @@ impl Detector for SharpCorner {
 fn reduced(x: &[f64]) -> Vec<f64> {
     let n = x.len().min(POINTS);
     (0..n).map(|i| mean(&x[i * x.len() / n..(i + 1) * x.len() / n])).collect()
+}
+
+/// The closed polygon through the points (`x`, `y`), with points put on its long sides so that none is
+/// longer than a share of `1 / POINTS` of the whole, in ranges of either axis.
+fn filled(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (sx, sy) = (span(x), span(y));
+    let sides: Vec<f64> = (0..x.len())
+        .map(|k| {
+            let next = (k + 1) % x.len();
+            ((x[next] - x[k]) / sx).hypot((y[next] - y[k]) / sy)
+        })
+        .collect();
+    let longest = sides.iter().sum::<f64>() / POINTS as f64;
+    let mut points = (vec![], vec![]);
+    for (k, side) in sides.iter().enumerate() {
+        let next = (k + 1) % x.len();
+        // A side is not longer than half the whole; NaN for signals that do not move gives one part.
+        let parts = ((side / longest).ceil() as usize).clamp(1, POINTS);
+        for part in 0..parts {
+            let share = part as f64 / parts as f64;
+            points.0.push(x[k] + share * (x[next] - x[k]));
+            points.1.push(y[k] + share * (y[next] - y[k]));
+        }
+    }
+    points
 }
 
 /// Indices of the points Douglas and Peucker leave: ends, and, between any two that are left, no point

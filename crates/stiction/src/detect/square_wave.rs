@@ -35,7 +35,8 @@
 
 use super::shapes::{enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{HalfWave, centred};
 
@@ -95,6 +96,8 @@ impl SquareWave {
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::Error,
+        family: Family::Shape,
+        explains_oscillation: true,
     };
 
     /// Fits the half waves of the control error.

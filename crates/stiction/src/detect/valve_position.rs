@@ -44,7 +44,8 @@
 
 use super::stuck::{StuckSpan, find_rests};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{median, quantile};
 use nalgebra::{Matrix3, Vector3};
@@ -226,6 +227,8 @@ impl ValvePosition {
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::OpAndVp,
+        family: Family::Measured,
+        explains_oscillation: false,
     };
 
     /// Measures the valve.

@@ -41,7 +41,8 @@
 //! Engineering Practice 14 (2006) 503-510.
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::recording::LoopType;
 use crate::series::span;
@@ -141,6 +142,8 @@ impl Yamashita {
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,
+        family: Family::Patterns,
+        explains_oscillation: false,
     };
 
     /// The same on the measured valve position, for loops of any kind.
@@ -149,6 +152,8 @@ impl Yamashita {
         title: "Yamashita's patterns on the valve position",
         applies: Applies::AnyLoop,
         needs: Needs::OpAndVp,
+        family: Family::Measured,
+        explains_oscillation: false,
         ..Self::METHOD
     };
 

@@ -37,7 +37,8 @@
 use super::curvature::curvature;
 use super::shapes::representable;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Finding, Method, Needs, Number, Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
+    Subject,
 };
 use crate::series::{centred, excess_kurtosis};
 
@@ -84,6 +85,8 @@ impl YamashitaLevel {
         applies: Applies::Integrating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,
+        family: Family::Shape,
+        explains_oscillation: true,
     };
 
     /// Differences the PV twice.

@@ -3,7 +3,7 @@
 use super::verdict::{Estimate, Stiction, Verdict, VerdictClass, Votes, preliminary};
 use super::{KpiOptions, Kpis};
 use crate::detect::{self, Abstention, Finding, Measured, Spread, Subject, ValvePosition};
-use crate::error::Result;
+use crate::error::{Result, non_negative};
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
@@ -95,17 +95,21 @@ fn dominant<'a>(
     [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
 }
 
-/// The period of an oscillation, in samples.
+/// The period of an oscillation that was found, in samples.
 fn period(oscillation: Option<(&'static str, &Oscillation)>, stretch: &Stretch) -> Option<f64> {
-    Some(oscillation?.1.period_s? / stretch.sample_time)
+    let (_, oscillation) = oscillation.filter(|(_, oscillation)| oscillation.found)?;
+    Some(oscillation.period_s? / stretch.sample_time)
 }
 
 /// Diagnoses a recording.
 ///
 /// # Errors
-/// If the recording cannot be brought onto a grid, as when its times make no sense. Whatever else is
-/// wrong with the data is a result: the diagnosis says that it cannot tell, and why.
+/// If the recording cannot be brought onto a grid, as when its times make no sense, or an option is out of
+/// its range. Whatever else is wrong with the data is a result: the diagnosis says that it cannot tell, and why.
 pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    if let Some(dead_time) = options.kpis.dead_time {
+        non_negative("the dead time", dead_time)?;
+    }
     let grid = Grid::of(recording, &options.grid)?;
     let longest = grid.stretches.iter().map(Stretch::len).max();
     let judged = longest.and_then(|n| grid.stretches.iter().position(|s| s.len() == n));
@@ -127,7 +131,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let findings: Vec<Finding> = match stretch {
         Some(stretch) => {
             let subject = Subject::new(stretch, loop_type, period);
-            detect::all().iter().map(|detector| detector.judge(&subject)).collect()
+            detect::all().iter().map(|detector| detect::judge(&**detector, &subject)).collect()
         }
         None => detect::all()
             .iter()
@@ -139,7 +143,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     };
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
-    let verdict = preliminary(&fitness, &findings);
+    let verdict = preliminary(&fitness, dominant.is_some_and(|(_, o)| o.found), &findings);
     let stiction = match stretch {
         Some(stretch) => measured(&Subject::new(stretch, loop_type, period)),
         None => Stiction::default(),

@@ -1,6 +1,7 @@
 //! The verdict on a valve.
 
-use crate::detect::{Decides, Decision, Finding};
+use super::scoreboard::Counts;
+use crate::detect::{Decides, Decision, Family, Finding};
 use crate::recording::fitness::{Class, Fitness};
 
 /// What is concluded about a valve.
@@ -32,7 +33,7 @@ impl VerdictClass {
 pub enum Basis {
     /// The measured valve position.
     ValvePosition,
-    /// The majority of the published methods that apply.
+    /// The majority of the families of published methods that apply.
     Majority,
     /// Nothing: the data cannot answer.
     None,
@@ -43,31 +44,32 @@ impl Basis {
     pub fn name(self) -> &'static str {
         match self {
             Self::ValvePosition => "measured valve position",
-            Self::Majority => "majority of the applicable methods",
+            Self::Majority => "majority of the families of methods that apply",
             Self::None => "none",
         }
     }
 }
 
-/// How the methods voted.
+/// How the families of methods voted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Votes {
-    /// Methods that say the valve sticks.
+    /// Families that say the valve sticks.
     pub sticks: usize,
-    /// Methods that say it does not.
+    /// Families that say it does not.
     pub does_not_stick: usize,
-    /// Methods that apply and are undecided.
+    /// Families that apply and are undecided, or divided.
     pub undecided: usize,
-    /// Methods that abstain.
+    /// Families all of whose methods abstain.
     pub abstains: usize,
 }
 
 impl Votes {
-    /// Counts the methods that decide on stiction; those that test for linearity only have no vote.
+    /// Counts one vote for each [`Family`]: what most of its methods that decide on stiction say.
+    /// Methods that test for linearity only have no say.
     pub fn of(findings: &[Finding]) -> Self {
         let mut votes = Self::default();
-        for finding in findings.iter().filter(|f| f.method.decides == Decides::Stiction) {
-            match finding.decision {
+        for (_, decision) in Self::by_family(findings) {
+            match decision {
                 Decision::Sticks => votes.sticks += 1,
                 Decision::DoesNotStick => votes.does_not_stick += 1,
                 Decision::Abstains => votes.abstains += 1,
@@ -75,6 +77,19 @@ impl Votes {
             }
         }
         votes
+    }
+
+    /// What each family says that has a method deciding on stiction, in the order of [`Family::ALL`].
+    pub fn by_family(findings: &[Finding]) -> Vec<(Family, Decision)> {
+        let voice = |family: Family| {
+            let mut counts = Counts::default();
+            findings
+                .iter()
+                .filter(|f| f.method.family == family && f.method.decides == Decides::Stiction)
+                .for_each(|f| counts.add(f.decision));
+            (counts.all() > 0).then(|| (family, counts.majority()))
+        };
+        Family::ALL.into_iter().filter_map(voice).collect()
     }
 }
 
@@ -87,7 +102,7 @@ pub struct Verdict {
     pub basis: Basis,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
-    /// How the published methods voted.
+    /// How the families of published methods voted.
     pub votes: Votes,
     /// Why, in sentences.
     pub reasons: Vec<String>,
@@ -117,8 +132,19 @@ pub struct Stiction {
     pub why_not: Option<String>,
 }
 
-/// How many methods must decide, at least, before a majority counts.
+/// How many families must decide, at least, before a majority counts.
 pub const FEWEST_VOTES: usize = 3;
+
+/// Measures of fitness whose caveats are reasons for the very patterns that methods take for stiction: a
+/// signal that rests while the other moves, a wave with corners.
+pub const MIMICS: [&str; 6] = [
+    "compression factor",
+    "PV levels",
+    "longest frozen PV",
+    "OP at a limit",
+    "clipped PV",
+    "PV explained by the set point",
+];
 
 /// The preliminary verdict: that of the measured valve position if there is one, else that of the
 /// majority of the published methods.
@@ -127,12 +153,16 @@ pub const FEWEST_VOTES: usize = 3;
 ///
 /// 1. data that are unfit give `cannot tell`;
 /// 2. a method named `direct` that decided is followed, because it has seen the valve move;
-/// 3. else each method that decides on stiction has one vote. With at least [`FEWEST_VOTES`] decided
-///    votes, more than half of which agree, they win; anything else is `cannot tell`.
+/// 3. else each [`Family`] of methods has one vote, that of most of its methods which decide: five
+///    tests of the same windows are not five witnesses. With at least [`FEWEST_VOTES`] families that
+///    decide, and more than half of them agreeing, they win; anything else is `cannot tell`;
+/// 4. but no valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is
+///    `cannot tell`; and none is cleared by a loop that does not cycle, where sticking need not show.
 ///
-/// Votes of methods that look at the same feature are not independent, so the share of votes is no
+/// Methods that tell the cause of an oscillation abstain where none was found (see
+/// [`detect::judge`](crate::detect::judge)). The votes are not independent, so their share is no
 /// probability.
-pub fn preliminary(fitness: &Fitness, findings: &[Finding]) -> Verdict {
+pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) -> Verdict {
     let votes = Votes::of(findings);
     let cannot_tell = |reasons: Vec<String>| Verdict {
         class: VerdictClass::CannotTell,
@@ -160,28 +190,61 @@ pub fn preliminary(fitness: &Fitness, findings: &[Finding]) -> Verdict {
         };
     }
     let decided = votes.sticks + votes.does_not_stick;
-    let tally = format!(
-        "{} of {decided} methods that decide say it sticks; {} are undecided, {} abstain",
-        votes.sticks, votes.undecided, votes.abstains
-    );
+    let tally = match decided {
+        0 => format!(
+            "no method decides: {} families are undecided, {} abstain",
+            votes.undecided, votes.abstains
+        ),
+        _ => format!(
+            "{} of the {decided} families of methods that decide say it sticks; {} undecided, {} \
+             abstaining",
+            votes.sticks, votes.undecided, votes.abstains
+        ),
+    };
     if decided < FEWEST_VOTES {
         return cannot_tell(vec![
             tally,
-            format!("fewer than {FEWEST_VOTES} methods decide, too few for a majority"),
+            format!("fewer than {FEWEST_VOTES} families decide, too few for a majority"),
         ]);
     }
     let class = match (2 * votes.sticks).cmp(&decided) {
         std::cmp::Ordering::Greater => VerdictClass::Sticks,
         std::cmp::Ordering::Less => VerdictClass::DoesNotStick,
         std::cmp::Ordering::Equal => {
-            return cannot_tell(vec![tally, "the methods are evenly divided".to_owned()]);
+            return cannot_tell(vec![tally, "the families are evenly divided".to_owned()]);
         }
     };
-    let agree = findings
+    let mimics: Vec<&str> = fitness
+        .measures
         .iter()
-        .filter(|f| f.method.decides == Decides::Stiction && class_of(f.decision) == Some(class));
+        .filter(|m| m.class != Class::Fit && MIMICS.contains(&m.name))
+        .map(|m| m.reason.as_str())
+        .collect();
+    if class == VerdictClass::Sticks && !mimics.is_empty() {
+        return cannot_tell(vec![
+            tally,
+            format!("but data like these make healthy loops look sticky: {}", mimics.join("; ")),
+        ]);
+    }
+    if class == VerdictClass::DoesNotStick && !oscillates {
+        return cannot_tell(vec![
+            tally,
+            "but the loop does not cycle, and a valve that sticks need not show it then".to_owned(),
+        ]);
+    }
     let mut reasons = vec![tally];
-    reasons.extend(agree.map(|f| format!("{}: {}", f.method.title, f.reason)));
+    for (family, _) in
+        Votes::by_family(findings).iter().filter(|(_, said)| class_of(*said) == Some(class))
+    {
+        let agree = findings.iter().filter(|f| {
+            f.method.family == *family
+                && f.method.decides == Decides::Stiction
+                && class_of(f.decision) == Some(class)
+        });
+        let methods: Vec<String> =
+            agree.map(|f| format!("{}: {}", f.method.title, f.reason)).collect();
+        reasons.push(format!("{}: {}", family.name(), methods.join("; ")));
+    }
     Verdict { class, basis: Basis::Majority, probability: None, votes, reasons }
 }
 

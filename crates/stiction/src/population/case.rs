@@ -23,7 +23,8 @@ const SAMPLES: usize = 2000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Case {
-    /// A valve that sticks: two-phase (7 of 10) or He, S lu(1, 8) %, J/S u(0.1, 1).
+    /// A valve that sticks: two-phase (7 of 10) or He, S lu(1, 8) %, J/S u(0.1, 1). A load step before the
+    /// recording and a slow random walk keep it from resting at the set point.
     Sticky,
     /// A healthy valve, and a sinusoidal load of amplitude u(2, 6) %, period u(8, 40) time constants.
     Sine,
@@ -169,7 +170,15 @@ impl Case {
                 system.set_point = Signal::Steps(steps);
             }
             Self::QuantisedPv | Self::Compressed => system.load.push(wander(3.0)),
-            Self::Sticky | Self::AggressiveTuning | Self::Noise => {}
+            // A valve at rest at the set point would rest for ever.
+            Self::Sticky => {
+                let offset = draw.uniform(1.0, 5.0) * draw.sign();
+                system.load = vec![
+                    Signal::step(0.0, offset, 1.0),
+                    Signal::RandomWalk { sd_per_sqrt_s: draw.log(0.002, 0.02), seed: draw.next() },
+                ];
+            }
+            Self::AggressiveTuning | Self::Noise => {}
         }
         if self == Self::QuantisedPv {
             let pv = system.run()?.pv;

@@ -1,0 +1,235 @@
+//! Whole diagnoses of simulated recordings: what must not change what they say, and what must.
+
+use stiction::detect::{self, Decision, Subject};
+use stiction::diagnose::{Basis, Diagnosis, Options, VerdictClass, diagnose};
+use stiction::population::Case;
+use stiction::recording::fitness::Class;
+use stiction::recording::{Channel, Mode, Modes, Quality, Range, RangeSource, Recording};
+
+fn of(recording: &Recording) -> Diagnosis {
+    diagnose(recording, &Options::default()).unwrap()
+}
+
+fn decisions(diagnosis: &Diagnosis) -> Vec<(&'static str, Decision)> {
+    diagnosis.findings.iter().map(|f| (f.method.name, f.decision)).collect()
+}
+
+/// Some loops of every family.
+fn loops() -> Vec<Recording> {
+    let of = |case: Case| (1..=6).map(move |seed| case.simulate(seed).unwrap().recording);
+    Case::ALL.into_iter().flat_map(of).collect()
+}
+
+/// The recording with its signals changed.
+fn changed(recording: &Recording, change: impl Fn(&str, f64) -> f64) -> Recording {
+    let mut recording = recording.clone();
+    let map = |channel: &mut Channel, name: &str| {
+        channel.values.iter_mut().for_each(|v| *v = change(name, *v));
+    };
+    map(&mut recording.op, "OP");
+    recording.pv.iter_mut().for_each(|pv| map(pv, "PV"));
+    // SP and PV share their units.
+    recording.sp.iter_mut().for_each(|sp| map(sp, "PV"));
+    recording
+}
+
+#[track_caller]
+fn assert_same(recording: &Recording, other: &Recording, what: &str) {
+    let (a, b) = (of(recording), of(other));
+    assert_eq!(decisions(&a), decisions(&b), "{what} of {}", recording.name);
+    assert_eq!(a.verdict.class, b.verdict.class, "{what} of {}", recording.name);
+    assert_eq!(a.verdict.votes, b.verdict.votes, "{what} of {}", recording.name);
+}
+
+#[test]
+fn units_and_zero_of_the_pv_change_nothing() {
+    for recording in loops() {
+        let other = changed(&recording, |name, v| if name == "PV" { 3.7 * v + 1000.0 } else { v });
+        assert_same(&recording, &other, "another unit of the PV");
+    }
+}
+
+#[test]
+fn size_and_zero_of_the_op_change_nothing() {
+    for recording in loops() {
+        let saturates = recording.op.values.iter().any(|v| *v <= 0.0 || *v >= 100.0);
+        if saturates {
+            // What is cut off at 0 and 100 % is not the same elsewhere.
+            continue;
+        }
+        let other = changed(&recording, |name, v| if name == "OP" { 0.6 * v + 17.0 } else { v });
+        assert_same(&recording, &other, "another size of the OP");
+    }
+}
+
+#[test]
+fn an_op_in_milliamperes_is_the_same_as_in_percent() {
+    for recording in loops() {
+        let mut other =
+            changed(&recording, |name, v| if name == "OP" { 4.0 + 0.16 * v } else { v });
+        other.op.range = Some(Range::new(4.0, 20.0, RangeSource::Given).unwrap());
+        assert_same(&recording, &other, "milliamperes");
+    }
+}
+
+#[test]
+fn units_of_time_change_nothing() {
+    for recording in loops() {
+        let mut other = recording.clone();
+        let channels = [Some(&mut other.op), other.pv.as_mut(), other.sp.as_mut()];
+        for channel in channels.into_iter().flatten() {
+            channel.time.iter_mut().for_each(|t| *t *= 60.0);
+        }
+        assert_same(&recording, &other, "minutes for seconds");
+        let (a, b) = (of(&recording), of(&other));
+        let period = |d: &Diagnosis| d.oscillation().and_then(|(_, o)| o.period_s);
+        match (period(&a), period(&b)) {
+            (None, None) => {}
+            (Some(a), Some(b)) => assert!((b / a - 60.0).abs() < 1e-6, "{a} {b}"),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn rows_in_any_order_are_the_same_recording() {
+    for recording in loops() {
+        let mut other = recording.clone();
+        let n = other.op.values.len();
+        // 17 has no common divisor with the length: every row comes up once.
+        assert!(!n.is_multiple_of(17));
+        let channels = [Some(&mut other.op), other.pv.as_mut(), other.sp.as_mut()];
+        for channel in channels.into_iter().flatten() {
+            let shuffled = |x: &[f64]| (0..n).map(|k| x[k * 17 % n]).collect::<Vec<f64>>();
+            (channel.time, channel.values) = (shuffled(&channel.time), shuffled(&channel.values));
+        }
+        assert_same(&recording, &other, "shuffled rows");
+    }
+}
+
+#[test]
+fn every_second_sample_leads_to_the_same_verdict_or_to_none() {
+    let (mut same, mut all) = (0, 0);
+    for recording in loops() {
+        let mut other = recording.clone();
+        let channels = [Some(&mut other.op), other.pv.as_mut(), other.sp.as_mut()];
+        for channel in channels.into_iter().flatten() {
+            let halved = |x: &[f64]| x.iter().copied().step_by(2).collect::<Vec<f64>>();
+            (channel.time, channel.values) = (halved(&channel.time), halved(&channel.values));
+            channel.quality.truncate(channel.values.len());
+        }
+        let (a, b) = (of(&recording), of(&other));
+        let classes = [a.verdict.class, b.verdict.class];
+        // Methods that count samples in a window judge another window; what must not happen is that
+        // one resolution accuses the valve which the other clears.
+        assert!(
+            !(classes.contains(&VerdictClass::Sticks)
+                && classes.contains(&VerdictClass::DoesNotStick)),
+            "{} is accused and cleared",
+            recording.name
+        );
+        for (a, b) in decisions(&a).iter().zip(decisions(&b)) {
+            all += 1;
+            same += usize::from(a.1 == b.1);
+        }
+    }
+    println!("{same} of {all} decisions are the same at half the samples");
+    assert!(same * 100 >= all * 85, "{same} of {all}");
+}
+
+#[test]
+fn diagnoses_are_repeatable_to_the_last_bit() {
+    for recording in loops().iter().step_by(7) {
+        assert_eq!(format!("{:?}", of(recording)), format!("{:?}", of(recording)));
+    }
+}
+
+/// The judged part of an otherwise healthy recording.
+fn sticky() -> Recording {
+    Case::Sticky.simulate(3).unwrap().recording
+}
+
+#[test]
+fn a_loop_in_manual_is_not_judged() {
+    let mut recording = sticky();
+    recording.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Manual] });
+    let diagnosis = of(&recording);
+    assert_eq!(diagnosis.verdict.class, VerdictClass::CannotTell);
+    assert_eq!(diagnosis.verdict.basis, Basis::None);
+    assert_eq!(diagnosis.fitness.class, Class::Unfit);
+    assert!(diagnosis.fitness.reasons()[0].contains("never was in automatic"));
+    assert!(diagnosis.findings.iter().all(|f| f.decision == Decision::Abstains));
+    assert!(diagnosis.subject().is_none() && diagnosis.oscillation().is_none());
+}
+
+#[test]
+fn the_longest_automatic_stretch_is_judged() {
+    let mut recording = sticky();
+    let modes = vec![Mode::Automatic, Mode::Manual, Mode::Cascade];
+    recording.mode = Some(Modes { time: vec![0.0, 500.0, 700.0], modes });
+    let diagnosis = of(&recording);
+    let stretch = diagnosis.stretch().unwrap();
+    assert_eq!((stretch.from, stretch.len()), (700.0, 1300));
+    assert!(
+        diagnosis.notes.iter().any(|note| note.contains("2 stretches")),
+        "{:?}",
+        diagnosis.notes
+    );
+}
+
+#[test]
+fn a_recording_of_bad_values_cannot_be_told() {
+    let mut recording = sticky();
+    for channel in [Some(&mut recording.op), recording.pv.as_mut()].into_iter().flatten() {
+        channel.quality.fill(Quality::Bad);
+        channel.values.fill(f64::NAN);
+    }
+    let diagnosis = of(&recording);
+    assert_eq!(diagnosis.verdict.class, VerdictClass::CannotTell);
+    assert_eq!(diagnosis.fitness.class, Class::Unfit);
+}
+
+#[test]
+fn the_op_alone_never_condemns_by_a_majority() {
+    for seed in 1..=30 {
+        let mut recording = Case::Sticky.simulate(seed).unwrap().recording;
+        (recording.pv, recording.sp) = (None, None);
+        let diagnosis = of(&recording);
+        assert_ne!(diagnosis.verdict.class, VerdictClass::Sticks, "seed {seed}");
+        let judged: Vec<_> =
+            diagnosis.findings.iter().filter(|f| f.decision != Decision::Abstains).collect();
+        assert!(!judged.is_empty() && judged.len() < 5);
+    }
+}
+
+#[test]
+fn causes_of_oscillations_are_told_only_where_one_was_found() {
+    let recording = sticky();
+    let diagnosis = of(&recording);
+    let stretch = diagnosis.stretch().unwrap();
+    let still = Subject::new(stretch, diagnosis.loop_type, None);
+    for detector in detect::all() {
+        let finding = detect::judge(&*detector, &still);
+        if detector.method().explains_oscillation {
+            assert_eq!(finding.decision, Decision::Abstains, "{}", detector.method().name);
+        }
+    }
+}
+
+/// Reported with their intervals in BENCHMARKS.md; here, that the order of magnitude stays.
+#[test]
+fn healthy_loops_are_rarely_accused() {
+    for case in Case::ALL {
+        let accused = (1000..1040)
+            .filter(|seed| {
+                let diagnosis = of(&case.simulate(*seed).unwrap().recording);
+                diagnosis.verdict.class == VerdictClass::Sticks
+            })
+            .count();
+        if case == Case::Sticky {
+            assert!(accused >= 10, "{accused} of 40 sticky loops are found");
+        } else {
+            assert!(accused <= 8, "{accused} of 40 healthy loops with {} are accused", case.name());
+        }
+    }
+}
