@@ -116,6 +116,11 @@
         const i = nearest(series.x.values, x);
         const [vx, vy] = [series.x.values[i], series.y.values[i]];
         if (series.kind === "points" && Math.abs(this.px(vx) - px) > 6) continue;
+        // Beyond its ends, or the outer edges of its bars, a series has no value.
+        const { values } = series.x;
+        const beside = values.length > 1 ? Math.abs(this.px(values[1]) - this.px(values[0])) / 2 : 0;
+        if (Math.abs(this.px(vx) - px) > Math.max(1, beside) && (i === 0 || i === values.length - 1)) continue;
+        if (lines.some((line) => line.name === series.name)) continue;
         this.dot(vx, vy, series);
         const value = textOf(this.y, vy, series.y.step);
         lines.push({ name: series.name, value, colour: series.colour });

@@ -155,6 +155,12 @@ fn a_report_says_everything_and_hostile_names_stay_text() {
     for text in ["Preliminary", "stiction 9", "00ff", "2023-11-14", "slip jump"] {
         assert!(html.contains(text), "{text}");
     }
+    for table in html.split("<table>").skip(1).map(|rest| rest.split("</table>").next().unwrap()) {
+        let columns = table.matches("<th ").count();
+        for row in table.split("<tr>").skip(2) {
+            assert_eq!(row.matches("<td").count(), columns, "{row}");
+        }
+    }
     let addresses = html.matches("://").count();
     assert_eq!(addresses, html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());
     assert!(!html.contains(" src="));

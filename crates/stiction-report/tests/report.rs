@@ -161,6 +161,28 @@ fn a_script_finds_the_samples() {
 }
 
 #[test]
+fn maps_tell_the_time() {
+    let run = sticky(400).unwrap();
+    let map = views::pv_op_map(&stretch(&run, 0, 400), &Context::default()).unwrap();
+    let data: Value = serde_json::from_str(&map.live("a").unwrap().data).unwrap();
+    let path = &data["panels"][0]["series"][0];
+    assert_eq!((&path["along"]["name"], &path["along"]["unit"]), (&"time".into(), &"s".into()));
+    let times = unpacked(&path["along"]["values"]);
+    assert_eq!(times.len(), unpacked(&path["x"]).len());
+    assert!((times.last().unwrap() - 199.5).abs() < 0.1 && times.is_sorted());
+}
+
+#[test]
+fn named_places_have_their_names() {
+    let panel = Panel::new("pattern", "share (%)")
+        .x_scale(Scale::Names(&["DS", "IS"]))
+        .with(Series::bars("steps", [0.0, 1.0], [30.0, 70.0]));
+    let live = Figure::new("").with(panel).live("a").unwrap();
+    assert!(live.svg.contains(">DS<") && live.svg.contains(">IS<"));
+    assert!(live.data.contains("\"names\":[\"DS\",\"IS\"]"));
+}
+
+#[test]
 fn views_without_signals_are_left_out() {
     let run = sticky(500).unwrap();
     let mut bare = stretch(&run, 0, 500);

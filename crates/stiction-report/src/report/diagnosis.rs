@@ -203,7 +203,7 @@ fn unit_of(signal: &str, diagnosis: &Diagnosis) -> String {
 }
 
 fn pv_unit(diagnosis: &Diagnosis) -> &str {
-    diagnosis.pv_unit.as_deref().unwrap_or("units of the PV")
+    diagnosis.pv_unit.as_deref().unwrap_or("PV units")
 }
 
 /// A value with its unit; a dash for none.
@@ -327,8 +327,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         .words("from")
         .words("to")
         .numbers("half waves", "")
-        .numbers("amplitude", "")
-        .words("unit");
+        .numbers("amplitude", "");
     let from = diagnosis.stretch().map_or(0.0, |stretch| stretch.from);
     for (signal, found) in &signals {
         let unit = unit_of(signal, diagnosis);
@@ -394,8 +393,7 @@ fn shortened(table: Table) -> Block {
 }
 
 fn key_figures(diagnosis: &Diagnosis) -> Table {
-    let table =
-        Table::new("").words("key figure").numbers("value", "").words("meaning").words("note");
+    let table = Table::new("").words("key figure").numbers("value", "").words("meaning");
     diagnosis.kpis.numbers.iter().fold(table, |table, kpi| {
         let unit = match kpi.unit.strip_prefix("PV") {
             Some(rest) => format!("{}{rest}", pv_unit(diagnosis)),
@@ -404,8 +402,12 @@ fn key_figures(diagnosis: &Diagnosis) -> Table {
         table.row([
             kpi.name.to_owned(),
             measured(kpi.value, &unit),
-            sentence(kpi.meaning),
-            kpi.note.as_deref().map_or(String::new(), sentence),
+            [Some(kpi.meaning), kpi.note.as_deref()]
+                .into_iter()
+                .flatten()
+                .map(sentence)
+                .collect::<Vec<_>>()
+                .join(" "),
         ])
     })
 }

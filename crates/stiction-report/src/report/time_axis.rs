@@ -46,7 +46,7 @@ impl TimeAxis {
     }
 
     pub fn duration(&self, seconds: f64) -> String {
-        format!("{} {}", number(seconds / self.size), self.unit)
+        format!("{}\u{a0}{}", number(seconds / self.size), self.unit)
     }
 }
 

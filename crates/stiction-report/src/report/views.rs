@@ -223,9 +223,8 @@ pub fn pv_op_map(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
 
     let mut panel = Panel::new("OP (% of span)", context.pv_label("PV"))
         .legend(Legend::Above)
-        .with(Series::line("PV over OP", &op[..], &pv[..]).colour(colour::SKY));
-    let samples = Series::points("samples", &op[..], &pv[..]).colour(colour::BLUE);
-    panel = panel.with(samples.along(time));
+        .with(Series::line("PV over OP", &op[..], &pv[..]).colour(colour::SKY).along(time))
+        .with(Series::points("samples", &op[..], &pv[..]).colour(colour::BLUE));
     for (tail, tip) in directions(&op, &pv) {
         panel = panel.note(Annotation::arrow("", tail, tip));
     }

@@ -18,12 +18,12 @@ pub fn horch(scene: &Scene<'_>) -> Option<Figure> {
     let x: Vec<f64> = (-most..=most).map(|lag| at(lag as f64)).collect();
     let (left, right) = (at(-found.tau_left), at(found.tau_right));
     let zero = at(0.0);
-    // The dimensions stand below everything.
-    let below = -118.0;
+    // The dimensions stand below everything, and one below the other.
+    let (upper, lower) = (-105.0, -135.0);
     let side =
         |name: &str, samples: f64| format!("{name} = {}", axis.duration(samples * sample_time));
     let panel = Panel::new(axis.label.clone(), "correlation of OP and PV")
-        .y_range(-1.55, 1.08)
+        .y_range(-1.8, 1.08)
         .legend(Legend::Above)
         .with(Series::line("correlation", x, found.correlation.values).colour(colour::BLUE))
         .with(Series::points("crossings of zero", [left, right], [0.0; 2]).colour(colour::BLACK))
@@ -38,13 +38,13 @@ pub fn horch(scene: &Scene<'_>) -> Option<Figure> {
             (left, 0.0),
             (zero, 0.0),
             side("τ left", found.tau_left),
-            below,
+            upper,
         ))
         .note(Annotation::dimension(
             (zero, 0.0),
             (right, 0.0),
             side("τ right", found.tau_right),
-            below,
+            lower,
         ));
     let caption = format!(
         "Cross-correlation of OP and PV. An odd one, crossing zero near lag 0, speaks for stiction; an \
@@ -53,5 +53,5 @@ pub fn horch(scene: &Scene<'_>) -> Option<Figure> {
         number(found.delta_tau),
         number(found.delta_rho)
     );
-    Some(sheet(caption).panel_height(240.0).with(panel))
+    Some(sheet(caption).panel_height(260.0).with(panel))
 }

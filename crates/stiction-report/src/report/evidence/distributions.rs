@@ -1,7 +1,7 @@
 //! Distributions of how the PV bends.
 
 use super::{Scene, sheet};
-use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
+use crate::figure::{Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::views::histogram;
 use std::f64::consts::{PI, TAU};
@@ -56,8 +56,7 @@ pub fn yamashita_level(scene: &Scene<'_>) -> Option<Figure> {
         .with(
             Series::dashed("sinusoid, excess kurtosis −1.5", sine_x, sine)
                 .colour(colour::VERMILION),
-        )
-        .note(Annotation::vertical_line(0.0, ""));
+        );
     let caption = format!(
         "How often the PV bends by how much. A triangle wave behind a sticking valve bends at its corners \
          only, which gives a high middle and long tails; its excess kurtosis is above 0. Found: {}. What \
