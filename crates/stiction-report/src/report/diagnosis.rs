@@ -84,13 +84,13 @@ fn headline(diagnosis: &Diagnosis) -> String {
             "Preliminary: by its measured position, the valve follows the controller.".to_owned()
         }
         (VerdictClass::Sticks, _) => format!(
-            "Preliminary: the loop behaves like one with a sticking valve, say {} of {decided} methods that \
-             decide.",
+            "Preliminary: the loop behaves like one with a sticking valve, say {} of the {decided} families of \
+             methods that decide.",
             votes.sticks
         ),
         (VerdictClass::DoesNotStick, _) => format!(
-            "Preliminary: the loop does not behave like one with a sticking valve, say {} of {decided} \
-             methods that decide.",
+            "Preliminary: the loop does not behave like one with a sticking valve, say {} of the \
+             {decided} families of methods that decide.",
             votes.does_not_stick
         ),
         _ if diagnosis.fitness.class == Class::Unfit => {
@@ -98,7 +98,7 @@ fn headline(diagnosis: &Diagnosis) -> String {
             format!("The data cannot answer: {}.", reasons.first().unwrap_or(&"there are none"))
         }
         _ => format!(
-            "The methods give no clear answer: {} for and {} against a sticking valve.",
+            "The families of methods give no clear answer: {} for and {} against a sticking valve.",
             votes.sticks, votes.does_not_stick
         ),
     }

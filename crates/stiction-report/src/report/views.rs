@@ -248,7 +248,7 @@ pub fn pv_op_map(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         );
         caption.push_str(&format!(
             " The ellipse is fitted to these samples; the dimension is its width in the direction of the \
-             OP, {} %, which is more than the valve's stick band if the controller swings the OP further.",
+             OP, {} %, which others call apparent stiction. It depends on the controller and is not S.",
             number(width)
         ));
     } else {
