@@ -97,10 +97,10 @@ fn headline(diagnosis: &Diagnosis) -> String {
             let reasons = diagnosis.fitness.reasons();
             format!("The data cannot answer: {}.", reasons.first().unwrap_or(&"there are none"))
         }
-        _ => format!(
-            "No clear answer: of the families of methods {} are for and {} against a sticking valve.",
-            votes.sticks, votes.does_not_stick
-        ),
+        _ => {
+            let why = verdict.reasons.last().map_or("nothing decides", String::as_str);
+            format!("No clear answer: {}.", why.trim_start_matches("but "))
+        }
     }
 }
 
