@@ -8,7 +8,7 @@ use crate::Error;
 use crate::document::{self, Source};
 use crate::figure::instant;
 use stiction::detect::{self, Decision, Detector, Finding};
-use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass, Votes};
 use stiction::oscillation::{self, Oscillation};
 use stiction::recording::fitness::Class;
 
@@ -39,8 +39,8 @@ pub fn html(tool: &str, loops: &[(&Diagnosis, &Source)]) -> Result<String, Error
 }
 
 const INTRODUCTION: &str = "Whether the valve of a control loop sticks, by what was recorded of it in \
-    normal operation. All verdicts are preliminary: published methods vote, each with its own assumptions \
-    and none right on all loops. The figures below show what each of them saw.";
+    normal operation. All verdicts are preliminary: published methods vote, one vote for each family that looks at the \
+    same thing, each with its own assumptions and none right on all loops. The figures below show what each of them saw.";
 
 fn section(diagnosis: &Diagnosis, source: &Source, detectors: &[Box<dyn Detector>]) -> Section {
     let mut section =
@@ -84,23 +84,23 @@ fn headline(diagnosis: &Diagnosis) -> String {
             "Preliminary: by its measured position, the valve follows the controller.".to_owned()
         }
         (VerdictClass::Sticks, _) => format!(
-            "Preliminary: the loop behaves like one with a sticking valve, say {} of the {decided} families of \
-             methods that decide.",
+            "Preliminary: the loop behaves like one with a sticking valve, say {} of {decided} families \
+             of methods that decide.",
             votes.sticks
         ),
         (VerdictClass::DoesNotStick, _) => format!(
-            "Preliminary: the loop does not behave like one with a sticking valve, say {} of the \
-             {decided} families of methods that decide.",
+            "Preliminary: the loop does not behave like one with a sticking valve, say {} of {decided} \
+             families of methods that decide.",
             votes.does_not_stick
         ),
         _ if diagnosis.fitness.class == Class::Unfit => {
             let reasons = diagnosis.fitness.reasons();
             format!("The data cannot answer: {}.", reasons.first().unwrap_or(&"there are none"))
         }
-        _ => format!(
-            "The families of methods give no clear answer: {} for and {} against a sticking valve.",
-            votes.sticks, votes.does_not_stick
-        ),
+        _ => {
+            let why = verdict.reasons.last().map_or("nothing decides", String::as_str);
+            format!("No clear answer: {}.", why.trim_start_matches("but "))
+        }
     }
 }
 
@@ -130,17 +130,20 @@ fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
         Basis::Majority => verdict.reasons.iter().take(1).map(|reason| sentence(reason)).collect(),
         _ => verdict.reasons.iter().map(|reason| sentence(reason)).collect(),
     };
-    let names = |decision: Decision| {
-        let votes =
-            |f: &&Finding| f.method.decides == detect::Decides::Stiction && f.decision == decision;
-        let titles: Vec<&str> =
-            diagnosis.findings.iter().filter(votes).map(|f| f.method.title).collect();
-        (!titles.is_empty()).then(|| titles.join("; "))
-    };
     if verdict.basis == Basis::Majority {
-        reasons.extend(names(Decision::Sticks).map(|all| format!("It sticks, say: {all}.")));
-        reasons
-            .extend(names(Decision::DoesNotStick).map(|all| format!("It does not, say: {all}.")));
+        let families = Votes::by_family(&diagnosis.findings);
+        let names = |wanted: Decision| {
+            let agree = families.iter().filter(|(_, said)| *said == wanted);
+            agree.map(|(family, _)| family.name()).collect::<Vec<_>>().join("; ")
+        };
+        for (lead, wanted) in
+            [("It sticks, say", Decision::Sticks), ("It does not, say", Decision::DoesNotStick)]
+        {
+            let names = names(wanted);
+            if !names.is_empty() {
+                reasons.push(format!("{lead}: {names}."));
+            }
+        }
     }
     if diagnosis.fitness.class == Class::Caveats {
         reasons.extend(diagnosis.fitness.reasons().into_iter().map(|r| format!("Caveat: {r}.")));
@@ -153,7 +156,7 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     let votes = diagnosis.verdict.votes;
     let mut facts = vec![
         Fact::new("rests on", diagnosis.verdict.basis.name(), ""),
-        Fact::new("votes that it sticks", votes.sticks, ""),
+        Fact::new("families that say it sticks", votes.sticks, ""),
         Fact::new("that it does not", votes.does_not_stick, ""),
         Fact::new("undecided", votes.undecided, ""),
         Fact::new("abstaining", votes.abstains, ""),
@@ -447,6 +450,7 @@ fn parameters(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Block {
     let table = Table::new("")
         .words("method")
         .words("name")
+        .words("family")
         .words("rule")
         .words("parameters")
         .words("source");
@@ -461,6 +465,7 @@ fn parameters(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Block {
         table.row([
             method.title.to_owned(),
             method.name.to_owned(),
+            method.family.name().to_owned(),
             sentence(method.rule),
             parameters.join("; "),
             sentence(method.source),
