@@ -317,6 +317,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         .numbers("cycles", "")
         .numbers("regularity", "regular above 1")
         .numbers("decay ratio", "lasting above 0.5")
+        .numbers("supervision", "oscillates above 10")
         .words("found by");
     let mut peaks = Table::new("Oscillations that stand out of the spectrum, strongest first.")
         .words("signal")
@@ -342,6 +343,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
             optional(found.cycles),
             optional(found.regularity),
             optional(found.decay_ratio),
+            optional(found.supervised.map(|supervised| supervised.counter)),
             match found.basis {
                 Some(oscillation::Basis::Autocorrelation) => "autocorrelation",
                 Some(oscillation::Basis::SpectralPeak) => "peak of the spectrum",

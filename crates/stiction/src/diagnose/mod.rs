@@ -12,5 +12,5 @@ mod verdict;
 pub use diagnosis::{Diagnosis, Options, diagnose};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use verdict::{
-    Basis, Estimate, FEWEST_VOTES, Stiction, Verdict, VerdictClass, Votes, preliminary,
+    Basis, Estimate, FEWEST_VOTES, MIMICS, Stiction, Verdict, VerdictClass, Votes, preliminary,
 };

@@ -243,7 +243,12 @@ fn closed(grid: &Grid) -> Measure {
     let (share, parts) = (100.0 * grid.closed_share, grid.stretches.len());
     CLOSED.measure(
         Some(share),
-        format!("the controller was in command {share:.1} % of the time; {parts} parts are usable"),
+        match parts {
+            1 => format!("the controller was in command {share:.1} % of the time, in one usable stretch"),
+            _ => format!(
+                "the controller was in command {share:.1} % of the time, in {parts} usable stretches"
+            ),
+        },
     )
 }
 
@@ -275,7 +280,7 @@ fn moves(name: &'static str, signal: &str, x: &[f64]) -> Measure {
     let reason = if still {
         format!("the {signal} never moves")
     } else {
-        format!("the {signal} moves over {moved:.4}")
+        format!("the {signal} moves over a range of {moved:.4}")
     };
     let class = if still { Class::Unfit } else { Class::Fit };
     Measure { class, unfit_at: Some(MOVES), ..rule.measure(Some(moved), reason) }
