@@ -1,4 +1,4 @@
-//! The `stiction` command: sticking control valves, simulated.
+//! The `stiction` command: sticking control valves, diagnosed and simulated.
 #![forbid(unsafe_code)]
 
 mod bench;
@@ -17,7 +17,7 @@ use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Sticking control valves: models, open and closed loops, the paper's figures.
+/// Sticking control valves: diagnosis of recorded loops, models, simulated loops, the paper's figures.
 ///
 /// Exit codes: 0, it ran; 2, it could not run, and the message says why.
 #[derive(Parser)]
@@ -31,12 +31,12 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Diagnose(diagnose::Args),
+    Inspect(inspect::Args),
     Bench(bench::Args),
     Valve(valve::Args),
     Stem(stem::Args),
     Simulate(simulate::Args),
     Figures(figures::Args),
-    Inspect(inspect::Args),
 }
 
 fn main() -> ExitCode {

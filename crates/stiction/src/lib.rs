@@ -1,10 +1,17 @@
-//! Sticking control valves: models with known truth, and the loops around them.
+//! Sticking control valves: models with known truth, the loops around them, and the diagnosis of
+//! recorded loops.
 //!
 //! * [`Bands`]: how much a valve sticks; S and J against static and dynamic friction bands.
 //! * [`valve`]: from controller output to valve position, sample by sample; every published
 //!   data-driven model behind one trait, by name, and many candidates at once.
 //! * [`stem`]: the physical valve, its friction laws, and the map to S and J.
 //! * [`closed_loop`]: signals, processes, controllers, loops, cascades, and sweeps of loops.
+//! * [`population`]: families of simulated loops with known truth.
+//! * [`recording`]: a loop as a plant recorded it; whether it can answer.
+//! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
+//! * [`detect`]: the published detectors of stiction, behind one trait and one registry.
+//! * [`diagnose`]: from a recording to a verdict with its evidence.
+//! * [`series`]: moments, correlation, spectra, crossings.
 //!
 //! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds,
 //! the process value (PV) in its own units. The crate computes and does nothing else: no files, no
@@ -13,6 +20,8 @@
 //! ```
 //! use stiction::Bands;
 //! use stiction::closed_loop::{ClosedLoop, Controller, Process};
+//! use stiction::diagnose::{Options, diagnose};
+//! use stiction::recording::Recording;
 //! use stiction::valve::{Assembly, Model, Start, TwoPhase, Valve};
 //!
 //! // A valve: |54 - 50| exceeds fs = 3.5, so it slips, and then trails the input by fd = 1.5.
@@ -30,6 +39,12 @@
 //! sticky.set_point = 5.0.into();
 //! let run = sticky.run()?;
 //! assert!(run.period_s().is_some_and(|period| (21.0..24.0).contains(&period)));
+//!
+//! // What would a plant's recording of it say?
+//! let recording = Recording::regular("FIC101", 0.1, &run.op, Some(&run.pv), Some(&run.sp))?;
+//! let diagnosis = diagnose(&recording, &Options::default())?;
+//! let (_, oscillation) = diagnosis.oscillation().expect("there is a stretch to judge");
+//! assert!(oscillation.found);
 //! # Ok::<(), stiction::Error>(())
 //! ```
 
