@@ -1,0 +1,157 @@
+//! The recording's clock: where it went back, and how long a sample lasts.
+
+use super::repair::{Repair, RepairKind};
+use crate::recording::{Channel, Modes};
+use crate::series::mean;
+use std::collections::BTreeMap;
+
+/// Times this close, in sample times, are the same.
+pub(super) const SAME: f64 = 1e-6;
+
+/// The most backward steps that can be the clock's; with more, rows are in disorder.
+const MOST_CLOCK_STEPS: usize = 10;
+
+/// What is known of the clock from the reference channel: how far it went back, each time.
+pub(super) struct Clock {
+    shifts: Vec<f64>,
+}
+
+impl Clock {
+    pub(super) fn of(reference: &Channel, repairs: &mut Vec<Repair>) -> Self {
+        let time = &reference.time;
+        let back: Vec<usize> = (1..time.len()).filter(|&i| time[i] < time[i - 1]).collect();
+        let mut clock = Self { shifts: vec![] };
+        if back.is_empty() || back.len() > MOST_CLOCK_STEPS {
+            return clock;
+        }
+        let mut sorted = time.clone();
+        sorted.sort_by(f64::total_cmp);
+        let Some((step, _)) = commonest_step(&sorted) else { return clock };
+        let ends = back.iter().skip(1).copied().chain([time.len()]);
+        let begins = [0].into_iter().chain(back.iter().copied());
+        for ((&i, end), begin) in back.iter().zip(ends).zip(begins) {
+            // Both runs between the time after the step and the time before it.
+            let (low, high) = (time[i], time[i - 1]);
+            let mut twice: Vec<(f64, f64)> = (begin..i)
+                .rev()
+                .take_while(|&k| time[k] >= low)
+                .chain((i..end).take_while(|&k| time[k] <= high))
+                .map(|k| (time[k], reference.values[k]))
+                .collect();
+            twice.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            twice.dedup_by(|a, b| a.0 == b.0 && a.1.total_cmp(&b.1).is_eq());
+            if twice.len() as f64 <= 1.5 * ((high - low) / step + 1.0) {
+                // Each time is used once: rows in disorder, not a clock that went back.
+                clock.shifts.clear();
+                return clock;
+            }
+            clock.shifts.push(high + step - low);
+        }
+        repairs.push(Repair {
+            kind: RepairKind::ClockStep,
+            signal: "time",
+            count: clock.shifts.len(),
+            first_s: time[back[0]],
+            done: format!(
+                "the clock went back, by {} s in all; rows are taken in the order of the file, and \
+                 later times are moved on by as much",
+                clock.shifts.iter().sum::<f64>()
+            ),
+        });
+        clock
+    }
+
+    /// The times as they would be if the clock had not gone back; `None` where nothing changes.
+    pub(super) fn unwound(&self, time: &[f64]) -> Option<Vec<f64>> {
+        let back = time.windows(2).filter(|pair| pair[1] < pair[0]).count();
+        if self.shifts.is_empty() || back > self.shifts.len() {
+            return None;
+        }
+        let (mut shift, mut steps) = (0.0, self.shifts.iter());
+        let mut last = f64::NEG_INFINITY;
+        let moved = time.iter().map(|&t| {
+            if t < last {
+                shift += steps.next().unwrap_or(&0.0);
+            }
+            last = t;
+            t + shift
+        });
+        Some(moved.collect())
+    }
+
+    pub(super) fn ordered(&self, modes: &Modes) -> Vec<(f64, bool)> {
+        let time = self.unwound(&modes.time).unwrap_or_else(|| modes.time.clone());
+        let mut ordered: Vec<(f64, bool)> =
+            time.into_iter().zip(modes.modes.iter().map(|mode| mode.is_closed())).collect();
+        ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ordered
+    }
+}
+
+/// The commonest time between samples in order of time, and the share of the steps that have it.
+///
+/// Steps are sorted into classes 5 % wide; it is the mean of the fullest class and its neighbours,
+/// or, if all times agree with it, the mean step. It is rounded to nine digits, which is what times
+/// are written with; and to three if that is within a thousandth and the times are not regular anyway.
+pub(super) fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
+    let class = |step: f64| (20.0 * step.ln()).round() as i64;
+    let steps: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).filter(|d| *d > 0.0).collect();
+    let first = *steps.first()?;
+    let near = |step: f64, to: f64| (step - to).abs() <= SAME * to;
+    let tolerance = 1e-15 * time.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+    if steps.iter().all(|d| near(*d, first) || (d - first).abs() < tolerance) {
+        return Some((exact_step(time, first), 1.0));
+    }
+    let mut classes: BTreeMap<i64, usize> = BTreeMap::new();
+    // Neighbours mostly are of one class: ask for the logarithm only when the step changes.
+    let (mut last, mut key) = (first, class(first));
+    for &step in &steps {
+        if step != last {
+            (last, key) = (step, class(step));
+        }
+        *classes.entry(key).or_default() += 1;
+    }
+    // Of equal counts the shorter step: it loses no sample.
+    let (&fullest, _) = classes.iter().rev().max_by_key(|(_, count)| **count)?;
+    let near_to = |middle: f64| -> Vec<f64> {
+        steps.iter().copied().filter(|d| (0.93..1.07).contains(&(d / middle))).collect()
+    };
+    let like = near_to(mean(&near_to((fullest as f64 / 20.0).exp())));
+    let share = like.len() as f64 / steps.len() as f64;
+    // The mean, because errors of single times cancel in it.
+    let typical = mean(&like);
+    let regular = like.iter().all(|d| near(*d, typical) || (d - typical).abs() < tolerance);
+    let step = if regular { exact_step(time, typical) } else { rounded(typical, 2, 1e-3) };
+    Some((step, share))
+}
+
+/// The step of times that are regular but for gaps, to more digits than any single difference has.
+fn exact_step(time: &[f64], typical: f64) -> f64 {
+    // The longest run without a gap.
+    let (mut from, mut best) = (0, 0..1);
+    for i in 1..=time.len() {
+        if i == time.len() || (time[i] - time[i - 1] - typical).abs() > 0.01 * typical {
+            if i - from > best.len() {
+                best = from..i;
+            }
+            from = i;
+        }
+    }
+    if best.len() < 2 {
+        return rounded(typical, 8, 1e-6);
+    }
+    let steps = (best.len() - 1) as f64;
+    let mean = (time[best.end - 1] - time[best.start]) / steps;
+    rounded(mean, 8, 0.1 * SAME / steps)
+}
+
+/// The value to so many digits after the first, if that changes it by no more than a share.
+fn rounded(value: f64, digits: usize, share: f64) -> f64 {
+    let round = format!("{value:.digits$e}").parse().unwrap_or(value);
+    if (round - value).abs() <= share.max(2e-15) * value { round } else { value }
+}
+
+/// Times between these closer than this to a point of the grid are on it.
+pub(super) fn tolerance(step: f64, from: f64, to: f64) -> f64 {
+    (SAME * step).max(4.0 * f64::EPSILON * from.abs().max(to.abs())).min(0.25 * step)
+}
