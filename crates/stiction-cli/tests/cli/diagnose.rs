@@ -359,3 +359,21 @@ fn real_recordings_get_a_diagnosis_without_an_error() {
     assert_eq!(done.code, 0, "{}", done.err);
     assert!(read(&folder, "r.html").len() > 100_000);
 }
+
+#[test]
+fn a_recorded_valve_position_is_measured() {
+    let folder = folder("diagnose-vp");
+    for (scenario, s, j) in
+        [("sticky-flow", 4.0, 2.0), ("cascade-slave", 5.0, 2.5), ("aggressive-flow", 0.0, 0.0)]
+    {
+        let name = format!("samples/{scenario}");
+        run(&folder, &["simulate", &name, "-o", "FIC1.csv"]).quiet_success();
+        let json = run(&folder, &["diagnose", "FIC1.csv", "--json"]).json();
+        let found = &json["loops"][0];
+        let class = if s > 0.0 { "sticks" } else { "does not stick" };
+        assert_eq!(found["verdict"]["class"], class, "{scenario}");
+        assert_eq!(found["verdict"]["basis"], "measured valve position");
+        let value = |key: &str| found["stiction"][key]["value"].as_f64().unwrap_or(0.0);
+        assert!((value("S") - s).abs() < 0.05 && (value("J") - j).abs() < 0.05, "{scenario}");
+    }
+}

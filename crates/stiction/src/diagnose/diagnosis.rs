@@ -195,7 +195,9 @@ fn measured(subject: &Subject<'_>) -> Stiction {
     };
     let why = |measured: &Measured| measured.as_ref().err().map(|Abstention(why)| why.clone());
     Stiction {
-        model: Some("the measured valve position; from the lower to the upper quartile".to_owned()),
+        model: Some(
+            "the measured valve position (intervals are quartiles of its slips)".to_owned(),
+        ),
         s: estimate(&valve.s),
         j: estimate(&valve.j),
         why_not: why(&valve.s).or_else(|| why(&valve.j)),
