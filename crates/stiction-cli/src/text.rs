@@ -2,22 +2,9 @@
 
 use unicode_width::UnicodeWidthStr;
 
-/// A number with four significant digits.
+/// A number with four digits at most, as in reports but with a minus sign of ASCII.
 pub fn number(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let magnitude = value.abs().log10().floor();
-    if !(-4.0..6.0).contains(&magnitude) {
-        return format!("{value:.2e}");
-    }
-    let decimals = (3.0 - magnitude).max(0.0) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    stiction_report::report::layout::number(value).replace('\u{2212}', "-")
 }
 
 /// A duration in the unit that suits it.
@@ -80,8 +67,8 @@ mod tests {
             (-12.3456, "-12.35"),
             (12345.6, "12346"),
             (100.0, "100"),
-            (1.5e-7, "1.50e-7"),
-            (2e9, "2.00e9"),
+            (1.5e-7, "1.500e-7"),
+            (2e9, "2.000e9"),
         ] {
             assert_eq!(number(value), text);
         }

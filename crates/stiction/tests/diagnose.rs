@@ -1,7 +1,7 @@
 //! Whole diagnoses of simulated recordings: what must not change what they say, and what must.
 
 use stiction::detect::{self, Decision, Subject};
-use stiction::diagnose::{Basis, Diagnosis, Options, VerdictClass, diagnose};
+use stiction::diagnose::{Basis, Diagnosis, MIMICS, Options, VerdictClass, diagnose};
 use stiction::population::Case;
 use stiction::recording::fitness::Class;
 use stiction::recording::{Channel, Mode, Modes, Quality, Range, RangeSource, Recording};
@@ -214,6 +214,20 @@ fn causes_of_oscillations_are_told_only_where_one_was_found() {
             assert_eq!(finding.decision, Decision::Abstains, "{}", detector.method().name);
         }
     }
+}
+
+#[test]
+fn what_mimics_stiction_is_measured_and_keeps_a_healthy_valve_from_being_accused() {
+    let fitness = of(&sticky()).fitness;
+    for name in MIMICS {
+        assert!(fitness.measures.iter().any(|m| m.name == name), "{name} is not measured");
+    }
+    // A controller that rests at its limit for a tenth of the time.
+    let mut recording = sticky();
+    assert_eq!(of(&recording).verdict.class, VerdictClass::Sticks);
+    recording.op.values[500..700].fill(100.0);
+    let diagnosis = of(&recording);
+    assert_eq!(diagnosis.verdict.class, VerdictClass::CannotTell, "{:?}", diagnosis.verdict);
 }
 
 /// Reported with their intervals in BENCHMARKS.md; here, that the order of magnitude stays.

@@ -34,7 +34,6 @@ pub struct Subject<'a> {
     /// Period of the dominant oscillation, in samples, if there is one.
     pub period: Option<f64>,
     error: OnceCell<Option<ControlError>>,
-    op_half_waves: OnceCell<Vec<HalfWave>>,
     error_half_waves: OnceCell<Vec<HalfWave>>,
 }
 
@@ -46,7 +45,6 @@ impl<'a> Subject<'a> {
             loop_type,
             period,
             error: OnceCell::new(),
-            op_half_waves: OnceCell::new(),
             error_half_waves: OnceCell::new(),
         }
     }
@@ -125,11 +123,6 @@ impl<'a> Subject<'a> {
                 })
             })
             .as_ref()
-    }
-
-    /// The half waves of the OP about its mean.
-    pub fn op_half_waves(&self) -> &[HalfWave] {
-        self.op_half_waves.get_or_init(|| half_waves(&centred(&self.stretch.op)))
     }
 
     /// The half waves of the control error about its mean; none without a PV.

@@ -111,10 +111,10 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         non_negative("the dead time", dead_time)?;
     }
     let grid = Grid::of(recording, &options.grid)?;
-    let longest = grid.stretches.iter().map(Stretch::len).max();
-    let judged = longest.and_then(|n| grid.stretches.iter().position(|s| s.len() == n));
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
-    let stretch = judged.map(|index| &grid.stretches[index]);
+    let stretch = grid.longest();
+    let judged = stretch
+        .and_then(|longest| grid.stretches.iter().position(|each| std::ptr::eq(each, longest)));
 
     let op_oscillation = stretch.map(|s| oscillation::analyse(&s.op, s.sample_time));
     let error_oscillation = stretch.and_then(|stretch| {
