@@ -10,6 +10,9 @@
 //! * [`recording`]: a loop as a plant recorded it; whether it can answer.
 //! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
 //! * [`detect`]: the published detectors of stiction, behind one trait and one registry.
+//! * [`identify`]: linear models of the loop, and valve models fitted to OP and PV or a valve position.
+//! * [`evidence`]: what a window of data says about the valve, as numbers free of units.
+//! * [`fusion`]: the frozen model that makes probabilities and intervals of evidence.
 //! * [`diagnose`]: from a recording to a verdict with its evidence.
 //! * [`series`]: moments, correlation, spectra, crossings.
 //!
@@ -53,6 +56,9 @@ pub mod closed_loop;
 pub mod detect;
 pub mod diagnose;
 mod error;
+pub mod evidence;
+pub mod fusion;
+pub mod identify;
 pub mod oscillation;
 pub mod population;
 pub mod recording;

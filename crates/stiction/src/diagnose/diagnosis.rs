@@ -51,8 +51,25 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// How much it sticks.
     pub stiction: Stiction,
+    /// The windows of the judged stretch that were weighed one by one, in order of time.
+    pub windows: Vec<Window>,
     /// What the reader of the file, or a step on the way, wants the user to know.
     pub notes: Vec<String>,
+}
+
+/// What one window of a stretch says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// Time of its first sample, s on the recording's clock.
+    pub from: f64,
+    /// Its duration, s.
+    pub duration: f64,
+    /// The probability that the valve sticks.
+    pub probability: f64,
+    /// Stick band plus dead band, percent of span, where it could be quantified.
+    pub s: Option<Estimate>,
+    /// Slip jump, percent of span, where it could be quantified.
+    pub j: Option<Estimate>,
 }
 
 impl Diagnosis {
@@ -74,6 +91,7 @@ impl Diagnosis {
         let share = sticks as f64 / (sticks + does_not_stick).max(1) as f64;
         let class = match self.verdict.class {
             VerdictClass::Sticks => 0.0,
+            VerdictClass::DoesNotRespond => 1.0,
             VerdictClass::CannotTell => 2.0,
             VerdictClass::DoesNotStick => 4.0,
         };
@@ -172,6 +190,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         kpis,
         verdict,
         stiction,
+        windows: vec![],
         notes,
         grid,
     })
@@ -201,6 +220,7 @@ fn measured(subject: &Subject<'_>) -> Stiction {
         s: estimate(&valve.s),
         j: estimate(&valve.j),
         why_not: why(&valve.s).or_else(|| why(&valve.j)),
+        ..Stiction::default()
     }
 }
 

@@ -9,8 +9,9 @@ mod kpis;
 pub mod scoreboard;
 mod verdict;
 
-pub use diagnosis::{Diagnosis, Options, diagnose};
+pub use diagnosis::{Diagnosis, Options, Window, diagnose};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use verdict::{
-    Basis, Estimate, FEWEST_VOTES, MIMICS, Stiction, Verdict, VerdictClass, Votes, preliminary,
+    Alternative, Basis, Cause, ConfirmingTest, Definition, Estimate, FEWEST_VOTES, MIMICS,
+    Stiction, Verdict, VerdictClass, Votes, preliminary,
 };

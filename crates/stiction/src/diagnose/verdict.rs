@@ -12,6 +12,9 @@ pub enum VerdictClass {
     Sticks,
     /// It does not stick.
     DoesNotStick,
+    /// The output travels and the flow does not: the valve is stuck fast, shut off or unpowered, or the
+    /// sensor is dead.
+    DoesNotRespond,
     /// The data cannot answer, or the evidence is divided.
     CannotTell,
 }
@@ -22,6 +25,7 @@ impl VerdictClass {
         match self {
             Self::Sticks => "sticks",
             Self::DoesNotStick => "does not stick",
+            Self::DoesNotRespond => "does not respond",
             Self::CannotTell => "cannot tell",
         }
     }
@@ -33,6 +37,10 @@ impl VerdictClass {
 pub enum Basis {
     /// The measured valve position.
     ValvePosition,
+    /// The evidence in OP and PV, weighed by the model that was trained on simulated loops.
+    Evidence,
+    /// The shape of the OP alone: it can be compatible with stiction, but never prove it.
+    OpAlone,
     /// The majority of the families of published methods that apply.
     Majority,
     /// Nothing: the data cannot answer.
@@ -44,6 +52,8 @@ impl Basis {
     pub fn name(self) -> &'static str {
         match self {
             Self::ValvePosition => "measured valve position",
+            Self::Evidence => "evidence in OP and PV",
+            Self::OpAlone => "shape of the OP alone",
             Self::Majority => "majority of the families of methods that apply",
             Self::None => "none",
         }
@@ -106,6 +116,102 @@ pub struct Verdict {
     pub votes: Votes,
     /// Why, in sentences.
     pub reasons: Vec<String>,
+    /// Evidence that speaks against the conclusion, in sentences.
+    pub contradictions: Vec<String>,
+    /// What else it could be, the likeliest first.
+    pub alternatives: Vec<Alternative>,
+    /// The manual test that would settle it, if one can be sized.
+    pub confirm: Option<ConfirmingTest>,
+}
+
+/// A cause other than the concluded one, and how likely it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alternative {
+    /// The cause.
+    pub cause: Cause,
+    /// Its probability; together with that of sticking they add up to one.
+    pub likelihood: f64,
+    /// What the data show of it, and how to tell it apart: a sentence.
+    pub because: String,
+}
+
+/// What can be the matter with a loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Cause {
+    /// The valve sticks.
+    StickingValve,
+    /// The output travels and the flow does not.
+    NoResponse,
+    /// The controller is tuned so that the loop rings.
+    AggressiveTuning,
+    /// A regular oscillation comes in from outside.
+    ExternalOscillation,
+    /// A wave with corners comes in from outside, such as from another sticking valve.
+    ExternalWave,
+    /// Play or a dead zone in the sensor or the controller.
+    DeadZoneElsewhere,
+    /// A transmitter or historian of coarse resolution.
+    Quantisation,
+    /// The output works at its limits.
+    Saturation,
+    /// The set point moves.
+    SetPointChanges,
+    /// The process gain changes along the wave.
+    ProcessNonlinearity,
+    /// Nothing: the loop rejects the disturbances that come.
+    NormalOperation,
+}
+
+impl Cause {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::StickingValve,
+        Self::NoResponse,
+        Self::AggressiveTuning,
+        Self::ExternalOscillation,
+        Self::ExternalWave,
+        Self::DeadZoneElsewhere,
+        Self::Quantisation,
+        Self::Saturation,
+        Self::SetPointChanges,
+        Self::ProcessNonlinearity,
+        Self::NormalOperation,
+    ];
+
+    /// Its name, such as `aggressive tuning`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StickingValve => "sticking valve",
+            Self::NoResponse => "no response",
+            Self::AggressiveTuning => "aggressive tuning",
+            Self::ExternalOscillation => "external oscillation",
+            Self::ExternalWave => "external wave with corners",
+            Self::DeadZoneElsewhere => "dead zone elsewhere",
+            Self::Quantisation => "quantisation",
+            Self::Saturation => "saturation",
+            Self::SetPointChanges => "set-point changes",
+            Self::ProcessNonlinearity => "process nonlinearity",
+            Self::NormalOperation => "normal operation",
+        }
+    }
+}
+
+/// A test with the controller in manual that settles whether the valve sticks, sized from the data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConfirmingTest {
+    /// Size of each step of the OP, percent of span.
+    pub step: f64,
+    /// How many steps in one direction before they turn.
+    pub steps: usize,
+    /// Whether the first steps go up.
+    pub up_first: bool,
+    /// How long to wait after each step, s.
+    pub wait_s: f64,
+    /// By how much the PV should change with one step if the valve follows, in its units, where the data tell.
+    pub pv_change: Option<f64>,
+    /// What to do and what to look for, in sentences, in order.
+    pub instructions: Vec<String>,
 }
 
 /// A number with an interval.
@@ -128,8 +234,25 @@ pub struct Stiction {
     pub s: Option<Estimate>,
     /// Slip jump, percent of span.
     pub j: Option<Estimate>,
+    /// The nominal coverage of the intervals, such as 0.9; `None` where they are not of that kind.
+    pub coverage: Option<f64>,
     /// Why a number is missing.
     pub why_not: Option<String>,
+    /// The competing definitions of "stiction in percent", side by side.
+    pub definitions: Vec<Definition>,
+}
+
+/// One of the numbers that are called "stiction in percent".
+#[derive(Debug, Clone, PartialEq)]
+pub struct Definition {
+    /// Its name, such as `apparent stiction`.
+    pub name: &'static str,
+    /// Its value; `None` where it cannot be measured.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is, and by whom.
+    pub meaning: &'static str,
 }
 
 /// How many families must decide, at least, before a majority counts.
@@ -170,6 +293,9 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
         probability: None,
         votes,
         reasons,
+        contradictions: vec![],
+        alternatives: vec![],
+        confirm: None,
     };
     if fitness.class == Class::Unfit {
         let mut reasons = vec!["the data cannot answer".to_owned()];
@@ -187,6 +313,9 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
             probability: None,
             votes,
             reasons: vec![direct.reason.clone()],
+            contradictions: vec![],
+            alternatives: vec![],
+            confirm: None,
         };
     }
     let decided = votes.sticks + votes.does_not_stick;
@@ -245,7 +374,16 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
             agree.map(|f| format!("{}: {}", f.method.title, f.reason)).collect();
         reasons.push(format!("{}: {}", family.name(), methods.join("; ")));
     }
-    Verdict { class, basis: Basis::Majority, probability: None, votes, reasons }
+    Verdict {
+        class,
+        basis: Basis::Majority,
+        probability: None,
+        votes,
+        reasons,
+        contradictions: vec![],
+        alternatives: vec![],
+        confirm: None,
+    }
 }
 
 fn class_of(decision: Decision) -> Option<VerdictClass> {

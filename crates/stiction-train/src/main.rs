@@ -1,0 +1,3 @@
+//! Trains the model of the verdict on simulated loops.
+
+fn main() {}

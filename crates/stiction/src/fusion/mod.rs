@@ -1,0 +1,1 @@
+//! The frozen model that makes probabilities and intervals of evidence.
