@@ -57,6 +57,9 @@ pub enum Error {
         /// Why.
         source: Box<Error>,
     },
+    /// A frozen model cannot be used.
+    #[error("the model of the verdict cannot be used: {0}")]
+    Bundle(String),
     /// A numerical method could not go on.
     #[error("the {method} stopped at t = {time_s} s: {reason}")]
     Solver {

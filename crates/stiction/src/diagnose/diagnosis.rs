@@ -1,9 +1,10 @@
 //! All steps in a row.
 
-use super::verdict::{Estimate, Stiction, Verdict, VerdictClass, Votes, preliminary};
+use super::verdict::{Stiction, Verdict, VerdictClass, Votes, preliminary};
 use super::{KpiOptions, Kpis};
 use crate::detect::{self, Abstention, Finding, Measured, Spread, Subject, ValvePosition};
 use crate::error::{Result, non_negative};
+use crate::fusion::Estimate;
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};

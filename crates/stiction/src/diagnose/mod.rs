@@ -9,9 +9,10 @@ mod kpis;
 pub mod scoreboard;
 mod verdict;
 
+pub use crate::fusion::{Cause, Estimate};
 pub use diagnosis::{Diagnosis, Options, Window, diagnose};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use verdict::{
-    Alternative, Basis, Cause, ConfirmingTest, Definition, Estimate, FEWEST_VOTES, MIMICS,
-    Stiction, Verdict, VerdictClass, Votes, preliminary,
+    Alternative, Basis, ConfirmingTest, Definition, FEWEST_VOTES, MIMICS, Stiction, Verdict,
+    VerdictClass, Votes, preliminary,
 };

@@ -2,6 +2,7 @@
 
 use super::scoreboard::Counts;
 use crate::detect::{Decides, Decision, Family, Finding};
+use crate::fusion::{Cause, Estimate};
 use crate::recording::fitness::{Class, Fitness};
 
 /// What is concluded about a valve.
@@ -135,68 +136,6 @@ pub struct Alternative {
     pub because: String,
 }
 
-/// What can be the matter with a loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Cause {
-    /// The valve sticks.
-    StickingValve,
-    /// The output travels and the flow does not.
-    NoResponse,
-    /// The controller is tuned so that the loop rings.
-    AggressiveTuning,
-    /// A regular oscillation comes in from outside.
-    ExternalOscillation,
-    /// A wave with corners comes in from outside, such as from another sticking valve.
-    ExternalWave,
-    /// Play or a dead zone in the sensor or the controller.
-    DeadZoneElsewhere,
-    /// A transmitter or historian of coarse resolution.
-    Quantisation,
-    /// The output works at its limits.
-    Saturation,
-    /// The set point moves.
-    SetPointChanges,
-    /// The process gain changes along the wave.
-    ProcessNonlinearity,
-    /// Nothing: the loop rejects the disturbances that come.
-    NormalOperation,
-}
-
-impl Cause {
-    /// All of them.
-    pub const ALL: [Self; 11] = [
-        Self::StickingValve,
-        Self::NoResponse,
-        Self::AggressiveTuning,
-        Self::ExternalOscillation,
-        Self::ExternalWave,
-        Self::DeadZoneElsewhere,
-        Self::Quantisation,
-        Self::Saturation,
-        Self::SetPointChanges,
-        Self::ProcessNonlinearity,
-        Self::NormalOperation,
-    ];
-
-    /// Its name, such as `aggressive tuning`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::StickingValve => "sticking valve",
-            Self::NoResponse => "no response",
-            Self::AggressiveTuning => "aggressive tuning",
-            Self::ExternalOscillation => "external oscillation",
-            Self::ExternalWave => "external wave with corners",
-            Self::DeadZoneElsewhere => "dead zone elsewhere",
-            Self::Quantisation => "quantisation",
-            Self::Saturation => "saturation",
-            Self::SetPointChanges => "set-point changes",
-            Self::ProcessNonlinearity => "process nonlinearity",
-            Self::NormalOperation => "normal operation",
-        }
-    }
-}
-
 /// A test with the controller in manual that settles whether the valve sticks, sized from the data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConfirmingTest {
@@ -212,17 +151,6 @@ pub struct ConfirmingTest {
     pub pv_change: Option<f64>,
     /// What to do and what to look for, in sentences, in order.
     pub instructions: Vec<String>,
-}
-
-/// A number with an interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// The best value.
-    pub value: f64,
-    /// Lower end of its interval.
-    pub low: f64,
-    /// Upper end of its interval.
-    pub high: f64,
 }
 
 /// How much a valve sticks.

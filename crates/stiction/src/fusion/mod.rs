@@ -1,1 +1,167 @@
 //! The frozen model that makes probabilities and intervals of evidence.
+//!
+//! A [`Bundle`] holds sums of trees that were trained on simulated loops (by the crate `stiction-train`;
+//! its model card says on which, and how good it is), their [calibration](Calibration) and the
+//! [shifts](Quantiles) of their intervals. [`shipped`] is the one that comes with the library.
+//! [`Bundle::weigh`] asks it:
+//!
+//! ```text
+//! features ──> fault (boosted trees, monotone) ──> calibration ──> P(fault)
+//!          ├─> no response, given a fault       ──> P(sticks), P(no response)
+//!          ├─> other causes, given none         ──> softmax ──> their probabilities
+//!          └─> quantiles of ln(S / OP span), of J/S, given that it sticks ──> 90 % intervals
+//! ```
+//!
+//! What it says holds on loops like the simulated ones. It has seen no real recording.
+
+mod bundle;
+mod bytes;
+mod calibration;
+mod cause;
+mod quantiles;
+mod trees;
+
+pub use bundle::{Bundle, Model, Provenance};
+pub use calibration::{Calibration, sigmoid, softplus};
+pub use cause::Cause;
+pub use quantiles::{COVERAGE, Estimate, Quantiles};
+pub use trees::{Ensemble, MOST_FEATURES, Node, row};
+
+use crate::error::{Error, Result};
+use crate::evidence::FEATURES;
+use std::sync::OnceLock;
+
+/// What a bundle makes of evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weighed {
+    /// The probability of a fault of the valve: that it sticks, or does not respond.
+    pub probability: f64,
+    /// The probability of every cause, in the order of [`Cause::ALL`]. They add up to one; those of
+    /// [`Cause::StickingValve`] and [`Cause::NoResponse`] to `probability`.
+    pub causes: [(Cause, f64); Cause::ALL.len()],
+    /// Stick band plus dead band if the valve sticks, percent of span, and its 90 % interval.
+    pub s: Estimate,
+    /// Slip jump over S if the valve sticks, and its 90 % interval.
+    pub j_over_s: Estimate,
+}
+
+impl Weighed {
+    /// The probability of a cause.
+    pub fn of(&self, cause: Cause) -> f64 {
+        self.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |(_, p)| *p)
+    }
+}
+
+/// The bundle that comes with the library, read once.
+///
+/// # Errors
+/// If it was trained on other features than [`FEATURES`], as after a change of the evidence and before
+/// the next training.
+pub fn shipped() -> Result<&'static Bundle> {
+    static SHIPPED: OnceLock<Result<Bundle>> = OnceLock::new();
+    let read = || {
+        let bundle = Bundle::from_bytes(include_bytes!("../../model/verdict.bin"))?;
+        bundle.check(FEATURES.iter().map(|feature| feature.name))?;
+        Ok(bundle)
+    };
+    SHIPPED.get_or_init(read).as_ref().map_err(Clone::clone)
+}
+
+impl Bundle {
+    /// What it makes of the values of the features, NaN where one could not be measured; `op_span` is
+    /// the [span of the OP](crate::evidence::Evidence::op_span), percent.
+    ///
+    /// With `op_only` the model of the OP alone is asked, which looks at no feature of the PV.
+    ///
+    /// # Errors
+    /// If there are not as many values as features, or the span is not a finite number above 0.
+    pub fn weigh(&self, values: &[f64], op_span: f64, op_only: bool) -> Result<Weighed> {
+        if values.len() != self.features.len() {
+            return Err(Error::Length {
+                name: "the evidence",
+                found: values.len(),
+                expected: self.features.len(),
+            });
+        }
+        crate::error::positive("the span of the OP", op_span)?;
+        let model = if op_only { &self.op_only } else { &self.full };
+        let row = row(values);
+        let probability = model.calibration.probability(model.fault.margin(&row));
+        let no_response = sigmoid(model.no_response.margin(&row));
+        let margins: Vec<f64> = model.causes.iter().map(|(_, trees)| trees.margin(&row)).collect();
+        let largest = margins.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = margins.iter().map(|margin| (margin - largest).exp()).sum();
+        let share = |cause: Cause| match cause {
+            Cause::StickingValve => probability * (1.0 - no_response),
+            Cause::NoResponse => probability * no_response,
+            // A model without other causes knows nothing of them but that it is none of the faults.
+            Cause::NormalOperation if margins.is_empty() => 1.0 - probability,
+            _ => {
+                let same =
+                    model.causes.iter().zip(&margins).filter(|((each, _), _)| *each == cause);
+                let weight: f64 = same.map(|(_, margin)| (margin - largest).exp()).sum();
+                if weight > 0.0 { (1.0 - probability) * weight / total } else { 0.0 }
+            }
+        };
+        let percent = |ln_ratio: f64| op_span * ln_ratio.exp();
+        let ln_s = model.s.estimate(&row);
+        let j_over_s = model.j_over_s.estimate(&row);
+        Ok(Weighed {
+            probability,
+            causes: Cause::ALL.map(|cause| (cause, share(cause))),
+            s: Estimate {
+                value: percent(ln_s.value),
+                low: percent(ln_s.low),
+                high: percent(ln_s.high),
+            },
+            j_over_s: Estimate {
+                value: j_over_s.value.max(0.0),
+                low: j_over_s.low.max(0.0),
+                high: j_over_s.high.max(0.0),
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bundle::tests::bundle;
+
+    #[test]
+    fn causes_add_up_to_one() {
+        for values in [[-1.0, -1.0], [1.0, 1.0], [f64::NAN, 0.5], [0.5, f64::NAN]] {
+            for op_only in [false, true] {
+                let weighed = bundle().weigh(&values, 10.0, op_only).unwrap();
+                let total: f64 = weighed.causes.iter().map(|(_, p)| p).sum();
+                assert!((total - 1.0).abs() < 1e-12, "{total}");
+                let faults = weighed.of(Cause::StickingValve) + weighed.of(Cause::NoResponse);
+                assert!((faults - weighed.probability).abs() < 1e-12);
+                assert!(weighed.causes.iter().all(|(_, p)| (0.0..=1.0).contains(p)));
+            }
+        }
+    }
+
+    #[test]
+    fn values_become_percent_of_span() {
+        let weighed = bundle().weigh(&[1.0, 1.0], 10.0, false).unwrap();
+        // Median ln(S / span) -0.25, ends half a unit away: just as wide as the first class reaches.
+        let expected = [-0.25, -0.75, 0.25].map(|x: f64| 10.0 * x.exp());
+        for (found, expected) in
+            [weighed.s.value, weighed.s.low, weighed.s.high].iter().zip(expected)
+        {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        // The same in another unit of the OP.
+        let doubled = bundle().weigh(&[1.0, 1.0], 20.0, false).unwrap();
+        assert!((doubled.s.value - 2.0 * weighed.s.value).abs() < 1e-12);
+        assert_eq!(doubled.j_over_s, weighed.j_over_s);
+    }
+
+    #[test]
+    fn what_cannot_be_weighed_is_refused() {
+        assert!(bundle().weigh(&[1.0], 10.0, false).is_err());
+        assert!(bundle().weigh(&[1.0, 1.0], 0.0, false).is_err());
+        assert!(bundle().weigh(&[1.0, 1.0], f64::NAN, false).is_err());
+    }
+}

@@ -1,0 +1,260 @@
+//! Sums of trees of thresholds.
+
+use crate::error::{Error, Result};
+
+/// A node of a tree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Node {
+    /// Values of a feature up to the threshold go left, larger ones right.
+    Split {
+        /// Index of the feature.
+        feature: u16,
+        /// The largest value that goes left; infinite to part missing values from all others.
+        threshold: f32,
+        /// Whether a missing value goes right.
+        missing_right: bool,
+    },
+    /// What the tree adds.
+    Leaf(f32),
+}
+
+/// A sum of trees: `f(x) = base + sum_t leaf_t(x)`.
+///
+/// Features are compared as `f32`, as they were in training; one that is NaN or infinite counts as
+/// missing and takes the way each node has for that. The order of the sum is that of the trees, so the
+/// same values give the same bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ensemble {
+    base: f64,
+    /// The nodes of all trees, each tree in preorder: the left child of a node is the next one.
+    steps: Vec<Step>,
+    /// The first step of each tree.
+    roots: Vec<u32>,
+}
+
+/// A node in eight bytes, because a verdict visits tens of thousands of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Step {
+    /// Index of the feature, or [`LEAF`]; the highest bit says that missing values go right.
+    feature: u16,
+    /// From the root to the right child.
+    right: u16,
+    /// The threshold, or what a leaf adds.
+    value: f32,
+}
+
+/// The feature of a leaf, in memory and in a file.
+pub(super) const LEAF: u16 = 0x7fff;
+
+/// The bit of a feature that sends missing values right.
+pub(super) const MISSING_RIGHT: u16 = 0x8000;
+
+/// The most features there can be.
+pub const MOST_FEATURES: usize = LEAF as usize;
+
+/// Features as trees compare them: `f32`, and NaN for what is missing or not finite.
+pub fn row(values: &[f64]) -> Vec<f32> {
+    values.iter().map(|&v| v as f32).map(|v| if v.is_finite() { v } else { f32::NAN }).collect()
+}
+
+impl Ensemble {
+    /// The sum of a base and trees, each given by its nodes in preorder: a split, all of its left
+    /// branch, all of its right branch.
+    ///
+    /// # Errors
+    /// If a tree is not complete, goes on after its end or has more than 65,535 nodes, a feature is
+    /// [`MOST_FEATURES`] or beyond, a threshold is NaN, or the base or a leaf is not finite.
+    pub fn new(base: f64, trees: &[Vec<Node>]) -> Result<Self> {
+        let mut all = Self { base, steps: vec![], roots: vec![] };
+        if !base.is_finite() {
+            return Err(damaged("the base of a sum of trees is not finite"));
+        }
+        for tree in trees {
+            all.push(tree)?;
+        }
+        Ok(all)
+    }
+
+    fn push(&mut self, tree: &[Node]) -> Result<()> {
+        let root = self.steps.len();
+        if tree.len() > usize::from(u16::MAX) || root + tree.len() > u32::MAX as usize {
+            return Err(damaged("a tree has too many nodes"));
+        }
+        // Splits whose right branch is still to come.
+        let mut open: Vec<usize> = vec![];
+        let mut ended = false;
+        for (k, node) in tree.iter().enumerate() {
+            if ended {
+                return Err(damaged("a tree goes on after its end"));
+            }
+            match *node {
+                Node::Split { feature, threshold, missing_right } => {
+                    if feature >= LEAF || threshold.is_nan() {
+                        return Err(damaged("a tree splits by no feature or no number"));
+                    }
+                    let feature = feature | if missing_right { MISSING_RIGHT } else { 0 };
+                    self.steps.push(Step { feature, right: 0, value: threshold });
+                    open.push(root + k);
+                }
+                Node::Leaf(value) => {
+                    if !value.is_finite() {
+                        return Err(damaged("a leaf of a tree is not finite"));
+                    }
+                    self.steps.push(Step { feature: LEAF, right: 0, value });
+                    match open.pop() {
+                        Some(split) => self.steps[split].right = (k + 1) as u16,
+                        None => ended = true,
+                    }
+                }
+            }
+        }
+        if !ended {
+            return Err(damaged("a tree has no end"));
+        }
+        self.roots.push(root as u32);
+        Ok(())
+    }
+
+    /// The mean of sums of trees; 0 for none.
+    pub fn mean(ensembles: &[Self]) -> Self {
+        let share = 1.0 / ensembles.len().max(1) as f64;
+        let mut mean = Self { base: 0.0, steps: vec![], roots: vec![] };
+        for each in ensembles {
+            mean.base += share * each.base;
+            let before = mean.steps.len() as u32;
+            mean.roots.extend(each.roots.iter().map(|root| root + before));
+            mean.steps.extend(each.steps.iter().map(|step| match step.feature {
+                LEAF => Step { value: (share * f64::from(step.value)) as f32, ..*step },
+                _ => *step,
+            }));
+        }
+        mean
+    }
+
+    /// The sum at a [`row`] of features. A feature beyond its end is missing.
+    pub fn margin(&self, row: &[f32]) -> f64 {
+        let mut sum = self.base;
+        for &root in &self.roots {
+            let mut at = root as usize;
+            sum += loop {
+                let step = self.steps[at];
+                if step.feature == LEAF {
+                    break f64::from(step.value);
+                }
+                let value = row.get(usize::from(step.feature & LEAF)).copied().unwrap_or(f32::NAN);
+                let missing_right = step.feature & MISSING_RIGHT != 0;
+                let goes_right = value > step.value || (value.is_nan() && missing_right);
+                at = if goes_right { root as usize + usize::from(step.right) } else { at + 1 };
+            };
+        }
+        sum
+    }
+
+    /// What it starts from.
+    pub fn base(&self) -> f64 {
+        self.base
+    }
+
+    /// How many trees it sums.
+    pub fn trees(&self) -> usize {
+        self.roots.len()
+    }
+
+    /// The nodes of each tree, in preorder.
+    pub fn nodes(&self) -> impl Iterator<Item = Vec<Node>> + '_ {
+        let ends = self.roots.iter().skip(1).map(|root| *root as usize);
+        let ends = ends.chain([self.steps.len()]);
+        self.roots.iter().zip(ends).map(|(from, to)| {
+            self.steps[*from as usize..to].iter().map(|step| Node::from(*step)).collect()
+        })
+    }
+
+    /// One more than the largest feature it splits by.
+    pub fn features(&self) -> usize {
+        let splits = self.steps.iter().filter(|step| step.feature != LEAF);
+        splits.map(|step| usize::from(step.feature & LEAF) + 1).max().unwrap_or(0)
+    }
+}
+
+impl From<Step> for Node {
+    fn from(step: Step) -> Self {
+        match step.feature {
+            LEAF => Self::Leaf(step.value),
+            feature => Self::Split {
+                feature: feature & LEAF,
+                threshold: step.value,
+                missing_right: feature & MISSING_RIGHT != 0,
+            },
+        }
+    }
+}
+
+fn damaged(reason: &str) -> Error {
+    Error::Bundle(reason.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn split(feature: u16, threshold: f32, missing_right: bool) -> Node {
+        Node::Split { feature, threshold, missing_right }
+    }
+
+    /// `x0 <= 1 ? (x1 <= 0 ? 1 : 2) : 4`, missing x0 going right, missing x1 left.
+    fn two_levels() -> Vec<Node> {
+        let leaf = Node::Leaf;
+        vec![split(0, 1.0, true), split(1, 0.0, false), leaf(1.0), leaf(2.0), leaf(4.0)]
+    }
+
+    #[test]
+    fn values_take_their_ways() {
+        let trees = Ensemble::new(0.5, &[two_levels(), vec![Node::Leaf(10.0)]]).unwrap();
+        let at = |values: &[f64]| trees.margin(&row(values)) - 10.5;
+        assert_eq!(at(&[1.0, 0.0]), 1.0);
+        assert_eq!(at(&[1.0, 0.1]), 2.0);
+        assert_eq!(at(&[1.1, 0.0]), 4.0);
+        assert_eq!(at(&[f64::NAN, 0.0]), 4.0);
+        assert_eq!(at(&[f64::INFINITY, 0.0]), 4.0);
+        assert_eq!(at(&[1.0, f64::NAN]), 1.0);
+        assert_eq!(at(&[1.0]), 1.0);
+        assert_eq!((trees.trees(), trees.features(), trees.base()), (2, 2, 0.5));
+    }
+
+    #[test]
+    fn nodes_come_back() {
+        let trees = vec![two_levels(), vec![Node::Leaf(3.0)], two_levels()];
+        let ensemble = Ensemble::new(1.0, &trees).unwrap();
+        assert_eq!(ensemble.nodes().collect::<Vec<_>>(), trees);
+    }
+
+    #[test]
+    fn a_mean_is_the_mean_of_margins() {
+        let a = Ensemble::new(1.0, &[two_levels()]).unwrap();
+        let b = Ensemble::new(3.0, &[vec![Node::Leaf(2.0)], two_levels()]).unwrap();
+        let mean = Ensemble::mean(&[a.clone(), b.clone()]);
+        for x in [0.0_f32, 2.0, f32::NAN] {
+            for y in [-1.0_f32, 1.0] {
+                let expected = 0.5 * (a.margin(&[x, y]) + b.margin(&[x, y]));
+                assert_eq!(mean.margin(&[x, y]), expected);
+            }
+        }
+        assert_eq!(Ensemble::mean(&[]).margin(&[]), 0.0);
+    }
+
+    #[test]
+    fn what_is_no_tree_is_refused() {
+        let leaf = Node::Leaf(0.0);
+        for tree in [
+            vec![],
+            vec![leaf, leaf],
+            vec![split(0, 0.0, true), leaf],
+            vec![split(LEAF, 0.0, true), leaf, leaf],
+            vec![split(0, f32::NAN, true), leaf, leaf],
+            vec![Node::Leaf(f32::NAN)],
+        ] {
+            assert!(Ensemble::new(0.0, std::slice::from_ref(&tree)).is_err(), "{tree:?}");
+        }
+        assert!(Ensemble::new(f64::NAN, &[]).is_err());
+    }
+}
