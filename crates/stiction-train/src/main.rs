@@ -1,3 +1,150 @@
 //! Trains the model of the verdict on simulated loops.
+//!
+//! ```text
+//! population ──> evidence ──> dataset ──> bins ──> boost (grow) ──> learn (calibrate) ──> Bundle
+//!                             (matrix_file)                             measure ──> card
+//! ```
 
-fn main() {}
+mod bins;
+mod boost;
+mod calibrate;
+mod card;
+mod dataset;
+mod grow;
+mod learn;
+mod matrix_file;
+mod measure;
+mod members;
+mod mismatch;
+mod random;
+#[cfg(test)]
+mod synthetic;
+
+use anyhow::{Context, Result, ensure};
+use clap::{Parser, Subcommand};
+use dataset::Dataset;
+use sha2::{Digest, Sha256};
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use stiction::fusion::Provenance;
+use stiction::population;
+
+/// The share of the members that calibration and intervals rest on.
+const CALIBRATED: f64 = 0.25;
+
+/// Train the model of the verdict on simulated loops.
+///
+/// Simulates members of the population, gathers their evidence, learns from three quarters of them,
+/// calibrates on the rest, measures on members of another seed, and writes verdict.bin and its model
+/// card README.md. The same arguments give the same bytes on any number of threads.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction-train --n 40000 --seed 1 -o crates/stiction/model
+  stiction-train --n 40000 --cache matrices mismatch")]
+struct Args {
+    /// Members of the population to learn from and to calibrate on
+    #[arg(long, value_name = "N", default_value_t = 40_000, global = true,
+          value_parser = clap::value_parser!(u64).range(100..=10_000_000))]
+    n: u64,
+    /// Seed of their population; the next one is that of the loops to measure on
+    #[arg(long, value_name = "SEED", default_value_t = 1, global = true)]
+    seed: u64,
+    /// Members to measure on [default: a quarter of N]
+    #[arg(long, value_name = "N", global = true,
+          value_parser = clap::value_parser!(u64).range(100..=10_000_000))]
+    test: Option<u64>,
+    /// Keep the evidence in this folder as CSV, and take it from there if it is of the same loops and
+    /// features; not found out is whether a feature is computed differently by now
+    #[arg(long, value_name = "DIR", global = true)]
+    cache: Option<PathBuf>,
+    /// Folder for verdict.bin and README.md
+    #[arg(short, long, value_name = "DIR", required = true)]
+    output: Option<PathBuf>,
+    #[command(subcommand)]
+    experiment: Option<Experiment>,
+}
+
+#[derive(Subcommand)]
+#[command(subcommand_negates_reqs = true)]
+enum Experiment {
+    /// Print what becomes of the intervals of S on loops unlike those of training
+    Mismatch,
+    /// Only gather the evidence, into the folder of --cache
+    Gather,
+}
+
+fn main() -> Result<()> {
+    let args = Args::parse();
+    let members = args.test.unwrap_or((args.n / 4).max(100));
+    let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
+    let train = gather(&args, args.seed, args.n)?;
+    let test = gather(&args, args.seed.wrapping_add(1), members)?;
+    match (&args.experiment, &args.output) {
+        (Some(Experiment::Gather), _) => {
+            ensure!(args.cache.is_some(), "gather needs --cache DIR, the folder to keep evidence in");
+        }
+        (Some(Experiment::Mismatch), _) => {
+            print!("{}", mismatch::table(&train, trained, &test, tell)?);
+        }
+        (None, Some(folder)) => {
+            let provenance = Provenance {
+                command: format!(
+                    "cargo run --release -p stiction-train -- --n {} --seed {} --test {members} -o {}",
+                    args.n,
+                    args.seed,
+                    folder.display()
+                ),
+                population: population::VERSION,
+                seed: args.seed,
+                trained,
+                calibrated: args.n - trained,
+            };
+            let learned = learn::learn(&train, provenance, tell)?;
+            let bytes = learned.bundle.to_bytes();
+            let sha256: String = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
+            let test = card::Test { data: &test, seed: args.seed.wrapping_add(1), members };
+            let card = card::card(&learned, &sha256, &train, &test)?;
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make {}", folder.display()))?;
+            for (name, bytes) in [("verdict.bin", &bytes[..]), ("README.md", card.as_bytes())] {
+                let path = folder.join(name);
+                std::fs::write(&path, bytes)
+                    .with_context(|| format!("cannot write {}", path.display()))?;
+            }
+            print!("{card}");
+        }
+        (None, None) => unreachable!("clap asks for --output"),
+    }
+    Ok(())
+}
+
+/// The evidence of the first members of a population, kept or simulated.
+fn gather(args: &Args, seed: u64, members: u64) -> Result<Dataset> {
+    let key = matrix_file::key(population::VERSION, seed, members);
+    let path = args.cache.as_ref().map(|folder| folder.join(format!("seed-{seed}-{members}.csv")));
+    if let Some(path) = path.as_ref().filter(|path| path.exists()) {
+        return matrix_file::read(path, &key, members::columns());
+    }
+    let data = members::simulate(seed, members, |done| {
+        if std::io::stderr().is_terminal() {
+            eprint!("\rseed {seed}: {done} of {members} loops");
+            if done == members {
+                eprintln!();
+            }
+        }
+    })?;
+    if let Some(path) = path {
+        let folder = path.parent().unwrap_or(&path);
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make {}", folder.display()))?;
+        matrix_file::write(&path, &key, &data)?;
+    }
+    Ok(data)
+}
+
+/// Says what is done, on a terminal.
+fn tell(what: &str) {
+    if std::io::stderr().is_terminal() {
+        eprintln!("{what}");
+    }
+}

@@ -1,0 +1,158 @@
+//! The model card: what a bundle was trained on and how good it is, in Markdown.
+
+use crate::dataset::Dataset;
+use crate::learn::{FEWEST_SLIPS, Learned, j_over_s, ln_s};
+use crate::measure::{
+    Detection, QUANTIFIED, Share, THRESHOLDS, detection, estimates, estimation, is_quantified, judge,
+};
+use anyhow::Result;
+use std::fmt::Write;
+use stiction::fusion::{COVERAGE, Weighed};
+
+/// What the card is to say of the loops it was tested on.
+pub struct Test<'a> {
+    pub data: &'a Dataset,
+    pub seed: u64,
+    pub members: u64,
+}
+
+/// The card of a bundle whose file has this checksum.
+pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -> Result<String> {
+    let bundle = &learned.bundle;
+    let from = &bundle.provenance;
+    let mut out = String::new();
+    writeln!(
+        out,
+        "# The model of the verdict\n\n\
+         `verdict.bin` holds the frozen model that turns evidence into probabilities and intervals: sums \
+         of boosted trees, their calibration and the shifts of their intervals. It was trained on \
+         simulated loops only and has seen no real recording. This card is written by the training.\n"
+    )?;
+    writeln!(out, "| | |\n|---|---|")?;
+    writeln!(out, "| command | `{}` |", from.command)?;
+    writeln!(out, "| SHA-256 | `{sha256}` |")?;
+    writeln!(out, "| population | version {} |", from.population)?;
+    writeln!(
+        out,
+        "| trees from | seed {}, members 0 to {} |\n\
+         | calibration and intervals from | seed {}, the {} members after those |\n\
+         | figures below from | seed {}, members 0 to {} |",
+        from.seed,
+        from.trained,
+        from.seed,
+        from.calibrated,
+        test.seed,
+        test.members
+    )?;
+    writeln!(
+        out,
+        "| features | {}, of which {} need the OP only |",
+        train.columns.len(),
+        train.columns.iter().filter(|column| column.op_only).count()
+    )?;
+    for (name, data) in [("training", train), ("test", test.data)] {
+        let without: Vec<String> =
+            data.abstained.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+        if !without.is_empty() {
+            writeln!(out, "| {name} loops without evidence | {} |", without.join(", "))?;
+        }
+    }
+    writeln!(
+        out,
+        "\nA fault is a valve that sticks, or does not respond, so that the record can show it; faults that \
+         cannot show are left out unless said otherwise. Brackets are 95 % intervals (Wilson)."
+    )?;
+    for (title, op_only) in [("OP and PV", false), ("OP alone", true)] {
+        let weighed = judge(bundle, test.data, op_only)?;
+        writeln!(out, "\n## {title}")?;
+        detected(&mut out, &detection(&test.data.truth, &weighed))?;
+        extent(&mut out, test.data, &weighed)?;
+    }
+    writeln!(out, "\n## What it looks at\n\nShare of what all splits gained, OP and PV.\n")?;
+    writeln!(out, "| fault | | S | |\n|---|---|---|---|")?;
+    let ranked = |gains: &[f64]| {
+        let mut ranked: Vec<(f64, &str)> =
+            gains.iter().zip(&bundle.features).map(|(gain, name)| (*gain, &name[..])).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        ranked.truncate(25);
+        ranked
+    };
+    for ((a, fault), (b, s)) in ranked(&learned.fault_gains).iter().zip(ranked(&learned.s_gains)) {
+        writeln!(out, "| {fault} | {a:.3} | {s} | {b:.3} |")?;
+    }
+    writeln!(out, "\n## Its parts\n\n| model | trees | loss on the loops to stop by |\n|---|---|---|")?;
+    for (name, trees, loss) in &learned.notes {
+        writeln!(out, "| {name} | {trees} | {loss:.4} |")?;
+    }
+    Ok(out)
+}
+
+fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
+    let Detection { auc, brier, log_loss, decided, right, recall, precision, .. } = found;
+    writeln!(out, "\n| fault against none | |\n|---|---|")?;
+    writeln!(out, "| AUC | {auc:.4} |\n| Brier | {brier:.4} |\n| log loss | {log_loss:.4} |")?;
+    writeln!(out, "| decided (at most 0.2 or at least 0.8) | {decided} |")?;
+    writeln!(out, "| of those right | {right} |\n| faults called (0.8) | {recall} |")?;
+    writeln!(out, "| precision (0.8) | {precision} |")?;
+    writeln!(out, "| faults that cannot show, called (0.8) | {} |", found.hidden_called)?;
+    writeln!(out, "| likeliest cause right, of loops without a fault | {} |", found.causes)?;
+
+    writeln!(out, "\n| probability | loops | predicted | observed |\n|---|---|---|---|")?;
+    for (range, predicted, observed) in &found.deciles {
+        let Share { n, .. } = observed;
+        writeln!(out, "| {:.1} to {:.1} | {n} | {predicted:.3} | {observed} |", range.start, range.end)?;
+    }
+
+    let [a, b, c] = THRESHOLDS;
+    writeln!(out, "\n| called a fault | at {a} | at {b} | at {c} |\n|---|---|---|---|")?;
+    for (kind, [a, b, c]) in &found.called {
+        writeln!(out, "| {kind} | {a} | {b} | {c} |")?;
+    }
+    Ok(())
+}
+
+fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Result {
+    let known = |truth: &crate::dataset::Truth| ln_s(truth).map(|_| truth.s);
+    let all = estimates(&test.truth, weighed, known, |weighed| weighed.s);
+    writeln!(
+        out,
+        "\nHow much a valve sticks: valves that stick and show it, with at least {FEWEST_SLIPS} slips; \
+         intervals are to cover {COVERAGE}. \"Quantified\" is an interval whose half-width is at most \
+         {QUANTIFIED} of the estimate.\n\n\
+         | | share | error, median | error, 90 % | coverage | width, median |\n\
+         |---|---|---|---|---|---|"
+    )?;
+    let mut line = |name: &str, part: Vec<_>, of: usize, relative: bool| {
+        let found = estimation(&part, relative);
+        writeln!(
+            out,
+            "| {name} | {:.3} | {:.3} | {:.3} | {} | {:.3} |",
+            part.len() as f64 / of as f64,
+            found.error.0,
+            found.error.1,
+            found.coverage,
+            found.width
+        )
+    };
+    let of = |keep: &dyn Fn(&Weighed) -> bool| -> Vec<_> {
+        all.iter().filter(|(.., weighed)| keep(weighed)).map(|(s, truth, _)| (*s, *truth)).collect()
+    };
+    let called = |weighed: &Weighed| weighed.probability >= THRESHOLDS[0];
+    let quantified = |weighed: &Weighed| is_quantified(&weighed.s);
+    line("S, over S", of(&|_| true), all.len(), true)?;
+    line("S, quantified", of(&quantified), all.len(), true)?;
+    line("S, called (0.8)", of(&called), all.len(), true)?;
+    line("S, called and quantified", of(&|w| called(w) && quantified(w)), all.len(), true)?;
+    // What a user meets: also valves whose sticking hides, or that slip rarely.
+    let any = estimates(&test.truth, weighed, |truth| Some(truth.s), |weighed| weighed.s);
+    let met: Vec<_> = any
+        .iter()
+        .filter(|(.., weighed)| called(weighed) && quantified(weighed))
+        .map(|(s, truth, _)| (*s, *truth))
+        .collect();
+    line("the same, of all valves that stick", met, any.len(), true)?;
+    let ratio = estimates(&test.truth, weighed, j_over_s, |weighed| weighed.j_over_s);
+    let ratio: Vec<_> = ratio.iter().map(|(j, truth, _)| (*j, *truth)).collect();
+    let n = ratio.len();
+    line("J/S", ratio, n, false)
+}

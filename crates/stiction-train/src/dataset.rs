@@ -1,0 +1,83 @@
+//! Simulated loops as rows of features and truth.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use stiction::fusion::Cause;
+
+/// A column of features.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    pub name: String,
+    /// 1 if more of it can only speak for stiction, -1 if only against, 0 if either.
+    pub monotone: i8,
+    /// Whether the OP alone is enough to measure it.
+    pub op_only: bool,
+}
+
+/// What is true of a loop, and what its evidence is scaled by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// Its number in the population.
+    pub index: u64,
+    /// The name of its kind.
+    pub kind: String,
+    /// What is the matter with it.
+    pub cause: Cause,
+    /// Whether its fault, if it has one, shows.
+    pub visible: bool,
+    /// How often the valve slipped.
+    pub slips: u64,
+    /// Percent of span.
+    pub s: f64,
+    pub j: f64,
+    /// The name of the valve model, empty for a healthy valve.
+    pub model: String,
+    /// The process, in words.
+    pub process: String,
+    /// Steps of controller and valve per recorded sample.
+    pub steps: u64,
+    /// Span of the OP, percent.
+    pub op_span: f64,
+}
+
+/// Rows of features and truth, in the order of their index.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Dataset {
+    pub columns: Vec<Column>,
+    /// For each column the value of each row, NaN where it could not be measured.
+    pub values: Vec<Vec<f32>>,
+    pub truth: Vec<Truth>,
+    /// Loops of each kind that have no evidence, such as those whose OP never moves.
+    pub abstained: BTreeMap<String, u64>,
+}
+
+impl Dataset {
+    /// Puts rows together.
+    pub fn new(columns: Vec<Column>, rows: impl IntoIterator<Item = (Truth, Vec<f32>)>) -> Self {
+        let mut values = vec![vec![]; columns.len()];
+        let mut truth = vec![];
+        for (what, row) in rows {
+            truth.push(what);
+            values.iter_mut().zip(row).for_each(|(column, value): (&mut Vec<f32>, f32)| {
+                column.push(value);
+            });
+        }
+        Self { columns, values, truth, abstained: BTreeMap::new() }
+    }
+
+    /// The features of a row.
+    pub fn row(&self, row: usize) -> Vec<f64> {
+        self.values.iter().map(|column| f64::from(column[row])).collect()
+    }
+
+    /// The directions of all columns.
+    pub fn monotone(&self) -> Vec<i8> {
+        self.columns.iter().map(|column| column.monotone).collect()
+    }
+
+    /// The rows whose index lies in a range.
+    pub fn rows(&self, range: Range<u64>) -> Vec<u32> {
+        let rows = self.truth.iter().enumerate();
+        rows.filter(|(_, truth)| range.contains(&truth.index)).map(|(row, _)| row as u32).collect()
+    }
+}

@@ -1,0 +1,327 @@
+//! From a dataset to everything that is frozen.
+
+use crate::bins::Bins;
+use crate::boost::{Loss, Options, Task, boost};
+use crate::calibrate;
+use crate::dataset::{Dataset, Truth};
+use crate::grow::Limits;
+use anyhow::{Context, Result};
+use stiction::fusion::{Bundle, Calibration, Cause, Ensemble, Model, Provenance, Quantiles, row};
+
+/// The fewest slips of a valve whose S is learned from: fewer show where it sticks, not how much.
+pub const FEWEST_SLIPS: u64 = 3;
+
+/// Of so many loops to learn from, one is there to stop by.
+const STOP_SHARE: u64 = 8;
+
+/// The quantiles of intervals.
+const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
+
+/// How a model is learned, and how many of them with different seeds are averaged.
+#[derive(Debug, Clone, Copy)]
+struct Recipe {
+    options: Options,
+    members: u64,
+}
+
+const fn recipe(members: u64, rounds: usize, rate: f64, leaves: usize, least: f64) -> Recipe {
+    Recipe {
+        members,
+        options: Options {
+            rounds,
+            rate,
+            limits: Limits { leaves, least_weight: least, l2: 2.0 },
+            rows: 0.7,
+            columns: 0.4,
+            patience: 30,
+            seed: 1,
+        },
+    }
+}
+
+// The least weight of a leaf is in loops for quantiles, and in loops times p (1 - p) for probabilities.
+const FAULT: Recipe = recipe(3, 500, 0.06, 16, 4.0);
+const NO_RESPONSE: Recipe = recipe(1, 150, 0.1, 8, 2.0);
+const CAUSES: Recipe = recipe(1, 120, 0.1, 12, 2.0);
+const S: Recipe = recipe(2, 350, 0.06, 14, 20.0);
+const J_OVER_S: Recipe = recipe(1, 200, 0.06, 10, 30.0);
+
+/// A bundle, and what is to be told of its making.
+pub struct Learned {
+    pub bundle: Bundle,
+    /// For each model that was learned: its name, rounds, loss on the loops to stop by.
+    pub notes: Vec<(String, usize, f64)>,
+    /// What the splits by each column gained in the models of a fault and of S, of OP and PV; each
+    /// adds up to one.
+    pub fault_gains: Vec<f64>,
+    pub s_gains: Vec<f64>,
+}
+
+/// Whether a loop has a fault that shows; `None` for one that hides and teaches nothing.
+pub fn fault(truth: &Truth) -> Option<bool> {
+    match truth.cause.is_fault() {
+        true => truth.visible.then_some(true),
+        false => Some(false),
+    }
+}
+
+/// `ln(S / OP span)` of a loop to learn S from.
+pub fn ln_s(truth: &Truth) -> Option<f64> {
+    let known = truth.cause == Cause::StickingValve && truth.visible && truth.slips >= FEWEST_SLIPS;
+    (known && truth.s > 0.0 && truth.op_span > 0.0).then(|| (truth.s / truth.op_span).ln())
+}
+
+/// J/S of a loop to learn it from.
+pub fn j_over_s(truth: &Truth) -> Option<f64> {
+    ln_s(truth).map(|_| truth.j / truth.s)
+}
+
+/// Learns all models from members of the population: from the first `trained` of them the trees, from
+/// the rest calibration and intervals.
+///
+/// # Errors
+/// If there are too few loops of a sort.
+pub fn learn(data: &Dataset, provenance: Provenance, report: impl Fn(&str)) -> Result<Learned> {
+    let mut school = School::new(data, provenance.trained, report);
+    let full: Vec<usize> = (0..data.columns.len()).collect();
+    let op_only: Vec<usize> = full.iter().copied().filter(|k| data.columns[*k].op_only).collect();
+    let (full, fault_gains, s_gains) = school.model("OP and PV", &full)?;
+    let (op_only, ..) = school.model("OP alone", &op_only)?;
+    let features = data.columns.iter().map(|column| column.name.clone()).collect();
+    let notes = school.notes;
+    Ok(Learned {
+        bundle: Bundle { provenance, features, full, op_only },
+        notes,
+        fault_gains,
+        s_gains,
+    })
+}
+
+/// Learns quantiles of S alone, from the loops that `is_taught` names.
+pub fn learn_s(
+    data: &Dataset,
+    trained: u64,
+    is_taught: impl Fn(&Truth) -> bool,
+    report: impl Fn(&str),
+) -> Result<Quantiles> {
+    let columns: Vec<usize> = (0..data.columns.len()).collect();
+    let target = |truth: &Truth| ln_s(truth).filter(|_| is_taught(truth));
+    Ok(School::new(data, trained, report).quantiles("S", &columns, &S, &target)?.0)
+}
+
+/// What is being learned from.
+struct School<'a, R> {
+    data: &'a Dataset,
+    bins: Bins,
+    monotone: Vec<i8>,
+    trained: Vec<u32>,
+    calibrated: Vec<u32>,
+    notes: Vec<(String, usize, f64)>,
+    report: R,
+}
+
+impl<'a, R: Fn(&str)> School<'a, R> {
+    fn new(data: &'a Dataset, trained: u64, report: R) -> Self {
+        let calibrated = data.rows(trained..u64::MAX);
+        let trained = data.rows(0..trained);
+        Self {
+            data,
+            bins: Bins::new(&data.values, &trained),
+            monotone: data.monotone(),
+            trained,
+            calibrated,
+            notes: vec![],
+            report,
+        }
+    }
+
+    /// All models that look at these columns, and what columns gained in those of a fault and of S.
+    fn model(&mut self, name: &str, columns: &[usize]) -> Result<(Model, Vec<f64>, Vec<f64>)> {
+        let named = |what: &str| format!("{name}: {what}");
+        let as_number = |is: bool| f64::from(u8::from(is));
+
+        let target = |truth: &Truth| fault(truth).map(as_number);
+        let monotone = self.monotone.clone();
+        let (mut trees, fault_gains) =
+            self.fit(&named("fault"), Loss::Logistic, columns, &monotone, &FAULT, &target)?;
+        let fault_trees = trees.swap_remove(0);
+        let calibration = self.calibration(&fault_trees, &target);
+
+        let free = vec![0; monotone.len()];
+        let target = |truth: &Truth| {
+            let shows = fault(truth) == Some(true);
+            shows.then(|| as_number(truth.cause == Cause::NoResponse))
+        };
+        let name_of = named("no response, given a fault");
+        let (mut trees, _) =
+            self.fit(&name_of, Loss::Logistic, columns, &free, &NO_RESPONSE, &target)?;
+        let no_response = trees.swap_remove(0);
+
+        let others: Vec<Cause> = Cause::ALL
+            .into_iter()
+            .filter(|cause| !cause.is_fault())
+            .filter(|cause| self.data.truth.iter().any(|truth| truth.cause == *cause))
+            .collect();
+        let target = |truth: &Truth| {
+            others.iter().position(|cause| *cause == truth.cause).map(|class| class as f64)
+        };
+        let loss = Loss::Softmax(others.len());
+        let (trees, _) =
+            self.fit(&named("causes, given no fault"), loss, columns, &free, &CAUSES, &target)?;
+        let causes = others.iter().copied().zip(trees).collect();
+
+        let (s, s_gains) = self.quantiles(&named("S"), columns, &S, &ln_s)?;
+        let (j_over_s, _) = self.quantiles(&named("J/S"), columns, &J_OVER_S, &j_over_s)?;
+        let model = Model { fault: fault_trees, calibration, no_response, causes, s, j_over_s };
+        Ok((model, fault_gains, s_gains))
+    }
+
+    /// Quantiles, moved so that their interval covers.
+    fn quantiles(
+        &mut self,
+        name: &str,
+        columns: &[usize],
+        recipe: &Recipe,
+        target: &dyn Fn(&Truth) -> Option<f64>,
+    ) -> Result<(Quantiles, Vec<f64>)> {
+        let free = vec![0; self.monotone.len()];
+        let mut fitted = vec![];
+        let mut gains = vec![];
+        for share in QUANTILES {
+            let name = format!("{name}, {:.0} %", 100.0 * share);
+            let (mut trees, gain) =
+                self.fit(&name, Loss::Pinball(share), columns, &free, recipe, target)?;
+            fitted.push(trees.swap_remove(0));
+            gains = gain;
+        }
+        let [low, middle, high] =
+            <[Ensemble; 3]>::try_from(fitted).unwrap_or_else(|_| unreachable!());
+        let mut quantiles = Quantiles { low, middle, high, shifts: vec![(f64::INFINITY, 0.0)] };
+        let predicted: Vec<(f64, f64, f64)> = self
+            .calibrated
+            .iter()
+            .filter_map(|k| {
+                let truth = target(&self.data.truth[*k as usize])?;
+                let [low, _, high] = quantiles.raw(&row(&self.data.row(*k as usize)));
+                Some((low, high, truth))
+            })
+            .collect();
+        quantiles.shifts = calibrate::shifts(&predicted);
+        Ok((quantiles, gains))
+    }
+
+    fn calibration(&self, trees: &Ensemble, target: &dyn Fn(&Truth) -> Option<f64>) -> Calibration {
+        let known = self.calibrated.iter().filter_map(|k| {
+            let truth = target(&self.data.truth[*k as usize])?;
+            Some((trees.margin(&row(&self.data.row(*k as usize))), truth == 1.0))
+        });
+        let (margins, truth): (Vec<f64>, Vec<bool>) = known.unzip();
+        calibrate::calibration(&margins, &truth).0
+    }
+
+    /// The mean of several models of different seeds, each stopped by other loops, and what each column
+    /// gained in them.
+    fn fit(
+        &mut self,
+        name: &str,
+        loss: Loss,
+        columns: &[usize],
+        monotone: &[i8],
+        recipe: &Recipe,
+        target: &dyn Fn(&Truth) -> Option<f64>,
+    ) -> Result<(Vec<Ensemble>, Vec<f64>)> {
+        let targets: Vec<Option<f64>> = self.data.truth.iter().map(target).collect();
+        let known = self.trained.iter().copied().filter(|row| targets[*row as usize].is_some());
+        let known: Vec<u32> = known.collect();
+        let targets: Vec<f64> = targets.into_iter().map(Option::unwrap_or_default).collect();
+        let weight = vec![1.0; targets.len()];
+        let mut members: Vec<Vec<Ensemble>> = vec![];
+        let mut gains = vec![0.0; self.data.columns.len()];
+        let (mut rounds, mut lost) = (0, 0.0);
+        for member in 0..recipe.members {
+            let stops = |row: &u32| self.data.truth[*row as usize].index % STOP_SHARE == member;
+            let (stop, train): (Vec<u32>, Vec<u32>) = known.iter().partition(|row| stops(row));
+            let task = Task {
+                loss,
+                target: &targets,
+                weight: &weight,
+                train: &train,
+                stop: &stop,
+                columns,
+                monotone,
+            };
+            let options = Options { seed: recipe.options.seed + member, ..recipe.options };
+            let boosted = boost(&self.bins, &task, &options)
+                .with_context(|| format!("cannot learn {name}"))?;
+            gains.iter_mut().zip(&boosted.gains).for_each(|(sum, gain)| *sum += gain);
+            rounds += boosted.rounds;
+            lost += boosted.loss / recipe.members as f64;
+            members.push(boosted.ensembles);
+        }
+        let total: f64 = gains.iter().sum();
+        gains.iter_mut().for_each(|gain| *gain /= total.max(f64::MIN_POSITIVE));
+        (self.report)(&format!("{name}: {} loops, {rounds} rounds, loss {lost:.4}", known.len()));
+        self.notes.push((name.to_owned(), rounds, lost));
+        let outputs = members[0].len();
+        let mean = |output: usize| {
+            Ensemble::mean(&members.iter().map(|each| each[output].clone()).collect::<Vec<_>>())
+        };
+        Ok(((0..outputs).map(mean).collect(), gains))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic;
+
+    fn learned() -> (Learned, Dataset) {
+        let data = synthetic::dataset(1, 8000);
+        let provenance = Provenance { trained: 6000, calibrated: 2000, ..Default::default() };
+        (learn(&data, provenance, |_| {}).unwrap(), synthetic::dataset(2, 4000))
+    }
+
+    #[test]
+    fn a_bundle_says_what_is_so() {
+        let (learned, fresh) = learned();
+        let bundle = Bundle::from_bytes(&learned.bundle.to_bytes()).unwrap();
+        let (mut hits, mut said, mut right, mut causes) = (0.0, 0.0, 0, 0);
+        let (mut covered, mut measured) = (0, 0);
+        for (k, truth) in fresh.truth.iter().enumerate() {
+            let weighed = bundle.weigh(&fresh.row(k), truth.op_span, false).unwrap();
+            let Some(fault) = fault(truth) else { continue };
+            hits += f64::from(u8::from(fault));
+            said += weighed.probability;
+            right += usize::from((weighed.probability > 0.5) == fault);
+            let likeliest = weighed.causes.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
+            causes += usize::from(likeliest == truth.cause);
+            if ln_s(truth).is_some() {
+                measured += 1;
+                covered += usize::from((weighed.s.low..=weighed.s.high).contains(&truth.s));
+            }
+        }
+        let n = fresh.truth.len() as f64;
+        assert!((hits - said).abs() / n < 0.03, "{hits} faults, {said} predicted");
+        assert!(right as f64 / n > 0.82, "{right}");
+        assert!(causes as f64 / n > 0.7, "{causes}");
+        let share = f64::from(covered) / f64::from(measured);
+        assert!((share - 0.9).abs() < 0.03, "{share}");
+        // What speaks for a fault is found, and what tells S.
+        assert!(learned.fault_gains[0] > 0.5 && learned.s_gains[3] > 0.5);
+    }
+
+    #[test]
+    fn op_only_looks_at_nothing_else() {
+        let (learned, fresh) = learned();
+        let mut blind = fresh.clone();
+        for column in [0, 2, 3] {
+            blind.values[column].fill(f32::NAN);
+        }
+        for k in 0..200 {
+            let ask = |data: &Dataset| learned.bundle.weigh(&data.row(k), 1.0, true).unwrap();
+            assert_eq!(ask(&fresh), ask(&blind));
+        }
+        let of = |k: usize| learned.bundle.weigh(&fresh.row(k), 1.0, true).unwrap().probability;
+        assert!((0..200).any(|k| of(k) != of(0)));
+    }
+}
