@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use stiction::detect::{self, Decides, Decision};
 use stiction::diagnose::scoreboard::{Counts, wilson};
 use stiction::diagnose::{Diagnosis, Options, VerdictClass};
-use stiction::population::{self, Case};
+use stiction::population::{self, Kind};
 use stiction::recording::{LoopType, Recording};
 use stiction_io::{ReadOptions, Table};
 use stiction_report::document::Source;
@@ -156,14 +156,14 @@ fn collect(
 }
 
 fn simulated(seed: u64, n: u64) -> Result<Vec<Labelled>> {
-    let wanted: Vec<(Case, u64)> =
-        Case::ALL.iter().flat_map(|case| (seed..seed + n).map(move |seed| (*case, seed))).collect();
+    let wanted: Vec<(Kind, u64)> =
+        Kind::ALL.iter().flat_map(|kind| (seed..seed + n).map(move |seed| (*kind, seed))).collect();
     let made: Vec<_> = wanted
         .par_iter()
-        .map(|(case, seed)| case.simulate(*seed).map(|simulated| (*case, simulated)))
+        .map(|(kind, seed)| kind.simulate(*seed).map(|simulated| (*kind, simulated)))
         .collect::<stiction::Result<_>>()?;
     let truths =
-        made.iter().map(|(case, simulated)| (case.name().to_owned(), simulated.truth.sticks));
+        made.iter().map(|(kind, simulated)| (kind.name().to_owned(), simulated.truth.sticks));
     let truths = truths.collect();
     let recordings: Vec<_> = made
         .into_iter()
@@ -271,17 +271,17 @@ fn of_families(loops: &[Labelled], seed: u64, n: u64) -> String {
         population::VERSION,
         seed + n - 1
     );
-    for case in Case::ALL {
-        let _ = write!(out, " {} |", case.name());
+    for kind in Kind::ALL {
+        let _ = write!(out, " {} |", kind.name());
     }
     out += "\n|---|";
-    out += &"---|".repeat(Case::ALL.len());
+    out += &"---|".repeat(Kind::ALL.len());
     out.push('\n');
     for (method, title) in methods() {
         let _ = write!(out, "| {title}{} |", star(method));
-        for case in Case::ALL {
+        for kind in Kind::ALL {
             let mut counts = Counts::default();
-            for each in loops.iter().filter(|each| each.group == case.name()) {
+            for each in loops.iter().filter(|each| each.group == kind.name()) {
                 counts.add(decision(&each.diagnosis, method));
             }
             let _ = write!(out, " {}", share(counts.positive, counts.all(), ", "));
