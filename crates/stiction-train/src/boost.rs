@@ -195,9 +195,9 @@ impl Task<'_> {
                 let p = share(&|y| y);
                 vec![(p / (1.0 - p)).ln()]
             }
-            Loss::Softmax(classes) => (0..classes)
-                .map(|class| share(&|y| f64::from(u8::from(y == class as f64))).ln())
-                .collect(),
+            Loss::Softmax(classes) => {
+                (0..classes).map(|class| share(&|y| f64::from(y == class as f64)).ln()).collect()
+            }
             Loss::Pinball(tau) => {
                 let none = vec![0.0; self.target.len()];
                 vec![self.residual_quantile(self.train, &none, tau)]
@@ -235,7 +235,7 @@ impl Task<'_> {
                 }
                 Loss::Softmax(classes) => {
                     let p = softmax(margins, row, output);
-                    let hit = f64::from(u8::from(y == output as f64));
+                    let hit = f64::from(y == output as f64);
                     // A margin can be made up for by all others: K / (K - 1) of the plain curvature.
                     let k = classes as f64;
                     (p - hit, p * (1.0 - p) * k / (k - 1.0).max(1.0))
@@ -359,9 +359,7 @@ mod tests {
     #[test]
     fn finds_a_sum_of_functions() {
         let logit = |x: &[f64]| 3.0 * (6.0 * x[0]).sin() + 4.0 * (x[1] - 0.5);
-        let made = Made::new(20_000, 4, |x, stream| {
-            f64::from(u8::from(stream.unit() < sigmoid(logit(x))))
-        });
+        let made = Made::new(20_000, 4, |x, stream| f64::from(stream.unit() < sigmoid(logit(x))));
         let boosted = made.boost(Loss::Logistic, &OPTIONS);
         let mut stream = Stream::new(1, 1);
         let errors = (0..500).map(|_| {
@@ -388,7 +386,7 @@ mod tests {
         // The truth falls; what is learned may not.
         let mut made = Made::new(6000, 3, |x, stream| {
             let logit = 4.0 * x[1] - 5.0 * (x[0] - 0.5).abs() + 2.0 * x[2] * x[0];
-            f64::from(u8::from(stream.unit() < sigmoid(logit)))
+            f64::from(stream.unit() < sigmoid(logit))
         });
         for column in &mut made.columns {
             column.iter_mut().step_by(7).for_each(|x| *x = f32::NAN);
@@ -405,7 +403,7 @@ mod tests {
                 }
             });
             let (from, to) = (stream.unit(), stream.unit());
-            let mut at = |column: usize, value: f64| {
+            let at = |column: usize, value: f64| {
                 let mut x = x.clone();
                 x[column] = value;
                 ensemble.margin(&row(&x))
@@ -421,7 +419,7 @@ mod tests {
     #[test]
     fn learns_where_missing_values_go() {
         for sticky_is_missing in [true, false] {
-            let mut made = Made::new(4000, 2, |x, _| f64::from(u8::from(x[0] > 0.7)));
+            let mut made = Made::new(4000, 2, |x, _| f64::from(x[0] > 0.7));
             // Where the truth is 1 (or 0), half of the values are missing.
             for k in (0..4000).step_by(2) {
                 if (made.target[k] == 1.0) == sticky_is_missing {
@@ -491,7 +489,7 @@ mod tests {
 
     #[test]
     fn weights_count_as_repetitions() {
-        let made = Made::new(3000, 2, |x, stream| f64::from(u8::from(stream.unit() < x[0])));
+        let made = Made::new(3000, 2, |x, stream| f64::from(stream.unit() < x[0]));
         let rows: Vec<u32> = (0..3000).collect();
         let doubled: Vec<f64> = (0..3000).map(|k| if k % 3 == 0 { 2.0 } else { 1.0 }).collect();
         let twice: Vec<usize> =

@@ -62,7 +62,7 @@ fn newton(margins: &[f64], truth: &[bool], free: [bool; 3]) -> [f64; 3] {
             let x = [-softplus(-margin), softplus(*margin), 1.0];
             let p = sigmoid((0..3).map(|k| at[k] * x[k]).sum());
             for j in 0..3 {
-                g[j] += (p - f64::from(u8::from(*truth))) * x[j];
+                g[j] += (p - f64::from(*truth)) * x[j];
                 for k in 0..3 {
                     h[j][k] += p * (1.0 - p) * x[j] * x[k];
                 }
@@ -117,7 +117,7 @@ pub fn isotonic(margins: &[f64], truth: &[bool]) -> Calibration {
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut pools: Vec<Pool> = vec![];
     for (margin, hit) in sorted {
-        let mut pool = Pool { n: 1.0, margins: margin, hits: f64::from(u8::from(hit)) };
+        let mut pool = Pool { n: 1.0, margins: margin, hits: f64::from(hit) };
         // Loops of one margin are one pool, whatever their truth.
         while let Some(last) = pools.last()
             && (share(last) >= share(&pool) || last.margins / last.n >= pool.margins / pool.n)

@@ -3,7 +3,8 @@
 use crate::dataset::Dataset;
 use crate::learn::{FEWEST_SLIPS, Learned, j_over_s, ln_s};
 use crate::measure::{
-    Detection, QUANTIFIED, Share, THRESHOLDS, detection, estimates, estimation, is_quantified, judge,
+    Detection, QUANTIFIED, Share, THRESHOLDS, detection, estimates, estimation, is_quantified,
+    judge,
 };
 use anyhow::Result;
 use std::fmt::Write;
@@ -37,12 +38,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         "| trees from | seed {}, members 0 to {} |\n\
          | calibration and intervals from | seed {}, the {} members after those |\n\
          | figures below from | seed {}, members 0 to {} |",
-        from.seed,
-        from.trained,
-        from.seed,
-        from.calibrated,
-        test.seed,
-        test.members
+        from.seed, from.trained, from.seed, from.calibrated, test.seed, test.members
     )?;
     writeln!(
         out,
@@ -80,7 +76,10 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     for ((a, fault), (b, s)) in ranked(&learned.fault_gains).iter().zip(ranked(&learned.s_gains)) {
         writeln!(out, "| {fault} | {a:.3} | {s} | {b:.3} |")?;
     }
-    writeln!(out, "\n## Its parts\n\n| model | trees | loss on the loops to stop by |\n|---|---|---|")?;
+    writeln!(
+        out,
+        "\n## Its parts\n\n| model | trees | loss on the loops to stop by |\n|---|---|---|"
+    )?;
     for (name, trees, loss) in &learned.notes {
         writeln!(out, "| {name} | {trees} | {loss:.4} |")?;
     }
@@ -100,7 +99,11 @@ fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
     writeln!(out, "\n| probability | loops | predicted | observed |\n|---|---|---|---|")?;
     for (range, predicted, observed) in &found.deciles {
         let Share { n, .. } = observed;
-        writeln!(out, "| {:.1} to {:.1} | {n} | {predicted:.3} | {observed} |", range.start, range.end)?;
+        writeln!(
+            out,
+            "| {:.1} to {:.1} | {n} | {predicted:.3} | {observed} |",
+            range.start, range.end
+        )?;
     }
 
     let [a, b, c] = THRESHOLDS;

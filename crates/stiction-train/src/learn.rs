@@ -138,9 +138,8 @@ impl<'a, R: Fn(&str)> School<'a, R> {
     /// All models that look at these columns, and what columns gained in those of a fault and of S.
     fn model(&mut self, name: &str, columns: &[usize]) -> Result<(Model, Vec<f64>, Vec<f64>)> {
         let named = |what: &str| format!("{name}: {what}");
-        let as_number = |is: bool| f64::from(u8::from(is));
 
-        let target = |truth: &Truth| fault(truth).map(as_number);
+        let target = |truth: &Truth| fault(truth).map(f64::from);
         let monotone = self.monotone.clone();
         let (mut trees, fault_gains) =
             self.fit(&named("fault"), Loss::Logistic, columns, &monotone, &FAULT, &target)?;
@@ -150,7 +149,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         let free = vec![0; monotone.len()];
         let target = |truth: &Truth| {
             let shows = fault(truth) == Some(true);
-            shows.then(|| as_number(truth.cause == Cause::NoResponse))
+            shows.then(|| f64::from(truth.cause == Cause::NoResponse))
         };
         let name_of = named("no response, given a fault");
         let (mut trees, _) =
@@ -290,7 +289,7 @@ mod tests {
         for (k, truth) in fresh.truth.iter().enumerate() {
             let weighed = bundle.weigh(&fresh.row(k), truth.op_span, false).unwrap();
             let Some(fault) = fault(truth) else { continue };
-            hits += f64::from(u8::from(fault));
+            hits += f64::from(fault);
             said += weighed.probability;
             right += usize::from((weighed.probability > 0.5) == fault);
             let likeliest = weighed.causes.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
@@ -304,7 +303,7 @@ mod tests {
         assert!((hits - said).abs() / n < 0.03, "{hits} faults, {said} predicted");
         assert!(right as f64 / n > 0.82, "{right}");
         assert!(causes as f64 / n > 0.7, "{causes}");
-        let share = f64::from(covered) / f64::from(measured);
+        let share = covered as f64 / measured as f64;
         assert!((share - 0.9).abs() < 0.03, "{share}");
         // What speaks for a fault is found, and what tells S.
         assert!(learned.fault_gains[0] > 0.5 && learned.s_gains[3] > 0.5);

@@ -81,7 +81,10 @@ fn main() -> Result<()> {
     let test = gather(&args, args.seed.wrapping_add(1), members)?;
     match (&args.experiment, &args.output) {
         (Some(Experiment::Gather), _) => {
-            ensure!(args.cache.is_some(), "gather needs --cache DIR, the folder to keep evidence in");
+            ensure!(
+                args.cache.is_some(),
+                "gather needs --cache DIR, the folder to keep evidence in"
+            );
         }
         (Some(Experiment::Mismatch), _) => {
             print!("{}", mismatch::table(&train, trained, &test, tell)?);
@@ -101,7 +104,8 @@ fn main() -> Result<()> {
             };
             let learned = learn::learn(&train, provenance, tell)?;
             let bytes = learned.bundle.to_bytes();
-            let sha256: String = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
+            let sha256: String =
+                Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
             let test = card::Test { data: &test, seed: args.seed.wrapping_add(1), members };
             let card = card::card(&learned, &sha256, &train, &test)?;
             std::fs::create_dir_all(folder)

@@ -103,7 +103,7 @@ pub fn detection(truth: &[Truth], weighed: &[Weighed]) -> Detection {
     let scored: Vec<(f64, bool)> =
         known.iter().map(|(_, weighed, hit)| (weighed.probability, *hit)).collect();
     let mean = |of: &dyn Fn(f64, f64) -> f64| {
-        let sum: f64 = scored.iter().map(|(p, hit)| of(*p, f64::from(u8::from(*hit)))).sum();
+        let sum: f64 = scored.iter().map(|(p, hit)| of(*p, f64::from(*hit))).sum();
         sum / scored.len() as f64
     };
     let is_decided = |p: f64| p <= 0.2 || p >= 0.8;
@@ -143,7 +143,9 @@ pub fn detection(truth: &[Truth], weighed: &[Weighed]) -> Detection {
         precision: Share::of(scored.iter().filter(|(p, _)| *p >= 0.8).map(|(_, hit)| *hit)),
         hidden_called: Share::of(hidden.map(|(_, weighed)| weighed.probability >= 0.8)),
         called: kinds.into_iter().map(called).collect(),
-        causes: Share::of(healthy.map(|(truth, weighed, _)| likeliest(weighed) == Some(truth.cause))),
+        causes: Share::of(
+            healthy.map(|(truth, weighed, _)| likeliest(weighed) == Some(truth.cause)),
+        ),
     }
 }
 
@@ -193,7 +195,8 @@ pub fn estimates<'a>(
     known: impl Fn(&Truth) -> Option<f64> + 'a,
     of: impl Fn(&Weighed) -> Estimate + 'a,
 ) -> Vec<(Estimate, f64, &'a Weighed)> {
-    let sticking = truth.iter().zip(weighed).filter(|(truth, _)| truth.cause == Cause::StickingValve);
+    let sticking =
+        truth.iter().zip(weighed).filter(|(truth, _)| truth.cause == Cause::StickingValve);
     sticking.filter_map(|(truth, weighed)| Some((of(weighed), known(truth)?, weighed))).collect()
 }
 
@@ -213,7 +216,9 @@ mod tests {
 
     #[test]
     fn errors_and_coverage() {
-        let of = |value: f64, truth: f64| (Estimate { value, low: value - 1.0, high: value + 1.0 }, truth);
+        let of = |value: f64, truth: f64| {
+            (Estimate { value, low: value - 1.0, high: value + 1.0 }, truth)
+        };
         let found = estimation(&[of(2.0, 2.0), of(3.0, 2.0), of(6.0, 4.0)], true);
         assert_eq!(found.error, (0.5, 0.5));
         assert_eq!(found.coverage, Share { k: 2, n: 3 });

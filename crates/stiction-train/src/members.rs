@@ -55,7 +55,7 @@ fn member(seed: u64, index: u64) -> stiction::Result<(Truth, Option<Vec<f32>>)> 
         slips: truth.slips as u64,
         s: truth.s,
         j: truth.j,
-        model: truth.model.map_or_else(String::new, |model| model.name().to_owned()),
+        model: truth.model.map_or_else(String::new, |model| model.describe().name.to_owned()),
         process: truth.facts.process.name().to_owned(),
         steps: truth.facts.steps_per_sample as u64,
         op_span: evidence.as_ref().map_or(f64::NAN, |evidence| evidence.op_span),

@@ -38,7 +38,12 @@ const ALL: [Mismatch; 4] = [
 ];
 
 /// For every mismatch, errors and coverage of S on fresh loops of both sorts, as a Markdown table.
-pub fn table(train: &Dataset, trained: u64, test: &Dataset, report: impl Fn(&str)) -> Result<String> {
+pub fn table(
+    train: &Dataset,
+    trained: u64,
+    test: &Dataset,
+    report: impl Fn(&str),
+) -> Result<String> {
     let mut out = String::from(
         "| mismatch | fresh loops | n | error, median | error, 90 % | coverage | quantified | error, \
          median | error, 90 % | coverage |\n|---|---|---|---|---|---|---|---|---|---|\n",
@@ -69,8 +74,13 @@ pub fn table(train: &Dataset, trained: u64, test: &Dataset, report: impl Fn(&str
 }
 
 /// S of the loops of a part that have one, with its truth.
-fn estimates(quantiles: &Quantiles, data: &Dataset, part: fn(&Truth) -> bool) -> Vec<(Estimate, f64)> {
-    let rows = data.truth.iter().enumerate().filter(|(_, truth)| part(truth) && ln_s(truth).is_some());
+fn estimates(
+    quantiles: &Quantiles,
+    data: &Dataset,
+    part: fn(&Truth) -> bool,
+) -> Vec<(Estimate, f64)> {
+    let rows =
+        data.truth.iter().enumerate().filter(|(_, truth)| part(truth) && ln_s(truth).is_some());
     rows.map(|(k, truth)| {
         let percent = |ln_ratio: f64| truth.op_span * ln_ratio.exp();
         let found = quantiles.estimate(&row(&data.row(k)));

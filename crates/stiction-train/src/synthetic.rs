@@ -30,7 +30,7 @@ pub fn dataset(seed: u64, rows: u64) -> Dataset {
         let s = (8.0_f64).powf(chance.unit());
         let span = s * (0.5 + chance.unit());
         let noise = 0.05 + 0.3 * chance.unit();
-        let fault = f64::from(u8::from(sticks));
+        let fault = f64::from(sticks);
         let place = Cause::ALL.iter().position(|each| *each == cause).unwrap_or(0) as f64;
         let extent = (s / span).ln() + noise * normal();
         let values = vec![
