@@ -2,9 +2,7 @@
 
 use crate::recording::fitness::share_at_limit;
 use crate::recording::{Grid, Recording, Stretch};
-use crate::series::{
-    autocorrelation, mean, noise_std, skewness, span, std, variance, zero_crossings,
-};
+use crate::series::{autocorrelation, correlation, mean, noise_std, skewness, std, zero_crossings};
 
 /// One number about a loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -321,17 +319,6 @@ fn reversals(x: &[f64], band: f64) -> usize {
         }
     }
     turns
-}
-
-/// Correlation of two series; `None` if either does not move.
-fn correlation(x: &[f64], y: &[f64]) -> Option<f64> {
-    let scale = (variance(x) * variance(y)).sqrt();
-    if !(scale > 0.0) || span(x) == 0.0 || span(y) == 0.0 {
-        return None;
-    }
-    let (mx, my) = (mean(x), mean(y));
-    let joint = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>() / x.len() as f64;
-    Some((joint / scale).clamp(-1.0, 1.0))
 }
 
 #[cfg(test)]

@@ -378,7 +378,7 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
 ///
 /// A sample lies on a line with its neighbours if the second difference there is below 1e-9 of the
 /// range; samples about which the signal stands still are left out, they are stairs.
-fn compression_factor(x: &[f64]) -> Option<f64> {
+pub(crate) fn compression_factor(x: &[f64]) -> Option<f64> {
     let flat = 1e-9 * span(x);
     let (mut moving, mut bent) = (0usize, 0usize);
     for w in x.windows(3) {

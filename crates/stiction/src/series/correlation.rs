@@ -1,7 +1,7 @@
-//! Auto- and cross-correlation by the fast Fourier transform.
+//! Correlation; auto- and cross-correlation by the fast Fourier transform.
 
 use super::spectrum::{Spectrum, fft_length};
-use super::statistics::centred;
+use super::statistics::{centred, mean, span, variance};
 
 /// Autocorrelation of `x` less its mean at the lags 0 to `max_lag`, biased (divisor n) and 1 at lag
 /// zero; `None` if all samples are equal.
@@ -21,6 +21,17 @@ pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Vec<f64>> {
     }
     lags.iter_mut().for_each(|v| *v /= power);
     Some(lags)
+}
+
+/// Correlation of two series; `None` if either does not move.
+pub fn correlation(x: &[f64], y: &[f64]) -> Option<f64> {
+    let scale = (variance(x) * variance(y)).sqrt();
+    if !(scale > 0.0) || span(x) == 0.0 || span(y) == 0.0 {
+        return None;
+    }
+    let (mx, my) = (mean(x), mean(y));
+    let joint = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>() / x.len() as f64;
+    Some((joint / scale).clamp(-1.0, 1.0))
 }
 
 /// The correlation of two series over lags of both signs.

@@ -13,7 +13,7 @@ mod statistics;
 mod transform;
 
 pub use butterworth::low_passed;
-pub use correlation::{CrossCorrelation, autocorrelation, cross_correlation};
+pub use correlation::{CrossCorrelation, autocorrelation, correlation, cross_correlation};
 pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, zero_crossings};
 pub use fit::{Line, line};
 pub use resample::decimated;

@@ -1,0 +1,166 @@
+//! What else happens in the loop: set point, limits, resolution, record length, controller.
+
+use super::prepared::{Prepared, dominant_period};
+use super::regression::Regression;
+use super::turns::spread;
+use super::{Feature, Line};
+use crate::recording::fitness::{compression_factor, share_at_limit};
+use crate::series::{correlation, max, min, std, variance};
+
+const fn feature(name: &'static str, meaning: &'static str) -> Feature {
+    Feature { name, meaning, line: Line::Circumstances, monotone: 0 }
+}
+
+/// Those that need the OP only.
+pub const OF_OP: [Feature; 9] = [
+    feature("cycles", "periods in the window, logarithm"),
+    feature("samples_per_period", "recorded samples a period, logarithm"),
+    feature("samples", "recorded samples, logarithm"),
+    feature("op_at_limit", "share of the time in which the OP rests at a limit"),
+    feature("op_levels", "different values of the OP: 0 one, 1 as many as samples"),
+    feature("op_still", "share of the samples at which the OP does not move"),
+    feature("op_lines", "samples on one straight line of the OP, logarithm; 0 as measured"),
+    feature("op_unsteady", "relative spread of the OP's amplitude from time to time"),
+    feature("op_slow", "share of the OP's variance that is slower than two periods"),
+];
+
+/// Those that need more.
+pub const OF_LOOP: [Feature; 12] = [
+    feature("pv_levels", "different values of the PV: 0 one, 1 as many as samples"),
+    feature("pv_still", "share of the samples at which the PV does not move"),
+    feature("pv_lines", "samples on one straight line of the PV, logarithm; 0 as measured"),
+    feature("error_unsteady", "relative spread of the error's amplitude from time to time"),
+    feature("period_mismatch", "how far apart the periods of OP and error are, logarithm"),
+    feature("sp_known", "1 if the SP is recorded"),
+    feature("sp_moves", "share of the samples at which the SP moves"),
+    feature("sp_explains", "share of the PV's variance that the SP explains"),
+    feature(
+        "controller_misfit",
+        "share of the OP's moves that no PI law of the error explains, logarithm",
+    ),
+    feature("controller_kurtosis", "tails of what the best PI law does not explain"),
+    feature("controller_action", "0 all integral action, 1 all proportional, by their amplitudes"),
+    feature("controller_gain", "proportional action over the OP's moves, by their amplitudes"),
+];
+
+/// Measures those that need the OP only.
+pub fn measure_op(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
+    let op = &prepared.stretch.op;
+    let values: [f64; OF_OP.len()] = [
+        prepared.cycles().ln(),
+        (prepared.period * prepared.factor as f64).ln(),
+        (op.len() as f64).ln(),
+        share_at_limit(op),
+        levels(op),
+        still(op),
+        lines(op),
+        unsteadiness(&prepared.op.high, prepared.lag(2.0)),
+        (1.0 - variance(&prepared.op.high)).max(0.0),
+    ];
+    out.extend(values);
+}
+
+/// Measures those that need more.
+pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
+    let stretch = prepared.stretch;
+    let Some(pv) = &stretch.pv else {
+        out.extend([f64::NAN; OF_LOOP.len()]);
+        return;
+    };
+    let error_high = prepared.error.as_ref().map(|error| error.high.as_slice());
+    let n = stretch.len();
+    let mismatch = prepared.error_spectrum.as_ref().and_then(|error| {
+        let (of_op, of_error) =
+            (dominant_period(n, &[&prepared.op_spectrum])?, dominant_period(n, &[error])?);
+        Some((of_op / of_error).ln().abs())
+    });
+    let sp = stretch.sp.as_deref();
+    let sp_explains = sp.and_then(|sp| correlation(sp, pv)).map_or(0.0, |r| r * r);
+    let controller = Controller::of(prepared);
+    let values: [f64; OF_LOOP.len()] = [
+        levels(pv),
+        still(pv),
+        lines(pv),
+        error_high.map_or(f64::NAN, |error| unsteadiness(error, prepared.lag(2.0))),
+        mismatch.unwrap_or(f64::NAN),
+        f64::from(sp.is_some()),
+        sp.map_or(f64::NAN, |sp| 1.0 - still(sp)),
+        if sp.is_some() { sp_explains } else { f64::NAN },
+        controller.misfit,
+        controller.kurtosis,
+        controller.action,
+        controller.gain,
+    ];
+    out.extend(values);
+}
+
+/// Logarithm of the number of different values over that of the samples.
+fn levels(x: &[f64]) -> f64 {
+    let mut sorted = x.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    // What rounding sets apart is one level.
+    let least = 1e-9 * (max(x) - min(x));
+    let levels = 1 + sorted.windows(2).filter(|pair| pair[1] - pair[0] > least).count();
+    (levels as f64).ln() / (x.len() as f64).ln()
+}
+
+/// Share of the steps that are none.
+fn still(x: &[f64]) -> f64 {
+    x.windows(2).filter(|pair| pair[0] == pair[1]).count() as f64 / (x.len() - 1) as f64
+}
+
+/// Logarithm of the samples on one straight line.
+fn lines(x: &[f64]) -> f64 {
+    compression_factor(x).map_or(f64::NAN, f64::ln)
+}
+
+/// Relative spread of the standard deviations of blocks.
+fn unsteadiness(x: &[f64], block: usize) -> f64 {
+    spread(&x.chunks_exact(block).map(std).collect::<Vec<_>>())
+}
+
+/// The PI law that explains the OP best: `dOP = a de + b e + c`. In closed loop it holds whatever the
+/// cause of an oscillation is; dead zones, limits and set points that are not recorded break it.
+struct Controller {
+    misfit: f64,
+    kurtosis: f64,
+    action: f64,
+    gain: f64,
+}
+
+impl Controller {
+    fn of(prepared: &Prepared<'_>) -> Self {
+        let none = Self { misfit: f64::NAN, kurtosis: f64::NAN, action: f64::NAN, gain: f64::NAN };
+        let Some(error) = &prepared.error else { return none };
+        let (u, e) = (&prepared.op.values, &error.values);
+        let moves: Vec<f64> = u.windows(2).map(|w| w[1] - w[0]).collect();
+        let of_error = |k: usize| [1.0, e[k + 1] - e[k], 0.5 * (e[k + 1] + e[k])];
+        let Some(law) = Regression::of(&moves, 0, of_error) else { return none };
+        let typical =
+            |i: usize| std(&(0..moves.len()).map(|k| of_error(k)[i]).collect::<Vec<f64>>());
+        // The error is that of a PV which the valve raises, so both actions lower the OP.
+        let (proportional, integral) =
+            (-law.coefficients[1] * typical(1), -law.coefficients[2] * typical(2));
+        Self {
+            misfit: law.ln_left(),
+            kurtosis: law.kurtosis(),
+            action: proportional.atan2(integral) / std::f64::consts::FRAC_PI_2,
+            gain: proportional / std(&moves),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn resolution_in_closed_form() {
+        let stairs: Vec<f64> = (0..100).map(|k| f64::from(k / 10)).collect();
+        assert!((levels(&stairs) - 0.5).abs() < 1e-12);
+        assert_eq!(still(&stairs), 90.0 / 99.0);
+        assert!(unsteadiness(&[1.0; 100], 10).is_nan());
+        let wave: Vec<f64> = (0..100).map(|k| f64::from(k % 2)).collect();
+        assert_eq!(unsteadiness(&wave, 10), 0.0);
+    }
+}

@@ -1,0 +1,282 @@
+//! Samples in which OP and PV move differently.
+
+use super::prepared::{Prepared, Trace, of_pair};
+use super::regression::Regression;
+use super::turns::{spread, turns};
+use super::{Feature, Line};
+use crate::detect::{
+    DamarlaRegression, DamarlaTest, Horch, SteadinessTest, Subject, Yamashita, YamashitaResult,
+};
+use crate::recording::LoopType;
+use crate::series::{mean, median, median_absolute_deviation, std};
+
+const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Feature {
+    Feature { name, meaning, line: Line::Patterns, monotone }
+}
+
+/// Its features.
+pub const FEATURES: [Feature; 25] = [
+    feature("rho1", 1, "share of the moving steps in which the OP moves and the PV does not"),
+    feature("rho1_narrow", 1, "the same with a narrower dead zone of 0.2 standard deviations"),
+    feature("rho2", 1, "the same, of runs that an answer in the OP's direction ends"),
+    feature("rho3", 1, "the same, without runs that end otherwise than stiction would"),
+    feature(
+        "rho1_mirror",
+        0,
+        "share of the moving steps in which the PV moves and the OP does not",
+    ),
+    feature("rho1_fine", 1, "rho1 at three times the resolution"),
+    feature("rho3_fine", 1, "rho3 at three times the resolution"),
+    feature("horch_tau", 0, "how odd the correlation of OP and PV is, by its crossings of zero"),
+    feature("horch_rho", 0, "how odd the correlation of OP and PV is, by its peak"),
+    feature("pv_step_by_op", 0, "correlation of the PV's steps with the OP being above some level"),
+    feature("pv_by_op_side", 0, "correlation of the PV with the OP being above some level"),
+    feature("steady_t", 0, "share of short windows with a steady PV and a moving OP, by a t-test"),
+    feature(
+        "steady_slope",
+        0,
+        "share of short windows in which the OP's slope is 15 times the PV's",
+    ),
+    feature("op_to_pv", 0, "how much past OP helps to predict the PV, logarithm"),
+    feature("innovation_kurtosis", 0, "tails of what past OP and PV do not predict of the PV"),
+    feature("innovation_focus", 0, "how much that gathers at one phase of the OP's legs"),
+    feature("innovation_late", 0, "whether it comes late rather than early in the OP's legs"),
+    feature("op_before_jump", 0, "how far the OP had moved in the direction of jumps of the PV"),
+    feature("op_after_jump", 0, "how far the OP moves on in the direction of jumps of the PV"),
+    feature("slips", 0, "bursts of innovation a cycle"),
+    feature("slip_with_op", 0, "share of bursts in the direction in which the OP moves"),
+    feature("slip_travel", 0, "OP travel from its turn to a burst, median, in OP spans"),
+    feature("slip_travel_spread", 0, "relative spread of that travel"),
+    feature("answer_travel", 0, "OP travel from its turn to the PV's, median, in OP spans"),
+    feature("answer_travel_spread", 0, "relative spread of that travel"),
+];
+
+/// Share of the span by which a signal turns.
+pub(super) const TURN: f64 = 1.0 / 3.0;
+
+/// Measures them.
+pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
+    let Some(pv) = &prepared.pv else {
+        out.extend([f64::NAN; FEATURES.len()]);
+        return;
+    };
+    let op = &prepared.op;
+    let patterns = |dead_zone: f64, op: &[f64], pv: &[f64]| {
+        Yamashita { dead_zone, ..Yamashita::default() }.count(op, pv).ok()
+    };
+    let wide = patterns(0.5, &op.values, &pv.values);
+    let narrow = patterns(0.2, &op.values, &pv.values);
+    let fine = patterns(0.5, &prepared.fine_op, prepared.fine_pv.as_deref().unwrap_or_default());
+    let of = |result: &Option<YamashitaResult>, number: fn(&YamashitaResult) -> f64| {
+        result.as_ref().map_or(f64::NAN, number)
+    };
+
+    let stretch = of_pair(&op.high, &pv.high);
+    let subject = Subject::new(&stretch, LoopType::Unknown, Some(prepared.period));
+    let horch = Horch::default().run(&subject).ok();
+    let steady = DamarlaTest::new(SteadinessTest::TTest).run(&subject);
+    let slope = DamarlaRegression::default().run(&subject);
+
+    let legs = Legs::of(op);
+    let innovations = Innovations::of(op, pv);
+    let [pv_step_by_op, pv_by_op_side] = by_level(&op.values, &pv.values);
+    let [before, after] = innovations.op_about_jumps(&op.values, prepared.lag(1.0 / 6.0));
+    let slips = innovations.slips(prepared.lag(1.0 / 8.0));
+    let slip_travels: Vec<f64> =
+        slips.iter().filter_map(|slip| legs.travel(slip.place)).map(|t| t / op.span).collect();
+    let with_op: Vec<f64> = slips
+        .iter()
+        .filter_map(|slip| Some(f64::from(legs.direction(slip.place)? == slip.up)))
+        .collect();
+    let [focus, late] = innovations.over_legs(&legs);
+    let answers: Vec<f64> = legs.answers(pv).iter().map(|t| t / op.span).collect();
+    let values: [f64; FEATURES.len()] = [
+        of(&wide, |r| r.statistic),
+        of(&narrow, |r| r.statistic),
+        of(&wide, |r| r.rho2),
+        of(&wide, |r| r.rho3),
+        of(&wide, |r| {
+            let moving: usize = r.patterns.iter().flatten().sum::<usize>() - r.patterns[1][1];
+            (r.patterns[1][0] + r.patterns[1][2]) as f64 / moving as f64
+        }),
+        of(&fine, |r| r.statistic),
+        of(&fine, |r| r.rho3),
+        horch.as_ref().map_or(f64::NAN, |r| r.delta_tau),
+        horch.as_ref().map_or(f64::NAN, |r| r.delta_rho),
+        pv_step_by_op,
+        pv_by_op_side,
+        steady.map_or(f64::NAN, |r| r.share),
+        slope.map_or(f64::NAN, |r| r.index / 100.0),
+        innovations.of_op,
+        innovations.kurtosis,
+        focus,
+        late,
+        before,
+        after,
+        slips.len() as f64 / prepared.cycles(),
+        mean(&with_op),
+        median(&slip_travels),
+        spread(&slip_travels),
+        median(&answers),
+        spread(&answers),
+    ];
+    out.extend(values);
+}
+
+/// The largest correlation, in size, of the steps of `y` and of `y` itself with `u` being above a level;
+/// levels with less than a tenth of the samples on either side do not count.
+fn by_level(u: &[f64], y: &[f64]) -> [f64; 2] {
+    let mut order: Vec<usize> = (1..u.len()).collect();
+    order.sort_unstable_by(|a, b| u[*b].total_cmp(&u[*a]).then(a.cmp(b)));
+    let n = order.len() as f64;
+    let of = |value: &dyn Fn(usize) -> f64| {
+        let all: Vec<f64> = order.iter().map(|k| value(*k)).collect();
+        let (middle, deviation) = (mean(&all), std(&all));
+        let (mut sum, mut best) = (0.0, 0.0f64);
+        for (i, pair) in order.windows(2).enumerate() {
+            sum += all[i] - middle;
+            let share = (i + 1) as f64 / n;
+            // Equal samples lie on one side.
+            if (0.1..=0.9).contains(&share) && u[pair[0]] > u[pair[1]] {
+                let r = sum / (n * deviation * (share * (1.0 - share)).sqrt());
+                best = best.max(r.abs());
+            }
+        }
+        best
+    };
+    [of(&|k| y[k] - y[k - 1]), of(&|k| y[k])]
+}
+
+/// The OP between its turns.
+struct Legs<'a> {
+    op: &'a [f64],
+    turns: Vec<usize>,
+}
+
+impl<'a> Legs<'a> {
+    fn of(op: &'a Trace) -> Self {
+        Self { op: &op.values, turns: turns(&op.values, TURN * op.span) }
+    }
+
+    /// The last turn before the sample `k`.
+    fn turn_before(&self, k: usize) -> Option<usize> {
+        let after = self.turns.partition_point(|turn| *turn < k);
+        after.checked_sub(1).map(|i| self.turns[i])
+    }
+
+    /// How far the OP has gone at `k` since it turned.
+    fn travel(&self, k: usize) -> Option<f64> {
+        self.turn_before(k).map(|turn| (self.op[k] - self.op[turn]).abs())
+    }
+
+    /// Whether the OP is above where it turned before the sample `k`.
+    fn direction(&self, k: usize) -> Option<bool> {
+        self.turn_before(k).map(|turn| self.op[k] > self.op[turn])
+    }
+
+    /// How far the OP goes in each leg before the PV turns to follow it.
+    fn answers(&self, pv: &Trace) -> Vec<f64> {
+        let leg = |pair: &[usize]| {
+            let up = self.op[pair[1]] > self.op[pair[0]];
+            let depth = |k: usize| if up { pv.values[k] } else { -pv.values[k] };
+            let turn =
+                (pair[0]..=pair[1]).reduce(|a, b| if depth(b) < depth(a) { b } else { a })?;
+            Some((self.op[turn] - self.op[pair[0]]).abs())
+        };
+        self.turns.windows(2).filter_map(leg).collect()
+    }
+}
+
+/// A burst of innovation.
+struct Slip {
+    /// The sample before it.
+    place: usize,
+    /// Whether the PV goes up.
+    up: bool,
+}
+
+/// What past OP and PV do not predict of the PV.
+struct Innovations {
+    /// From sample `FIRST` on; empty if nothing but rounding is left.
+    values: Vec<f64>,
+    kurtosis: f64,
+    /// Logarithm of the share that remains without the OP over that with it.
+    of_op: f64,
+}
+
+/// The first sample with a full past.
+const FIRST: usize = 4;
+
+impl Innovations {
+    /// Past OP begins a sample back: with the present one the fit would find the controller.
+    fn of(op: &Trace, pv: &Trace) -> Self {
+        let (u, y) = (&op.values, &pv.values);
+        let alone = super::regression::autoregression(y);
+        let both: Option<Regression<8>> = Regression::of(y, FIRST, |k| {
+            [1.0, y[k - 1], y[k - 2], y[k - 3], y[k - 4], u[k - 1], u[k - 2], u[k - 3]]
+        });
+        let of_op = alone.zip(both.as_ref()).map(|(a, b)| a.ln_left() - b.ln_left());
+        let kurtosis = both.as_ref().map_or(f64::NAN, Regression::kurtosis);
+        let values = both.filter(|b| !b.is_exact()).map_or(vec![], |b| b.residuals);
+        Self { values, kurtosis, of_op: of_op.unwrap_or(f64::NAN) }
+    }
+
+    /// How far the OP goes in the `lag` samples before and after jumps, in their direction, over its
+    /// typical way in so many samples; jumps weigh with their squares.
+    fn op_about_jumps(&self, op: &[f64], lag: usize) -> [f64; 2] {
+        let ways: Vec<f64> =
+            op.iter().zip(op.iter().skip(lag)).map(|(a, b)| (b - a).powi(2)).collect();
+        let typical = mean(&ways).sqrt();
+        let (mut before, mut after, mut all) = (0.0, 0.0, 0.0);
+        for (i, r) in self.values.iter().enumerate() {
+            // The sample before the innovation, the last that cannot have answered it.
+            let k = i + FIRST - 1;
+            if k < lag || k + lag >= op.len() {
+                continue;
+            }
+            let weight = r * r.abs();
+            before += weight * (op[k] - op[k - lag]);
+            after += weight * (op[k + lag] - op[k]);
+            all += r * r;
+        }
+        [before / (all * typical), after / (all * typical)]
+    }
+
+    /// Bursts beyond what noise makes, at least `apart` samples from each other.
+    fn slips(&self, apart: usize) -> Vec<Slip> {
+        if self.values.is_empty() {
+            return vec![];
+        }
+        // Noise that is Gaussian exceeds the first once in 2,000 samples; between the slips of a loop
+        // without noise anything does, hence the second.
+        let least = (3.5 * median_absolute_deviation(&self.values)).max(0.5 * std(&self.values));
+        let mut slips: Vec<Slip> = vec![];
+        let mut last: Option<usize> = None;
+        for (i, r) in self.values.iter().enumerate() {
+            if r.abs() > least {
+                let place = i + FIRST - 1;
+                if last.is_none_or(|last| place - last >= apart) {
+                    slips.push(Slip { place, up: *r > 0.0 });
+                }
+                last = Some(place);
+            }
+        }
+        slips
+    }
+
+    /// How much of their energy gathers at one phase of the OP's legs, 0 to 1, and how much more of it lies
+    /// in the last third of the legs than in the first, -1 to 1.
+    fn over_legs(&self, legs: &Legs<'_>) -> [f64; 2] {
+        let (mut cosine, mut sine, mut lean, mut all) = (0.0, 0.0, 0.0, 0.0);
+        for pair in legs.turns.windows(2) {
+            for k in pair[0].max(FIRST)..pair[1] {
+                let energy = self.values.get(k - FIRST).map_or(0.0, |r| r * r);
+                let phase = (k - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
+                let (s, c) = (std::f64::consts::TAU * phase).sin_cos();
+                (cosine, sine, all) = (cosine + energy * c, sine + energy * s, all + energy);
+                lean += energy * (f64::from(phase >= 2.0 / 3.0) - f64::from(phase < 1.0 / 3.0));
+            }
+        }
+        [(cosine * cosine + sine * sine).sqrt() / all, lean / all]
+    }
+}

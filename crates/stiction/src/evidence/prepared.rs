@@ -1,0 +1,265 @@
+//! A window made ready to be measured: one resolution a period, no units, no slow part.
+
+use crate::detect::Abstention;
+use crate::recording::Stretch;
+use crate::series::{
+    Periodogram, correlation, decimated, detrended, max, min, periodogram, quantile, span,
+    standardised, std,
+};
+
+/// Samples that averaging leaves a period at least, where there are so many.
+const SAMPLES_PER_PERIOD: f64 = 36.0;
+
+/// How many times more samples the fine resolution has. Averaging hides corners.
+const FINE: usize = 3;
+
+/// Periods that the window must hold for a frequency to count; slower ones cannot be told from drift.
+const FEWEST_PERIODS: f64 = 3.0;
+
+/// Width of the moving mean that is taken for the slow part, in periods.
+const SLOW_PERIODS: f64 = 2.0;
+
+/// Samples below which nothing is measured.
+const FEWEST_SAMPLES: usize = 16;
+
+/// Share of its largest sample by which a signal must move, else it is taken to be constant: what
+/// rounding can make.
+const ROUNDING: f64 = 1e-12;
+
+/// A signal at the resolution of [`Prepared`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// Averaged over blocks, less its mean, in standard deviations.
+    pub values: Vec<f64>,
+    /// That standard deviation, in the signal's units: percent for the OP.
+    pub scale: f64,
+    /// The values less their moving mean over two periods.
+    pub high: Vec<f64>,
+    /// From the 1st to the 99th percentile of `high`.
+    pub span: f64,
+}
+
+/// A window of a recording, made ready.
+///
+/// * The dominant period P is where the mean of the Hann periodograms of OP and control error, each
+///   without straight trend and of unit power, smoothed by (1/4, 1/2, 1/4), is largest, among the
+///   frequencies with three periods or more in the window; of the OP alone without a PV. The control
+///   error is PV less SP, or the PV where no SP is recorded.
+/// * Signals are averaged over blocks of `floor(P / 36)` samples and brought to mean zero and standard
+///   deviation one. A period then has 36 to 72 samples, or those that it was recorded with.
+/// * PV and error are turned over where the valve lowers the PV, so that opening it raises them. This is
+///   told from the controller, which answers the error e by `dOP = a de + b e` with a and b of the
+///   sign opposite to the process's: the sign of the correlations of dOP with de and with e, summed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared<'a> {
+    /// What was recorded.
+    pub stretch: &'a Stretch,
+    /// Recorded samples in one of a trace.
+    pub factor: usize,
+    /// Dominant period, in samples of the traces.
+    pub period: f64,
+    /// The OP.
+    pub op: Trace,
+    /// The PV, opening the valve raising it; `None` if it is not recorded or never moves.
+    pub pv: Option<Trace>,
+    /// PV less SP, opening the valve raising it; `None` if no PV is recorded or it never moves. Without
+    /// an SP it is the PV.
+    pub error: Option<Trace>,
+    /// 1 if opening the valve raises the PV as recorded, -1 if it lowers it. A guess.
+    pub gain_sign: f64,
+    /// The OP averaged over a third of the blocks, less its mean, in its standard deviations.
+    pub fine_op: Vec<f64>,
+    /// The PV in the same way, opening the valve raising it.
+    pub fine_pv: Option<Vec<f64>>,
+    /// Spectrum of the recorded OP without its straight trend.
+    pub op_spectrum: Periodogram,
+    /// Spectrum of the recorded control error without its straight trend.
+    pub error_spectrum: Option<Periodogram>,
+}
+
+impl<'a> Prepared<'a> {
+    /// Makes a window ready.
+    ///
+    /// # Errors
+    /// If it has fewer than 16 samples, a sample is not finite, or the OP never moves.
+    pub fn of(stretch: &'a Stretch) -> Result<Self, Abstention> {
+        let n = stretch.len();
+        if n < FEWEST_SAMPLES {
+            return Err(Abstention(format!(
+                "needs at least {FEWEST_SAMPLES} samples; there are {n}"
+            )));
+        }
+        let signals =
+            [Some(&stretch.op), stretch.pv.as_ref(), stretch.sp.as_ref()].into_iter().flatten();
+        for signal in signals {
+            if signal.len() != n || signal.iter().any(|v| !v.is_finite()) {
+                return Err(Abstention(
+                    "signals differ in length, or a sample is not a number".to_owned(),
+                ));
+            }
+        }
+        let op = Scaled::of(&stretch.op)
+            .ok_or_else(|| Abstention("the OP never moves in this window".to_owned()))?;
+        let pv = stretch.pv.as_deref().and_then(Scaled::of);
+        let error = stretch.pv.as_deref().and_then(|pv| {
+            let less_sp = |sp: &Vec<f64>| pv.iter().zip(sp).map(|(pv, sp)| pv - sp).collect();
+            Scaled::of(&stretch.sp.as_ref().map_or_else(|| pv.to_vec(), less_sp))
+        });
+        let op_spectrum = periodogram(&detrended(&op.values));
+        let error_spectrum = error.as_ref().map(|error| periodogram(&detrended(&error.values)));
+        let spectra: Vec<&Periodogram> =
+            [Some(&op_spectrum), error_spectrum.as_ref()].into_iter().flatten().collect();
+        let recorded_period = dominant_period(n, &spectra)
+            .ok_or_else(|| Abstention("the OP follows a straight line".to_owned()))?;
+
+        let factor = ((recorded_period / SAMPLES_PER_PERIOD) as usize).max(1);
+        let period = recorded_period / factor as f64;
+        let trace = |signal: &Scaled| Trace::of(signal, factor, period);
+        let op_trace = trace(&op).ok_or_else(|| {
+            Abstention(
+                "the OP does not move but for what is much faster than its period".to_owned(),
+            )
+        })?;
+        let (mut pv_trace, mut error_trace) =
+            (pv.as_ref().and_then(trace), error.as_ref().and_then(trace));
+        let gain_sign = error_trace.as_ref().map_or(1.0, |error| gain_sign(&op_trace, error));
+        let turned = [&mut pv_trace, &mut error_trace].into_iter().flatten();
+        turned.for_each(|trace| trace.turn(gain_sign));
+
+        let fine =
+            |signal: &Scaled| standardised(&decimated(&signal.values, (factor / FINE).max(1)));
+        Ok(Self {
+            stretch,
+            factor,
+            period,
+            fine_op: fine(&op).unwrap_or_default(),
+            fine_pv: pv.as_ref().and_then(fine).map(|mut pv| {
+                pv.iter_mut().for_each(|v| *v *= gain_sign);
+                pv
+            }),
+            op: op_trace,
+            pv: pv_trace,
+            error: error_trace,
+            gain_sign,
+            op_spectrum,
+            error_spectrum,
+        })
+    }
+
+    /// Span of the OP without its slow part, percent: the scale of S.
+    pub fn op_span(&self) -> f64 {
+        self.op.span * self.op.scale
+    }
+
+    /// Dominant period, s.
+    pub fn period_s(&self) -> f64 {
+        self.period * self.factor as f64 * self.stretch.sample_time
+    }
+
+    /// How many periods the window holds.
+    pub fn cycles(&self) -> f64 {
+        self.stretch.len() as f64 / (self.period * self.factor as f64)
+    }
+
+    /// A share of the period in samples of the traces, at least one.
+    pub fn lag(&self, share: f64) -> usize {
+        ((self.period * share).round() as usize).max(1)
+    }
+}
+
+/// A recorded signal about the middle of its range, in ranges, so that no square overflows or vanishes.
+struct Scaled {
+    values: Vec<f64>,
+    range: f64,
+}
+
+impl Scaled {
+    /// `None` if the signal does not move, or its range cannot be represented.
+    fn of(x: &[f64]) -> Option<Self> {
+        let (range, middle) = (span(x), 0.5 * min(x) + 0.5 * max(x));
+        let largest = x.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let moves = range > ROUNDING * largest && range.is_finite() && range.recip().is_finite();
+        moves.then(|| Self { values: x.iter().map(|v| (v - middle) / range).collect(), range })
+    }
+}
+
+impl Trace {
+    /// `None` if nothing is left of the signal after averaging.
+    fn of(signal: &Scaled, factor: usize, period: f64) -> Option<Self> {
+        let averaged = decimated(&signal.values, factor);
+        // What rounding leaves of a signal that averages out is nothing.
+        let deviation = Some(std(&averaged)).filter(|std| *std > ROUNDING)?;
+        let values = standardised(&averaged)?;
+        let high = high_passed(&values, SLOW_PERIODS * period);
+        let span = quantile(&high, 0.99) - quantile(&high, 0.01);
+        (span > ROUNDING).then(|| Self { values, scale: deviation * signal.range, high, span })
+    }
+
+    /// Turns it over if `sign` is negative.
+    fn turn(&mut self, sign: f64) {
+        self.values.iter_mut().chain(&mut self.high).for_each(|v| *v *= sign);
+    }
+}
+
+/// `x` less its centred moving mean over `width` samples, or what there is of them near the ends.
+pub fn high_passed(x: &[f64], width: f64) -> Vec<f64> {
+    let half = (0.5 * width).round().max(0.0) as usize;
+    let mut sum = 0.0;
+    let sums: Vec<f64> = std::iter::once(0.0)
+        .chain(x.iter().map(|v| {
+            sum += v;
+            sum
+        }))
+        .collect();
+    let about = |k: usize| (k.saturating_sub(half), (k + half + 1).min(x.len()));
+    let without = |(k, v): (usize, &f64)| {
+        let (from, to) = about(k);
+        v - (sums[to] - sums[from]) / (to - from) as f64
+    };
+    x.iter().enumerate().map(without).collect()
+}
+
+/// Period of the strongest frequency of some spectra of a series of `n` samples, each weighing the same, in
+/// samples; `None` without power.
+pub(super) fn dominant_period(n: usize, spectra: &[&Periodogram]) -> Option<f64> {
+    let weighed = spectra.iter().map(|p| (*p, p.power.iter().sum::<f64>()));
+    let spectra: Vec<(&Periodogram, f64)> = weighed.filter(|(_, total)| *total > 0.0).collect();
+    let last = spectra.first()?.0.power.len() - 1;
+    let joint: Vec<f64> = (0..=last)
+        .map(|i| spectra.iter().map(|(p, total)| p.power[i] / total).sum::<f64>())
+        .collect();
+    let at = |i: usize| 0.25 * joint[i - 1] + 0.5 * joint[i] + 0.25 * joint[(i + 1).min(last)];
+    let bins = 2.0 * last as f64;
+    let first = ((FEWEST_PERIODS / n as f64 * bins).ceil() as usize).clamp(1, last);
+    let best = (first..=last).fold(first, |a, b| if at(b) > at(a) { b } else { a });
+    // Between the bins, by the centre of power of the three about it, as far as the limit allows.
+    let (mut moment, mut power) = (0.0, 0.0);
+    for i in (best - 1).max(1)..=(best + 1).min(last) {
+        moment += i as f64 * joint[i];
+        power += joint[i];
+    }
+    let bin = if power > 0.0 { moment / power } else { best as f64 };
+    Some((bins / bin).min(n as f64 / FEWEST_PERIODS))
+}
+
+/// A stretch of a pair of signals of one length, for methods that look at stretches.
+pub(super) fn of_pair(op: &[f64], pv: &[f64]) -> Stretch {
+    Stretch {
+        from: 0.0,
+        sample_time: 1.0,
+        op: op.to_vec(),
+        pv: Some(pv.to_vec()),
+        sp: None,
+        vp: None,
+        bridged: 0,
+    }
+}
+
+/// The sign of the process gain that the controller's answers to the error imply; 1 if they imply none.
+fn gain_sign(op: &Trace, error: &Trace) -> f64 {
+    let step = |x: &[f64]| -> Vec<f64> { x.windows(2).map(|w| w[1] - w[0]).collect() };
+    let between: Vec<f64> = error.high.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+    let (of_op, of_error) = (step(&op.high), step(&error.high));
+    let together = |x: &[f64]| correlation(&of_op, x).unwrap_or(0.0);
+    if together(&of_error) + together(&between) > 0.0 { -1.0 } else { 1.0 }
+}

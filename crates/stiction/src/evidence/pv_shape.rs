@@ -1,0 +1,138 @@
+//! The shape of the PV's and the control error's wave.
+
+use super::op_shape::{Legs, SLOPE, flatness, irreversibility, near_ends, near_median, steps};
+use super::patterns::TURN;
+use super::prepared::{Prepared, of_pair};
+use super::regression::autoregression;
+use super::turns::spread;
+use super::waves::{HalfWaves, components, share_about, third_harmonic};
+use super::{Feature, Line};
+use crate::detect::{Subject, YamashitaLevel};
+use crate::oscillation::Regularity;
+use crate::recording::LoopType;
+use crate::series::{autocorrelation, excess_kurtosis, skewness};
+
+const fn feature(name: &'static str, meaning: &'static str) -> Feature {
+    Feature { name, meaning, line: Line::PvShape, monotone: 0 }
+}
+
+/// Its features.
+pub const FEATURES: [Feature; 24] = [
+    feature("error_triangle", "He's index of the error's half waves: 0 a sine, 1 a triangle"),
+    feature("error_square", "Hägglund's index of the error's half waves: 1 a square wave"),
+    feature("error_lateness", "whether the error's half waves peak late"),
+    feature("pv_relay", "Rossi and Scali's index of the PV's half waves: 1 a relay's response"),
+    feature("pv_explained", "share of the PV's variance that the best shape explains"),
+    feature("pv_peaked", "third harmonic of the PV: near 1 peaked waves, near -1 flat ones"),
+    feature("pv_leaning", "third harmonic of the PV: 1 leaning waves"),
+    feature("pv_chord", "share of the PV's variance that lines from turn to turn leave"),
+    feature("pv_leg_time_spread", "relative spread of the times between the PV's turns"),
+    feature("pv_slope_flatness", "squared mean over mean square of the PV's slopes"),
+    feature("pv_slope_share", "share of the PV's slopes within a fifth of their median"),
+    feature("pv_near_ends", "share of the time that the PV is in the outer tenths of its span"),
+    feature("pv_plateau", "share of the PV's slopes below a tenth of their root mean square"),
+    feature("pv_jump", "share of the PV's way that it makes in the fastest tenth of the time"),
+    feature("pv_kurtosis", "tails of the PV without its slow part"),
+    feature("pv_skewness", "size of its skewness"),
+    feature("pv_step_kurtosis", "tails of the PV's steps"),
+    feature(
+        "pv_bend_kurtosis",
+        "tails of the PV's second differences, Yamashita's index for levels",
+    ),
+    feature("pv_irreversible", "size of the third moment of its steps over a 24th of a period"),
+    feature("pv_innovation", "share of the variance that an AR(4) does not predict, logarithm"),
+    feature("pv_innovation_kurtosis", "tails of what an AR(4) does not predict"),
+    feature("pv_fine_kurtosis", "the same at three times the resolution"),
+    feature("error_regularity", "regularity of the error's autocorrelation, r / (1 + r)"),
+    feature("error_peak_share", "share of the error's power about the dominant frequency"),
+];
+
+/// Measures them.
+pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
+    let (Some(pv), Some(error)) = (&prepared.pv, &prepared.error) else {
+        out.extend([f64::NAN; FEATURES.len()]);
+        return;
+    };
+    let period = prepared.period;
+    let of_error = HalfWaves::of(&error.high);
+    // Where the SP stands still both are the same.
+    let of_pv = if pv.high == error.high { of_error } else { HalfWaves::of(&pv.high) };
+    let first = components(&pv.high, period, 1.0);
+    let third = third_harmonic(&first, &components(&pv.high, period, 3.0));
+    let legs = Legs::of(&pv.values, TURN * pv.span);
+    let slopes = steps(&pv.high, prepared.lag(SLOPE));
+    let single = steps(&pv.values, 1);
+    let model = autoregression(&pv.values);
+    let fine = autoregression(prepared.fine_pv.as_deref().unwrap_or_default());
+    let lags = autocorrelation(&error.high, error.high.len()).unwrap_or_default();
+    let frequency = 1.0 / (period * prepared.factor as f64);
+    let values: [f64; FEATURES.len()] = [
+        of_error.triangle,
+        of_error.square,
+        of_error.lateness,
+        of_pv.relay,
+        of_pv.explained,
+        third.re,
+        third.im.abs(),
+        legs.chord(&pv.values),
+        spread(&legs.times),
+        flatness(&slopes),
+        near_median(&slopes),
+        near_ends(&pv.high, pv.span),
+        plateau(&slopes),
+        jump(&single),
+        excess_kurtosis(&pv.high),
+        skewness(&pv.high).abs(),
+        excess_kurtosis(&single),
+        bend_kurtosis(&pv.values, period),
+        irreversibility(&pv.high, prepared.lag(1.0 / 24.0)),
+        model.as_ref().map_or(f64::NAN, |m| m.ln_left()),
+        model.as_ref().map_or(f64::NAN, |m| m.kurtosis()),
+        fine.map_or(f64::NAN, |m| m.kurtosis()),
+        Regularity::of_autocorrelation(&lags).map_or(f64::NAN, |r| 1.0 / (1.0 + 1.0 / r.index)),
+        prepared.error_spectrum.as_ref().map_or(f64::NAN, |s| share_about(s, frequency)),
+    ];
+    out.extend(values);
+}
+
+/// Share of the slopes below a tenth of their root mean square.
+fn plateau(slopes: &[f64]) -> f64 {
+    let n = slopes.len() as f64;
+    let least = 0.1 * (slopes.iter().map(|s| s * s).sum::<f64>() / n).sqrt();
+    slopes.iter().filter(|s| s.abs() <= least).count() as f64 / n
+}
+
+/// Share of the way that the largest tenth of the steps makes.
+fn jump(steps: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = steps.iter().map(|s| s.abs()).collect();
+    let tenth = sizes.len() / 10;
+    if tenth == 0 {
+        return f64::NAN;
+    }
+    let all: f64 = sizes.iter().sum();
+    sizes.select_nth_unstable_by(tenth - 1, |a, b| b.total_cmp(a));
+    sizes[..tenth].iter().sum::<f64>() / all
+}
+
+/// Yamashita's index for levels.
+fn bend_kurtosis(pv: &[f64], period: f64) -> f64 {
+    let stretch = of_pair(pv, pv);
+    let subject = Subject::new(&stretch, LoopType::Level, Some(period));
+    YamashitaLevel::default().run(&subject).map_or(f64::NAN, |r| r.statistic)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plateaus_and_jumps_of_a_square_wave() {
+        let square: Vec<f64> = (0..400).map(|k| f64::from(k / 20 % 2)).collect();
+        let single = steps(&square, 1);
+        // 19 steps of 399 move.
+        assert!((plateau(&single) - 380.0 / 399.0).abs() < 1e-12);
+        assert_eq!(jump(&single), 1.0);
+        let ramp: Vec<f64> = (0..401).map(f64::from).collect();
+        assert!((jump(&steps(&ramp, 1)) - 0.1).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,196 @@
+//! Whether the PV answers the OP at all.
+
+use super::op_shape::steps;
+use super::prepared::{Prepared, Trace, of_pair};
+use super::turns::spread;
+use super::waves::{coherence, components};
+use super::{Feature, Line};
+use crate::detect::{Kano, Subject};
+use crate::recording::LoopType;
+use crate::series::{centred, correlation, max, mean, median, noise_std, span, std, variance};
+
+const fn feature(name: &'static str, meaning: &'static str) -> Feature {
+    Feature { name, meaning, line: Line::Response, monotone: 0 }
+}
+
+/// Its features.
+pub const FEATURES: [Feature; 22] = [
+    feature("pv_constant", "1 if the PV never moves while the OP does"),
+    feature("silent_eighth", "share of the OP's moves over an eighth of a period without a PV's"),
+    feature("silent_quarter", "share of the OP's moves over a quarter of a period without a PV's"),
+    feature(
+        "rest_share",
+        "share of the time in which the OP travels and the PV stays in its noise",
+    ),
+    feature("rest_travel", "largest OP travel during such a rest, in OP spans"),
+    feature("rest_travel_spread", "relative spread of that travel"),
+    feature("rest_of_range", "largest OP travel during such a rest, as a share of the OP's range"),
+    feature("band_width", "dead band through which the OP explains the PV best, in OP spans"),
+    feature("band_gain", "how much better it does so than without a dead band, logarithm"),
+    feature("answer_r2", "share of the PV's moves that earlier moves of the OP explain"),
+    feature("answer_lag", "how much earlier, in periods"),
+    feature("gain_small_large", "gain to small moves of the OP over that to large ones"),
+    feature("gain_up_down", "how different the gains to moves up and down are, 0 to 1"),
+    feature("coherence", "squared coherence of OP and PV at the dominant frequency"),
+    feature("coherence_3", "the same at three times that frequency"),
+    feature("phase", "phase of the PV after the OP there, in half turns"),
+    feature("pv_slow", "share of the PV's variance that is slower than two periods"),
+    feature("slow_correlation", "correlation of the slow parts of OP and PV"),
+    feature(
+        "way_ratio",
+        "the PV's way in large steps over that in small ones, over the OP's, logarithm",
+    ),
+    feature("pv_noise", "noise of the PV over its standard deviation, logarithm"),
+    feature("offset", "mean error over its standard deviation, logarithm of one more"),
+    feature("one_sided", "longest time on one side of the SP, in periods, logarithm of one more"),
+];
+
+/// Ratios below it are as good as none.
+const LEAST_RATIO: f64 = 1e-6;
+
+/// Measures them.
+pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
+    let op = &prepared.op;
+    let Some(recorded) = &prepared.stretch.pv else {
+        out.extend([f64::NAN; FEATURES.len()]);
+        return;
+    };
+    let [offset, one_sided] = of_error(prepared, recorded);
+    let range = span(&op.values);
+    let Some(pv) = &prepared.pv else {
+        // Nothing answers: a rest from the first sample to the last.
+        let mut values = [f64::NAN; FEATURES.len()];
+        values[..5].copy_from_slice(&[1.0, 1.0, 1.0, 1.0, range / op.span]);
+        values[6] = 1.0;
+        [values[20], values[21]] = [offset, one_sided];
+        out.extend(values);
+        return;
+    };
+    let stretch = of_pair(&op.values, &pv.values);
+    let kano = Kano::default().run(&Subject::new(&stretch, LoopType::Unknown, None)).ok();
+    let travels: Vec<f64> = kano.as_ref().map_or(vec![], |kano| {
+        kano.rests.iter().map(|rest| span(&op.values[rest.first..rest.end])).collect()
+    });
+    let farthest = if kano.is_some() { max(&travels).max(0.0) } else { f64::NAN };
+    let answers = Answers::of(prepared, op, pv);
+    let part = |x: &Trace, harmonic: f64| components(&x.high, prepared.period, harmonic);
+    let at_peak = coherence(&part(op, 1.0), &part(pv, 1.0));
+    let at_third = coherence(&part(op, 3.0), &part(pv, 3.0));
+    let values: [f64; FEATURES.len()] = [
+        0.0,
+        silent(&op.high, &pv.high, prepared.lag(1.0 / 8.0)),
+        silent(&op.high, &pv.high, prepared.lag(1.0 / 4.0)),
+        kano.as_ref().map_or(f64::NAN, |kano| kano.statistic),
+        farthest / op.span,
+        spread(&travels),
+        farthest / range,
+        kano.as_ref().map_or(f64::NAN, |kano| kano.width / op.span),
+        kano.as_ref().map_or(f64::NAN, |kano| {
+            let left = |explained: f64| (1.0 - explained).max(LEAST_RATIO).ln();
+            left(kano.explained_without) - left(kano.explained)
+        }),
+        answers.r2,
+        answers.lag,
+        answers.small_large,
+        answers.up_down,
+        at_peak.norm_sqr(),
+        at_third.norm_sqr(),
+        at_peak.arg().abs() / std::f64::consts::PI,
+        (1.0 - variance(&pv.high)).max(0.0),
+        correlation(&slow(op), &slow(pv)).unwrap_or(f64::NAN),
+        (ways(prepared, &pv.values) / ways(prepared, &op.values)).ln(),
+        noise_std(&pv.values).max(LEAST_RATIO).ln(),
+        offset,
+        one_sided,
+    ];
+    out.extend(values);
+}
+
+/// What the high pass takes away.
+fn slow(trace: &Trace) -> Vec<f64> {
+    trace.values.iter().zip(&trace.high).map(|(all, high)| all - high).collect()
+}
+
+/// Way in steps of half a period over that in steps of a 24th.
+fn ways(prepared: &Prepared<'_>, x: &[f64]) -> f64 {
+    let way = |lag: usize| mean(&steps(x, lag).iter().map(|d| d.abs()).collect::<Vec<_>>());
+    way(prepared.lag(0.5)) / way(prepared.lag(1.0 / 24.0))
+}
+
+/// Of the times at which either signal has moved over `lag` samples, each by more than half of its
+/// typical way for the OP and a quarter for the PV, the share at which only the OP has.
+fn silent(op: &[f64], pv: &[f64], lag: usize) -> f64 {
+    let (u, y) = (steps(op, lag), steps(pv, lag));
+    let (of_u, of_y) = (0.5 * std(&u), 0.25 * std(&y));
+    let moves = |x: f64, least: f64| x.abs() > least;
+    let (mut moving, mut silent) = (0usize, 0usize);
+    for (u, y) in u.iter().zip(&y) {
+        let (u, y) = (moves(*u, of_u), moves(*y, of_y));
+        moving += usize::from(u || y);
+        silent += usize::from(u && !y);
+    }
+    silent as f64 / moving as f64
+}
+
+/// Offset and longest time on one side of the SP; without an SP, of the mean.
+fn of_error(prepared: &Prepared<'_>, pv: &[f64]) -> [f64; 2] {
+    let (offset, error): (f64, Vec<f64>) = match &prepared.stretch.sp {
+        Some(sp) => {
+            let error: Vec<f64> = sp.iter().zip(pv).map(|(sp, pv)| sp - pv).collect();
+            ((mean(&error).abs() / std(&error)).ln_1p(), error)
+        }
+        None => (f64::NAN, centred(pv)),
+    };
+    if prepared.error.is_none() {
+        return [f64::NAN; 2];
+    }
+    let longest = error.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)).map(<[f64]>::len).max();
+    let periods = longest.unwrap_or(0) as f64 / (prepared.period * prepared.factor as f64);
+    [offset, periods.ln_1p()]
+}
+
+/// How moves of the PV follow earlier moves of the OP, all over an eighth of a period.
+struct Answers {
+    r2: f64,
+    lag: f64,
+    small_large: f64,
+    up_down: f64,
+}
+
+impl Answers {
+    /// The delay is the one of the largest positive correlation, a sample to half a period: without a
+    /// delay, or with a negative correlation, it is the controller that answers.
+    fn of(prepared: &Prepared<'_>, op: &Trace, pv: &Trace) -> Self {
+        let (u, y) = (steps(&op.high, prepared.lag(0.125)), steps(&pv.high, prepared.lag(0.125)));
+        let norm = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let scale = norm(&u) * norm(&y);
+        let together =
+            |d: usize| u.iter().zip(y.iter().skip(d)).map(|(u, y)| u * y).sum::<f64>() / scale;
+        let mut best = (1, together(1));
+        for d in (1..=prepared.lag(0.5).min(u.len() / 2)).step_by(prepared.lag(1.0 / 36.0)) {
+            let r = together(d);
+            if r > best.1 {
+                best = (d, r);
+            }
+        }
+        let (delay, r) = best;
+        let sizes: Vec<f64> = u.iter().map(|u| u.abs()).collect();
+        let middle = median(&sizes);
+        let gain = |counts: &dyn Fn(f64) -> bool| {
+            let (mut uy, mut uu) = (0.0, 0.0);
+            for (u, y) in u.iter().zip(y.iter().skip(delay)).filter(|(u, _)| counts(**u)) {
+                uy += u * y;
+                uu += u * u;
+            }
+            uy / uu
+        };
+        let (small, large) = (gain(&|u| u.abs() <= middle), gain(&|u| u.abs() > middle));
+        let (up, down) = (gain(&|u| u > 0.0), gain(&|u| u < 0.0));
+        Self {
+            r2: r.max(0.0).powi(2),
+            lag: delay as f64 / prepared.period,
+            small_large: (small / large).clamp(-2.0, 4.0),
+            up_down: (up - down).abs() / (up.abs() + down.abs()),
+        }
+    }
+}
