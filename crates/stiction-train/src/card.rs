@@ -12,7 +12,8 @@ use stiction::fusion::{COVERAGE, Weighed};
 
 /// What the card is to say of the loops it was tested on.
 pub struct Test<'a> {
-    pub data: &'a Dataset,
+    /// As recorded, and with the OP alone.
+    pub data: [&'a Dataset; 2],
     pub seed: u64,
     pub members: u64,
 }
@@ -46,7 +47,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         train.columns.len(),
         train.columns.iter().filter(|column| column.op_only).count()
     )?;
-    for (name, data) in [("training", train), ("test", test.data)] {
+    for (name, data) in [("training", train), ("test", test.data[0])] {
         let without: Vec<String> =
             data.abstained.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         if !without.is_empty() {
@@ -59,13 +60,14 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
          cannot show are left out unless said otherwise. Brackets are 95 % intervals (Wilson)."
     )?;
     for (title, op_only) in [("OP and PV", false), ("OP alone", true)] {
-        let weighed = judge(bundle, test.data, op_only)?;
+        let data = test.data[usize::from(op_only)];
+        let weighed = judge(bundle, data, op_only)?;
         writeln!(out, "\n## {title}")?;
-        detected(&mut out, &detection(&test.data.truth, &weighed))?;
-        extent(&mut out, test.data, &weighed)?;
+        detected(&mut out, &detection(&data.truth, &weighed))?;
+        extent(&mut out, data, &weighed)?;
     }
     writeln!(out, "\n## What it looks at\n\nShare of what all splits gained, OP and PV.\n")?;
-    writeln!(out, "| fault | | S | |\n|---|---|---|---|")?;
+    writeln!(out, "| fault | | median of S | |\n|---|---|---|---|")?;
     let ranked = |gains: &[f64]| {
         let mut ranked: Vec<(f64, &str)> =
             gains.iter().zip(&bundle.features).map(|(gain, name)| (*gain, &name[..])).collect();
@@ -97,7 +99,7 @@ fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
     writeln!(out, "| likeliest cause right, of loops without a fault | {} |", found.causes)?;
 
     writeln!(out, "\n| probability | loops | predicted | observed |\n|---|---|---|---|")?;
-    for (range, predicted, observed) in &found.deciles {
+    for (range, predicted, observed) in found.deciles.iter().filter(|(.., share)| share.n > 0) {
         let Share { n, .. } = observed;
         writeln!(
             out,

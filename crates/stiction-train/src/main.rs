@@ -23,6 +23,7 @@ mod synthetic;
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, Subcommand};
 use dataset::Dataset;
+use members::Signals;
 use sha2::{Digest, Sha256};
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -77,8 +78,9 @@ fn main() -> Result<()> {
     let args = Args::parse();
     let members = args.test.unwrap_or((args.n / 4).max(100));
     let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
-    let train = gather(&args, args.seed, args.n)?;
-    let test = gather(&args, args.seed.wrapping_add(1), members)?;
+    let fresh = args.seed.wrapping_add(1);
+    let train = gather(&args, args.seed, args.n, Signals::All)?;
+    let test = gather(&args, fresh, members, Signals::All)?;
     match (&args.experiment, &args.output) {
         (Some(Experiment::Gather), _) => {
             ensure!(
@@ -102,11 +104,13 @@ fn main() -> Result<()> {
                 trained,
                 calibrated: args.n - trained,
             };
-            let learned = learn::learn(&train, provenance, tell)?;
+            let train_alone = gather(&args, args.seed, args.n, Signals::OpAlone)?;
+            let test_alone = gather(&args, fresh, members, Signals::OpAlone)?;
+            let learned = learn::learn(&train, &train_alone, provenance, tell)?;
             let bytes = learned.bundle.to_bytes();
             let sha256: String =
                 Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
-            let test = card::Test { data: &test, seed: args.seed.wrapping_add(1), members };
+            let test = card::Test { data: [&test, &test_alone], seed: fresh, members };
             let card = card::card(&learned, &sha256, &train, &test)?;
             std::fs::create_dir_all(folder)
                 .with_context(|| format!("cannot make {}", folder.display()))?;
@@ -123,13 +127,15 @@ fn main() -> Result<()> {
 }
 
 /// The evidence of the first members of a population, kept or simulated.
-fn gather(args: &Args, seed: u64, members: u64) -> Result<Dataset> {
+fn gather(args: &Args, seed: u64, members: u64, signals: Signals) -> Result<Dataset> {
     let key = matrix_file::key(population::VERSION, seed, members);
-    let path = args.cache.as_ref().map(|folder| folder.join(format!("seed-{seed}-{members}.csv")));
+    let suffix = if signals == Signals::OpAlone { "-op" } else { "" };
+    let name = format!("seed-{seed}-{members}{suffix}.csv");
+    let path = args.cache.as_ref().map(|folder| folder.join(name));
     if let Some(path) = path.as_ref().filter(|path| path.exists()) {
         return matrix_file::read(path, &key, members::columns());
     }
-    let data = members::simulate(seed, members, |done| {
+    let data = members::simulate(seed, members, signals, |done| {
         if std::io::stderr().is_terminal() {
             eprint!("\rseed {seed}: {done} of {members} loops");
             if done == members {

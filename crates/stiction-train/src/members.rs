@@ -3,19 +3,31 @@
 use crate::dataset::{Column, Dataset, Truth};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use stiction::evidence::{Evidence, FEATURES, Line};
+use stiction::evidence::{self, Evidence};
 use stiction::fusion::{Cause, row};
 use stiction::population::{self, Kind, Simulated};
 use stiction::recording::{Grid, GridOptions};
 
+/// Which signals of a recording there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signals {
+    /// All that the population gives it.
+    All,
+    /// The OP, and neither PV nor SP.
+    OpAlone,
+}
+
 /// The columns of today's evidence.
 pub fn columns() -> Vec<Column> {
-    let of = |feature: &stiction::evidence::Feature| Column {
-        name: feature.name.to_owned(),
-        monotone: feature.monotone,
-        op_only: feature.line == Line::OpShape,
-    };
-    FEATURES.iter().map(of).collect()
+    let mut columns: Vec<Column> = evidence::features()
+        .map(|feature| Column {
+            name: feature.name.to_owned(),
+            monotone: feature.monotone,
+            op_only: false,
+        })
+        .collect();
+    evidence::op_only().for_each(|k| columns[k].op_only = true);
+    columns
 }
 
 /// Simulates members of the population of a seed and gathers their evidence; `progress` is told how
@@ -23,14 +35,20 @@ pub fn columns() -> Vec<Column> {
 ///
 /// # Errors
 /// If a member cannot be simulated or brought onto a grid.
-pub fn simulate(seed: u64, members: u64, progress: impl Fn(u64)) -> anyhow::Result<Dataset> {
+pub fn simulate(
+    seed: u64,
+    members: u64,
+    signals: Signals,
+    progress: impl Fn(u64),
+) -> anyhow::Result<Dataset> {
     /// Members between two reports of progress.
     const BATCH: u64 = 512;
     let mut rows = Vec::new();
     let mut abstained = BTreeMap::new();
     for from in (0..members).step_by(BATCH as usize) {
         let batch = from..(from + BATCH).min(members);
-        let batch: Vec<_> = batch.into_par_iter().map(|index| member(seed, index)).collect();
+        let batch: Vec<_> =
+            batch.into_par_iter().map(|index| member(seed, index, signals)).collect();
         for each in batch {
             match each? {
                 (truth, Some(values)) => rows.push((truth, values)),
@@ -43,8 +61,11 @@ pub fn simulate(seed: u64, members: u64, progress: impl Fn(u64)) -> anyhow::Resu
 }
 
 /// The truth of a member, and its evidence if there is any.
-fn member(seed: u64, index: u64) -> stiction::Result<(Truth, Option<Vec<f32>>)> {
-    let Simulated { recording, truth } = population::member(seed, index)?;
+fn member(seed: u64, index: u64, signals: Signals) -> stiction::Result<(Truth, Option<Vec<f32>>)> {
+    let Simulated { mut recording, truth } = population::member(seed, index)?;
+    if signals == Signals::OpAlone {
+        (recording.pv, recording.sp) = (None, None);
+    }
     let grid = Grid::of(&recording, &GridOptions::default())?;
     let evidence = grid.longest().and_then(|stretch| Evidence::of(stretch).ok());
     let truth = Truth {

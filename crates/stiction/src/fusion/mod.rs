@@ -28,7 +28,7 @@ pub use quantiles::{COVERAGE, Estimate, Quantiles};
 pub use trees::{Ensemble, MOST_FEATURES, Node, row};
 
 use crate::error::{Error, Result};
-use crate::evidence::FEATURES;
+use crate::evidence::features;
 use std::sync::OnceLock;
 
 /// What a bundle makes of evidence.
@@ -55,13 +55,13 @@ impl Weighed {
 /// The bundle that comes with the library, read once.
 ///
 /// # Errors
-/// If it was trained on other features than [`FEATURES`], as after a change of the evidence and before
+/// If it was trained on other [features](crate::evidence::features), as after a change of the evidence and before
 /// the next training.
 pub fn shipped() -> Result<&'static Bundle> {
     static SHIPPED: OnceLock<Result<Bundle>> = OnceLock::new();
     let read = || {
         let bundle = Bundle::from_bytes(include_bytes!("../../model/verdict.bin"))?;
-        bundle.check(FEATURES.iter().map(|feature| feature.name))?;
+        bundle.check(features().map(|feature| feature.name))?;
         Ok(bundle)
     };
     SHIPPED.get_or_init(read).as_ref().map_err(Clone::clone)
@@ -71,7 +71,8 @@ impl Bundle {
     /// What it makes of the values of the features, NaN where one could not be measured; `op_span` is
     /// the [span of the OP](crate::evidence::Evidence::op_span), percent.
     ///
-    /// With `op_only` the model of the OP alone is asked, which looks at no feature of the PV.
+    /// With `op_only` the model of the OP alone is asked, which looks at no feature of the PV. It was
+    /// trained on recordings without PV and SP, and wants the evidence of such a one.
     ///
     /// # Errors
     /// If there are not as many values as features, or the span is not a finite number above 0.
