@@ -192,7 +192,7 @@ impl Trace {
         let values = standardised(&averaged)?;
         let high = high_passed(&values, SLOW_PERIODS * period);
         let span = quantile(&high, 0.99) - quantile(&high, 0.01);
-        (span > ROUNDING).then(|| Self { values, scale: deviation * signal.range, high, span })
+        (span > ROUNDING).then_some(Self { values, scale: deviation * signal.range, high, span })
     }
 
     /// Turns it over if `sign` is negative.
