@@ -1,6 +1,8 @@
 //! What a window of a recording says about its valve, as numbers that do not depend on units, offsets,
 //! directions or the time scale.
 
+pub mod model;
+
 use crate::detect::Abstention;
 use crate::recording::Stretch;
 
