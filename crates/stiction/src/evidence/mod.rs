@@ -19,6 +19,8 @@ mod waves;
 
 pub use prepared::{Prepared, Trace, high_passed};
 
+pub mod model;
+
 use crate::detect::Abstention;
 use crate::recording::Stretch;
 
