@@ -34,6 +34,30 @@ impl<const N: usize> Lane<N> {
         }
         lanes
     }
+
+    /// Adds `factor x` in each lane.
+    #[inline(always)]
+    pub(crate) fn add_scaled(&mut self, x: &Self, factor: f64) {
+        for l in 0..N {
+            self.0[l] += x.0[l] * factor;
+        }
+    }
+
+    /// Adds `x y` in each lane.
+    #[inline(always)]
+    pub(crate) fn add_product(&mut self, x: &Self, y: &Self) {
+        for l in 0..N {
+            self.0[l] += x.0[l] * y.0[l];
+        }
+    }
+
+    /// Subtracts `x y` in each lane.
+    #[inline(always)]
+    pub(crate) fn subtract_product(&mut self, x: &Self, y: &Self) {
+        for l in 0..N {
+            self.0[l] -= x.0[l] * y.0[l];
+        }
+    }
 }
 
 impl<const N: usize> std::ops::Deref for Lane<N> {

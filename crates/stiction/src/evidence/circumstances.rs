@@ -25,11 +25,10 @@ pub const OF_OP: [Feature; 9] = [
 ];
 
 /// Those that need more.
-pub const OF_LOOP: [Feature; 12] = [
+pub const OF_LOOP: [Feature; 10] = [
     feature("pv_levels", "different values of the PV: 0 one, 1 as many as samples"),
     feature("pv_still", "share of the samples at which the PV does not move"),
     feature("pv_lines", "samples on one straight line of the PV, logarithm; 0 as measured"),
-    feature("error_unsteady", "relative spread of the error's amplitude from time to time"),
     feature("period_mismatch", "how far apart the periods of OP and error are, logarithm"),
     feature("sp_known", "1 if the SP is recorded"),
     feature("sp_moves", "share of the samples at which the SP moves"),
@@ -40,7 +39,6 @@ pub const OF_LOOP: [Feature; 12] = [
     ),
     feature("controller_kurtosis", "tails of what the best PI law does not explain"),
     feature("controller_action", "0 all integral action, 1 all proportional, by their amplitudes"),
-    feature("controller_gain", "proportional action over the OP's moves, by their amplitudes"),
 ];
 
 /// Measures those that need the OP only.
@@ -54,7 +52,7 @@ pub fn measure_op(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         levels(op),
         still(op),
         lines(op),
-        unsteadiness(&prepared.op.high, prepared.lag(2.0)),
+        unsteadiness(&prepared.op.high, prepared.lag(1.0)),
         (1.0 - variance(&prepared.op.high)).max(0.0),
     ];
     out.extend(values);
@@ -67,7 +65,6 @@ pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         out.extend([f64::NAN; OF_LOOP.len()]);
         return;
     };
-    let error_high = prepared.error.as_ref().map(|error| error.high.as_slice());
     let n = stretch.len();
     let mismatch = prepared.error_spectrum.as_ref().and_then(|error| {
         let (of_op, of_error) =
@@ -81,7 +78,6 @@ pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         levels(pv),
         still(pv),
         lines(pv),
-        error_high.map_or(f64::NAN, |error| unsteadiness(error, prepared.lag(2.0))),
         mismatch.unwrap_or(f64::NAN),
         f64::from(sp.is_some()),
         sp.map_or(f64::NAN, |sp| 1.0 - still(sp)),
@@ -89,7 +85,6 @@ pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         controller.misfit,
         controller.kurtosis,
         controller.action,
-        controller.gain,
     ];
     out.extend(values);
 }
@@ -125,12 +120,11 @@ struct Controller {
     misfit: f64,
     kurtosis: f64,
     action: f64,
-    gain: f64,
 }
 
 impl Controller {
     fn of(prepared: &Prepared<'_>) -> Self {
-        let none = Self { misfit: f64::NAN, kurtosis: f64::NAN, action: f64::NAN, gain: f64::NAN };
+        let none = Self { misfit: f64::NAN, kurtosis: f64::NAN, action: f64::NAN };
         let Some(error) = &prepared.error else { return none };
         let (u, e) = (&prepared.op.values, &error.values);
         let moves: Vec<f64> = u.windows(2).map(|w| w[1] - w[0]).collect();
@@ -145,7 +139,6 @@ impl Controller {
             misfit: law.ln_left(),
             kurtosis: law.kurtosis(),
             action: proportional.atan2(integral) / std::f64::consts::FRAC_PI_2,
-            gain: proportional / std(&moves),
         }
     }
 }

@@ -280,3 +280,34 @@ impl Innovations {
         [(cosine * cosine + sine * sine).sqrt() / all, lean / all]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_relay_correlates_with_its_level() {
+        let u: Vec<f64> = (0..600).map(|k| (f64::from(k) * 0.05).sin()).collect();
+        let relay: Vec<f64> = u.iter().map(|u| f64::from(*u > 0.2)).collect();
+        assert!((by_level(&u, &relay)[1] - 1.0).abs() < 1e-12);
+        let integral: Vec<f64> = relay
+            .iter()
+            .scan(0.0, |sum, r| {
+                *sum += r - 0.4;
+                Some(*sum)
+            })
+            .collect();
+        assert!((by_level(&u, &integral)[0] - 1.0).abs() < 1e-12);
+        assert_eq!(by_level(&[1.0; 20], &relay[..20]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn travel_counts_from_the_last_turn() {
+        let op: Vec<f64> = (0..100).map(|k| f64::from((k % 40 - 20i32).abs())).collect();
+        let legs = Legs { op: &op, turns: turns(&op, 5.0) };
+        assert_eq!(legs.turns, [20, 40, 60, 80]);
+        assert_eq!(legs.travel(27), Some(7.0));
+        assert_eq!((legs.direction(27), legs.direction(47)), (Some(true), Some(false)));
+        assert_eq!(legs.travel(20), None);
+    }
+}

@@ -192,7 +192,7 @@ impl Trace {
         let values = standardised(&averaged)?;
         let high = high_passed(&values, SLOW_PERIODS * period);
         let span = quantile(&high, 0.99) - quantile(&high, 0.01);
-        (span > ROUNDING).then(|| Self { values, scale: deviation * signal.range, high, span })
+        (span > ROUNDING).then_some(Self { values, scale: deviation * signal.range, high, span })
     }
 
     /// Turns it over if `sign` is negative.
@@ -262,4 +262,59 @@ fn gain_sign(op: &Trace, error: &Trace) -> f64 {
     let (of_op, of_error) = (step(&op.high), step(&error.high));
     let together = |x: &[f64]| correlation(&of_op, x).unwrap_or(0.0);
     if together(&of_error) + together(&between) > 0.0 { -1.0 } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::{ClosedLoop, Controller, Process, Signal};
+    use crate::valve::{Assembly, Model};
+
+    fn wave(n: usize, period: f64) -> Vec<f64> {
+        (0..n).map(|k| 50.0 + (std::f64::consts::TAU * k as f64 / period).sin()).collect()
+    }
+
+    #[test]
+    fn a_period_keeps_36_to_72_samples_where_it_has_them() {
+        for (period, factor) in [(20.0, 1), (71.0, 1), (110.0, 3), (400.0, 11)] {
+            let wave = wave(4000, period);
+            let stretch = of_pair(&wave, &wave);
+            let prepared = Prepared::of(&stretch).unwrap();
+            assert_eq!(prepared.factor, factor, "{period}");
+            assert!((prepared.period_s() / period - 1.0).abs() < 0.01, "{}", prepared.period_s());
+            assert_eq!(prepared.op.values.len(), 4000 / factor);
+            // The blocks take little of the wave, whose standard deviation is sqrt(1/2).
+            assert!((prepared.op.scale - 0.5f64.sqrt()).abs() < 0.01);
+        }
+    }
+
+    #[test]
+    fn the_high_pass_takes_lines_and_keeps_waves() {
+        let line: Vec<f64> = (0..200).map(f64::from).collect();
+        let high = high_passed(&line, 20.0);
+        assert!(high[10..190].iter().all(|v| v.abs() < 1e-9));
+        // Half a window at the end: 0 to 10 about 0.
+        assert_eq!(high[0], -5.0);
+        assert_eq!(high_passed(&[], 20.0), []);
+    }
+
+    #[test]
+    fn the_sign_of_the_gain_is_seen_from_the_controller() {
+        for (gain, ti) in [(1.2, 12.0), (-1.2, 12.0), (2.0, 60.0), (-0.7, 3.0)] {
+            let mut system = ClosedLoop::new(
+                Controller::pi(0.4 / gain, ti).unwrap(),
+                Assembly::new(
+                    Model::Ideal.build(crate::Bands::from_s_j(0.0, 0.0).unwrap()).unwrap(),
+                ),
+                Process::first_order(gain, 8.0, 3.0).unwrap(),
+            );
+            system.sample_time = 1.0;
+            system.samples = 1000;
+            system.load = vec![Signal::Noise { sd: 2.0, tau_s: 40.0, seed: 3 }];
+            system.measurement = vec![Signal::Noise { sd: 0.3, tau_s: 0.0, seed: 4 }];
+            let run = system.run().unwrap();
+            let stretch = of_pair(&run.op, &run.pv);
+            assert_eq!(Prepared::of(&stretch).unwrap().gain_sign, gain.signum(), "{gain} {ti}");
+        }
+    }
 }

@@ -1,50 +1,41 @@
 //! The shape of the PV's and the control error's wave.
 
-use super::op_shape::{Legs, SLOPE, flatness, irreversibility, near_ends, near_median, steps};
+use super::op_shape::{Legs, SLOPE, flatness, steps};
 use super::patterns::TURN;
 use super::prepared::{Prepared, of_pair};
 use super::regression::autoregression;
-use super::turns::spread;
-use super::waves::{HalfWaves, components, share_about, third_harmonic};
+use super::waves::{HalfWaves, components, third_harmonic};
 use super::{Feature, Line};
 use crate::detect::{Subject, YamashitaLevel};
 use crate::oscillation::Regularity;
 use crate::recording::LoopType;
-use crate::series::{autocorrelation, excess_kurtosis, skewness};
+use crate::series::{autocorrelation, excess_kurtosis};
 
 const fn feature(name: &'static str, meaning: &'static str) -> Feature {
     Feature { name, meaning, line: Line::PvShape, monotone: 0 }
 }
 
 /// Its features.
-pub const FEATURES: [Feature; 24] = [
+pub const FEATURES: [Feature; 16] = [
     feature("error_triangle", "He's index of the error's half waves: 0 a sine, 1 a triangle"),
     feature("error_square", "Hägglund's index of the error's half waves: 1 a square wave"),
     feature("error_lateness", "whether the error's half waves peak late"),
     feature("pv_relay", "Rossi and Scali's index of the PV's half waves: 1 a relay's response"),
-    feature("pv_explained", "share of the PV's variance that the best shape explains"),
     feature("pv_peaked", "third harmonic of the PV: near 1 peaked waves, near -1 flat ones"),
-    feature("pv_leaning", "third harmonic of the PV: 1 leaning waves"),
     feature("pv_chord", "share of the PV's variance that lines from turn to turn leave"),
-    feature("pv_leg_time_spread", "relative spread of the times between the PV's turns"),
     feature("pv_slope_flatness", "squared mean over mean square of the PV's slopes"),
-    feature("pv_slope_share", "share of the PV's slopes within a fifth of their median"),
-    feature("pv_near_ends", "share of the time that the PV is in the outer tenths of its span"),
     feature("pv_plateau", "share of the PV's slopes below a tenth of their root mean square"),
     feature("pv_jump", "share of the PV's way that it makes in the fastest tenth of the time"),
     feature("pv_kurtosis", "tails of the PV without its slow part"),
-    feature("pv_skewness", "size of its skewness"),
     feature("pv_step_kurtosis", "tails of the PV's steps"),
     feature(
         "pv_bend_kurtosis",
         "tails of the PV's second differences, Yamashita's index for levels",
     ),
-    feature("pv_irreversible", "size of the third moment of its steps over a 24th of a period"),
     feature("pv_innovation", "share of the variance that an AR(4) does not predict, logarithm"),
     feature("pv_innovation_kurtosis", "tails of what an AR(4) does not predict"),
     feature("pv_fine_kurtosis", "the same at three times the resolution"),
     feature("error_regularity", "regularity of the error's autocorrelation, r / (1 + r)"),
-    feature("error_peak_share", "share of the error's power about the dominant frequency"),
 ];
 
 /// Measures them.
@@ -65,32 +56,23 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     let model = autoregression(&pv.values);
     let fine = autoregression(prepared.fine_pv.as_deref().unwrap_or_default());
     let lags = autocorrelation(&error.high, error.high.len()).unwrap_or_default();
-    let frequency = 1.0 / (period * prepared.factor as f64);
     let values: [f64; FEATURES.len()] = [
         of_error.triangle,
         of_error.square,
         of_error.lateness,
         of_pv.relay,
-        of_pv.explained,
         third.re,
-        third.im.abs(),
         legs.chord(&pv.values),
-        spread(&legs.times),
         flatness(&slopes),
-        near_median(&slopes),
-        near_ends(&pv.high, pv.span),
         plateau(&slopes),
         jump(&single),
         excess_kurtosis(&pv.high),
-        skewness(&pv.high).abs(),
         excess_kurtosis(&single),
         bend_kurtosis(&pv.values, period),
-        irreversibility(&pv.high, prepared.lag(1.0 / 24.0)),
         model.as_ref().map_or(f64::NAN, |m| m.ln_left()),
         model.as_ref().map_or(f64::NAN, |m| m.kurtosis()),
         fine.map_or(f64::NAN, |m| m.kurtosis()),
         Regularity::of_autocorrelation(&lags).map_or(f64::NAN, |r| 1.0 / (1.0 + 1.0 / r.index)),
-        prepared.error_spectrum.as_ref().map_or(f64::NAN, |s| share_about(s, frequency)),
     ];
     out.extend(values);
 }

@@ -100,3 +100,32 @@ fn solve<const P: usize>(mut a: [[f64; P]; P], mut b: [f64; P]) -> Option<[f64; 
     }
     Some(b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_made_the_series_is_found_again() {
+        let noise: Vec<f64> = (0..400).map(|k| f64::from(k * k % 37) - 18.0).collect();
+        let mut y = vec![1.0, 2.0];
+        for k in 2..400 {
+            y.push(3.0 + 0.7 * y[k - 1] - 0.2 * y[k - 2] + 0.5 * noise[k - 1]);
+        }
+        let row = |k: usize| [1.0, y[k - 1], y[k - 2], noise[k - 1]];
+        let found = Regression::of(&y, 2, row).unwrap();
+        for (found, expected) in found.coefficients.iter().zip([3.0, 0.7, -0.2, 0.5]) {
+            assert!((found - expected).abs() < 1e-6, "{found}");
+        }
+        assert!(found.is_exact() && found.kurtosis().is_nan());
+        assert_eq!(found.residuals.len(), 398);
+        // Without the noise that drove it, the noise is what is left.
+        let alone = Regression::of(&y, 2, |k| [1.0, y[k - 1], y[k - 2]]).unwrap();
+        assert!(!alone.is_exact() && alone.left > 0.1 && alone.left < 1.0);
+        // Columns that are the same share the weight.
+        let twice = Regression::of(&y, 2, |k| [1.0, y[k - 1], y[k - 1]]).unwrap();
+        assert!((twice.coefficients[1] - twice.coefficients[2]).abs() < 1e-3);
+        assert!(Regression::of(&y[..9], 2, |k| [1.0, y[k - 1]]).is_none());
+        assert!(Regression::of(&[5.0; 50], 2, |_| [1.0]).is_none());
+    }
+}

@@ -7,14 +7,14 @@ use super::waves::{coherence, components};
 use super::{Feature, Line};
 use crate::detect::{Kano, Subject};
 use crate::recording::LoopType;
-use crate::series::{centred, correlation, max, mean, median, noise_std, span, std, variance};
+use crate::series::{centred, correlation, max, mean, median, noise_std, span, std};
 
 const fn feature(name: &'static str, meaning: &'static str) -> Feature {
     Feature { name, meaning, line: Line::Response, monotone: 0 }
 }
 
 /// Its features.
-pub const FEATURES: [Feature; 22] = [
+pub const FEATURES: [Feature; 19] = [
     feature("pv_constant", "1 if the PV never moves while the OP does"),
     feature("silent_eighth", "share of the OP's moves over an eighth of a period without a PV's"),
     feature("silent_quarter", "share of the OP's moves over a quarter of a period without a PV's"),
@@ -24,17 +24,14 @@ pub const FEATURES: [Feature; 22] = [
     ),
     feature("rest_travel", "largest OP travel during such a rest, in OP spans"),
     feature("rest_travel_spread", "relative spread of that travel"),
-    feature("rest_of_range", "largest OP travel during such a rest, as a share of the OP's range"),
     feature("band_width", "dead band through which the OP explains the PV best, in OP spans"),
     feature("band_gain", "how much better it does so than without a dead band, logarithm"),
     feature("answer_r2", "share of the PV's moves that earlier moves of the OP explain"),
     feature("answer_lag", "how much earlier, in periods"),
     feature("gain_small_large", "gain to small moves of the OP over that to large ones"),
-    feature("gain_up_down", "how different the gains to moves up and down are, 0 to 1"),
     feature("coherence", "squared coherence of OP and PV at the dominant frequency"),
     feature("coherence_3", "the same at three times that frequency"),
     feature("phase", "phase of the PV after the OP there, in half turns"),
-    feature("pv_slow", "share of the PV's variance that is slower than two periods"),
     feature("slow_correlation", "correlation of the slow parts of OP and PV"),
     feature(
         "way_ratio",
@@ -44,6 +41,9 @@ pub const FEATURES: [Feature; 22] = [
     feature("offset", "mean error over its standard deviation, logarithm of one more"),
     feature("one_sided", "longest time on one side of the SP, in periods, logarithm of one more"),
 ];
+
+/// Place of the features that need no PV that moves.
+const ENDS: usize = FEATURES.len() - 2;
 
 /// Ratios below it are as good as none.
 const LEAST_RATIO: f64 = 1e-6;
@@ -61,8 +61,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         // Nothing answers: a rest from the first sample to the last.
         let mut values = [f64::NAN; FEATURES.len()];
         values[..5].copy_from_slice(&[1.0, 1.0, 1.0, 1.0, range / op.span]);
-        values[6] = 1.0;
-        [values[20], values[21]] = [offset, one_sided];
+        [values[ENDS], values[ENDS + 1]] = [offset, one_sided];
         out.extend(values);
         return;
     };
@@ -83,7 +82,6 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         kano.as_ref().map_or(f64::NAN, |kano| kano.statistic),
         farthest / op.span,
         spread(&travels),
-        farthest / range,
         kano.as_ref().map_or(f64::NAN, |kano| kano.width / op.span),
         kano.as_ref().map_or(f64::NAN, |kano| {
             let left = |explained: f64| (1.0 - explained).max(LEAST_RATIO).ln();
@@ -92,11 +90,9 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         answers.r2,
         answers.lag,
         answers.small_large,
-        answers.up_down,
         at_peak.norm_sqr(),
         at_third.norm_sqr(),
         at_peak.arg().abs() / std::f64::consts::PI,
-        (1.0 - variance(&pv.high)).max(0.0),
         correlation(&slow(op), &slow(pv)).unwrap_or(f64::NAN),
         (ways(prepared, &pv.values) / ways(prepared, &op.values)).ln(),
         noise_std(&pv.values).max(LEAST_RATIO).ln(),
@@ -154,7 +150,6 @@ struct Answers {
     r2: f64,
     lag: f64,
     small_large: f64,
-    up_down: f64,
 }
 
 impl Answers {
@@ -185,12 +180,10 @@ impl Answers {
             uy / uu
         };
         let (small, large) = (gain(&|u| u.abs() <= middle), gain(&|u| u.abs() > middle));
-        let (up, down) = (gain(&|u| u > 0.0), gain(&|u| u < 0.0));
         Self {
             r2: r.max(0.0).powi(2),
             lag: delay as f64 / prepared.period,
             small_large: (small / large).clamp(-2.0, 4.0),
-            up_down: (up - down).abs() / (up.abs() + down.abs()),
         }
     }
 }

@@ -45,7 +45,7 @@ impl HalfWaves {
 }
 
 /// Half-overlapping windows of two periods below which averages over them mean nothing.
-const FEWEST_WINDOWS: usize = 4;
+const FEWEST_WINDOWS: usize = 3;
 
 /// The component of a signal at `harmonic` times the frequency of `period`, in Hann windows of two
 /// periods, each half over the next; its phase is that at the first sample of the window.
@@ -68,7 +68,7 @@ pub(super) fn components(x: &[f64], period: f64, harmonic: f64) -> Vec<Complex<f
 /// How the third harmonic rides on the fundamental, its windows weighted by their power: the coherence
 /// of the third component with the cube of the first. Its real part is near 1 if the waves are peaked, as
 /// triangles are, and -1 if they are flat, as squares are; the imaginary part is that of waves that
-/// lean. NaN for fewer than four windows.
+/// lean. NaN for fewer than three windows.
 pub(super) fn third_harmonic(first: &[Complex<f64>], third: &[Complex<f64>]) -> Complex<f64> {
     let (mut joint, mut cubes, mut thirds) = (Complex::default(), 0.0, 0.0);
     if first.len().min(third.len()) < FEWEST_WINDOWS {
@@ -84,7 +84,7 @@ pub(super) fn third_harmonic(first: &[Complex<f64>], third: &[Complex<f64>]) -> 
 }
 
 /// The coherence of two signals by their components: its size squared is the share that a linear
-/// relation explains, its angle the phase of `b` after `a`. NaN for fewer than four windows.
+/// relation explains, its angle the phase of `b` after `a`. NaN for fewer than three windows.
 pub(super) fn coherence(a: &[Complex<f64>], b: &[Complex<f64>]) -> Complex<f64> {
     if a.len().min(b.len()) < FEWEST_WINDOWS {
         return Complex::new(f64::NAN, f64::NAN);

@@ -1,1 +1,7 @@
 //! Models identified from recorded loops: linear ones of the process, and of the valve before it.
+
+mod arx;
+pub mod hammerstein;
+mod least_squares;
+mod output_error;
+mod slips;

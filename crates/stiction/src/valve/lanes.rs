@@ -123,6 +123,18 @@ impl<L: LaneValve> Kernel for Run<'_, L> {
     }
 }
 
+/// The positions of sixteen valves over the whole of `op`, all starting from `start`, on this thread.
+pub(crate) fn follow<M: Laned>(
+    bands: &[Bands; LANES],
+    start: Start,
+    op: &[f64],
+    vp: &mut [Lane],
+    width: Width,
+) {
+    let valves = M::Lanes::starting(bands, [start; LANES]);
+    width.run(Run { valves, op, vp });
+}
+
 /// Samples stepped before their positions are handed over: few enough that they stay in the
 /// first-level cache.
 const STRETCH: usize = 128;

@@ -1,0 +1,113 @@
+//! How much better a sticking valve explains the PV than one that follows, as numbers.
+
+use super::{Feature, Line};
+use crate::identify::hammerstein::ModelEvidence;
+
+/// A feature of this line.
+const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Feature {
+    Feature { name, meaning, line: Line::Model, monotone }
+}
+
+/// The features of this line, in the order of [`measure`].
+pub const FEATURES: &[Feature] = &[
+    feature("arx_gain", 1, "what the best sticking valve explains of the prediction error, ln"),
+    feature("arx_gain_two_phase", 1, "the same for two-phase valves alone"),
+    feature("arx_gain_he", 1, "the same for He's valves alone"),
+    feature("arx_information", 1, "the gain less what Schwarz's criterion asks, ln(1 + x)"),
+    feature("arx_walk_gain", 1, "the gain under a disturbance that is a random walk"),
+    feature("arx_jump_gain", 0, "what the slip jump explains, ln"),
+    feature("arx_s", 0, "S of the best valve, share of the OP's span"),
+    feature("arx_j", 0, "J of the best valve, share of S"),
+    feature("arx_width", 0, "range of S that explain the PV almost as well, ln"),
+    feature("arx_unexplained", 0, "share of the PV that the linear process leaves, ln"),
+    feature("arx_forward", 1, "the gain less that in reversed time"),
+    feature("arx_over_placebo", 0, "what valves under another OP leave over the best valve, ln"),
+    feature(
+        "arx_over_load",
+        0,
+        "what a load that jumps with the slips leaves over the best valve, ln",
+    ),
+    feature("oe_gain", 1, "what the best sticking valve explains of the output error, ln"),
+    feature("oe_unexplained", 0, "share of the PV that the best valve leaves as output error"),
+    feature("oe_over_sensor", 0, "what play in the sensor leaves over the best valve, ln"),
+    feature("oe_agreement", 0, "distance of S by output error and by prediction, ln"),
+    feature("error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
+    feature("error_kurtosis_left", 0, "kurtosis of the error behind the best valve, ln"),
+    feature("slip_rate", 0, "slips a period"),
+    feature("slip_concentration", 0, "share of the linear error that lies where slips arrive, ln"),
+    feature("slip_removed", 1, "share of that error which the best valve explains"),
+    feature("slip_travel_variation", -1, "variation of the OP's travel before the PV is struck"),
+    feature(
+        "slip_travel_over_time",
+        1,
+        "how much steadier that travel is than the time between, ln",
+    ),
+    feature("slip_jitter", -1, "scatter of what strikes the PV about the slips, periods"),
+];
+
+/// Appends one value for each of [`FEATURES`]; NaN where it is missing.
+pub fn measure(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
+    let Some(evidence) = evidence else {
+        out.extend(FEATURES.iter().map(|_| f64::NAN));
+        return;
+    };
+    let (best, slips, output) = (evidence.best(), &evidence.slips, &evidence.output_error);
+    let steadiness = |of: fn(&crate::identify::hammerstein::Steadiness) -> f64| {
+        slips.steadiness.as_ref().map_or(f64::NAN, of)
+    };
+    // At least that of two values only, 1: the logarithm is finite.
+    let kurtosis = |excess: f64| (excess + 3.0).max(1.0).ln();
+    out.extend([
+        best.gain,
+        evidence.two_phase.gain,
+        evidence.he.gain,
+        best.information,
+        evidence.walk_gain,
+        best.jump_gain,
+        best.s,
+        best.j,
+        best.width,
+        evidence.linear.mse.max(1e-9).ln(),
+        evidence.forward_gain - evidence.reversed_gain,
+        evidence.over_placebo,
+        evidence.over_load,
+        output.gain(),
+        output.sticky,
+        output.over_sensor(),
+        (output.s / best.s).ln().abs(),
+        kurtosis(evidence.linear.kurtosis),
+        kurtosis(evidence.kurtosis),
+        slips.rate,
+        slips.concentration,
+        slips.removed,
+        steadiness(|s| s.travel),
+        steadiness(|s| s.of_travel_over_time()),
+        steadiness(|s| s.jitter),
+    ]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_value_a_feature() {
+        let mut values = vec![1.0];
+        measure(None, &mut values);
+        assert_eq!(values.len(), 1 + FEATURES.len());
+        assert!(values[1..].iter().all(|v| v.is_nan()));
+        for (i, feature) in FEATURES.iter().enumerate() {
+            assert!(FEATURES[..i].iter().all(|other| other.name != feature.name));
+        }
+    }
+
+    #[test]
+    fn every_feature_has_its_value() {
+        use crate::identify::hammerstein::{Options, weigh};
+        let op: Vec<f64> = (0..400).map(|k| 1.4 * (0.14 * f64::from(k)).sin()).collect();
+        let pv: Vec<f64> = op.iter().map(|u| u.signum()).collect();
+        let mut values = vec![];
+        measure(Some(&weigh(&op, &pv, 45.0, &Options::default()).unwrap()), &mut values);
+        assert_eq!(values.len(), FEATURES.len());
+    }
+}

@@ -1,0 +1,207 @@
+//! Whether the PV is struck when the valve of a model slips, and whether the OP then always has the same
+//! way behind it.
+
+use crate::series::{mean, std};
+
+/// What happens to the PV when the valve of the best model slips.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slips {
+    /// Slips a period.
+    pub rate: f64,
+    /// How much the error of the linear process gathers in the three samples at which each slip arrives:
+    /// logarithm of their share of its energy over their share of all samples.
+    pub concentration: f64,
+    /// Share of the energy there that the sticking valve explains; negative if it makes it worse.
+    pub removed: f64,
+    /// How steadily the PV is struck; none for fewer than four reversals of the valve.
+    pub steadiness: Option<Steadiness>,
+}
+
+/// How alike the moments are at which the PV is struck after the valve's direction reversed.
+///
+/// What strikes is found without the valve's model: it is the largest error of the linear process within
+/// an eighth of a period of where the model has the slip arrive. A sticking valve slips when the OP has
+/// travelled S, however long that takes; a load from elsewhere comes when it comes, however far the OP has
+/// travelled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steadiness {
+    /// Coefficient of variation of the OP's travel since its last extreme.
+    pub travel: f64,
+    /// Coefficient of variation of the time between.
+    pub time: f64,
+    /// Standard deviation of the distance to the slips of the model, periods.
+    pub jitter: f64,
+}
+
+impl Steadiness {
+    /// How much steadier travel is than time: the logarithm of the ratio of their variations, each with
+    /// one percent more, below which neither is measured.
+    pub fn of_travel_over_time(&self) -> f64 {
+        ((self.time + 0.01) / (self.travel + 0.01)).ln()
+    }
+}
+
+/// Reversals below which nothing is said of their steadiness.
+const FEWEST_REVERSALS: usize = 4;
+/// Samples at which a slip arrives.
+const ARRIVAL: usize = 3;
+/// How far from the slip of the model what strikes may lie, periods.
+const REACH: f64 = 0.125;
+/// How far back the last extreme of the OP is looked for, periods.
+const BACK: f64 = 0.75;
+
+/// The motion of a valve.
+pub(super) struct Motion {
+    /// Samples at which it began to move.
+    pub slips: Vec<usize>,
+    /// Those at which it began to move the other way than before.
+    pub reversals: Vec<usize>,
+    /// Where it moved last, `+1` or `-1`, at every sample; before the first motion against it.
+    pub direction: Vec<f64>,
+}
+
+impl Motion {
+    /// Of a valve at these positions.
+    pub fn of(vp: &[f64]) -> Self {
+        let (mut slips, mut reversals) = (vec![], vec![]);
+        let mut direction = vec![0.0; vp.len()];
+        let mut moving = false;
+        for k in 1..vp.len() {
+            let (dx, last) = (vp[k] - vp[k - 1], direction[k - 1]);
+            direction[k] = last;
+            if dx != 0.0 {
+                direction[k] = dx.signum();
+                let turns = last != 0.0 && direction[k] != last;
+                if turns {
+                    reversals.push(k);
+                }
+                if turns || !moving {
+                    slips.push(k);
+                }
+            }
+            moving = dx != 0.0;
+        }
+        if let Some(&first) = slips.first() {
+            let before = -direction[first];
+            direction[..first].fill(before);
+        }
+        Self { slips, reversals, direction }
+    }
+}
+
+impl Slips {
+    /// Of a valve in `motion`, whose position acts after `delay` samples. `linear` and `sticky` are the
+    /// errors of both processes from the sample `first` on.
+    pub(super) fn of(
+        motion: &Motion,
+        op: &[f64],
+        delay: usize,
+        period: f64,
+        first: usize,
+        linear: &[f64],
+        sticky: &[f64],
+    ) -> Self {
+        let mut arrives = vec![false; linear.len()];
+        for &slip in &motion.slips {
+            let from = (slip + delay).saturating_sub(first).min(arrives.len());
+            let to = (slip + delay + ARRIVAL).saturating_sub(first).min(arrives.len());
+            arrives[from..to].fill(true);
+        }
+        let energy = |e: &[f64]| -> f64 {
+            e.iter().zip(&arrives).filter(|(_, a)| **a).map(|(e, _)| e * e).sum()
+        };
+        let all: f64 = linear.iter().map(|e| e * e).sum();
+        let (before, after) = (energy(linear), energy(sticky));
+        let share = arrives.iter().filter(|a| **a).count() as f64 / arrives.len() as f64;
+        // Nothing arrives, or nothing is left to explain: then nothing is gathered or removed.
+        let (concentration, removed) = if before > 0.0 {
+            ((before / all / share).ln(), (1.0 - after / before).max(-1.0))
+        } else {
+            (0.0, 0.0)
+        };
+        Self {
+            rate: motion.slips.len() as f64 * period / op.len() as f64,
+            concentration,
+            removed,
+            steadiness: steadiness(motion, op, delay, period, first, linear),
+        }
+    }
+}
+
+fn steadiness(
+    motion: &Motion,
+    op: &[f64],
+    delay: usize,
+    period: f64,
+    first: usize,
+    error: &[f64],
+) -> Option<Steadiness> {
+    let reach = ((REACH * period) as usize).max(2);
+    let (mut distances, mut times, mut travels) = (vec![], vec![], vec![]);
+    for &slip in &motion.reversals {
+        let expected = slip + delay;
+        let (from, to) = ((expected.saturating_sub(reach)).max(first), expected + reach);
+        if from >= to || to > op.len() {
+            continue;
+        }
+        let size = |k: &usize| error[k - first].abs();
+        let Some(struck) = (from..to).max_by(|a, b| size(a).total_cmp(&size(b))) else { continue };
+        let left = struck.saturating_sub(delay);
+        let since = &op[left.saturating_sub((BACK * period) as usize)..=left];
+        let travel = |v: &f64| motion.direction[slip] * (op[left] - v);
+        travels.push(since.iter().map(travel).fold(0.0, f64::max));
+        times.push(struck as f64);
+        distances.push(struck as f64 - expected as f64);
+    }
+    if travels.len() < FEWEST_REVERSALS {
+        return None;
+    }
+    let between: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    let variation = |x: &[f64]| Some(std(x) / mean(x)).filter(|v| v.is_finite());
+    Some(Steadiness {
+        travel: variation(&travels)?,
+        time: variation(&between)?,
+        jitter: std(&distances) / period,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motion_is_told_from_rest() {
+        let motion = Motion::of(&[5.0, 5.0, 6.0, 7.0, 7.0, 8.0, 6.0, 6.0]);
+        assert_eq!(motion.slips, [2, 5, 6]);
+        assert_eq!(motion.reversals, [6]);
+        assert_eq!(motion.direction, [-1.0, -1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0]);
+        assert!(Motion::of(&[1.0; 4]).slips.is_empty());
+    }
+
+    #[test]
+    fn equal_travel_in_unequal_times_is_steady() {
+        // Ramps of one height and three slopes; struck when each has climbed by 10, at 2 later.
+        let (mut op, mut error, mut vp) = (vec![], vec![], vec![]);
+        let mut position = 0.0;
+        for turn in 0..12 {
+            let samples = [20, 25, 40][turn % 3];
+            let up = turn % 2 == 0;
+            for k in 0..samples {
+                let way = 12.0 * k as f64 / samples as f64;
+                op.push(if up { way } else { 12.0 - way });
+                let slips = way >= 10.0 && 12.0 * (k as f64 - 1.0) / (samples as f64) < 10.0;
+                if slips {
+                    position = if up { 10.0 } else { 2.0 };
+                }
+                vp.push(position);
+                error.push(if slips { 1.0 } else { 0.01 });
+            }
+        }
+        error.rotate_right(2);
+        let slips = Slips::of(&Motion::of(&vp), &op, 2, 56.0, 0, &error, &vec![0.01; error.len()]);
+        let steadiness = slips.steadiness.unwrap();
+        assert!(steadiness.travel < 0.03 && steadiness.time > 0.2, "{steadiness:?}");
+        assert!(steadiness.jitter < 1e-12 && steadiness.of_travel_over_time() > 1.5);
+        assert!(slips.removed > 0.99 && slips.concentration > 2.0, "{slips:?}");
+    }
+}
