@@ -5,7 +5,7 @@ use crate::random::Stream;
 use stiction::fusion::Cause;
 
 /// Rows of four columns. Column 0 speaks for a fault, column 1 (of the OP alone) does so weakly,
-/// column 2 tells no response from sticking and healthy causes from each other, column 3 is
+/// column 2 tells causes from each other, but not sticking from normal operation, column 3 is
 /// `ln(S / span)` with noise that column 1 scales; a tenth of it is missing.
 pub fn dataset(seed: u64, rows: u64) -> Dataset {
     let mut stream = Stream::new(seed, 77);
@@ -31,11 +31,13 @@ pub fn dataset(seed: u64, rows: u64) -> Dataset {
         let span = s * (0.5 + chance.unit());
         let noise = 0.05 + 0.3 * chance.unit();
         let fault = f64::from(sticks);
-        let place = Cause::ALL.iter().position(|each| *each == cause).unwrap_or(0) as f64;
+        // Sticking looks like normal operation in it.
+        let looks = if cause == Cause::StickingValve { Cause::NormalOperation } else { cause };
+        let place = Cause::ALL.iter().position(|each| *each == looks).unwrap_or(0) as f64;
         let extent = (s / span).ln() + noise * normal();
         let values = vec![
             (2.5 * fault + normal()) as f32,
-            (0.7 * fault + noise) as f32,
+            (0.2 * fault + noise) as f32,
             (place + 0.5 * normal()) as f32,
             if chance.unit() < 0.1 { f32::NAN } else { extent as f32 },
         ];

@@ -159,6 +159,17 @@ mod tests {
         assert_eq!(doubled.j_over_s, weighed.j_over_s);
     }
 
+    /// Fails after a change of the evidence, until the model is trained again.
+    #[test]
+    fn the_shipped_bundle_is_of_todays_features() {
+        let bundle = shipped().unwrap();
+        assert_eq!(bundle.features.len(), features().count());
+        let weighed = bundle.weigh(&vec![f64::NAN; bundle.features.len()], 10.0, true).unwrap();
+        assert!(weighed.probability > 0.0 && weighed.probability < 1.0);
+        assert!(weighed.s.low > 0.0 && weighed.s.low <= weighed.s.value);
+        assert!(weighed.s.value <= weighed.s.high && weighed.s.high.is_finite());
+    }
+
     #[test]
     fn what_cannot_be_weighed_is_refused() {
         assert!(bundle().weigh(&[1.0], 10.0, false).is_err());
