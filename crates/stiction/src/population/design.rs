@@ -179,7 +179,7 @@ impl Design {
         let samples = draw.log(300.0, 2000.5) as usize;
         let sample_time = draw.one_of([0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 60.0]);
         let steps = if draw.chance(0.06) { 20 } else { draw.one_of([1, 1, 2, 5, 10]) };
-        let few_events = draw.chance(0.35);
+        let few_events = draw.chance(0.4);
         let duration = samples as f64 * sample_time;
 
         let integrating = draw.chance(0.25);
@@ -205,7 +205,7 @@ impl Design {
             ProcessKind::Integrating => waiting * within(4.0, 30.0),
             _ => (tau + tau2 + waiting) * within(0.35, if fast { 15.0 } else { 2.5 }),
         };
-        let long = duration * draw.log(0.02, 0.4);
+        let long = duration * draw.log(0.04, 0.6);
         if few_events {
             ti = ti.max(long);
         }
