@@ -17,11 +17,12 @@ pub mod response;
 mod turns;
 mod waves;
 
-pub use prepared::{Prepared, Trace, high_passed};
+pub use prepared::{Dense, Prepared, Trace, high_passed};
 
 pub mod model;
 
 use crate::detect::Abstention;
+use crate::identify::hammerstein::{self, ModelEvidence};
 use crate::recording::Stretch;
 
 /// A number that evidence consists of.
@@ -61,7 +62,8 @@ struct Part {
     measure: fn(&Prepared<'_>, &mut Vec<f64>),
 }
 
-/// All parts, in the order of [`Evidence::values`].
+/// The parts that are measured one by one, in the order of [`Evidence::values`]; behind them stands
+/// [`model`], whose fits are kept.
 const PARTS: [Part; 6] = [
     Part { features: &patterns::FEATURES, op_only: false, measure: patterns::measure },
     Part { features: &op_shape::FEATURES, op_only: true, measure: op_shape::measure },
@@ -77,7 +79,7 @@ const PARTS: [Part; 6] = [
 
 /// All features, in the order of [`Evidence::values`].
 pub fn features() -> impl Iterator<Item = &'static Feature> {
-    PARTS.iter().flat_map(|part| part.features)
+    PARTS.iter().flat_map(|part| part.features).chain(model::FEATURES).chain(model::DENSE)
 }
 
 /// The places, in [`features`], of those that need the OP only. Recordings without a PV have no others.
@@ -97,6 +99,11 @@ pub struct Evidence {
     pub op_span: f64,
     /// Dominant period, s.
     pub period_s: f64,
+    /// Sticking valves before a linear process, fitted to OP and PV; `None` without a PV that moves, or
+    /// where too little can be fitted to.
+    pub model: Option<ModelEvidence>,
+    /// The same at the [dense](Prepared::dense) resolution, where there is one.
+    pub dense: Option<ModelEvidence>,
 }
 
 impl Evidence {
@@ -114,9 +121,16 @@ impl Evidence {
         for part in &PARTS {
             (part.measure)(prepared, &mut values);
         }
+        let model = prepared.pv.as_ref().and_then(|pv| {
+            let (op, pv) = (&prepared.op.values, &pv.values);
+            hammerstein::weigh(op, pv, prepared.period, &hammerstein::Options::default()).ok()
+        });
+        let dense = prepared.dense.as_ref().and_then(model::weigh_dense);
+        model::measure(model.as_ref(), &mut values);
+        model::measure_dense(dense.as_ref().or(model.as_ref()), &mut values);
         // A ratio to nothing is no number.
         values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = f64::NAN);
-        Self { values, op_span: prepared.op_span(), period_s: prepared.period_s() }
+        Self { values, op_span: prepared.op_span(), period_s: prepared.period_s(), model, dense }
     }
 
     /// The value of the feature of that name; `None` if there is none of that name.

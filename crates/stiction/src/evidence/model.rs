@@ -1,7 +1,7 @@
 //! How much better a sticking valve explains the PV than one that follows, as numbers.
 
-use super::{Feature, Line};
-use crate::identify::hammerstein::ModelEvidence;
+use super::{Dense, Feature, Line};
+use crate::identify::hammerstein::{self, ModelEvidence};
 
 /// A feature of this line.
 const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Feature {
@@ -84,6 +84,53 @@ pub fn measure(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
         steadiness(|s| s.of_travel_over_time()),
         steadiness(|s| s.jitter),
     ]);
+}
+
+/// Delays that are tried at the dense resolution beside one and two samples. They are short: this is the
+/// look at a fast process behind a slow record.
+const DENSE_DELAYS: [f64; 4] = [3.0, 5.0, 8.0, 12.0];
+
+/// The features at the dense resolution, or, where that is not much denser, once more those at the
+/// resolution of the period; in the order of [`measure_dense`].
+pub const DENSE: &[Feature] = &[
+    feature("dense_arx_gain", 1, "what the best sticking valve explains, sample by sample, ln"),
+    feature("dense_arx_information", 1, "that gain less what Schwarz's criterion asks, ln(1 + x)"),
+    feature("dense_arx_walk_gain", 1, "that gain under a disturbance that is a random walk"),
+    feature("dense_arx_jump_gain", 0, "what the slip jump explains of it, ln"),
+    feature("dense_arx_s", 0, "S of that valve, share of the OP's span"),
+    feature("dense_arx_j", 0, "J of that valve, share of S"),
+    feature("dense_arx_width", 0, "range of S that explain the PV almost as well, ln"),
+    feature("dense_arx_unexplained", 0, "share of the PV that the linear process leaves, ln"),
+    feature("dense_arx_forward", 1, "that gain less that in reversed time"),
+    feature("dense_arx_over_placebo", 0, "what valves under another OP leave over it, ln"),
+    feature("dense_arx_over_load", 0, "what a load that jumps with the slips leaves over it, ln"),
+    feature("dense_oe_gain", 1, "what the best sticking valve explains of the output error, ln"),
+    feature("dense_oe_over_sensor", 0, "what play in the sensor leaves over the best valve, ln"),
+    feature("dense_error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
+    feature("dense_error_kurtosis_left", 0, "kurtosis of the error behind the best valve, ln"),
+    feature("dense_slip_rate", 0, "slips a period"),
+    feature("dense_slip_concentration", 0, "share of that error where slips arrive, ln"),
+    feature("dense_slip_removed", 1, "share of that which the best valve explains"),
+    feature("dense_slip_travel_variation", -1, "variation of the OP's travel before the PV is struck"),
+    feature("dense_slip_travel_over_time", 1, "how much steadier that is than the time between, ln"),
+];
+
+/// Weighs valves at the dense resolution.
+pub(super) fn weigh_dense(dense: &Dense) -> Option<ModelEvidence> {
+    let delays = DENSE_DELAYS.iter().map(|delay| (delay / dense.period).min(1.0)).collect();
+    let options = hammerstein::Options { delays, ..hammerstein::Options::default() };
+    hammerstein::weigh(&dense.op, &dense.pv, dense.period, &options).ok()
+}
+
+/// Appends one value for each of [`DENSE`]; NaN where it is missing.
+pub fn measure_dense(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
+    let mut all = vec![];
+    measure(evidence, &mut all);
+    out.extend(DENSE.iter().map(|dense| {
+        let name = dense.name.trim_start_matches("dense_");
+        let at = FEATURES.iter().position(|feature| feature.name == name);
+        at.map_or(f64::NAN, |at| all[at])
+    }));
 }
 
 #[cfg(test)]

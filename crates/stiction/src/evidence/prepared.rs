@@ -13,6 +13,12 @@ const SAMPLES_PER_PERIOD: f64 = 36.0;
 /// How many times more samples the fine resolution has. Averaging hides corners.
 const FINE: usize = 3;
 
+/// Samples that the dense resolution has at most.
+const DENSE_SAMPLES: usize = 1200;
+
+/// How much denser it must be to be worth a look of its own.
+const DENSER: usize = 2;
+
 /// Periods that the window must hold for a frequency to count; slower ones cannot be told from drift.
 const FEWEST_PERIODS: f64 = 3.0;
 
@@ -37,6 +43,18 @@ pub struct Trace {
     pub high: Vec<f64>,
     /// From the 1st to the 99th percentile of `high`.
     pub span: f64,
+}
+
+/// OP and PV averaged over blocks so that at most 1,200 samples remain, each less its mean and in its
+/// standard deviations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dense {
+    /// The OP.
+    pub op: Vec<f64>,
+    /// The PV, opening the valve raising it.
+    pub pv: Vec<f64>,
+    /// Dominant period, in these samples.
+    pub period: f64,
 }
 
 /// A window of a recording, made ready.
@@ -71,6 +89,9 @@ pub struct Prepared<'a> {
     pub fine_op: Vec<f64>,
     /// The PV in the same way, opening the valve raising it.
     pub fine_pv: Option<Vec<f64>>,
+    /// OP and PV at a resolution that does not follow from the period, where that is much denser: the
+    /// process may be much faster than what dominates the record, such as a drift.
+    pub dense: Option<Dense>,
     /// Spectrum of the recorded OP without its straight trend.
     pub op_spectrum: Periodogram,
     /// Spectrum of the recorded control error without its straight trend.
@@ -128,10 +149,18 @@ impl<'a> Prepared<'a> {
 
         let fine =
             |signal: &Scaled| standardised(&decimated(&signal.values, (factor / FINE).max(1)));
+        let dense_factor = n.div_ceil(DENSE_SAMPLES);
+        let dense = pv.as_ref().filter(|_| factor >= DENSER * dense_factor).and_then(|pv| {
+            let [op, mut pv] =
+                [op.values.as_slice(), &pv.values].map(|x| standardised(&decimated(x, dense_factor)));
+            pv.iter_mut().flatten().for_each(|v| *v *= gain_sign);
+            Some(Dense { op: op?, pv: pv?, period: recorded_period / dense_factor as f64 })
+        });
         Ok(Self {
             stretch,
             factor,
             period,
+            dense,
             fine_op: fine(&op).unwrap_or_default(),
             fine_pv: pv.as_ref().and_then(fine).map(|mut pv| {
                 pv.iter_mut().for_each(|v| *v *= gain_sign);

@@ -1,0 +1,76 @@
+//! The numbers that are called "stiction in percent", side by side.
+//!
+//! They are different quantities. The stick band S is the OP travel that a reversal of the valve
+//! takes; an ellipse through the PV-OP plot is also widened by dead time and lag; its axis ratio
+//! is no travel at all. Each is named, so that a number from one tool is not compared with that of another.
+
+use super::verdict::Definition;
+use crate::detect::{DamarlaTest, Ellipse, SharpCorner, SteadinessTest, Subject};
+use crate::series::{band_passed, std};
+
+/// Samples that an ellipse is fitted to, at most: the middle of a long stretch.
+const MOST_POINTS: usize = 4_000;
+
+/// All definitions for a loop, `s` being the estimate of S, percent.
+pub fn definitions(subject: &Subject<'_>, s: Option<f64>) -> Vec<Definition> {
+    let ellipse = ellipse(subject);
+    let knees = DamarlaTest::new(SteadinessTest::T).run(subject).ok();
+    let corners = SharpCorner::default().run(subject).ok();
+    vec![
+        Definition {
+            name: "S",
+            value: s,
+            unit: "%",
+            meaning: "stick band plus dead band: how far the OP must travel after a reversal until the \
+                      valve moves (Choudhury, Thornhill and Shah 2005)",
+        },
+        Definition {
+            name: "apparent stiction",
+            value: ellipse.as_ref().map(|(in_units, _)| in_units.op_width()),
+            unit: "%",
+            meaning: "width along the OP, through its centre, of the ellipse of OP and PV around the \
+                      dominant period (Choudhury, Shah and Thornhill 2004); dead time and lag widen it",
+        },
+        Definition {
+            name: "ellipse width",
+            value: corners.filter(|found| !found.cycles.is_empty()).map(|found| found.magnitude),
+            unit: "%",
+            meaning: "mean width along the OP of the ellipses of the cycles of OP and control error \
+                      (sharp-corner method)",
+        },
+        Definition {
+            name: "ellipse axis ratio",
+            value: ellipse.as_ref().map(|(_, scaled)| {
+                let [long, short] = scaled.semi_axes();
+                100.0 * short / long
+            }),
+            unit: "%",
+            meaning: "shorter axis over longer axis of that ellipse, OP and PV each in its standard \
+                      deviations; a ratio of lengths, no travel of the OP",
+        },
+        Definition {
+            name: "knee to knee",
+            value: knees.and_then(|found| found.eta_95),
+            unit: "%",
+            meaning: "OP travel while the PV is steady: 95th percentile over the windows in a row that a \
+                      t-test marks (Damarla et al. 2023)",
+        },
+    ]
+}
+
+/// The ellipse of OP and PV around the dominant period: in their units, and in standard deviations.
+fn ellipse(subject: &Subject<'_>) -> Option<(Ellipse, Ellipse)> {
+    let frequency = 1.0 / subject.period?;
+    let filtered = |x: &[f64]| {
+        let n = x.len().min(MOST_POINTS);
+        let first = (x.len() - n) / 2;
+        band_passed(&x[first..first + n], 0.5 * frequency, 3.5 * frequency)
+    };
+    let (op, pv) = (filtered(&subject.stretch.op), filtered(subject.stretch.pv.as_deref()?));
+    let in_units = Ellipse::fit(&op, &pv)?;
+    let scaled = |x: &[f64]| {
+        let sd = std(x);
+        x.iter().map(|v| v / sd).collect::<Vec<_>>()
+    };
+    Some((in_units, Ellipse::fit(&scaled(&op), &scaled(&pv))?))
+}
