@@ -9,7 +9,7 @@ mod kpis;
 pub mod scoreboard;
 mod verdict;
 
-pub use diagnosis::{Diagnosis, Options, Window, diagnose};
+pub use diagnosis::{Detectors, Diagnosis, Options, Window, diagnose};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use verdict::{
     Alternative, Basis, Cause, ConfirmingTest, Definition, Estimate, FEWEST_VOTES, MIMICS,
