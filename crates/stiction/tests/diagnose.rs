@@ -2,7 +2,7 @@
 
 use stiction::detect::{self, Decision, Subject};
 use stiction::diagnose::{Basis, Detectors, Diagnosis, MIMICS, Options, VerdictClass, diagnose};
-use stiction::population::Case;
+use stiction::population::Kind;
 use stiction::recording::fitness::Class;
 use stiction::recording::{Channel, Mode, Modes, Quality, Range, RangeSource, Recording};
 
@@ -16,8 +16,8 @@ fn decisions(diagnosis: &Diagnosis) -> Vec<(&'static str, Decision)> {
 
 /// Some loops of every family.
 fn loops() -> Vec<Recording> {
-    let of = |case: Case| (1..=6).map(move |seed| case.simulate(seed).unwrap().recording);
-    Case::ALL.into_iter().flat_map(of).collect()
+    let of = |kind: Kind| (1..=6).map(move |seed| kind.simulate(seed).unwrap().recording);
+    Kind::ALL.into_iter().flat_map(of).collect()
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn diagnoses_are_repeatable_to_the_last_bit() {
 
 /// The judged part of an otherwise healthy recording.
 fn sticky() -> Recording {
-    Case::Sticky.simulate(3).unwrap().recording
+    Kind::Sticky.simulate(3).unwrap().recording
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn a_recording_of_bad_values_cannot_be_told() {
 #[test]
 fn the_op_alone_never_condemns_by_a_majority() {
     for seed in 1..=30 {
-        let mut recording = Case::Sticky.simulate(seed).unwrap().recording;
+        let mut recording = Kind::Sticky.simulate(seed).unwrap().recording;
         (recording.pv, recording.sp) = (None, None);
         let diagnosis = of(&recording);
         assert_ne!(diagnosis.verdict.class, VerdictClass::Sticks, "seed {seed}");
@@ -275,17 +275,17 @@ fn only_the_methods_that_are_asked_are_computed_and_say_what_they_always_say() {
 /// Reported with their intervals in BENCHMARKS.md; here, that the order of magnitude stays.
 #[test]
 fn healthy_loops_are_rarely_accused() {
-    for case in Case::ALL {
+    for kind in Kind::ALL {
         let accused = (1000..1040)
             .filter(|seed| {
-                let diagnosis = of(&case.simulate(*seed).unwrap().recording);
+                let diagnosis = of(&kind.simulate(*seed).unwrap().recording);
                 diagnosis.verdict.class == VerdictClass::Sticks
             })
             .count();
-        if case == Case::Sticky {
+        if kind == Kind::Sticky {
             assert!(accused >= 10, "{accused} of 40 sticky loops are found");
         } else {
-            assert!(accused <= 8, "{accused} of 40 healthy loops with {} are accused", case.name());
+            assert!(accused <= 8, "{accused} of 40 healthy loops with {} are accused", kind.name());
         }
     }
 }

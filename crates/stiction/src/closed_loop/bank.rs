@@ -103,7 +103,7 @@ struct Extras<const N: usize> {
 
 /// `value` in whole multiples of `quantum`, or as it is for a quantum of 0.
 #[inline(always)]
-fn quantised(value: f64, quantum: f64) -> f64 {
+pub(crate) fn quantised(value: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (value / quantum).round_ties_even() * quantum } else { value }
 }
 

@@ -203,7 +203,7 @@ impl Controller {
 }
 
 /// A controller about to take over: its settings, its sample time, and its first state.
-pub(super) struct Engaged<'a> {
+pub(crate) struct Engaged<'a> {
     settings: &'a Controller,
     sample_time: f64,
     op: f64,
@@ -214,7 +214,7 @@ pub(super) struct Engaged<'a> {
 
 impl<'a> Engaged<'a> {
     /// `settings` taking over at output `op`, set point `sp` and `pv`.
-    pub(super) fn new(
+    pub(crate) fn new(
         settings: &'a Controller,
         sample_time: f64,
         op: f64,
@@ -258,7 +258,7 @@ impl<const N: usize> PiBank<N> {
 /// Controllers of every kind side by side, one a lane. A PI controller gives the same bits here as
 /// in a [`PiBank`].
 #[derive(Debug, Clone)]
-pub(super) struct PidBank<const N: usize>([Pid; N]);
+pub(crate) struct PidBank<const N: usize>([Pid; N]);
 
 #[derive(Debug, Clone)]
 struct Pid {
@@ -284,13 +284,13 @@ struct Pid {
 }
 
 impl<const N: usize> PidBank<N> {
-    pub(super) fn new(controllers: &[Engaged<'_>; N]) -> Self {
+    pub(crate) fn new(controllers: &[Engaged<'_>; N]) -> Self {
         Self(controllers.each_ref().map(Pid::new))
     }
 
     /// The output in lane `l` for the present set point and PV.
     #[inline(always)]
-    pub(super) fn step(&mut self, l: usize, sp: f64, pv: f64) -> f64 {
+    pub(crate) fn step(&mut self, l: usize, sp: f64, pv: f64) -> f64 {
         self.0[l].step(sp, pv)
     }
 }

@@ -24,11 +24,14 @@ mod signal;
 mod simulate;
 mod sweep;
 
+pub(crate) use bank::quantised;
 pub use cascade::{Cascade, CascadeRun};
 pub use controller::{AntiWindup, Controller, DerivativeOn, Form, Handover};
+pub(crate) use controller::{Engaged, PidBank};
 pub use cycle::period;
 pub use open_loop::{OpenLoop, OpenLoopRun};
 pub use process::{DeadTime, Process, SampledProcess};
+pub(crate) use process::{DelayLine, ProcessBank};
 pub use random::NormalStream;
 pub use signal::{Signal, SignalSource, Wave};
 pub use simulate::{ClosedLoop, Run};

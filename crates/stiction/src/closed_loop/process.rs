@@ -233,7 +233,7 @@ impl SampledProcess {
 
 /// `N` sampled processes of at most `M` states side by side.
 #[derive(Debug, Clone)]
-pub(super) struct ProcessBank<const N: usize, const M: usize> {
+pub(crate) struct ProcessBank<const N: usize, const M: usize> {
     a: [[Lane<N>; M]; M],
     newer: [Lane<N>; M],
     older: [Lane<N>; M],
@@ -245,7 +245,7 @@ pub(super) struct ProcessBank<const N: usize, const M: usize> {
 
 impl<const N: usize, const M: usize> ProcessBank<N, M> {
     /// Processes at rest at zero. Missing states stay zero.
-    pub(super) fn new(processes: [&SampledProcess; N]) -> Self {
+    pub(crate) fn new(processes: [&SampledProcess; N]) -> Self {
         use std::array::from_fn;
         let entry = |column: &[f64], i: usize| column.get(i).copied().unwrap_or(0.0);
         Self {
@@ -264,13 +264,13 @@ impl<const N: usize, const M: usize> ProcessBank<N, M> {
 
     /// The present output in lane `l`.
     #[inline(always)]
-    pub(super) fn output(&self, l: usize) -> f64 {
+    pub(crate) fn output(&self, l: usize) -> f64 {
         self.state[0][l] + self.through[l] * self.input[l]
     }
 
     /// Advances by one sample with the delayed inputs `v(k-n)`.
     #[inline(always)]
-    pub(super) fn advance(&mut self, input: Lane<N>) {
+    pub(crate) fn advance(&mut self, input: Lane<N>) {
         for l in 0..N {
             let mut state = [0.0; M];
             for j in 0..M {
@@ -291,7 +291,7 @@ impl<const N: usize, const M: usize> ProcessBank<N, M> {
 
 /// The last inputs of `N` processes, each delayed by its own number of samples.
 #[derive(Debug, Clone)]
-pub(super) struct DelayLine<const N: usize> {
+pub(crate) struct DelayLine<const N: usize> {
     /// A ring; its length is a power of two.
     ring: Vec<Lane<N>>,
     delay: [usize; N],
@@ -299,20 +299,20 @@ pub(super) struct DelayLine<const N: usize> {
 }
 
 impl<const N: usize> DelayLine<N> {
-    pub(super) fn new(delay: [usize; N]) -> Self {
+    pub(crate) fn new(delay: [usize; N]) -> Self {
         let longest = delay.iter().copied().max().unwrap_or(0);
         let ring = vec![Lane::splat(0.0); (longest + 1).next_power_of_two()];
         Self { ring, delay, head: 0 }
     }
 
     /// Whether the delay is the same in all lanes.
-    pub(super) fn is_common(&self) -> bool {
+    pub(crate) fn is_common(&self) -> bool {
         self.delay.iter().all(|delay| *delay == self.delay[0])
     }
 
     /// Takes `v(k)`, gives `v(k-n)`. `COMMON` claims that the delay is the same in all lanes.
     #[inline(always)]
-    pub(super) fn push<const COMMON: bool>(&mut self, v: Lane<N>) -> Lane<N> {
+    pub(crate) fn push<const COMMON: bool>(&mut self, v: Lane<N>) -> Lane<N> {
         let mask = self.ring.len() - 1;
         let head = self.head;
         self.head = head.wrapping_add(1);

@@ -1,5 +1,75 @@
 //! What a historian does to a signal.
 
+use super::draw::Draw;
+use crate::closed_loop::quantised;
+use crate::series::std;
+
+/// How a loop is recorded.
+#[derive(Debug, Clone)]
+pub(super) struct Historian {
+    /// The average over the sample, not the value at its end.
+    pub averaged: bool,
+    /// The PV is new every so many samples and held between.
+    pub hold: usize,
+    /// Resolution of the OP, percent; 0 for none.
+    pub op_quantum: f64,
+    /// Resolution of the PV, in its standard deviations; 0 for none.
+    pub pv_quantum: f64,
+    /// Deviation of the swinging door, in standard deviations; 0 for none.
+    pub deviation: f64,
+}
+
+impl Historian {
+    /// One of those there are.
+    pub fn draw(draw: &mut Draw) -> Self {
+        let averaged = draw.chance(0.2);
+        let hold = draw.count(2, 6);
+        let held = draw.chance(0.12);
+        let op_quantum = draw.one_of([0.01, 0.05, 0.1, 0.25, 0.5, 1.0]);
+        let op_quantised = draw.chance(0.4);
+        let pv_quantum = draw.log(0.01, 0.4);
+        let pv_quantised = draw.chance(0.4);
+        let deviation = draw.log(0.02, 0.5);
+        let compressed = draw.chance(0.2);
+        Self {
+            averaged,
+            hold: if held { hold } else { 1 },
+            op_quantum: if op_quantised { op_quantum } else { 0.0 },
+            pv_quantum: if pv_quantised { pv_quantum } else { 0.0 },
+            deviation: if compressed { deviation } else { 0.0 },
+        }
+    }
+
+    /// The OP as it is recorded, of `steps` steps a sample.
+    pub fn op(&self, op: &[f64], steps: usize) -> Vec<f64> {
+        let mut op = self.sampled(op, steps);
+        op.iter_mut().for_each(|v| *v = quantised(*v, self.op_quantum));
+        self.compressed(op)
+    }
+
+    /// The PV as it is recorded, of `steps` steps a sample.
+    pub fn pv(&self, pv: &[f64], steps: usize) -> Vec<f64> {
+        let mut pv = self.sampled(pv, steps);
+        for k in 0..pv.len() {
+            pv[k] = pv[k - k % self.hold];
+        }
+        let quantum = if self.pv_quantum > 0.0 { self.pv_quantum * std(&pv) } else { 0.0 };
+        pv.iter_mut().for_each(|v| *v = quantised(*v, quantum));
+        self.compressed(pv)
+    }
+
+    fn sampled(&self, x: &[f64], steps: usize) -> Vec<f64> {
+        let value = |sample: &[f64]| match self.averaged {
+            true => sample.iter().sum::<f64>() / steps as f64,
+            false => sample[steps - 1],
+        };
+        x.chunks_exact(steps).map(value).collect()
+    }
+
+    fn compressed(&self, x: Vec<f64>) -> Vec<f64> {
+        if self.deviation > 0.0 { swinging_door(&x, self.deviation * std(&x)) } else { x }
+    }
+}
 /// The samples that a swinging-door compression with the given deviation keeps, and straight lines
 /// between them: what comes back from a historian that interpolates. The first and last samples are
 /// kept; every other one lies within `deviation` of what comes back.

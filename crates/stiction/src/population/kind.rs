@@ -1,0 +1,145 @@
+//! The kinds of loops, and how many there are of each.
+
+use super::Simulated;
+use super::draw::Draw;
+use crate::error::{Error, Result};
+
+/// What a simulated loop has that others have not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Kind {
+    /// Its valve sticks and slips.
+    Sticky,
+    /// Its valve does not move: seized where it was, shut, or without power.
+    Stuck,
+    /// Nothing: load drift, steps, ramps, pulses and noise, as all loops have.
+    Normal,
+    /// A sine enters at the load or at the PV.
+    Sine,
+    /// Narrow-band noise enters at the load or at the PV.
+    Irregular,
+    /// The controller has 0.85 to 1.25 times less gain than the ultimate one.
+    AggressiveTuning,
+    /// The transmitter resolves only a few levels of what the PV does; the controller sees them.
+    QuantisedPv,
+    /// A load asks for more than the OP can give.
+    Saturation,
+    /// The transmitter has play, or the controller a gap.
+    DeadZoneElsewhere,
+    /// The set point moves, more than in other loops.
+    SetPoint,
+    /// The process gain changes over the range that an oscillating load makes the OP cover.
+    ProcessNonlinearity,
+    /// A square, triangular, relaxation or slip-like wave enters at the load or at the PV, as from
+    /// another sticking valve upstream.
+    ExternalWave,
+}
+
+impl Kind {
+    /// All kinds, those of valves that do not move as they should first.
+    pub const ALL: [Self; 12] = [
+        Self::Sticky,
+        Self::Stuck,
+        Self::Normal,
+        Self::Sine,
+        Self::Irregular,
+        Self::AggressiveTuning,
+        Self::QuantisedPv,
+        Self::Saturation,
+        Self::DeadZoneElsewhere,
+        Self::SetPoint,
+        Self::ProcessNonlinearity,
+        Self::ExternalWave,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sticky => "sticky valve",
+            Self::Stuck => "stuck valve",
+            Self::Normal => "normal operation",
+            Self::Sine => "sine disturbance",
+            Self::Irregular => "irregular oscillation",
+            Self::AggressiveTuning => "aggressive tuning",
+            Self::QuantisedPv => "quantised PV",
+            Self::Saturation => "saturation",
+            Self::DeadZoneElsewhere => "dead zone elsewhere",
+            Self::SetPoint => "set-point changes",
+            Self::ProcessNonlinearity => "process nonlinearity",
+            Self::ExternalWave => "external wave",
+        }
+    }
+
+    /// The kind of that name, in any case.
+    ///
+    /// # Errors
+    /// If there is none; the error lists those there are.
+    pub fn by_name(name: &str) -> Result<Self> {
+        let wanted = name.to_lowercase();
+        let found = Self::ALL.into_iter().find(|kind| kind.name().to_lowercase() == wanted);
+        found.ok_or_else(|| Error::UnknownName {
+            family: "kind of loop",
+            name: name.to_owned(),
+            known: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+
+    /// Its share of the population.
+    pub fn share(self) -> f64 {
+        /// What sticking and stuck valves leave.
+        const HEALTHY: f64 = 0.51;
+        match self {
+            Self::Sticky => 0.45,
+            Self::Stuck => 0.04,
+            Self::Normal => HEALTHY * 0.28,
+            Self::Irregular => HEALTHY * 0.10,
+            Self::SetPoint => HEALTHY * 0.09,
+            Self::DeadZoneElsewhere => HEALTHY * 0.07,
+            Self::ProcessNonlinearity => HEALTHY * 0.06,
+            Self::Sine
+            | Self::AggressiveTuning
+            | Self::QuantisedPv
+            | Self::Saturation
+            | Self::ExternalWave => HEALTHY * 0.08,
+        }
+    }
+
+    /// Whether the valve is at fault.
+    pub(super) fn sticks(self) -> bool {
+        matches!(self, Self::Sticky | Self::Stuck)
+    }
+
+    /// The kind that a number from 0 to 1 falls on when the kinds lie side by side with their shares.
+    pub(super) fn at(mut place: f64) -> Self {
+        for kind in Self::ALL {
+            place -= kind.share();
+            if place < 0.0 {
+                return kind;
+            }
+        }
+        Self::ExternalWave
+    }
+
+    /// The loop of this kind and seed.
+    ///
+    /// Loops of two kinds with the same seed have the same process, tuning, noise, load, set point and
+    /// historian, as far as the kind leaves them alone, so that a sticky loop can be compared with its
+    /// healthy siblings. A draw that shows nothing, or shows something else (see
+    /// `docs/population.md`), is drawn again from the same seed, counted in
+    /// [`Facts::redrawn`](super::Facts::redrawn).
+    ///
+    /// # Errors
+    /// None is known: if 100 draws in a row showed nothing, or a setting were out of its range.
+    pub fn simulate(self, seed: u64) -> Result<Simulated> {
+        const DRAWS: u64 = 100;
+        for redrawn in 0..DRAWS {
+            let draw = &mut Draw::of(&[seed, redrawn]);
+            if let Some(mut simulated) = super::member::simulate(self, draw)? {
+                simulated.truth.facts.redrawn = redrawn as usize;
+                simulated.recording.name = format!("{} {seed}", self.name());
+                return Ok(simulated);
+            }
+        }
+        Err(Error::Inconsistent(format!("{} {seed}: none of {DRAWS} draws serves", self.name())))
+    }
+}
