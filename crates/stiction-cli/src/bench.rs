@@ -91,10 +91,14 @@ pub fn run(args: Args) -> Result<()> {
         time: args.time,
         reports: args.reports.as_deref(),
     };
-    let (about, measured) = match (&args.labels, args.simulated) {
+    let (mut about, measured) = match (&args.labels, args.simulated) {
         (Some(index), _) => labelled::measure(index, &plan)?,
         (None, n) => simulated::measure(args.seed, n.unwrap_or(1), args.per_kind, &plan)?,
     };
+    if plan.options.detectors != Detectors::All && measured.majority {
+        about.origin +=
+            " Some verdicts rest on a majority of methods, and only those named were asked.";
+    }
     let board = Board::of(&measured.loops);
     if let Some(path) = &args.csv {
         output::write(Some(path), results::csv(&measured.loops)?.as_bytes())?;

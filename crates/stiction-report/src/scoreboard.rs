@@ -127,8 +127,12 @@ pub fn has_valves(board: &Board) -> bool {
 
 /// What each method decides on recordings.
 pub fn decisions(board: &Board, names: Names) -> Table {
+    let hidden = match board.hidden.k {
+        0 => String::new(),
+        n => format!(" {n} that stick invisibly are left out."),
+    };
     let caption = format!(
-        "{} sticking and {} healthy recordings.{}",
+        "{} sticking and {} healthy recordings.{hidden}{}",
         board.sticky,
         board.healthy,
         star_note(board)
@@ -315,7 +319,11 @@ pub fn times(times: &[(String, f64)]) -> Table {
 /// Every loop with its truth and its verdict.
 fn loops(loops: &[Scored], reports: &[String]) -> Table {
     let kinds = loops.iter().any(|each| !each.truth.kind.is_empty());
-    let mut table = Table::new("").words("loop").words("valve");
+    let valves = loops.iter().any(|each| each.truth.valve != each.name);
+    let mut table = Table::new("").words("loop");
+    if valves {
+        table = table.words("valve");
+    }
     if kinds {
         table = table.words("kind");
     }
@@ -335,7 +343,10 @@ fn loops(loops: &[Scored], reports: &[String]) -> Table {
             (false, _) => "healthy",
         };
         let optional = |value: Option<f64>| value.map_or(DASH.to_owned(), number);
-        let mut line = vec![each.name.clone(), truth.valve.clone()];
+        let mut line = vec![each.name.clone()];
+        if valves {
+            line.push(truth.valve.clone());
+        }
         if kinds {
             line.push(truth.kind.clone());
         }
@@ -474,7 +485,7 @@ fn false_alarms(board: &Board) -> Option<Figure> {
     }
     let mut panel = Panel::new("called sticking (%)", "")
         .x_range(0.0, 100.0)
-        .y_range(-0.6, KINDS.len() as f64 - 0.4)
+        .y_range(-0.6, KINDS.len() as f64 + 0.2)
         .y_scale(Scale::Names(KINDS.as_slice()))
         .legend(Legend::Above)
         .height(24.0 * KINDS.len() as f64 + 20.0);

@@ -45,7 +45,7 @@ fn entries(index: &Path) -> Result<(Vec<Entry>, usize)> {
     let folder = index.parent().unwrap_or(Path::new(""));
     let (names, labels) = (table.texts("loop")?, table.texts("label")?);
     let optional = |column: &str| table.texts(column).ok();
-    let types = optional("loop_type").or_else(|| optional("loop_type_unverified"));
+    let (types, guesses) = (optional("loop_type"), optional("loop_type_unverified"));
     let (tags, files) = (optional("tag"), optional("file"));
     let mut entries = vec![];
     for (k, name) in names.iter().enumerate() {
@@ -66,9 +66,11 @@ fn entries(index: &Path) -> Result<(Vec<Entry>, usize)> {
         let cell = |column: &Option<Vec<String>>| {
             column.as_ref().map(|cells| cells[k].clone()).filter(|cell| !cell.is_empty())
         };
-        let loop_type = match cell(&types) {
-            Some(word) => Some(LoopType::by_name(&word).with_context(|| place.clone())?),
-            None => None,
+        let loop_type = match (cell(&types), cell(&guesses)) {
+            (Some(word), _) => Some(LoopType::by_name(&word).with_context(|| place.clone())?),
+            // What no one has verified may well be a word that no one knows.
+            (None, Some(word)) => LoopType::by_name(&word).ok(),
+            (None, None) => None,
         };
         entries.push(Entry {
             place,

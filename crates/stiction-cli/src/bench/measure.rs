@@ -7,8 +7,9 @@ use std::path::Path;
 use std::time::Instant;
 use stiction::detect::{self, Detector, Subject};
 use stiction::diagnose::scoreboard::{Scored, Truth};
-use stiction::diagnose::{Diagnosis, Options};
+use stiction::diagnose::{Basis, Diagnosis, Options};
 use stiction::recording::Recording;
+use stiction::recording::fitness::Class;
 use stiction::series::median;
 use stiction_report::document::Source;
 use stiction_report::report;
@@ -37,6 +38,8 @@ pub struct Measured {
     pub reports: Vec<String>,
     /// Median times, microseconds; empty unless they were asked for.
     pub times: Vec<(String, f64)>,
+    /// Whether a verdict rests on a majority of methods, or on their silence.
+    pub majority: bool,
     /// Time of each loop: the diagnosis, then each method.
     each: Vec<Vec<f64>>,
 }
@@ -45,6 +48,7 @@ pub struct Measured {
 struct One {
     scored: Scored,
     report: Option<String>,
+    majority: bool,
     times: Vec<f64>,
 }
 
@@ -69,7 +73,8 @@ impl Measured {
             .collect();
         progress.finish_and_clear();
         for result in results {
-            let One { scored, report, times } = result?;
+            let One { scored, report, majority, times } = result?;
+            self.majority |= majority;
             self.loops.push(scored);
             self.reports.extend(report);
             self.each.push(times);
@@ -115,20 +120,26 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
         }
         None => None,
     };
-    Ok(One { scored: Scored::new(&diagnosis, truth), report, times })
+    // Of sound data, an open verdict without evidence is one for want of votes.
+    let majority = match diagnosis.verdict.basis {
+        Basis::Majority => true,
+        Basis::None => diagnosis.fitness.class != Class::Unfit,
+        _ => false,
+    };
+    Ok(One { scored: Scored::new(&diagnosis, truth), report, majority, times })
 }
 
 /// How long each method takes; one that has nothing to look at takes no time worth counting.
 fn times_of_methods(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Vec<f64> {
     let Some(seen) = diagnosis.subject() else { return vec![] };
-    let time = |detector: &Box<dyn Detector>| {
+    let time = |detector: &dyn Detector| {
         let started = Instant::now();
         // Each looks for itself, so that none is quicker for what another one has worked out.
         let subject = Subject::new(seen.stretch, seen.loop_type, seen.period);
-        std::hint::black_box(detect::judge(&**detector, &subject));
+        std::hint::black_box(detect::judge(detector, &subject));
         microseconds(started)
     };
-    detectors.iter().map(time).collect()
+    detectors.iter().map(|detector| time(&**detector)).collect()
 }
 
 fn microseconds(since: Instant) -> f64 {

@@ -108,7 +108,10 @@ fn board(folder: &Path, threads: &str) -> Vec<String> {
     let csv = format!("{threads}.csv");
     let output = command(folder)
         .env("RAYON_NUM_THREADS", threads)
-        .args("bench --simulated 12 --per-kind 1 --seed 5 --method horch --method curve-fit".split(' '))
+        .args(
+            "bench --simulated 12 --per-kind 1 --seed 5 --method horch --method curve-fit"
+                .split(' '),
+        )
         .args(["--html", &html, "--csv", &csv])
         .output()
         .expect("the command starts");

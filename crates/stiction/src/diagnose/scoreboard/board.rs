@@ -27,7 +27,7 @@ pub struct Board {
     pub healthy_valves: usize,
     /// The verdict, then the methods that were asked, in the order of the registry.
     pub methods: Vec<MethodRow>,
-    /// Loops by kind, in the order in which the kinds first come; empty where none is known.
+    /// Loops by kind, those that stick first, then by name; empty where none is known.
     pub kinds: Vec<KindRow>,
     /// What the verdict's probability is worth; `None` where no loop has one.
     pub calibration: Option<Calibration>,
@@ -188,6 +188,7 @@ fn kinds(loops: &[&Scored], asked: &[Option<&'static Method>]) -> Vec<KindRow> {
             counts.add(said(each, *method).0);
         }
     }
+    rows.sort_by(|a, b| b.sticks.cmp(&a.sticks).then_with(|| a.kind.cmp(&b.kind)));
     rows
 }
 
