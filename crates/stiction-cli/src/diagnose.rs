@@ -79,6 +79,7 @@ pub fn run(args: Args) -> Result<()> {
         loop_type: None,
         grid: GridOptions { sample_time: args.grid },
         kpis: KpiOptions { dead_time: args.dead_time },
+        ..Options::default()
     };
     let (recordings, mut failures) = read_all(&args)?;
     let (loops, refused) = diagnose_all(&recordings, &options);

@@ -3,6 +3,7 @@
 //! * [`figure`]: figures as plain data, drawn as SVG text or PNG bytes;
 //! * [`page`]: an HTML page that shows figures with their captions and parameters;
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
+//! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page;
 //! * [`run`]: figures of simulated runs;
 //! * [`paper`]: the figures of the paper.
 //!
@@ -37,6 +38,7 @@ pub mod page;
 pub mod paper;
 pub mod report;
 pub mod run;
+pub mod scoreboard;
 
 pub use error::Error;
 pub use figure::{

@@ -1,5 +1,6 @@
 //! The `stiction` command, run as a user runs it.
 
+mod bench;
 mod diagnose;
 mod figures;
 mod inspect;

@@ -2,7 +2,9 @@
 
 use super::verdict::{Stiction, Verdict, VerdictClass, Votes, preliminary};
 use super::{KpiOptions, Kpis};
-use crate::detect::{self, Abstention, Finding, Measured, Spread, Subject, ValvePosition};
+use crate::detect::{
+    self, Abstention, Detector, Family, Finding, Measured, Spread, Subject, ValvePosition,
+};
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
 use crate::oscillation::{self, Oscillation};
@@ -10,7 +12,7 @@ use crate::recording::fitness::{self, Class, Fitness, Measure};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
 
 /// What may be told about a loop before it is diagnosed.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// What the loop controls, if the recording does not know.
     pub loop_type: Option<LoopType>,
@@ -18,6 +20,47 @@ pub struct Options {
     pub grid: GridOptions,
     /// What the key figures need to know.
     pub kpis: KpiOptions,
+    /// Which published methods are asked.
+    pub detectors: Detectors,
+}
+
+/// Which of the published methods are asked for a diagnosis. They cost most of its time, so whoever
+/// needs no more than the verdict, or than some of them, can leave the others out.
+///
+/// Those that read the measured valve position ([`Family::Measured`]) are always asked, because the
+/// verdict follows them. A verdict that rests on a majority counts the votes of those that are asked only.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Detectors {
+    /// All of the registry.
+    #[default]
+    All,
+    /// None.
+    None,
+    /// Those of these names, such as `horch`.
+    Only(Vec<String>),
+}
+
+impl Detectors {
+    /// The detectors that are asked, in the order of the registry.
+    ///
+    /// # Errors
+    /// If there is none of a name; the message names those there are.
+    pub fn asked(&self) -> Result<Vec<Box<dyn Detector>>> {
+        let mut detectors = detect::all();
+        let chosen = match self {
+            Self::All => return Ok(detectors),
+            Self::None => vec![],
+            Self::Only(names) => names
+                .iter()
+                .map(|name| Ok(detect::by_name(name)?.method().name))
+                .collect::<Result<Vec<_>>>()?,
+        };
+        detectors.retain(|detector| {
+            let method = detector.method();
+            method.family == Family::Measured || chosen.contains(&method.name)
+        });
+        Ok(detectors)
+    }
 }
 
 /// Everything that was found out about one loop.
@@ -44,7 +87,7 @@ pub struct Diagnosis {
     pub error_oscillation: Option<Oscillation>,
     /// The oscillation of the OP; `None` without a stretch.
     pub op_oscillation: Option<Oscillation>,
-    /// What each method says, in the order of the registry.
+    /// What each method that was asked says, in the order of the registry.
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
     pub kpis: Kpis,
@@ -129,6 +172,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
+    let detectors = options.detectors.asked()?;
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let stretch = grid.longest();
@@ -150,9 +194,9 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let findings: Vec<Finding> = match stretch {
         Some(stretch) => {
             let subject = Subject::new(stretch, loop_type, period);
-            detect::all().iter().map(|detector| detect::judge(&**detector, &subject)).collect()
+            detectors.iter().map(|detector| detect::judge(&**detector, &subject)).collect()
         }
-        None => detect::all()
+        None => detectors
             .iter()
             .map(|detector| {
                 let why = "there is no stretch in automatic to look at".to_owned();

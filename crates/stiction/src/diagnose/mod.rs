@@ -10,7 +10,7 @@ pub mod scoreboard;
 mod verdict;
 
 pub use crate::fusion::{Cause, Estimate};
-pub use diagnosis::{Diagnosis, Options, Window, diagnose};
+pub use diagnosis::{Detectors, Diagnosis, Options, Window, diagnose};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use verdict::{
     Alternative, Basis, ConfirmingTest, Definition, FEWEST_VOTES, MIMICS, Stiction, Verdict,
