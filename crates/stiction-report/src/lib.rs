@@ -4,6 +4,7 @@
 //! * [`page`]: an HTML page that shows figures with their captions and parameters;
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`run`]: figures of simulated runs;
+//! * [`words`]: a verdict in words;
 //! * [`paper`]: the figures of the paper.
 //!
 //! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
@@ -37,6 +38,7 @@ pub mod page;
 pub mod paper;
 pub mod report;
 pub mod run;
+pub mod words;
 
 pub use error::Error;
 pub use figure::{
