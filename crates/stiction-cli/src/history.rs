@@ -214,7 +214,7 @@ fn text(valve: &Valve) -> String {
         Some(at).filter(|_| valve.dated).and_then(figure::instant).unwrap_or_else(|| seconds(at))
     };
     let mut rows =
-        vec![["from", "duration", "verdict", "sure", "S", "J", "data"].map(str::to_owned)];
+        vec![["from", "duration", "verdict", "p(sticks)", "S", "J", "data"].map(str::to_owned)];
     rows.extend(valve.windows.iter().map(|w| {
         [
             moment(w.from_s),

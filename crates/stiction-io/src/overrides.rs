@@ -320,10 +320,13 @@ pub fn today() -> Date {
 /// # Errors
 /// If the text, or the result, is not well formed.
 pub fn with(text: &str, origin: &str, one: &Override) -> Result<String> {
-    let text = if text.trim().is_empty() { HEAD.to_owned() } else { text.to_owned() };
-    let (mut document, _) =
-        edited(&text, origin, |other| one.rivals(other) && one.overlaps(other))?;
+    let head = if text.trim().is_empty() { HEAD } else { "" };
+    let (mut document, _, comments) =
+        edited(text, origin, |other| one.rivals(other) && one.overlaps(other))?;
     let mut table = toml_edit::Table::new();
+    if !comments.is_empty() {
+        table.decor_mut().set_prefix(comments);
+    }
     let mut set =
         |key: &str, value: toml_edit::Value| table.insert(key, toml_edit::Item::Value(value));
     set("loop", one.loop_name.as_str().into());
@@ -357,7 +360,7 @@ pub fn with(text: &str, origin: &str, one: &Override) -> Result<String> {
             return Err(Error::Overrides { origin: origin.to_owned(), line: 1, message });
         }
     }
-    let made = document.to_string();
+    let made = format!("{head}{document}");
     Overrides::parse(&made, origin)?;
     Ok(made)
 }
@@ -371,18 +374,21 @@ pub fn without(
     origin: &str,
     unwanted: impl Fn(&Override) -> bool,
 ) -> Result<(String, usize)> {
-    let (document, removed) = edited(text, origin, unwanted)?;
+    let (mut document, removed, comments) = edited(text, origin, unwanted)?;
+    let end = document.trailing().as_str().unwrap_or_default().to_owned();
+    document.set_trailing(format!("{comments}{end}"));
     Ok((document.to_string(), removed))
 }
 
 const HEAD: &str = "# What people concluded of valves, kept by `stiction override`.\n\
-                    # The computed verdict is always shown beside it.\n";
+                    # The computed verdict is always shown beside it.\n\n";
 
+/// The document without those that are `unwanted`, how many those were, and what stood above them.
 fn edited(
     text: &str,
     origin: &str,
     unwanted: impl Fn(&Override) -> bool,
-) -> Result<(toml_edit::DocumentMut, usize)> {
+) -> Result<(toml_edit::DocumentMut, usize, String)> {
     let known = Overrides::parse(text, origin)?;
     let mut document: toml_edit::DocumentMut =
         text.parse().map_err(|e: toml_edit::TomlError| Error::Overrides {
@@ -390,16 +396,18 @@ fn edited(
             line: line_of(text.as_bytes(), e.span().unwrap_or_default().start),
             message: e.message().to_owned(),
         })?;
-    let mut removed = 0;
+    let (mut removed, mut comments) = (0, String::new());
     if let Some(tables) =
         document.get_mut("override").and_then(toml_edit::Item::as_array_of_tables_mut)
     {
         for place in (0..known.all.len()).rev().filter(|place| unwanted(&known.all[*place])) {
+            let above = tables.get(place).and_then(|table| table.decor().prefix()?.as_str());
+            comments.insert_str(0, above.filter(|text| text.contains('#')).unwrap_or_default());
             tables.remove(place);
             removed += 1;
         }
     }
-    Ok((document, removed))
+    Ok((document, removed, comments))
 }
 
 #[cfg(test)]

@@ -55,13 +55,12 @@ fn field(name: &str, text: &str) -> String {
 
 fn verdict(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
-    let sure = verdict.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
     let basis = match verdict.basis {
         Basis::None => String::new(),
         basis => format!(" Rests on: {}.", basis.name()),
     };
     let class = verdict.class.name().to_uppercase();
-    format!("{class}{sure}: {}{basis}", words::verdict(diagnosis))
+    format!("{class}: {}{basis}", words::verdict(diagnosis))
 }
 
 /// What speaks for the verdict and against it, what else it could be, and how to find out.
@@ -224,8 +223,18 @@ pub fn several(loops: &[Diagnosed]) -> String {
             (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
         })
     });
-    let header =
-        ["loop", "type", "verdict", "sure", "votes", "S", "data", "period", "regularity", "why"];
+    let header = [
+        "loop",
+        "type",
+        "verdict",
+        "p(sticks)",
+        "votes",
+        "S",
+        "data",
+        "period",
+        "regularity",
+        "why",
+    ];
     let mut rows = vec![header.map(str::to_owned)];
     for Diagnosed { diagnosis, overruled, .. } in ranked {
         let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);

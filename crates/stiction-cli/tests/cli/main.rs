@@ -2,8 +2,10 @@
 
 mod diagnose;
 mod figures;
+mod history;
 mod inspect;
 mod malformed;
+mod overrule;
 mod session;
 mod simulate;
 mod stem;

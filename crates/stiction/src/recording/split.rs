@@ -23,8 +23,8 @@ impl Recording {
         if !duration.is_finite() || count < 2.0 {
             return Ok(vec![self.clone()]);
         }
-        // More windows than samples would all but one be empty.
-        let count = count.min(self.op.time.len() as f64) as usize;
+        // Of more windows than samples some would be empty.
+        let count = count.min(times().count() as f64) as usize;
         let part = |k: usize| {
             let from = first + k as f64 * window;
             let to = if k + 1 < count { from + window } else { f64::INFINITY };
