@@ -24,7 +24,8 @@ const CYCLES: f64 = 10.0;
 ///
 /// Recordings of one tag belong together, in whatever files they are. Each is cut into windows of a day, or
 /// of ten periods of its oscillation if that is longer; what is shorter than one and a half windows stays
-/// whole. Every window is diagnosed on its own, then they are combined.
+/// whole. Every window is diagnosed on its own, then they are combined; with --repair those after it, for the
+/// valve as it is now.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction history FIC101-january.csv FIC101-february.csv --report history.html
@@ -178,11 +179,14 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
         .collect();
     seen.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
     let (points, observations): (Vec<Point>, Vec<Observation>) = seen.into_iter().unzip();
-    let combined = combine(&observations)?;
-    let repaired = match &args.repair {
+    let time = match &args.repair {
+        Some(text) => Some(repair_time(text, dated, args.reading.zone())?),
         None => None,
-        Some(text) => Some(repair(&observations, repair_time(text, dated, args.reading.zone())?)?),
     };
+    let repaired = time.map(|time| repair(&observations, time)).transpose()?;
+    // The valve as it is now: windows from before a repair say nothing of it.
+    let now = observations.iter().filter(|o| time.is_none_or(|time| o.time >= time));
+    let combined = combine(&now.copied().collect::<Vec<_>>())?;
     Ok(Valve {
         name: tag.to_owned(),
         sources,
@@ -238,10 +242,11 @@ fn text(valve: &Valve) -> String {
     let combined = &valve.combined;
     let sure = combined.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
     let together = format!(
-        "{}{sure}; {} of {} windows decide",
+        "{}{sure}; {} of {} windows{} decide",
         combined.class.to_uppercase(),
         combined.decided,
-        valve.windows.len()
+        combined.windows,
+        if valve.repair.is_some() { " since the repair" } else { "" }
     );
     let mut field = |name: &str, text: &str| {
         for (k, line) in wrapped(text, 88).into_iter().enumerate() {

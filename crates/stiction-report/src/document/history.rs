@@ -58,13 +58,15 @@ pub struct Point {
     pub j: Option<Estimate>,
 }
 
-/// What the windows of a valve say together.
+/// What the windows of a valve say together; of one that was repaired, those after the repair.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Combined {
     /// The conclusion.
     pub class: String,
     /// The combined probability that the valve sticks.
     pub probability: Option<f64>,
+    /// How many windows they are.
+    pub windows: usize,
     /// How many windows decided, or have a probability.
     pub decided: usize,
     /// The drift of S; null with too few windows.
@@ -143,6 +145,7 @@ impl From<&diagnose::History> for Combined {
         Self {
             class: history.class.name().into(),
             probability: history.probability,
+            windows: history.observations,
             decided: history.decided,
             drift: history.drift.map(|drift| Drift {
                 per_day: drift.per_day,

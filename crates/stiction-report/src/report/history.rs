@@ -100,14 +100,17 @@ fn section(valve: &Valve) -> Section {
 
 fn headline(valve: &Valve) -> String {
     let combined = &valve.combined;
-    let n = valve.windows.len();
+    let which = if valve.repair.is_some() { " since the repair" } else { "" };
+    let n = combined.windows;
     match combined.probability {
-        Some(p) => {
-            format!("All {n} windows together give a probability of {} that it sticks.", percent(p))
-        }
-        None => {
-            format!("Of {n} windows {} decide; together: {}.", combined.decided, combined.class)
-        }
+        Some(p) => format!(
+            "The {n} windows{which} together give a probability of {} that it sticks.",
+            percent(p)
+        ),
+        None => format!(
+            "Of {n} windows{which} {} decide; together: {}.",
+            combined.decided, combined.class
+        ),
     }
 }
 

@@ -127,7 +127,7 @@ fn size(section: Section, diagnosis: &Diagnosis) -> Section {
     }
     let mut section = section.heading("How much it sticks");
     let coverage = stiction.coverage.map_or(String::new(), |share| {
-        format!(" The intervals hold {:.0} % of the time.", 100.0 * share)
+        format!(" The intervals are meant to hold with {:.0} %.", 100.0 * share)
     });
     if let Some(model) = &stiction.model {
         section = section.with(Block::Paragraph(format!("Found with {model}.{coverage}")));

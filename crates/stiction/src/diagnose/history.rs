@@ -227,7 +227,7 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
 
 fn trend(drift: &Drift) -> String {
     let figures = format!(
-        "{:+.2} % a day, 95 % interval {:+.2} to {:+.2}; p = {}, Mann-Kendall p = {}",
+        "{:+.2} % a day, 95 % interval {:+.2} to {:+.2}; {}, by Mann and Kendall {}",
         100.0 * drift.per_day,
         100.0 * drift.low,
         100.0 * drift.high,
@@ -244,7 +244,7 @@ fn trend(drift: &Drift) -> String {
 
 /// A p-value as it is written.
 pub(super) fn p_value(p: f64) -> String {
-    if p < 0.001 { "below 0.001".to_owned() } else { format!("{p:.3}") }
+    if p < 0.001 { "p < 0.001".to_owned() } else { format!("p = {p:.3}") }
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub const FEWEST: usize = 5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Outcome {
-    /// It sticks less, and nothing says that it still sticks.
+    /// It no longer sticks, or so little is left of S that it hardly matters.
     Worked,
     /// It sticks less, but it still sticks.
     Helped,
@@ -171,7 +171,7 @@ fn words(
             _ => "rose",
         };
         format!(
-            "{what} {verb} from {:.digits$} to {:.digits$} % (p = {})",
+            "{what} {verb} from {:.digits$} to {:.digits$} % ({})",
             factor * c.before,
             factor * c.after,
             p_value(c.p_value)
