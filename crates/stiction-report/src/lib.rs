@@ -5,6 +5,7 @@
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page;
 //! * [`run`]: figures of simulated runs;
+//! * [`words`]: a verdict in words;
 //! * [`paper`]: the figures of the paper.
 //!
 //! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
@@ -39,6 +40,7 @@ pub mod paper;
 pub mod report;
 pub mod run;
 pub mod scoreboard;
+pub mod words;
 
 pub use error::Error;
 pub use figure::{

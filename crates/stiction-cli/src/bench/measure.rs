@@ -114,7 +114,10 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let report = match plan.reports {
         Some(folder) => {
             let name = file_name(place, &diagnosis.name);
-            let html = report::html(&diagnose::tool(), &[(&diagnosis, &source)])?;
+            let html = report::html(
+                &diagnose::tool(),
+                &[report::Case { diagnosis: &diagnosis, source: &source, overruled: None }],
+            )?;
             output::write(Some(&folder.join(&name)), html.as_bytes())?;
             Some(name)
         }

@@ -38,7 +38,7 @@ fn one_loop_fits_one_screen() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "FIC101-sticky (flow)  FIC101-sticky.csv");
     assert!(
-        lines[1].starts_with("verdict   STICKS (preliminary, by the majority of the families"),
+        lines[1].starts_with("verdict   STICKS: Preliminary: the loop behaves like one with"),
         "{text}"
     );
     for wanted in [
@@ -66,7 +66,7 @@ fn several_loops_are_ranked_the_worst_first() {
     assert_eq!(one_order, run(&folder, &[&["diagnose"][..], &backwards].concat()).quiet_success());
     let rows: Vec<Vec<&str>> =
         one_order.lines().map(|line| line.split_whitespace().collect()).collect();
-    assert_eq!(rows[0][..4], ["loop", "type", "verdict", "votes"]);
+    assert_eq!(rows[0][..4], ["loop", "type", "verdict", "p(sticks)"]);
     for sticky in &rows[1..3] {
         assert!(["FIC101-sticky", "FIC105-cascade"].contains(&sticky[0]), "{one_order}");
         assert_eq!(sticky[2], "sticks");
@@ -243,7 +243,21 @@ fn a_table_has_one_row_a_loop() {
     let csv = run(&folder, &[&["diagnose"][..], &LOOPS, &["--csv", "-"]].concat()).quiet_success();
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let header = reader.headers().expect("a header").clone();
-    for wanted in ["loop", "file", "verdict", "period_s", "horch", "horch decision", "S", "J"] {
+    for wanted in [
+        "loop",
+        "file",
+        "verdict",
+        "probability",
+        "period_s",
+        "horch",
+        "horch decision",
+        "S",
+        "S_low",
+        "S_high",
+        "J",
+        "alternative",
+        "override",
+    ] {
         assert!(header.iter().any(|name| name == wanted), "{wanted} in {header:?}");
     }
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();

@@ -3,8 +3,10 @@
 mod bench;
 mod diagnose;
 mod figures;
+mod history;
 mod inspect;
 mod malformed;
+mod overrule;
 mod population;
 mod session;
 mod simulate;

@@ -90,6 +90,13 @@ pub enum Block {
     Heading(String),
     /// A paragraph.
     Paragraph(String),
+    /// A list, with numbers if the order matters.
+    List {
+        /// Whether the order matters.
+        ordered: bool,
+        /// What it lists.
+        items: Vec<String>,
+    },
     /// Names with values.
     Facts(Vec<Fact>),
     /// A table.
@@ -324,6 +331,7 @@ impl From<VerdictClass> for Badge {
         let (symbol, tone) = match class {
             VerdictClass::Sticks => ("●", Tone::Bad),
             VerdictClass::DoesNotStick => ("○", Tone::Good),
+            VerdictClass::DoesNotRespond => ("■", Tone::Bad),
             _ => ("?", Tone::Open),
         };
         Self { symbol, word: class.name(), tone }
@@ -478,13 +486,14 @@ impl Page {
         let _ = writeln!(self.html, "<{name}{class}>{text}</{name}>");
     }
 
-    fn list(&mut self, class: &str, texts: &[String]) {
+    fn list(&mut self, name: &str, class: &str, texts: &[String]) {
         if texts.is_empty() {
             return;
         }
-        self.add(&format!("<ul class=\"{class}\">\n"));
+        let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+        self.add(&format!("<{name}{class}>\n"));
         texts.iter().for_each(|text| self.element("li", "", text));
-        self.add("</ul>\n");
+        self.add(&format!("</{name}>\n"));
     }
 
     fn badge(&mut self, badge: &Badge) {
@@ -517,7 +526,7 @@ impl Page {
         self.badge(&section.badge);
         self.add(&format!(" {}</p>\n", escape(&section.headline)));
         self.facts(&section.facts);
-        self.list("reasons", &section.reasons);
+        self.list("ul", "reasons", &section.reasons);
         self.add("</div>\n");
         section.blocks.iter().try_for_each(|block| self.block(block))?;
         self.add("</section>\n");
@@ -528,6 +537,8 @@ impl Page {
         match block {
             Block::Heading(text) => self.element("h3", "", text),
             Block::Paragraph(text) => self.element("p", "", text),
+            Block::List { ordered: false, items } => self.list("ul", "", items),
+            Block::List { ordered: true, items } => self.list("ol", "", items),
             Block::Facts(facts) => self.facts(facts),
             Block::Table(table) => self.table(table),
             Block::Figure(figure) => self.figure(figure)?,
@@ -550,7 +561,7 @@ impl Page {
         }
         self.add("</h4>\n");
         self.element("p", "", &card.sentence);
-        self.list("caveats", &card.caveats);
+        self.list("ul", "caveats", &card.caveats);
         if let Some(figure) = &card.figure {
             self.figure(figure)?;
         }

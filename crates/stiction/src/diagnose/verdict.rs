@@ -2,6 +2,7 @@
 
 use super::scoreboard::Counts;
 use crate::detect::{Decides, Decision, Family, Finding};
+use crate::error::{Error, Result};
 use crate::fusion::{Cause, Estimate};
 use crate::recording::fitness::{Class, Fitness};
 
@@ -21,6 +22,22 @@ pub enum VerdictClass {
 }
 
 impl VerdictClass {
+    /// All of them.
+    pub const ALL: [Self; 4] =
+        [Self::Sticks, Self::DoesNotStick, Self::DoesNotRespond, Self::CannotTell];
+
+    /// The class of that name, in which hyphens may stand for blanks, as in `does-not-stick`.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn by_name(name: &str) -> Result<Self> {
+        let spoken = name.trim().replace(['-', '_'], " ").to_lowercase();
+        Self::ALL.into_iter().find(|class| class.name() == spoken).ok_or_else(|| {
+            let known: Vec<&str> = Self::ALL.iter().map(|class| class.name()).collect();
+            Error::UnknownName { family: "verdict", name: name.to_owned(), known: known.join(", ") }
+        })
+    }
+
     /// Its name, as in `does not stick`.
     pub fn name(self) -> &'static str {
         match self {

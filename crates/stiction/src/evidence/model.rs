@@ -111,8 +111,16 @@ pub const DENSE: &[Feature] = &[
     feature("dense_slip_rate", 0, "slips a period"),
     feature("dense_slip_concentration", 0, "share of that error where slips arrive, ln"),
     feature("dense_slip_removed", 1, "share of that which the best valve explains"),
-    feature("dense_slip_travel_variation", -1, "variation of the OP's travel before the PV is struck"),
-    feature("dense_slip_travel_over_time", 1, "how much steadier that is than the time between, ln"),
+    feature(
+        "dense_slip_travel_variation",
+        -1,
+        "variation of the OP's travel before the PV is struck",
+    ),
+    feature(
+        "dense_slip_travel_over_time",
+        1,
+        "how much steadier that is than the time between, ln",
+    ),
 ];
 
 /// Weighs valves at the dense resolution.

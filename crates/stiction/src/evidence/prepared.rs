@@ -151,8 +151,8 @@ impl<'a> Prepared<'a> {
             |signal: &Scaled| standardised(&decimated(&signal.values, (factor / FINE).max(1)));
         let dense_factor = n.div_ceil(DENSE_SAMPLES);
         let dense = pv.as_ref().filter(|_| factor >= DENSER * dense_factor).and_then(|pv| {
-            let [op, mut pv] =
-                [op.values.as_slice(), &pv.values].map(|x| standardised(&decimated(x, dense_factor)));
+            let [op, mut pv] = [op.values.as_slice(), &pv.values]
+                .map(|x| standardised(&decimated(x, dense_factor)));
             pv.iter_mut().flatten().for_each(|v| *v *= gain_sign);
             Some(Dense { op: op?, pv: pv?, period: recorded_period / dense_factor as f64 })
         });
