@@ -74,7 +74,7 @@ fn cut(channel: &Channel, from: f64, to: f64) -> Option<Channel> {
 fn cut_modes(modes: &Modes, from: f64, to: f64) -> Modes {
     let mut part = Modes::default();
     let each = || modes.time.iter().copied().zip(modes.modes.iter().copied());
-    if let Some((_, held)) = each().filter(|(t, _)| *t <= from).last() {
+    if let Some((_, held)) = each().rfind(|(t, _)| *t <= from) {
         part.time.push(from);
         part.modes.push(held);
     }
@@ -109,7 +109,7 @@ mod tests {
                 assert_eq!(part.op.time, part.pv.as_ref().unwrap().time);
             }
         }
-        assert_eq!(whole.split(1e9).unwrap(), [whole.clone()]);
+        assert_eq!(whole.split(1e9).unwrap(), std::slice::from_ref(&whole));
         for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(whole.split(wrong).is_err());
         }
