@@ -6,6 +6,7 @@ mod diagnose;
 mod figures;
 mod inspect;
 mod output;
+mod population;
 mod progress;
 mod reading_args;
 mod simulate;
@@ -36,6 +37,7 @@ enum Command {
     Valve(valve::Args),
     Stem(stem::Args),
     Simulate(simulate::Args),
+    Population(population::Args),
     Figures(figures::Args),
 }
 
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::Valve(args) => valve::run(args),
         Command::Stem(args) => stem::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Population(args) => population::run(args),
         Command::Figures(args) => figures::run(args),
         Command::Inspect(args) => inspect::run(args),
     };

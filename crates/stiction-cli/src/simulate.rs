@@ -184,15 +184,7 @@ impl Wanted<'_> {
             return Ok(None);
         }
         let samples = columns.iter().flatten().map(|c| c.len()).max().unwrap_or(0);
-        // Rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
-        let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
-        // Beyond these digits a number's own rounding is finer.
-        let unit = (digits <= 15.0).then(|| 10f64.powf(digits));
-        let time = |k| {
-            let t = k as f64 * sample_time;
-            unit.map_or(t, |unit| (t * unit).round() / unit)
-        };
-        let times: Vec<f64> = (0..samples).map(time).collect();
+        let times = output::times(sample_time, samples);
         let [sp, pv, op, vp] = columns.map(|column| column.map(Vec::as_slice));
         let mut all: Vec<(&str, Option<&[f64]>)> =
             vec![("t", Some(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];

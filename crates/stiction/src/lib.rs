@@ -6,7 +6,7 @@
 //!   data-driven model behind one trait, by name, and many candidates at once.
 //! * [`stem`]: the physical valve, its friction laws, and the map to S and J.
 //! * [`closed_loop`]: signals, processes, controllers, loops, cascades, and sweeps of loops.
-//! * [`population`]: families of simulated loops with known truth.
+//! * [`population`]: simulated loops with known truth, to train and to measure on.
 //! * [`recording`]: a loop as a plant recorded it; whether it can answer.
 //! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
 //! * [`detect`]: the published detectors of stiction, behind one trait and one registry.

@@ -5,6 +5,7 @@ mod diagnose;
 mod figures;
 mod inspect;
 mod malformed;
+mod population;
 mod session;
 mod simulate;
 mod stem;

@@ -4,7 +4,7 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 5] = ["valve", "stem", "simulate", "figures", "inspect"];
+const COMMANDS: [&str; 6] = ["valve", "stem", "simulate", "population", "figures", "inspect"];
 
 #[test]
 fn every_command_has_help_with_an_example() {

@@ -179,7 +179,7 @@ impl Design {
         let samples = draw.log(300.0, 2000.5) as usize;
         let sample_time = draw.one_of([0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 60.0]);
         let steps = if draw.chance(0.06) { 20 } else { draw.one_of([1, 1, 2, 5, 10]) };
-        let few_events = draw.chance(0.35);
+        let few_events = draw.chance(0.4);
         let duration = samples as f64 * sample_time;
 
         let integrating = draw.chance(0.25);
@@ -205,7 +205,7 @@ impl Design {
             ProcessKind::Integrating => waiting * within(4.0, 30.0),
             _ => (tau + tau2 + waiting) * within(0.35, if fast { 15.0 } else { 2.5 }),
         };
-        let long = duration * draw.log(0.02, 0.4);
+        let long = duration * draw.log(0.04, 0.6);
         if few_events {
             ti = ti.max(long);
         }
@@ -217,7 +217,7 @@ impl Design {
         let gain_margin = draw.log(1.5, if few_events { 40.0 } else { 12.0 });
 
         let s = draw.log(0.5, 13.0);
-        let activity = s * draw.log(0.4, 2.5);
+        let activity = s * draw.log(0.25, 1.6);
         let curve = match draw.unit() {
             place if place < 0.5 => Curve::Linear,
             place if place < 0.75 => {
@@ -329,7 +329,7 @@ impl Design {
     }
 
     /// Sets the controller gain: the ultimate one over the gain margin.
-    fn tune(&mut self) {
+    pub fn tune(&mut self) {
         let steepest = self.curve.steepest(self.activity);
         let mut gain = self.ultimate_gain() / (self.gain_margin * steepest);
         if self.process == ProcessKind::Integrating && self.gain_margin >= 1.5 {
@@ -342,7 +342,7 @@ impl Design {
     }
 
     /// The controller gain at which the loop would cycle with a process gain of 1: that of the frequency
-    /// at which the phase is -180 degrees. (A second lag is sampled by itself, which is close enough.)
+    /// at which the phase is -180 degrees. (Exact but for a second lag, which is sampled by itself.)
     fn ultimate_gain(&self) -> f64 {
         let (mut low, mut high) = (0.0, std::f64::consts::PI / self.step());
         for _ in 0..40 {
@@ -357,19 +357,23 @@ impl Design {
     fn phase_and_gain(&self, w: f64) -> (f64, f64) {
         let step = self.step();
         let late = Complex::from_polar(1.0, -w * step);
-        let (mut phase, mut gain) = (-w * (self.dead_time + step), 1.0);
+        // The part of a step for which the process first still sees the older input.
+        let whole = (self.dead_time / step).floor();
+        let early = self.dead_time - whole * step;
+        let (mut phase, mut gain) = (-w * (whole + 1.0) * step, 1.0);
         let mut times = |factor: Complex<f64>| {
             phase += factor.arg();
             gain *= factor.norm();
         };
-        let lag = |tau: f64| {
-            let keep = (-step / tau).exp();
-            (1.0 - keep) / (1.0 - keep * late)
-        };
-        match self.process {
-            ProcessKind::Integrating => times((step / self.tau) / (1.0 - late)),
-            _ => times(lag(self.tau)),
-        }
+        let keep_of = |tau: f64, time: f64| (-time / tau).exp();
+        let lag = |tau: f64| (1.0 - keep_of(tau, step)) / (1.0 - keep_of(tau, step) * late);
+        times(match self.process {
+            ProcessKind::Integrating => ((step - early) + early * late) / self.tau / (1.0 - late),
+            _ => {
+                let (keep, rest) = (keep_of(self.tau, step), keep_of(self.tau, step - early));
+                ((1.0 - rest) + (rest - keep) * late) / (1.0 - keep * late)
+            }
+        });
         for tau in [self.tau2, self.valve_lag, self.pv_filter] {
             if tau > 0.0 {
                 times(lag(tau));

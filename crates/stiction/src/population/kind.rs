@@ -18,7 +18,7 @@ pub enum Kind {
     Sine,
     /// Narrow-band noise enters at the load or at the PV.
     Irregular,
-    /// The controller has 0.85 to 1.25 times less gain than the ultimate one.
+    /// The controller's gain is about the ultimate one: the gain margin is 0.85 to 1.25.
     AggressiveTuning,
     /// The transmitter resolves only a few levels of what the PV does; the controller sees them.
     QuantisedPv,

@@ -144,7 +144,7 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw) -> Result<Option<Simulated>>
         s: valve.s,
         j: valve.j,
         visible,
-        slips: if kind.sticks() { slips(&played.stem) } else { 0 },
+        slips: if kind == Kind::Sticky { slips(&played.stem) } else { 0 },
         vp: last(&played.vp),
         facts,
     };
@@ -248,4 +248,241 @@ fn slips(stem: &[f64]) -> usize {
 
 fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::population::{ProcessKind, SetPointKind};
+    use crate::series::{max, min};
+    use rayon::prelude::*;
+
+    fn members(n: u64) -> Vec<Simulated> {
+        (0..n).into_par_iter().map(|k| member(5, k).unwrap()).collect()
+    }
+
+    fn of(kind: Kind, seeds: u64) -> Vec<Simulated> {
+        (0..seeds).into_par_iter().map(|seed| kind.simulate(seed).unwrap()).collect()
+    }
+
+    #[test]
+    fn a_member_depends_on_its_numbers_alone() {
+        // Side by side and backwards against one after the other.
+        let all = members(60);
+        for (k, simulated) in all.iter().enumerate().rev() {
+            assert_eq!(simulated, &member(5, k as u64).unwrap());
+        }
+        assert_ne!(all[0].recording.op, member(6, 0).unwrap().recording.op);
+        for (k, one) in all.iter().enumerate() {
+            for other in &all[..k] {
+                assert_ne!(one.recording.op.values, other.recording.op.values);
+                assert_ne!(one.recording.pv, other.recording.pv);
+            }
+        }
+    }
+
+    #[test]
+    fn kinds_have_their_shares() {
+        let all: f64 = Kind::ALL.iter().map(|kind| kind.share()).sum();
+        assert!((all - 1.0).abs() < 1e-12);
+        for kind in Kind::ALL {
+            assert_eq!(Kind::by_name(kind.name()).unwrap(), kind);
+            let n = 20_000;
+            let hits = (0..n).filter(|k| Kind::at((*k as f64 + 0.5) / n as f64) == kind).count();
+            assert!((hits as f64 / n as f64 - kind.share()).abs() < 2e-4, "{kind:?}");
+        }
+        let n = 600;
+        let sticky = members(n).iter().filter(|m| m.truth.kind == Kind::Sticky).count();
+        // Four standard deviations.
+        assert!((sticky as f64 / n as f64 - 0.45).abs() < 4.0 * (0.45f64 * 0.55 / n as f64).sqrt());
+    }
+
+    #[test]
+    fn recordings_are_those_of_plants() {
+        let mut with_sp = 0;
+        for Simulated { recording, truth } in members(300) {
+            let (op, n) = (&recording.op.values, truth.vp.len());
+            let name = &recording.name;
+            assert!((300..=2000).contains(&n) && op.len() == n, "{name}");
+            let facts = &truth.facts;
+            assert!(min(op) >= facts.op_low - 1e-9 && max(op) <= facts.op_high + 1e-9, "{name}");
+            assert!(truth.vp.iter().all(|vp| (0.0..=100.0).contains(vp)), "{name}");
+            let pv = &recording.pv.as_ref().unwrap().values;
+            assert!(pv.len() == n && pv.iter().all(|v| v.is_finite()) && std(pv) > 0.0, "{name}");
+            with_sp += usize::from(recording.sp.is_some());
+            assert!(recording.vp.is_none());
+            let numbers = [truth.s, truth.j, facts.kc, facts.twin_ratio, facts.op_travel];
+            assert!(numbers.iter().all(|v| v.is_finite()), "{name}");
+            assert_eq!(truth.sticks, truth.model.is_some());
+            assert!(truth.sticks || (truth.s <= 0.25 && truth.j == 0.0 && !truth.visible));
+            let step = recording.op.time[1] - recording.op.time[0];
+            assert_eq!(step, facts.sample_time_s);
+        }
+        assert!((150..210).contains(&with_sp), "{with_sp} of 300");
+    }
+
+    #[test]
+    fn kinds_differ_in_valve_and_cause_alone() {
+        for seed in 0..40 {
+            let sticky = Kind::Sticky.simulate(seed).unwrap();
+            let normal = Kind::Normal.simulate(seed).unwrap();
+            if sticky.truth.facts.redrawn != normal.truth.facts.redrawn {
+                continue;
+            }
+            let mut facts = sticky.truth.facts.clone();
+            let other = &normal.truth.facts;
+            (facts.faulty_share, facts.twin_ratio) = (0.0, 1.0);
+            (facts.op_travel, facts.at_limit) = (other.op_travel, other.at_limit);
+            assert_eq!(&facts, other);
+            assert_eq!(sticky.recording.loop_type, normal.recording.loop_type);
+            if facts.set_point != SetPointKind::Cascade {
+                assert_eq!(sticky.recording.sp, normal.recording.sp);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sticking_valve_stays_within_its_static_band() {
+        let mut seen = 0;
+        for Simulated { recording, truth } in of(Kind::Sticky, 400) {
+            let facts = &truth.facts;
+            let as_run = facts.steps_per_sample == 1
+                && facts.valve_lag_s == 0.0
+                && facts.op_quantum == 0.0
+                && facts.compression == 0.0
+                && facts.faulty_share == 1.0;
+            if !as_run || truth.model != Some(Model::TwoPhase) {
+                continue;
+            }
+            seen += 1;
+            let fs = (truth.s + truth.j) / 2.0;
+            let apart = differences(&recording.op.values, &truth.vp);
+            assert!(apart.iter().all(|e| e.abs() <= fs + 1e-9), "{}", recording.name);
+            if truth.visible && truth.slips > 0 {
+                // It rests until the band is used up.
+                assert!(apart.iter().any(|e| e.abs() > 0.5 * (truth.s - truth.j).max(0.0) - 1e-9));
+            }
+        }
+        assert!(seen >= 8, "{seen}");
+    }
+
+    #[test]
+    fn visible_stiction_makes_a_difference() {
+        let sticky = of(Kind::Sticky, 200);
+        let visible = sticky.iter().filter(|s| s.truth.visible).count();
+        assert!(visible >= 140, "{visible} of 200");
+        for (seed, Simulated { recording, truth }) in sticky.iter().enumerate() {
+            assert!((0.5..=13.0).contains(&truth.s) && truth.j <= truth.s);
+            let twin = Kind::Normal.simulate(seed as u64).unwrap();
+            if truth.visible && twin.truth.facts.redrawn == truth.facts.redrawn {
+                assert_ne!(recording.op, twin.recording.op, "seed {seed}");
+                assert_ne!(truth.vp, twin.truth.vp, "seed {seed}");
+            }
+        }
+        let partly = sticky.iter().filter(|s| s.truth.facts.faulty_share < 1.0).count();
+        assert!((8..50).contains(&partly), "{partly} of 200 come and go");
+    }
+
+    #[test]
+    fn a_stuck_valve_does_not_move_while_the_op_does() {
+        let stuck = of(Kind::Stuck, 60);
+        for Simulated { recording, truth } in &stuck {
+            let from = ((1.0 - truth.facts.faulty_share) * truth.vp.len() as f64).ceil() as usize;
+            let last = truth.vp[truth.vp.len() - 1];
+            // What its lag still brings.
+            let settled =
+                from + (20.0 * truth.facts.valve_lag_s / truth.facts.sample_time_s) as usize;
+            let rest = truth.vp.get(settled + 2..).unwrap_or(&[]);
+            assert!(rest.iter().all(|vp| (vp - last).abs() < 1e-4), "{}", recording.name);
+            assert!(truth.facts.op_travel >= 2.0);
+        }
+        let visible = stuck.iter().filter(|s| s.truth.visible).count();
+        assert!(visible >= 40, "{visible} of 60");
+    }
+
+    #[test]
+    fn kinds_are_what_they_say() {
+        for Simulated { recording, truth } in of(Kind::Saturation, 40) {
+            assert!(truth.facts.at_limit >= 0.02, "{}", recording.name);
+        }
+        for Simulated { recording, truth } in of(Kind::QuantisedPv, 40) {
+            let facts = &truth.facts;
+            if facts.averaged || facts.compression > 0.0 || facts.pv_quantum > 0.0 {
+                continue;
+            }
+            let mut levels = recording.pv.unwrap().values;
+            levels.sort_by(f64::total_cmp);
+            levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * b.abs().max(1.0));
+            assert!((2..60).contains(&levels.len()), "{}: {}", recording.name, levels.len());
+        }
+        for Simulated { truth, .. } in of(Kind::AggressiveTuning, 40) {
+            assert!((0.85..1.25).contains(&truth.facts.gain_margin));
+        }
+        for Simulated { truth, .. } in of(Kind::DeadZoneElsewhere, 40) {
+            assert!((truth.facts.sensor_play > 0.0) != (truth.facts.controller_gap > 0.0));
+        }
+        for Simulated { truth, .. } in of(Kind::SetPoint, 40) {
+            assert_ne!(truth.facts.set_point, SetPointKind::Constant);
+        }
+    }
+
+    #[test]
+    fn what_enters_from_outside_makes_a_difference() {
+        let causes = [Kind::Sine, Kind::Irregular, Kind::ExternalWave, Kind::ProcessNonlinearity];
+        for kind in causes {
+            for (seed, Simulated { recording, truth }) in of(kind, 20).into_iter().enumerate() {
+                let normal = Kind::Normal.simulate(seed as u64).unwrap();
+                if normal.truth.facts.redrawn == truth.facts.redrawn {
+                    assert_ne!(recording.pv, normal.recording.pv, "{}", recording.name);
+                }
+            }
+        }
+    }
+
+    /// With a little less gain than the ultimate one a loop settles, with a little more it does not.
+    #[test]
+    fn ultimate_gains_are_where_loops_begin_to_cycle() {
+        let mut seen = 0;
+        for seed in 0..300 {
+            let mut design = Design::draw(Kind::AggressiveTuning, &mut Draw::of(&[seed]));
+            if design.process == ProcessKind::SecondOrder || design.td > 0.0 {
+                continue;
+            }
+            design.curve = super::super::design::Curve::Linear;
+            design.pv_filter = 0.0;
+            design.valve_lag = 0.0;
+            let early_and_late = |margin: f64| {
+                let mut design = design.clone();
+                design.gain_margin = margin;
+                design.tune();
+                design.limits = (-1e6, 1e6);
+                (design.samples, design.steps, design.warm_up) = (4000, 1, 0);
+                design.sample_time = design.step();
+                let n = design.all_steps();
+                let mut load = vec![0.0; n];
+                load[0] = 1e-3;
+                let tapes = Tapes {
+                    load,
+                    output: vec![0.0; n],
+                    noise: vec![0.0; n],
+                    set_point: vec![design.pv_rest; n],
+                };
+                design.set_point = SetPointKind::Constant;
+                let plant = Plant::new(&design, &tapes, &mut Draw::of(&[1])).unwrap();
+                let run = plant.play(&[]).unwrap();
+                (std(&run.op[..1000]), std(&run.op[2000..3000]), std(&run.op[3000..]))
+            };
+            // Slower ones need longer to show it.
+            if design.steps != 1 || design.ti.max(design.tau) > 60.0 * design.sample_time {
+                continue;
+            }
+            seen += 1;
+            let (first, _, last) = early_and_late(1.1);
+            assert!(last < first, "seed {seed}: from {first} to {last}");
+            let (_, before, last) = early_and_late(0.9);
+            // Or it has grown a thousandfold, to the ends of the transmitter.
+            assert!(last > before || last > 1.0, "seed {seed}: from {before} to {last}");
+        }
+        assert!(seen > 20);
+    }
 }

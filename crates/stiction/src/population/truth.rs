@@ -41,7 +41,7 @@ pub struct Truth {
     /// PV's own.
     pub visible: bool,
     /// How often the stem of a sticking valve began to move within the record, having been at rest one
-    /// step of the controller before. 0 of a healthy valve.
+    /// step of the controller before. 0 of a healthy or stuck valve.
     pub slips: usize,
     /// Valve position at the recorded times, percent.
     pub vp: Vec<f64>,

@@ -1,0 +1,121 @@
+//! `stiction population`: simulated loops with known truth, as files.
+
+use crate::{output, progress};
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use stiction::population::{self, Kind, Simulated};
+use stiction_io::table;
+
+/// Simulate a population of loops with known truth, to train or to measure a method.
+///
+/// Writes a folder: a recording a loop, loop-NUMBER.csv with the columns t, sp, pv, op; truth.csv, a row
+/// a loop with its kind, whether and how much its valve sticks, and everything that was drawn; and
+/// index.csv, which stiction bench --labels reads. What is drawn is told in docs/population.md. The same
+/// seed gives the same files on every machine.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction population --n 1000 --seed 7 -o loops
+  stiction bench --labels loops/index.csv
+  stiction population --n 20 --kind \"external wave\" --vp -o waves")]
+pub struct Args {
+    /// Number of loops
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    n: u64,
+    /// Seed of the population
+    #[arg(long, default_value_t = 1, value_name = "SEED")]
+    seed: u64,
+    /// Folder to write to; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Loops of this kind only, such as "sticky valve"; of the seeds from SEED on
+    #[arg(long, value_name = "NAME")]
+    kind: Option<String>,
+    /// Write the valve position too; methods that measure it then have the answer before them
+    #[arg(long)]
+    vp: bool,
+    /// Write to a folder that is not empty, over files of the same name
+    #[arg(long)]
+    force: bool,
+}
+
+/// Loops held in memory at a time.
+const BATCH: u64 = 256;
+
+pub fn run(args: Args) -> Result<()> {
+    let kind = args.kind.as_deref().map(Kind::by_name).transpose()?;
+    let folder = &args.output;
+    let named = || folder.display().to_string();
+    std::fs::create_dir_all(folder).with_context(named)?;
+    if !args.force && std::fs::read_dir(folder).with_context(named)?.next().is_some() {
+        bail!("{} is not empty; --force writes to it, over files of the same name", named());
+    }
+    let open = |name: &str| {
+        let path = folder.join(name);
+        csv::Writer::from_path(&path).with_context(|| path.display().to_string())
+    };
+    let (mut truths, mut index) = (open("truth.csv")?, open("index.csv")?);
+    index.write_record(["loop", "label", "loop_type"])?;
+
+    let digits = (args.n - 1).to_string().len();
+    let progress = progress::bar("simulating", args.n as usize);
+    let mut sticky = 0;
+    for from in (0..args.n).step_by(BATCH as usize) {
+        let batch: Vec<(String, Simulated)> = (from..args.n.min(from + BATCH))
+            .into_par_iter()
+            .map(|k| {
+                let simulated = match kind {
+                    Some(kind) => kind.simulate(args.seed.wrapping_add(k))?,
+                    None => population::member(args.seed, k)?,
+                };
+                let name = format!("loop-{k:0digits$}");
+                write_recording(folder, &name, &simulated, args.vp)?;
+                progress.inc(1);
+                Ok((name, simulated))
+            })
+            .collect::<Result<_>>()?;
+        for (k, (name, Simulated { recording, truth })) in batch.iter().enumerate() {
+            let facts = truth.facts.entries();
+            if from == 0 && k == 0 {
+                let fixed = ["file", "kind", "sticks", "visible", "model", "S", "J", "slips"];
+                truths
+                    .write_record(fixed.into_iter().chain(facts.iter().map(|(name, _)| *name)))?;
+            }
+            let fixed = [
+                format!("{name}.csv"),
+                truth.kind.name().to_owned(),
+                truth.sticks.to_string(),
+                truth.visible.to_string(),
+                truth.model.map_or("", |model| model.describe().name).to_owned(),
+                truth.s.to_string(),
+                truth.j.to_string(),
+                truth.slips.to_string(),
+            ];
+            truths.write_record(fixed.iter().chain(facts.iter().map(|(_, value)| value)))?;
+            let label = if truth.sticks { "stiction" } else { "no stiction" };
+            index.write_record([name, label, recording.loop_type.name()])?;
+            sticky += usize::from(truth.sticks);
+        }
+    }
+    progress.finish_and_clear();
+    truths.flush()?;
+    index.flush()?;
+    output::line(format!("{} loops, {sticky} with a valve at fault; see {}", args.n, named()))
+}
+
+fn write_recording(folder: &Path, name: &str, simulated: &Simulated, vp: bool) -> Result<()> {
+    let recording = &simulated.recording;
+    let op = &recording.op;
+    let times = output::times(simulated.truth.facts.sample_time_s, op.values.len());
+    let mut columns = vec![("t", Some(&times[..]))];
+    let measured = [("sp", &recording.sp), ("pv", &recording.pv)];
+    // A column without values would be taken for a signal that is missing throughout.
+    let there =
+        measured.iter().filter_map(|(name, x)| x.as_ref().map(|x| (*name, Some(&x.values[..]))));
+    columns.extend(there.chain([("op", Some(&op.values[..]))]));
+    if vp {
+        columns.push(("vp", Some(&simulated.truth.vp)));
+    }
+    output::write(Some(&folder.join(format!("{name}.csv"))), table::write(&columns).as_bytes())
+}
