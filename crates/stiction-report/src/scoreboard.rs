@@ -454,7 +454,8 @@ fn reliability(board: &Board) -> Option<Figure> {
         .with(Series::line("95 % interval", bar_x, bar_y).colour(colour::BLUE).breaks(breaks))
         .with(Series::points("observed", x, y).colour(colour::VERMILION))
         .x_range(0.0, 1.0)
-        .y_range(0.0, 1.0)
+        // Points at the ends are drawn whole.
+        .y_range(-0.02, 1.02)
         .legend(Legend::TopLeft)
         .height(360.0);
     let middles: Vec<f64> = calibration.bins.iter().map(|bin| 0.5 * (bin.from + bin.to)).collect();
@@ -484,7 +485,8 @@ fn false_alarms(board: &Board) -> Option<Figure> {
         return None;
     }
     let mut panel = Panel::new("called sticking (%)", "")
-        .x_range(0.0, 100.0)
+        // Points at the ends are drawn whole.
+        .x_range(-1.0, 101.0)
         .y_range(-0.6, KINDS.len() as f64 + 0.2)
         .y_scale(Scale::Names(KINDS.as_slice()))
         .legend(Legend::Above)

@@ -166,6 +166,8 @@ fn the_page_leads_to_every_report() {
         "bench --labels index.csv --only verdict --html pages/board.html --reports all/reports";
     run(&folder, &arguments.split(' ').collect::<Vec<_>>()).quiet_success();
     let page = read(&folder, "pages/board.html");
+    // Pictures name their language by an address, which no one opens.
+    let page = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!page.contains("http://") && !page.contains("https://"), "nothing from elsewhere");
     assert!(page.contains("<table data-sortable>"));
     let links: Vec<&str> =

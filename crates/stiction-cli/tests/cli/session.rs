@@ -4,8 +4,8 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 7] =
-    ["valve", "stem", "simulate", "figures", "inspect", "history", "override"];
+const COMMANDS: [&str; 8] =
+    ["valve", "stem", "simulate", "population", "figures", "inspect", "history", "override"];
 
 #[test]
 fn every_command_has_help_with_an_example() {
