@@ -242,22 +242,22 @@ impl ModelEvidence {
 /// samples. Everything is computed on the calling thread, and depends on nothing else.
 ///
 /// ```
+/// use stiction::closed_loop::NormalStream;
 /// use stiction::identify::hammerstein::{Options, weigh};
 /// use stiction::valve::{Start, TwoPhase, Valve};
 /// use stiction::Bands;
 ///
-/// // A sticking valve, S a quarter of the OP's span, before a lag; and something small besides.
+/// // A sticking valve, S a quarter of the OP's span, before a lag; and some noise.
 /// let op: Vec<f64> = (0..1000).map(|k| 1.4 * (0.13 * k as f64).sin()).collect();
 /// let mut valve = TwoPhase::new(Bands::from_s_j(0.7, 0.3)?);
 /// valve.restart(Start::at_rest(0.0));
-/// let (mut y, mut before) = (0.0, 0.0);
+/// let (mut y, mut before, mut noise) = (0.0, 0.0, NormalStream::new(1));
 /// let pv: Vec<f64> = op
 ///     .iter()
-///     .enumerate()
-///     .map(|(k, u)| {
+///     .map(|u| {
 ///         y = 0.8 * y + 0.2 * before;
 ///         before = valve.step(*u);
-///         y + 0.002 * (2.4 * k as f64).sin()
+///         y + 0.01 * noise.draw()
 ///     })
 ///     .collect();
 /// let pv = stiction::series::standardised(&pv).expect("it moves");
