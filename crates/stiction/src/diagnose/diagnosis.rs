@@ -1,6 +1,10 @@
 //! All steps in a row.
 
-use super::verdict::{Stiction, Verdict, VerdictClass, Votes, preliminary};
+use super::confirm::confirming_test;
+use super::definitions::definitions;
+use super::quantify;
+use super::verdict::{Stiction, Verdict, VerdictClass, Votes, conclude};
+use super::weighing::Weighing;
 use super::{KpiOptions, Kpis};
 use crate::detect::{
     self, Abstention, Detector, Family, Finding, Measured, Spread, Subject, ValvePosition,
@@ -97,6 +101,8 @@ pub struct Diagnosis {
     pub stiction: Stiction,
     /// The windows of the judged stretch that were weighed one by one, in order of time.
     pub windows: Vec<Window>,
+    /// The evidence that was weighed; `None` where nothing could be.
+    pub evidence: Option<Weighing>,
     /// What the reader of the file, or a step on the way, wants the user to know.
     pub notes: Vec<String>,
 }
@@ -128,8 +134,8 @@ impl Diagnosis {
         dominant(self.error_oscillation.as_ref(), self.op_oscillation.as_ref())
     }
 
-    /// Where the loop stands in a ranked list, the worst lowest: sticking ones by the share of votes,
-    /// then those that cannot be told, then those that do not stick.
+    /// Where the loop stands in a ranked list, the worst lowest: by class, in it by the probability that
+    /// its valve sticks or, where there is none, by the share of the votes.
     pub fn rank(&self) -> f64 {
         let Votes { sticks, does_not_stick, .. } = self.verdict.votes;
         let share = sticks as f64 / (sticks + does_not_stick).max(1) as f64;
@@ -137,9 +143,9 @@ impl Diagnosis {
             VerdictClass::Sticks => 0.0,
             VerdictClass::DoesNotRespond => 1.0,
             VerdictClass::CannotTell => 2.0,
-            VerdictClass::DoesNotStick => 4.0,
+            VerdictClass::DoesNotStick => 3.0,
         };
-        class - share
+        class - 0.999 * self.verdict.probability.unwrap_or(share)
     }
 
     /// What the detectors looked at, for plots of their evidence.
@@ -206,11 +212,30 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     };
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
-    let verdict = preliminary(&fitness, dominant.is_some_and(|(_, o)| o.found), &findings);
-    let stiction = match stretch {
-        Some(stretch) => measured(&Subject::new(stretch, loop_type, period)),
-        None => Stiction::default(),
-    };
+    let oscillates = dominant.is_some_and(|(_, o)| o.found);
+    let weighing = stretch.map(Weighing::of);
+    let op_only = stretch.is_some_and(|stretch| stretch.pv.is_none());
+    let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
+    let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only);
+    let mut stiction = Stiction::default();
+    if let Some(stretch) = stretch {
+        let subject = Subject::new(stretch, loop_type, period);
+        stiction = match &weighing {
+            _ if stretch.vp.is_some() => measured(&subject),
+            Some(Ok(weighing)) => quantify::estimated(weighing, &verdict, op_only),
+            Some(Err(Abstention(why))) => {
+                Stiction { why_not: Some(why.clone()), ..Stiction::default() }
+            }
+            None => Stiction::default(),
+        };
+        // Where it does not stick, no number is called stiction.
+        if verdict.class != VerdictClass::DoesNotStick && fitness.class != Class::Unfit {
+            let s = stiction.s.or(weighed.map(|weighing| weighing.s)).map(|s| s.value);
+            stiction.definitions = definitions(&subject, stiction.s.map(|s| s.value));
+            verdict.confirm = confirming_test(&subject, s);
+        }
+    }
+    let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
     if let Some(stretch) = stretch
         && grid.stretches.len() > 1
@@ -235,7 +260,8 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         kpis,
         verdict,
         stiction,
-        windows: vec![],
+        windows,
+        evidence: weighing.and_then(std::result::Result::ok),
         notes,
         grid,
     })
