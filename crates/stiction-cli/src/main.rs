@@ -11,6 +11,7 @@ mod overrule;
 mod population;
 mod progress;
 mod reading_args;
+mod shift;
 mod simulate;
 mod stem;
 mod text;
@@ -43,6 +44,7 @@ enum Command {
     Stem(stem::Args),
     Simulate(simulate::Args),
     Population(population::Args),
+    Shift(shift::Args),
     Figures(figures::Args),
 }
 
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args).map(|()| ExitCode::SUCCESS),
         Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
         Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),
         Command::Population(args) => population::run(args).map(|()| ExitCode::SUCCESS),
     };
     match result {

@@ -2,7 +2,7 @@
 
 use crate::document::Override;
 use crate::report::layout::number;
-use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass};
+use stiction::diagnose::{ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, VerdictClass};
 use stiction::recording::fitness::Class;
 
 /// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
@@ -105,8 +105,9 @@ fn band(diagnosis: &Diagnosis) -> String {
 }
 
 fn op_alone(diagnosis: &Diagnosis) -> String {
-    let compatible = match diagnosis.verdict.class {
-        VerdictClass::DoesNotStick => "does not look like that of a sticking valve",
+    let compatible = match diagnosis.verdict.probability {
+        Some(p) if p <= CLEARED_UP_TO => "does not look like that of a sticking valve",
+        Some(p) if p < ACCUSED_FROM => "leaves it open whether the valve sticks",
         _ => "is compatible with stiction",
     };
     format!(

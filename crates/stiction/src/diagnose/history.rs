@@ -25,7 +25,7 @@
 //! of all slopes (Theil and Sen) has the same sign. Both tests assume that windows err independently; where
 //! they do not, p-values are too small.
 
-use super::verdict::VerdictClass;
+use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO, VerdictClass};
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
@@ -34,10 +34,6 @@ use crate::series::{mann_kendall, theil_sen, weighted_trend};
 pub const CORRELATION: f64 = 0.5;
 /// The surest a window may be, as a probability; ours.
 pub const SUREST: f64 = 0.99;
-/// Combined probability from which the valve is said to stick; ours.
-pub const STICKS_FROM: f64 = 0.7;
-/// Combined probability up to which the valve is said not to stick; ours.
-pub const CLEARED_UP_TO: f64 = 0.3;
 /// Smallest half-width that an interval of S is believed to have, relative to S; ours.
 pub const NARROWEST: f64 = 0.05;
 /// Windows with an S below which no drift is told; ours.
@@ -131,7 +127,7 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
     let class = match (majority, probability) {
         // Its cause is another one than stiction, whatever the probability of that.
         (Some(VerdictClass::DoesNotRespond), _) => VerdictClass::DoesNotRespond,
-        (_, Some(p)) if p >= STICKS_FROM => VerdictClass::Sticks,
+        (_, Some(p)) if p >= ACCUSED_FROM => VerdictClass::Sticks,
         (_, Some(p)) if p <= CLEARED_UP_TO => VerdictClass::DoesNotStick,
         (_, Some(_)) => VerdictClass::CannotTell,
         (majority, None) => majority.unwrap_or(VerdictClass::CannotTell),

@@ -6,8 +6,8 @@
 //! from a repair. Windows that err alike make p-values too small: let the windows before and after be of
 //! days of like operation.
 
-use super::history::{CLEARED_UP_TO, STICKS_FROM};
 use super::history::{Observation, SIGNIFICANT, checked, combined_probability, log_odds, p_value};
+use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO};
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
 
@@ -135,7 +135,7 @@ fn outcome(probability: Option<Contrast>, s: Option<Contrast>, still: Option<f64
     let moved =
         |sign: f64| known.iter().any(|c| c.is_significant() && sign * (c.after - c.before) > 0.0);
     match (moved(-1.0), moved(1.0)) {
-        (true, false) if still.is_some_and(|p| p >= STICKS_FROM) => Outcome::Helped,
+        (true, false) if still.is_some_and(|p| p >= ACCUSED_FROM) => Outcome::Helped,
         // An S of half the old one with nothing known of sticking is help, no cure.
         (true, false) if still.is_none_or(|p| p > CLEARED_UP_TO) && !s.is_some_and(cured) => {
             Outcome::Helped

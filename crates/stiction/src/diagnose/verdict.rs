@@ -242,8 +242,15 @@ pub(super) fn conclude(
 ) -> Verdict {
     let preliminary = preliminary(fitness, oscillates, findings);
     let Some(weighing) = weighing else { return preliminary };
-    if fitness.class == Class::Unfit || preliminary.basis == Basis::ValvePosition {
+    if preliminary.basis == Basis::ValvePosition {
         return preliminary;
+    }
+    if fitness.class == Class::Unfit {
+        // Loops of few cycles are part of the population, so what their evidence says has a meaning, but it
+        // is no verdict. Of data that are unfit otherwise it has none.
+        let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+        let probability = unfit.all(|m| m.name == "cycles").then_some(weighing.probability);
+        return Verdict { probability, ..preliminary };
     }
     let probability = weighing.probability;
     let sayings = sayings(weighing);

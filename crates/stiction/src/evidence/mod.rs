@@ -14,6 +14,7 @@ mod prepared;
 pub mod pv_shape;
 mod regression;
 pub mod response;
+pub mod shift;
 mod turns;
 mod waves;
 
