@@ -110,7 +110,9 @@ pub fn run(args: Args) -> Result<()> {
         return output::line(results::json(&about, &board, &measured)?);
     }
     let print = if args.markdown { text::markdown } else { text::plain };
-    let mut out = format!("{}. {}\n", about.title, about.origin);
+    let head = format!("{}. {}", about.title, about.origin);
+    let width = if args.markdown { usize::MAX } else { 96 };
+    let mut out: String = text::wrapped(&head, width).into_iter().map(|line| line + "\n").collect();
     for table in tables(&board, &measured, args.markdown) {
         out.push('\n');
         out += &print(&table);

@@ -310,7 +310,8 @@ pub fn quantification(board: &Board) -> Option<Table> {
 /// What the diagnosis and its methods take.
 pub fn times(times: &[(String, f64)]) -> Table {
     let table =
-        Table::new("Median time a loop; it differs from run to run and from machine to machine.")
+        Table::new("Median time a loop, those included from which a method abstains at once; it differs from run to run \
+         and from machine to machine.")
             .words("what")
             .numbers("time", "µs");
     times.iter().fold(table, |table, (name, time)| table.row([name.clone(), number(*time)]))

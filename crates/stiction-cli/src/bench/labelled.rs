@@ -27,7 +27,7 @@ pub fn measure(index: &Path, plan: &Plan<'_>) -> Result<(About, Measured)> {
     measured.add(&entries, load, plan)?;
     let passed = match unlabelled {
         0 => String::new(),
-        n => format!(" {n} without a label are passed over."),
+        n => format!(" Passed over, without a label: {n}."),
     };
     let about = About {
         title: format!("{} labelled recordings", entries.len()),

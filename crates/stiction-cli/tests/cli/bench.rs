@@ -19,7 +19,7 @@ fn labelled_recordings_are_scored_by_recording_and_by_valve() {
     let text = run(&folder, &arguments).quiet_success();
     assert!(
         text.starts_with(
-            "4 labelled recordings. Index: index.csv. 1 without a label are passed over."
+            "4 labelled recordings. Index: index.csv. Passed over, without a label: 1."
         ),
         "{text}"
     );
