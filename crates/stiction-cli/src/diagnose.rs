@@ -4,6 +4,7 @@ mod methods;
 mod summary;
 
 use crate::output;
+use crate::overrule;
 use crate::progress;
 use crate::reading_args::Reading;
 use anyhow::{Result, bail};
@@ -11,24 +12,27 @@ use clap::Parser;
 use rayon::prelude::*;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use stiction::diagnose::{Diagnosis, KpiOptions, Options, diagnose};
+use std::process::ExitCode;
+use stiction::diagnose::{Diagnosis, KpiOptions, Options, VerdictClass, diagnose};
 use stiction::recording::{GridOptions, Recording};
-use stiction_report::document::{self, Document, Source};
+use stiction_report::document::{self, Document, Override, Source};
 use stiction_report::report;
 
 /// Diagnose recordings: do the data suffice, does the loop cycle, what does every published method say?
 ///
 /// Reads SP, PV, OP (and, where they are recorded, valve position and mode) from CSV, Parquet or MATLAB
 /// files; `stiction inspect` shows what is recognised in them. Of each loop the longest stretch in
-/// automatic is judged. The verdict is a preliminary one: the majority of the methods that apply, or
-/// the measured valve position if there is one.
+/// automatic is judged. What a person concluded, kept by `stiction override`, is shown beside the
+/// computed verdict.
 ///
-/// Exit codes: 0, all files were diagnosed; 2, some could not be, and the messages say why.
+/// Exit codes: 0, all files were diagnosed; 1, they were, and a loop is of a class that --fail-on names;
+/// 2, some could not be, and the messages say why.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction diagnose samples/FIC101-sticky.csv --report report.html
   stiction diagnose plant/*.csv --csv ranking.csv
-  stiction diagnose export.csv --loop FIC101 --type flow --json")]
+  stiction diagnose export.csv --loop FIC101 --type flow --json
+  stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {
     /// CSV, Parquet or MATLAB files
     #[arg(required_unless_present_any = ["schema", "methods"], value_name = "FILE")]
@@ -51,6 +55,10 @@ pub struct Args {
     /// Write a table with one row a loop to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "schema"])]
     csv: Option<PathBuf>,
+    /// End with exit code 1 if a loop is of this class: sticks, does-not-stick, does-not-respond or
+    /// cannot-tell; several with commas or given several times. An override goes before the verdict
+    #[arg(long, value_name = "CLASS", value_delimiter = ',', value_parser = VerdictClass::by_name)]
+    fail_on: Vec<VerdictClass>,
     /// Print the JSON schema of what --json prints
     #[arg(long)]
     schema: bool,
@@ -66,28 +74,47 @@ pub struct Args {
 pub struct Diagnosed {
     pub source: Source,
     pub diagnosis: Diagnosis,
+    /// What a person concluded of it.
+    pub overruled: Option<Override>,
 }
 
-pub fn run(args: Args) -> Result<()> {
+impl Diagnosed {
+    /// What counts for --fail-on: what a person concluded, else the computed verdict.
+    fn class(&self) -> VerdictClass {
+        let said = self.overruled.as_ref().map(|said| VerdictClass::by_name(&said.verdict));
+        said.and_then(Result::ok).unwrap_or(self.diagnosis.verdict.class)
+    }
+}
+
+pub fn run(args: Args) -> Result<ExitCode> {
     if args.schema {
-        return output::line(document::schema());
+        return output::line(document::schema()).map(|()| ExitCode::SUCCESS);
     }
     if args.methods {
-        return output::write(None, methods::table().as_bytes());
+        let table = methods::table();
+        return output::write(None, table.as_bytes()).map(|()| ExitCode::SUCCESS);
     }
     let options = Options {
         loop_type: None,
         grid: GridOptions { sample_time: args.grid },
         kpis: KpiOptions { dead_time: args.dead_time },
+        ..Options::default()
     };
-    let (recordings, mut failures) = read_all(&args)?;
-    let (loops, refused) = diagnose_all(&recordings, &options);
+    let (recordings, mut failures) = read_all(&args.files, &args.loops, &args.reading)?;
+    let (mut loops, refused) = diagnose_all(&recordings, &options);
     failures.extend(refused);
+    overrule::apply(&mut loops)?;
 
     if let Some(path) = &args.report {
-        let loops: Vec<(&Diagnosis, &Source)> =
-            loops.iter().map(|each| (&each.diagnosis, &each.source)).collect();
-        output::write(Some(path), report::html(&tool(), &loops)?.as_bytes())?;
+        let cases: Vec<report::Case<'_>> = loops
+            .iter()
+            .map(|each| report::Case {
+                diagnosis: &each.diagnosis,
+                source: &each.source,
+                overruled: each.overruled.as_ref(),
+            })
+            .collect();
+        output::write(Some(path), report::html(&tool(), &cases)?.as_bytes())?;
     }
     let done = || -> Result<()> {
         if let Some(path) = &args.csv {
@@ -96,7 +123,10 @@ pub fn run(args: Args) -> Result<()> {
         if args.json {
             let loops = loops
                 .iter()
-                .map(|each| document::Loop::new(&each.diagnosis, each.source.clone()))
+                .map(|each| {
+                    let overruled = each.overruled.clone();
+                    document::Loop::new(&each.diagnosis, each.source.clone(), overruled)
+                })
                 .collect();
             return output::line(Document::new(tool(), loops).json());
         }
@@ -118,11 +148,33 @@ pub fn run(args: Args) -> Result<()> {
     if !loops.is_empty() {
         done()?;
     }
+    ended(failures)?;
+    Ok(if fails(&loops, &args.fail_on) { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+/// The last of some failures, after a message for each of the others.
+pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     let Some(last) = failures.pop() else { return Ok(()) };
     for failure in failures {
         let _ = writeln!(std::io::stderr(), "stiction: {failure:#}");
     }
     Err(last)
+}
+
+/// Whether a loop is of one of the `classes`; where an override decides on that, the user is told.
+fn fails(loops: &[Diagnosed], classes: &[VerdictClass]) -> bool {
+    for each in loops {
+        let computed = each.diagnosis.verdict.class;
+        if classes.contains(&computed) != classes.contains(&each.class()) {
+            output::note(format!(
+                "--fail-on counts {} as \"{}\", by override; computed is \"{}\"",
+                each.diagnosis.name,
+                each.class().name(),
+                computed.name()
+            ));
+        }
+    }
+    loops.iter().any(|each| classes.contains(&each.class()))
 }
 
 /// The program with its version.
@@ -132,11 +184,14 @@ pub fn tool() -> String {
 
 /// The wanted recordings of all files with their sources, and what could not be read.
 #[allow(clippy::type_complexity)]
-fn read_all(args: &Args) -> Result<(Vec<(Source, Recording)>, Vec<anyhow::Error>)> {
-    let options = args.reading.options()?;
-    let progress = progress::bar("reading", args.files.len());
-    let readings: Vec<_> = args
-        .files
+pub fn read_all(
+    files: &[PathBuf],
+    loops: &[String],
+    reading: &Reading,
+) -> Result<(Vec<(Source, Recording)>, Vec<anyhow::Error>)> {
+    let options = reading.options()?;
+    let progress = progress::bar("reading", files.len());
+    let readings: Vec<_> = files
         .par_iter()
         .map(|path| {
             let reading = stiction_io::reading::read(path, &options);
@@ -157,8 +212,8 @@ fn read_all(args: &Args) -> Result<(Vec<(Source, Recording)>, Vec<anyhow::Error>
         };
         for mut recording in reading.recordings {
             known.push(recording.name.clone());
-            if !args.loops.is_empty()
-                && !args.loops.iter().any(|tag| tag.eq_ignore_ascii_case(&recording.name))
+            if !loops.is_empty()
+                && !loops.iter().any(|tag| tag.eq_ignore_ascii_case(&recording.name))
             {
                 continue;
             }
@@ -167,7 +222,7 @@ fn read_all(args: &Args) -> Result<(Vec<(Source, Recording)>, Vec<anyhow::Error>
             recordings.push((source, recording));
         }
     }
-    for tag in &args.loops {
+    for tag in loops {
         if failures.is_empty() && !known.iter().any(|name| name.eq_ignore_ascii_case(tag)) {
             bail!("--loop {tag}: there is no such loop; there are {}", known.join(", "));
         }
@@ -193,7 +248,9 @@ pub fn diagnose_all(
     let (mut loops, mut failures) = (vec![], vec![]);
     for (source, recording, result) in results {
         match result {
-            Ok(diagnosis) => loops.push(Diagnosed { source: source.clone(), diagnosis }),
+            Ok(diagnosis) => {
+                loops.push(Diagnosed { source: source.clone(), diagnosis, overruled: None })
+            }
             Err(error) => {
                 failures.push(anyhow::anyhow!("{}, loop {}: {error}", source.file, recording.name))
             }

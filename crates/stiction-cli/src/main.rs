@@ -4,11 +4,14 @@
 mod bench;
 mod diagnose;
 mod figures;
+mod history;
 mod inspect;
 mod output;
+mod overrule;
 mod population;
 mod progress;
 mod reading_args;
+mod shift;
 mod simulate;
 mod stem;
 mod text;
@@ -20,7 +23,8 @@ use std::process::ExitCode;
 
 /// Sticking control valves: diagnosis of recorded loops, models, simulated loops, the paper's figures.
 ///
-/// Exit codes: 0, it ran; 2, it could not run, and the message says why.
+/// Exit codes: 0, it ran; 1, it ran and found what --fail-on names; 2, it could not run, and the message
+/// says why.
 #[derive(Parser)]
 #[command(name = "stiction", version, max_term_width = 100, subcommand_required = true)]
 #[command(arg_required_else_help = true)]
@@ -32,28 +36,34 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Diagnose(diagnose::Args),
+    History(history::Args),
+    Override(overrule::Args),
     Inspect(inspect::Args),
     Bench(bench::Args),
     Valve(valve::Args),
     Stem(stem::Args),
     Simulate(simulate::Args),
     Population(population::Args),
+    Shift(shift::Args),
     Figures(figures::Args),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Diagnose(args) => diagnose::run(args),
-        Command::Bench(args) => bench::run(args),
-        Command::Valve(args) => valve::run(args),
-        Command::Stem(args) => stem::run(args),
-        Command::Simulate(args) => simulate::run(args),
-        Command::Population(args) => population::run(args),
-        Command::Figures(args) => figures::run(args),
-        Command::Inspect(args) => inspect::run(args),
+        Command::History(args) => history::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Override(args) => overrule::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Bench(args) => bench::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Valve(args) => valve::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Stem(args) => stem::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Simulate(args) => simulate::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Population(args) => population::run(args).map(|()| ExitCode::SUCCESS),
     };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         // A reader that has seen enough, such as `head`, is no failure.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {

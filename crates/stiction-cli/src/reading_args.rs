@@ -48,6 +48,11 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// The zone of times without one, if it is given on the command line.
+    pub fn zone(&self) -> Option<&Zone> {
+        self.zone.as_ref()
+    }
+
     /// The options, those of the command line before those of the mapping file.
     pub fn options(&self) -> Result<ReadOptions> {
         let given = self.clone();

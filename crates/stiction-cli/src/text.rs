@@ -1,5 +1,6 @@
 //! Numbers, durations, paragraphs and columns on a terminal.
 
+use stiction_report::report::{Column, Table};
 use unicode_width::UnicodeWidthStr;
 
 /// A number with four digits at most, as in reports but with a minus sign of ASCII.
@@ -36,13 +37,14 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 }
 
 /// Rows in columns two blanks apart; `right` tells which are aligned right.
-pub fn columns<const N: usize>(rows: &[[String; N]], right: &[bool; N]) -> String {
-    let width: Vec<usize> =
-        (0..N).map(|c| rows.iter().map(|row| row[c].width()).max().unwrap_or(0)).collect();
+pub fn columns(rows: &[impl AsRef<[String]>], right: &[bool]) -> String {
+    let width: Vec<usize> = (0..right.len())
+        .map(|c| rows.iter().map(|row| row.as_ref()[c].width()).max().unwrap_or(0))
+        .collect();
     let mut out = String::new();
     for row in rows {
         let mut line = String::new();
-        for (c, cell) in row.iter().enumerate() {
+        for (c, cell) in row.as_ref().iter().enumerate() {
             let blank = " ".repeat(width[c] - cell.width());
             let (before, after) =
                 if right[c] { (blank.as_str(), "") } else { ("", blank.as_str()) };
@@ -52,6 +54,43 @@ pub fn columns<const N: usize>(rows: &[[String; N]], right: &[bool; N]) -> Strin
         out.push('\n');
     }
     out
+}
+
+/// A table of a report in columns, its caption above it.
+pub fn plain(table: &Table) -> String {
+    let mut rows = vec![table.columns.iter().map(head).collect::<Vec<_>>()];
+    rows.extend(table.rows.iter().cloned());
+    let right: Vec<bool> = table.columns.iter().map(|column| column.number).collect();
+    let caption: String = wrapped(&table.caption, 96).into_iter().map(|line| line + "\n").collect();
+    // Signs that not every terminal has.
+    (caption.trim_start().to_owned() + &columns(&rows, &right))
+        .replace(['\u{2212}', '\u{2013}'], "-")
+        .replace('\u{a0}', " ")
+}
+
+/// A table of a report in Markdown, its caption above it.
+pub fn markdown(table: &Table) -> String {
+    let line = |cells: &[String]| {
+        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        format!("| {} |\n", cells.join(" | "))
+    };
+    let mut out = String::new();
+    if !table.caption.is_empty() {
+        out += &format!("{}\n\n", table.caption);
+    }
+    out += &line(&table.columns.iter().map(head).collect::<Vec<_>>());
+    let rule = |column: &Column| if column.number { "---:|" } else { "---|" };
+    out += &format!("|{}\n", table.columns.iter().map(rule).collect::<String>());
+    table.rows.iter().for_each(|row| out += &line(row));
+    out
+}
+
+/// The name of a column, with its unit.
+fn head(column: &Column) -> String {
+    match &column.unit[..] {
+        "" => column.name.clone(),
+        unit => format!("{} ({unit})", column.name),
+    }
 }
 
 #[cfg(test)]
@@ -82,5 +121,13 @@ mod tests {
         assert_eq!(wrapped("one two  three", 7), ["one two", "three"]);
         let rows = [["a", "1"], ["long", "22"]].map(|row| row.map(str::to_owned));
         assert_eq!(columns(&rows, &[false, true]), "a      1\nlong  22\n");
+    }
+
+    #[test]
+    fn tables_of_reports() {
+        let table = Table::new("Some.").words("a|b").numbers("c", "%").row(["x", "\u{2212}1"]);
+        assert_eq!(plain(&table), "Some.\na|b  c (%)\nx       -1\n");
+        let text = "Some.\n\n| a\\|b | c (%) |\n|---|---:|\n| x | \u{2212}1 |\n";
+        assert_eq!(markdown(&table), text);
     }
 }

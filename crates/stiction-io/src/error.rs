@@ -48,6 +48,16 @@ pub enum Error {
         /// What is wrong and what would be right.
         message: String,
     },
+    /// A file of overrides does not say what it should.
+    #[error("{origin}, line {line}: {message}")]
+    Overrides {
+        /// The file.
+        origin: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and what would be right.
+        message: String,
+    },
     /// A table is not well formed.
     #[error("{origin}: {message}")]
     Table {

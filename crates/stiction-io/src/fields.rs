@@ -166,6 +166,25 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
+    /// A text or a date as it is written, if given.
+    pub fn text_or_date(&self, key: &'static str) -> Result<Option<String>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::String(text) => Ok(Some(text.to_string())),
+            DeValue::Datetime(date) => Ok(Some(date.to_string())),
+            _ => Err(self.wrong(key, "must be a date such as 2026-03-01")),
+        }
+    }
+
+    /// True or false; false where it is not given.
+    pub fn flag(&self, key: &'static str) -> Result<bool> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(false),
+            Some(DeValue::Boolean(flag)) => Ok(*flag),
+            Some(_) => Err(self.wrong(key, "must be true or false")),
+        }
+    }
+
     /// One of the `choices`, or the first where the key is not given.
     pub fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)]) -> Result<T> {
         let Some(text) = self.text(key)? else { return Ok(choices[0].1) };

@@ -17,6 +17,7 @@ pub mod matlab_file;
 mod mode;
 pub mod number;
 pub mod options;
+pub mod overrides;
 pub mod parquet_file;
 mod quality;
 mod range;
@@ -29,6 +30,7 @@ pub mod timestamp;
 
 pub use error::{Error, Result};
 pub use options::ReadOptions;
+pub use overrides::Overrides;
 pub use reading::Reading;
 pub use scenario::Scenario;
 pub use sheet::Sheet;

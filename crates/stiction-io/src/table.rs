@@ -166,6 +166,11 @@ impl Table {
         Ok(self.rows.iter().map(|row| row.get(index).unwrap_or("").trim().to_owned()).collect())
     }
 
+    /// Which line of the file the data row `index`, counted from 0, stands on; 0 if there is none.
+    pub fn line(&self, index: usize) -> usize {
+        self.lines.get(index).copied().unwrap_or(0)
+    }
+
     /// The place of the column called `name`.
     fn index(&self, name: &str) -> Result<usize> {
         self.header.iter().position(|n| n == name).ok_or_else(|| Error::Table {

@@ -5,7 +5,7 @@ mod scan;
 mod zone;
 
 pub use column::{Clock, Times};
-pub use zone::Zone;
+pub use zone::{Zone, instant};
 
 pub(crate) use column::{Context, read};
 pub(crate) use scan::looks_like;

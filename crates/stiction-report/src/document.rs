@@ -1,4 +1,5 @@
-//! A diagnosis as a document for programs: what `stiction diagnose --json` prints.
+//! A diagnosis as a document for programs: what `stiction diagnose --json` prints; and a history, what
+//! `stiction history --json` prints.
 //!
 //! The JSON schema is generated from these types ([`schema`]). Fields are added, never renamed or
 //! removed, within one [`VERSION`].
@@ -9,6 +10,10 @@ use stiction::detect::{self, Finding};
 use stiction::diagnose::{self, Diagnosis};
 use stiction::oscillation;
 use stiction::recording::{Repair, fitness};
+
+mod history;
+
+pub use history::{Combined, Contrast, Drift, Point, RepairTest, Valve, ValveHistory};
 
 /// Version of the document's form.
 pub const VERSION: u32 = 1;
@@ -52,6 +57,9 @@ pub struct Loop {
     pub verdict: Verdict,
     /// How much the valve sticks.
     pub stiction: Stiction,
+    /// The windows of the judged stretch that were weighed one by one, in order of time; empty where the
+    /// stretch was judged as a whole only.
+    pub windows: Vec<Window>,
     /// What the user should know.
     pub notes: Vec<String>,
 }
@@ -255,16 +263,73 @@ pub struct Kpi {
 /// The conclusion.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Verdict {
-    /// `sticks`, `does not stick` or `cannot tell`.
+    /// `sticks`, `does not stick`, `does not respond` or `cannot tell`: what was computed, whatever a
+    /// person said.
     pub class: String,
     /// The probability that the valve sticks; null for a majority, which has none.
     pub probability: Option<f64>,
-    /// What it rests on.
+    /// What it rests on: `measured valve position`, `evidence in OP and PV`, `shape of the OP alone`,
+    /// `majority of the families of methods that apply` or `none`.
     pub basis: String,
     /// How the families of published methods voted, one vote each.
     pub votes: Votes,
     /// Why.
     pub reasons: Vec<String>,
+    /// Evidence that speaks against it.
+    pub contradictions: Vec<String>,
+    /// What else it could be, the likeliest first.
+    pub alternatives: Vec<Alternative>,
+    /// The manual test that would settle it; null if none can be sized.
+    pub confirm: Option<ConfirmingTest>,
+    /// What a person concluded of this recording; null if nobody did.
+    #[serde(rename = "override")]
+    pub overruled: Option<Override>,
+}
+
+/// A cause other than the concluded one.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Alternative {
+    /// The cause, such as `aggressive tuning`.
+    pub cause: String,
+    /// Its probability; together with that of sticking they add up to one.
+    pub likelihood: f64,
+    /// What the data show of it, and how to tell it apart.
+    pub because: String,
+}
+
+/// A test with the controller in manual that settles whether the valve sticks.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ConfirmingTest {
+    /// Size of each step of the OP, percent of span.
+    pub step: f64,
+    /// How many steps in one direction before they turn.
+    pub steps: usize,
+    /// Whether the first steps go up.
+    pub up_first: bool,
+    /// How long to wait after each step, s.
+    pub wait_s: f64,
+    /// By how much the PV should change with one step if the valve follows, in its units; null where the
+    /// data do not tell.
+    pub pv_change: Option<f64>,
+    /// What to do and what to look for, in order.
+    pub instructions: Vec<String>,
+}
+
+/// What a person concluded of a valve, beside the computed verdict.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Override {
+    /// `sticks`, `does not stick`, `does not respond` or `cannot tell`.
+    pub verdict: String,
+    /// Why.
+    pub reason: String,
+    /// Who says so; null where that is not kept.
+    pub by: Option<String>,
+    /// The day on which it was entered, as in `2026-03-01`; null where that is not kept.
+    pub entered: Option<String>,
+    /// What it holds for, in words.
+    pub scope: String,
+    /// The file it is kept in.
+    pub kept_in: String,
 }
 
 /// How the families of published methods voted.
@@ -291,8 +356,42 @@ pub struct Stiction {
     /// Slip jump, percent of span.
     #[serde(rename = "J")]
     pub j: Option<Estimate>,
+    /// The nominal coverage of the intervals, such as 0.9; null where they are not of that kind.
+    pub coverage: Option<f64>,
     /// Why a number is missing.
     pub why_not: Option<String>,
+    /// The competing definitions of "stiction in percent", side by side.
+    pub definitions: Vec<Definition>,
+}
+
+/// One of the numbers that are called "stiction in percent".
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Definition {
+    /// Its name.
+    pub name: String,
+    /// Its value; null where it cannot be measured.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// What it is, and by whom.
+    pub meaning: String,
+}
+
+/// What one window of a stretch says.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Window {
+    /// Time of its first sample, s on the recording's clock.
+    pub from_s: f64,
+    /// Its duration, s.
+    pub duration_s: f64,
+    /// The probability that the valve sticks.
+    pub probability: f64,
+    /// Stick band plus dead band, percent of span; null where it could not be quantified.
+    #[serde(rename = "S")]
+    pub s: Option<Estimate>,
+    /// Slip jump, percent of span; null where it could not be quantified.
+    #[serde(rename = "J")]
+    pub j: Option<Estimate>,
 }
 
 /// A number with an interval.
@@ -438,27 +537,72 @@ impl From<&diagnose::Verdict> for Verdict {
                 abstains: votes.abstains,
             },
             reasons: verdict.reasons.clone(),
+            contradictions: verdict.contradictions.clone(),
+            alternatives: verdict
+                .alternatives
+                .iter()
+                .map(|each| Alternative {
+                    cause: each.cause.name().into(),
+                    likelihood: each.likelihood,
+                    because: each.because.clone(),
+                })
+                .collect(),
+            confirm: verdict.confirm.as_ref().map(|test| ConfirmingTest {
+                step: test.step,
+                steps: test.steps,
+                up_first: test.up_first,
+                wait_s: test.wait_s,
+                pv_change: test.pv_change.and_then(finite),
+                instructions: test.instructions.clone(),
+            }),
+            overruled: None,
+        }
+    }
+}
+
+impl From<diagnose::Estimate> for Estimate {
+    fn from(estimate: diagnose::Estimate) -> Self {
+        Self { value: estimate.value, low: estimate.low, high: estimate.high }
+    }
+}
+
+impl From<&diagnose::Window> for Window {
+    fn from(window: &diagnose::Window) -> Self {
+        Self {
+            from_s: window.from,
+            duration_s: window.duration,
+            probability: window.probability,
+            s: window.s.map(Estimate::from),
+            j: window.j.map(Estimate::from),
         }
     }
 }
 
 impl From<&diagnose::Stiction> for Stiction {
     fn from(stiction: &diagnose::Stiction) -> Self {
-        let estimate = |estimate: Option<diagnose::Estimate>| {
-            estimate.map(|e| Estimate { value: e.value, low: e.low, high: e.high })
-        };
         Self {
             model: stiction.model.clone(),
-            s: estimate(stiction.s),
-            j: estimate(stiction.j),
+            s: stiction.s.map(Estimate::from),
+            j: stiction.j.map(Estimate::from),
+            coverage: stiction.coverage,
             why_not: stiction.why_not.clone(),
+            definitions: stiction
+                .definitions
+                .iter()
+                .map(|each| Definition {
+                    name: each.name.into(),
+                    value: each.value.and_then(finite),
+                    unit: each.unit.into(),
+                    meaning: each.meaning.into(),
+                })
+                .collect(),
         }
     }
 }
 
 impl Loop {
-    /// The diagnosis of a recording that comes from a file.
-    pub fn new(diagnosis: &Diagnosis, source: Source) -> Self {
+    /// The diagnosis of a recording that comes from a file, and what a person concluded of it.
+    pub fn new(diagnosis: &Diagnosis, source: Source, overruled: Option<Override>) -> Self {
         let stretch = diagnosis.stretch();
         let judged = stretch.map(|stretch| Judged {
             from_s: stretch.from,
@@ -507,8 +651,9 @@ impl Loop {
             oscillation,
             detectors: findings.map(|f| Detector::new(f, &parameters(f))).collect(),
             kpis: kpis.collect(),
-            verdict: Verdict::from(&diagnosis.verdict),
+            verdict: Verdict { overruled, ..Verdict::from(&diagnosis.verdict) },
             stiction: Stiction::from(&diagnosis.stiction),
+            windows: diagnosis.windows.iter().map(Window::from).collect(),
             notes: diagnosis.notes.clone(),
         }
     }

@@ -44,7 +44,7 @@ mod text;
 use crate::error::Error;
 use canvas::Target;
 
-pub(crate) use clock::instant;
+pub use clock::instant;
 pub use live::Live;
 pub use palette::colour;
 

@@ -3,7 +3,9 @@
 //! * [`figure`]: figures as plain data, drawn as SVG text or PNG bytes;
 //! * [`page`]: an HTML page that shows figures with their captions and parameters;
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
+//! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page;
 //! * [`run`]: figures of simulated runs;
+//! * [`words`]: a verdict in words;
 //! * [`paper`]: the figures of the paper.
 //!
 //! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
@@ -37,6 +39,8 @@ pub mod page;
 pub mod paper;
 pub mod report;
 pub mod run;
+pub mod scoreboard;
+pub mod words;
 
 pub use error::Error;
 pub use figure::{

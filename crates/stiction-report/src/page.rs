@@ -153,7 +153,7 @@ impl Entry {
 
 /// `path` as a reference that can only lead to a file near the page: a colon or a leading slash
 /// cannot make it point to another place.
-fn relative(path: &str) -> String {
+pub(crate) fn relative(path: &str) -> String {
     let mut reference = String::from("./");
     for byte in path.trim_start_matches('/').bytes() {
         match byte {

@@ -29,10 +29,14 @@
 
 mod diagnosis;
 pub mod evidence;
+mod history;
 pub mod layout;
+mod over_time;
 mod time_axis;
+mod verdict;
 pub mod views;
 
-pub use diagnosis::html;
+pub use diagnosis::{Case, html};
+pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
 pub use views::Context;

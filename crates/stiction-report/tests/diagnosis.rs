@@ -11,7 +11,7 @@ use stiction::recording::{Channel, LoopType, Recording};
 use stiction::valve::{Assembly, Model};
 use stiction::{Bands, Result};
 use stiction_report::document::Source;
-use stiction_report::report::{self, Context, evidence};
+use stiction_report::report::{self, Case, Context, evidence};
 
 const HOSTILE: &str = "</script><script>alert(1)</script> \"'&\u{0}<b>";
 
@@ -59,6 +59,15 @@ fn diagnosed(run: &Run, loop_type: LoopType) -> Diagnosis {
 
 fn source(file: &str) -> Source {
     Source { file: file.to_owned(), sha256: "00ff".to_owned() }
+}
+
+/// The report on some loops that nobody overruled.
+fn page(loops: &[(&Diagnosis, &Source)]) -> std::result::Result<String, stiction_report::Error> {
+    let cases: Vec<Case<'_>> = loops
+        .iter()
+        .map(|(diagnosis, source)| Case { diagnosis, source, overruled: None })
+        .collect();
+    report::html("stiction 9", &cases)
 }
 
 #[test]
@@ -116,7 +125,7 @@ fn short_and_odd_loops_are_drawn() {
                 }
             }
         }
-        report::html("tool", &[(&diagnosis, &source("a.csv"))]).unwrap();
+        page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     }
     assert_eq!(
         evidence::figure(
@@ -134,7 +143,7 @@ fn a_report_says_everything_and_hostile_names_stay_text() {
     diagnosis.name = HOSTILE.to_owned();
     diagnosis.pv_unit = Some(HOSTILE.to_owned());
     diagnosis.notes.push(HOSTILE.to_owned());
-    let html = report::html("stiction 9", &[(&diagnosis, &source(HOSTILE))]).unwrap();
+    let html = page(&[(&diagnosis, &source(HOSTILE))]).unwrap();
     well_formed(&html);
     data(&html);
     assert!(!html.contains("<script>alert") && !html.contains("<b>") && !html.contains(HOSTILE));
@@ -152,7 +161,7 @@ fn a_report_says_everything_and_hostile_names_stay_text() {
     for kpi in &diagnosis.kpis.numbers {
         assert!(html.contains(kpi.name));
     }
-    for text in ["Preliminary", "stiction 9", "00ff", "2023-11-14", "slip jump"] {
+    for text in ["measured position", "stiction 9", "00ff", "2023-11-14", "slip jump"] {
         assert!(html.contains(text), "{text}");
     }
     for table in html.split("<table>").skip(1).map(|rest| rest.split("</table>").next().unwrap()) {
@@ -174,8 +183,8 @@ fn loops_stand_in_their_rank_whatever_their_order() {
     quiet.verdict.class = stiction::diagnose::VerdictClass::DoesNotStick;
     assert!(sticky.rank() < quiet.rank());
     let (a, b) = (source("a.csv"), source("b.csv"));
-    let html = report::html("tool", &[(&quiet, &a), (&sticky, &b)]).unwrap();
-    assert_eq!(html, report::html("tool", &[(&sticky, &b), (&quiet, &a)]).unwrap());
+    let html = page(&[(&quiet, &a), (&sticky, &b)]).unwrap();
+    assert_eq!(html, page(&[(&sticky, &b), (&quiet, &a)]).unwrap());
     let place = |text: &str| html.find(text).unwrap();
     assert!(place("href=\"#loop-1\">loop<") < place("href=\"#loop-2\">quiet<"));
     well_formed(&html);
@@ -190,7 +199,7 @@ fn without_a_stretch_there_is_a_report_all_the_same() {
     });
     let diagnosis = diagnose(&recording, &Options::default()).unwrap();
     assert!(diagnosis.stretch().is_none());
-    let html = report::html("tool", &[(&diagnosis, &source("a.csv"))]).unwrap();
+    let html = page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     well_formed(&html);
     assert!(html.contains("cannot answer") && html.contains("26 methods abstain"));
 }
@@ -198,6 +207,6 @@ fn without_a_stretch_there_is_a_report_all_the_same() {
 #[test]
 fn long_recordings_make_small_reports() {
     let diagnosis = diagnosed(&flow(121_000).unwrap(), LoopType::Flow);
-    let html = report::html("tool", &[(&diagnosis, &source("a.csv"))]).unwrap();
+    let html = page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use stiction::evidence::Line;
 use stiction::fusion::Cause;
 
 /// A column of features.
@@ -10,6 +11,8 @@ pub struct Column {
     pub name: String,
     /// 1 if more of it can only speak for stiction, -1 if only against, 0 if either.
     pub monotone: i8,
+    /// What it looks at.
+    pub line: Line,
     /// Whether the OP alone is enough to measure it.
     pub op_only: bool,
 }

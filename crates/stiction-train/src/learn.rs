@@ -6,6 +6,7 @@ use crate::calibrate;
 use crate::dataset::{Dataset, Truth};
 use crate::grow::Limits;
 use anyhow::{Context, Result};
+use stiction::evidence::Line;
 use stiction::fusion::{Bundle, Calibration, Cause, Ensemble, Model, Provenance, Quantiles, row};
 
 /// The fewest slips of a valve whose S is learned from: fewer show where it sticks, not how much.
@@ -42,6 +43,7 @@ const fn recipe(members: u64, rounds: usize, rate: f64, leaves: usize, least: f6
 // The least weight of a leaf is in loops for quantiles, and in loops times p (1 - p) for probabilities.
 const FAULT: Recipe = recipe(3, 500, 0.06, 16, 4.0);
 const NO_RESPONSE: Recipe = recipe(1, 150, 0.1, 8, 2.0);
+const LINE: Recipe = recipe(1, 300, 0.08, 8, 4.0);
 const CAUSES: Recipe = recipe(1, 120, 0.1, 12, 2.0);
 const S: Recipe = recipe(2, 350, 0.06, 14, 20.0);
 const J_OVER_S: Recipe = recipe(1, 200, 0.06, 10, 30.0);
@@ -149,6 +151,21 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         let fault_trees = trees.swap_remove(0);
         let calibration = self.calibration(&fault_trees, &target);
 
+        let mut lines = vec![];
+        for (line, parts) in Line::WEIGHED {
+            let of = |k: &&usize| parts.contains(&self.data.columns[**k].line);
+            let looks_at: Vec<usize> = columns.iter().filter(of).copied().collect();
+            if looks_at.is_empty() {
+                continue;
+            }
+            let name = named(line.name());
+            let (mut trees, _) =
+                self.fit(&name, Loss::Logistic, &looks_at, &monotone, &LINE, &target)?;
+            let trees = trees.swap_remove(0);
+            let calibration = self.calibration(&trees, &target);
+            lines.push((line, trees, calibration));
+        }
+
         let free = vec![0; monotone.len()];
         let target = |truth: &Truth| {
             let shows = fault(truth) == Some(true);
@@ -174,7 +191,8 @@ impl<'a, R: Fn(&str)> School<'a, R> {
 
         let (s, s_gains) = self.quantiles(&named("S"), columns, &S, &ln_s)?;
         let (j_over_s, _) = self.quantiles(&named("J/S"), columns, &J_OVER_S, &j_over_s)?;
-        let model = Model { fault: fault_trees, calibration, no_response, causes, s, j_over_s };
+        let model =
+            Model { fault: fault_trees, calibration, lines, no_response, causes, s, j_over_s };
         Ok((model, fault_gains, s_gains))
     }
 

@@ -23,6 +23,7 @@ pub fn columns() -> Vec<Column> {
         .map(|feature| Column {
             name: feature.name.to_owned(),
             monotone: feature.monotone,
+            line: feature.line,
             op_only: false,
         })
         .collect();

@@ -2,6 +2,7 @@
 
 use crate::dataset::{Column, Dataset, Truth};
 use crate::random::Stream;
+use stiction::evidence::Line;
 use stiction::fusion::Cause;
 
 /// Rows of four columns. Column 0 speaks for a fault, column 1 (of the OP alone) does so weakly,
@@ -9,7 +10,10 @@ use stiction::fusion::Cause;
 /// `ln(S / span)` with noise that column 1 scales; a tenth of it is missing.
 pub fn dataset(seed: u64, rows: u64) -> Dataset {
     let mut stream = Stream::new(seed, 77);
-    let column = |name: &str, monotone, op_only| Column { name: name.into(), monotone, op_only };
+    let column = |name: &str, monotone, op_only| {
+        let line = if op_only { Line::OpShape } else { Line::Model };
+        Column { name: name.into(), monotone, line, op_only }
+    };
     let columns = vec![
         column("evidence", 1, false),
         column("shape", 0, true),

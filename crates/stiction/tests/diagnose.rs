@@ -3,7 +3,7 @@
 use stiction::Bands;
 use stiction::closed_loop::{ClosedLoop, Controller, Process, Signal};
 use stiction::detect::{self, Decision, Subject};
-use stiction::diagnose::{Basis, Diagnosis, MIMICS, Options, VerdictClass, diagnose};
+use stiction::diagnose::{Basis, Detectors, Diagnosis, MIMICS, Options, VerdictClass, diagnose};
 use stiction::population::Kind;
 use stiction::recording::fitness::Class;
 use stiction::recording::{Channel, Mode, Modes, Quality, Range, RangeSource, Recording};
@@ -21,6 +21,26 @@ fn decisions(diagnosis: &Diagnosis) -> Vec<(&'static str, Decision)> {
 fn loops() -> Vec<Recording> {
     let of = |kind: Kind| (1..=6).map(move |seed| kind.simulate(seed).unwrap().recording);
     Kind::ALL.into_iter().flat_map(of).collect()
+}
+
+#[test]
+fn large_statistics_speak_for_sticking() {
+    for recording in loops() {
+        for finding in of(&recording).findings {
+            let (Some(statistic), Some(threshold)) = (finding.statistic, finding.threshold) else {
+                continue;
+            };
+            let name = finding.method.name;
+            match finding.decision {
+                Decision::Sticks => assert!(statistic >= threshold, "{name}: {statistic}"),
+                Decision::DoesNotStick => {
+                    // That method clears a loop for being linear, whatever its statistic.
+                    assert!(statistic <= threshold || name == "bicoherence", "{name}: {statistic}");
+                }
+                _ => {}
+            }
+        }
+    }
 }
 
 /// The recording with its signals changed.
@@ -246,6 +266,28 @@ fn what_mimics_stiction_is_measured_and_keeps_a_healthy_valve_from_being_accused
     recording.op.values[500..700].fill(100.0);
     let diagnosis = of(&recording);
     assert_eq!(diagnosis.verdict.class, VerdictClass::CannotTell, "{:?}", diagnosis.verdict);
+}
+
+#[test]
+fn only_the_methods_that_are_asked_are_computed_and_say_what_they_always_say() {
+    let recording = sticky();
+    let all = of(&recording);
+    let asking =
+        |detectors: Detectors| diagnose(&recording, &Options { detectors, ..Options::default() });
+    let names = |diagnosis: &Diagnosis| -> Vec<_> {
+        diagnosis.findings.iter().map(|f| f.method.name).collect()
+    };
+    let none = asking(Detectors::None).unwrap();
+    assert_eq!(names(&none), ["direct", "yamashita-vp"], "those of a measured position");
+    // In the order of the registry, however they are asked for.
+    let two = asking(Detectors::Only(vec!["Yamashita".to_owned(), "horch".to_owned()])).unwrap();
+    assert_eq!(names(&two), ["direct", "yamashita-vp", "horch", "yamashita"]);
+    for finding in &two.findings {
+        assert!(all.findings.contains(finding), "{}", finding.method.name);
+    }
+    assert_eq!((&none.fitness, &none.stiction), (&all.fitness, &all.stiction));
+    let unknown = asking(Detectors::Only(vec!["nonesuch".to_owned()])).unwrap_err();
+    assert!(unknown.to_string().contains("horch"), "{unknown}");
 }
 
 /// Reported with their intervals in BENCHMARKS.md; here, that the order of magnitude stays.

@@ -7,17 +7,22 @@ use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
 use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
+use stiction_report::words;
 
 /// How many reasons of each kind a screen has room for.
 const REASONS: usize = 3;
 
 /// One loop on one screen.
 pub fn one(loop_: &Diagnosed) -> String {
-    let Diagnosed { source, diagnosis } = loop_;
+    let Diagnosed { source, diagnosis, overruled } = loop_;
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(out, "{} ({})  {}", diagnosis.name, diagnosis.loop_type.name(), source.file);
     out += &field("verdict", &verdict(diagnosis));
+    if let Some(said) = overruled {
+        out += &field("override", &words::overruled(said));
+    }
+    out += &weighed(diagnosis);
     out += &field("data", &data(diagnosis));
     for reason in diagnosis.fitness.reasons().iter().take(REASONS) {
         out += &field("", &format!("- {reason}"));
@@ -27,8 +32,8 @@ pub fn one(loop_: &Diagnosed) -> String {
         out += &field("", &format!("- and {more} more, in the report"));
     }
     out += &field("cycle", &cycle(diagnosis));
-    if let Some(measured) = measured(diagnosis) {
-        out += &field("measured", &measured);
+    if let Some(stiction) = stiction(diagnosis) {
+        out += &field("stiction", &stiction);
     }
     for note in &diagnosis.notes {
         out += &field("note", note);
@@ -51,15 +56,59 @@ fn field(name: &str, text: &str) -> String {
 fn verdict(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let basis = match verdict.basis {
-        Basis::None => "preliminary".to_owned(),
-        basis => format!("preliminary, by the {}", basis.name()),
+        Basis::None => String::new(),
+        basis => format!(" Rests on: {}.", basis.name()),
     };
-    let reasons = match verdict.basis {
+    let class = verdict.class.name().to_uppercase();
+    format!("{class}: {}{basis}", words::verdict(diagnosis))
+}
+
+/// What speaks for the verdict and against it, what else it could be, and how to find out.
+fn weighed(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
+    let mut out = String::new();
+    let mut list = |name: &str, texts: &[String]| {
+        for (k, text) in texts.iter().take(REASONS).enumerate() {
+            out += &field(if k == 0 { name } else { "" }, &format!("- {text}"));
+        }
+        if texts.len() > REASONS {
+            out += &field("", &format!("- and {} more, in the report", texts.len() - REASONS));
+        }
+    };
+    match verdict.basis {
         // Those of a majority are the methods' own, which stand in the table.
-        Basis::Majority => &verdict.reasons[..verdict.reasons.len().min(1)],
-        _ => &verdict.reasons[..],
-    };
-    format!("{} ({basis}): {}", verdict.class.name().to_uppercase(), reasons.join("; "))
+        Basis::Majority => {}
+        _ if verdict.class == VerdictClass::CannotTell => list("why", &verdict.reasons),
+        _ => list("for it", &verdict.reasons),
+    }
+    list("against", &verdict.contradictions);
+    let others: Vec<String> = verdict
+        .alternatives
+        .iter()
+        .take(REASONS)
+        .map(|other| format!("{} ({})", other.cause.name(), words::percent(other.likelihood)))
+        .collect();
+    if !others.is_empty() {
+        out += &field("or else", &others.join(", "));
+    }
+    if let Some(test) = &verdict.confirm {
+        let change = test.pv_change.map_or(String::new(), |change| {
+            let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
+            format!("; the PV should change by {} {unit} with each", words::rough(change))
+        });
+        let test = format!(
+            "in manual, {} steps of {} % {} and back, {} apart{change}",
+            test.steps,
+            words::rough(test.step),
+            if test.up_first { "up" } else { "down" },
+            seconds(test.wait_s)
+        );
+        out += &field("confirm", &test);
+    }
+    if let Some(advice) = words::what_would_answer(diagnosis) {
+        out += &field("needed", &advice);
+    }
+    out
 }
 
 fn data(diagnosis: &Diagnosis) -> String {
@@ -103,17 +152,15 @@ fn cycle(diagnosis: &Diagnosis) -> String {
     format!("the {signal} {found}: {}", parts.join(", "))
 }
 
-fn measured(diagnosis: &Diagnosis) -> Option<String> {
+fn stiction(diagnosis: &Diagnosis) -> Option<String> {
     let stiction = &diagnosis.stiction;
     let say = |name: &str, estimate: Option<Estimate>| {
-        estimate.map(|e| {
-            format!("{name} = {} % ({} to {})", number(e.value), number(e.low), number(e.high))
-        })
+        estimate.map(|e| format!("{name} = {}", words::interval(e)))
     };
     let parts: Vec<String> =
         [say("S", stiction.s), say("J", stiction.j)].into_iter().flatten().collect();
-    (!parts.is_empty())
-        .then(|| format!("{}, by {}", parts.join(", "), stiction.model.as_deref().unwrap_or("")))
+    let by = stiction.model.as_ref().map_or(String::new(), |model| format!(", by {model}"));
+    (!parts.is_empty()).then(|| format!("{}{by}", parts.join(", ")))
 }
 
 fn methods(findings: &[Finding]) -> String {
@@ -176,35 +223,61 @@ pub fn several(loops: &[Diagnosed]) -> String {
             (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
         })
     });
-    let header = ["loop", "type", "verdict", "votes", "data", "period", "regularity", "why"];
+    let header = [
+        "loop",
+        "type",
+        "verdict",
+        "p(sticks)",
+        "votes",
+        "S",
+        "data",
+        "period",
+        "regularity",
+        "why",
+    ];
     let mut rows = vec![header.map(str::to_owned)];
-    for Diagnosed { diagnosis, .. } in ranked {
+    for Diagnosed { diagnosis, overruled, .. } in ranked {
         let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);
         let Votes { sticks, does_not_stick, .. } = diagnosis.verdict.votes;
         rows.push([
             diagnosis.name.clone(),
             diagnosis.loop_type.name().to_owned(),
             diagnosis.verdict.class.name().to_owned(),
+            diagnosis.verdict.probability.map_or("-".to_owned(), words::percent),
             format!("{sticks}:{does_not_stick}"),
+            diagnosis.stiction.s.map_or("-".to_owned(), |s| words::rough(s.value)),
             diagnosis.fitness.class.name().to_owned(),
             oscillation.and_then(|o| o.period_s).map_or("-".to_owned(), seconds),
             oscillation
                 .and_then(|o| o.regularity)
                 .filter(|r| r.is_finite())
                 .map_or("-".to_owned(), number),
-            why(diagnosis),
+            match overruled {
+                Some(said) => format!("overruled: {}, {}", said.verdict, said.reason),
+                None => why(diagnosis),
+            },
         ]);
     }
-    let mut out = columns(&rows, &[false, false, false, true, false, true, true, false]);
+    let right = [false, false, false, true, true, true, false, true, true, false];
+    let mut out = columns(&rows, &right);
     let count = |class| loops.iter().filter(|l| l.diagnosis.verdict.class == class).count();
+    let mut parts = vec![
+        format!("{} stick", count(VerdictClass::Sticks)),
+        format!("{} do not", count(VerdictClass::DoesNotStick)),
+        format!("{} cannot be told", count(VerdictClass::CannotTell)),
+    ];
+    if count(VerdictClass::DoesNotRespond) > 0 {
+        parts.insert(1, format!("{} do not respond", count(VerdictClass::DoesNotRespond)));
+    }
+    let overruled = loops.iter().filter(|each| each.overruled.is_some()).count();
+    if overruled > 0 {
+        parts.push(format!("{overruled} overruled by people"));
+    }
     let _ = writeln!(
         out,
-        "\n{} loops: {} stick, {} do not, {} cannot be told. Votes are families of methods for and against; the \
-         verdict is a preliminary one.",
+        "\n{} loops: {}. Votes are families of methods for and against.",
         loops.len(),
-        count(VerdictClass::Sticks),
-        count(VerdictClass::DoesNotStick),
-        count(VerdictClass::CannotTell),
+        parts.join(", ")
     );
     out
 }
@@ -243,23 +316,34 @@ pub fn csv(loops: &[Diagnosed]) -> Result<String> {
         "regularity",
         "amplitude",
         "verdict",
+        "probability",
+        "basis",
         "votes_sticks",
         "votes_does_not_stick",
         "S",
+        "S_low",
+        "S_high",
         "J",
+        "J_low",
+        "J_high",
+        "alternative",
+        "alternative_likelihood",
+        "override",
+        "override_reason",
     ];
     let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
     for method in &methods {
         header.extend([(*method).to_owned(), format!("{method} decision")]);
     }
     writer.write_record(&header)?;
-    for Diagnosed { source, diagnosis } in loops {
+    for Diagnosed { source, diagnosis, overruled } in loops {
         let stretch = diagnosis.stretch();
         let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);
         let say = |value: Option<f64>| {
             value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
         };
         let votes = diagnosis.verdict.votes;
+        let other = diagnosis.verdict.alternatives.first();
         let mut row = vec![
             diagnosis.name.clone(),
             source.file.clone(),
@@ -272,10 +356,20 @@ pub fn csv(loops: &[Diagnosed]) -> Result<String> {
             say(oscillation.and_then(|o| o.regularity)),
             say(oscillation.and_then(|o| o.amplitude)),
             diagnosis.verdict.class.name().to_owned(),
+            say(diagnosis.verdict.probability),
+            diagnosis.verdict.basis.name().to_owned(),
             votes.sticks.to_string(),
             votes.does_not_stick.to_string(),
             say(diagnosis.stiction.s.map(|s| s.value)),
+            say(diagnosis.stiction.s.map(|s| s.low)),
+            say(diagnosis.stiction.s.map(|s| s.high)),
             say(diagnosis.stiction.j.map(|j| j.value)),
+            say(diagnosis.stiction.j.map(|j| j.low)),
+            say(diagnosis.stiction.j.map(|j| j.high)),
+            other.map_or(String::new(), |other| other.cause.name().to_owned()),
+            say(other.map(|other| other.likelihood)),
+            overruled.as_ref().map_or(String::new(), |said| said.verdict.clone()),
+            overruled.as_ref().map_or(String::new(), |said| said.reason.clone()),
         ];
         for method in &methods {
             let finding = diagnosis.findings.iter().find(|f| f.method.name == *method);

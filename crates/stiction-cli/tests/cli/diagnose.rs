@@ -1,4 +1,4 @@
-//! `stiction diagnose` and `stiction bench`.
+//! `stiction diagnose`.
 
 use crate::{folder, read, run, write};
 use serde_json::Value;
@@ -8,12 +8,12 @@ fn sample(name: &str) -> String {
     samples().join(name).display().to_string()
 }
 
-fn samples() -> PathBuf {
+pub fn samples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples")
 }
 
 /// The five sample recordings, copied beside each other.
-fn with_samples(name: &str) -> PathBuf {
+pub fn with_samples(name: &str) -> PathBuf {
     let folder = folder(name);
     for entry in std::fs::read_dir(samples()).expect("the samples") {
         let path = entry.expect("a file").path();
@@ -38,7 +38,7 @@ fn one_loop_fits_one_screen() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "FIC101-sticky (flow)  FIC101-sticky.csv");
     assert!(
-        lines[1].starts_with("verdict   STICKS (preliminary, by the majority of the families"),
+        lines[1].starts_with("verdict   STICKS: Preliminary: the loop behaves like one with"),
         "{text}"
     );
     for wanted in [
@@ -66,7 +66,7 @@ fn several_loops_are_ranked_the_worst_first() {
     assert_eq!(one_order, run(&folder, &[&["diagnose"][..], &backwards].concat()).quiet_success());
     let rows: Vec<Vec<&str>> =
         one_order.lines().map(|line| line.split_whitespace().collect()).collect();
-    assert_eq!(rows[0][..4], ["loop", "type", "verdict", "votes"]);
+    assert_eq!(rows[0][..4], ["loop", "type", "verdict", "p(sticks)"]);
     for sticky in &rows[1..3] {
         assert!(["FIC101-sticky", "FIC105-cascade"].contains(&sticky[0]), "{one_order}");
         assert_eq!(sticky[2], "sticks");
@@ -243,7 +243,21 @@ fn a_table_has_one_row_a_loop() {
     let csv = run(&folder, &[&["diagnose"][..], &LOOPS, &["--csv", "-"]].concat()).quiet_success();
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let header = reader.headers().expect("a header").clone();
-    for wanted in ["loop", "file", "verdict", "period_s", "horch", "horch decision", "S", "J"] {
+    for wanted in [
+        "loop",
+        "file",
+        "verdict",
+        "probability",
+        "period_s",
+        "horch",
+        "horch decision",
+        "S",
+        "S_low",
+        "S_high",
+        "J",
+        "alternative",
+        "override",
+    ] {
         assert!(header.iter().any(|name| name == wanted), "{wanted} in {header:?}");
     }
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
@@ -277,9 +291,6 @@ fn what_cannot_be_asked_is_refused() {
         (vec!["diagnose"], "required"),
         (vec!["diagnose", "a.csv", "--grid", "many"], "--grid"),
         (vec!["diagnose", "a.csv", "--json", "--csv", "x.csv"], "cannot be used with"),
-        (vec!["bench"], "required"),
-        (vec!["bench", "--simulated", "0"], "--simulated"),
-        (vec!["bench", "--labels", "none.csv"], "none.csv"),
     ] {
         let refused = run(&folder, &arguments).refusal();
         assert!(refused.contains(expected), "{arguments:?}: {refused}");
@@ -289,41 +300,6 @@ fn what_cannot_be_asked_is_refused() {
     assert!(refused.contains("above 0"), "{refused}");
     let refused = run(&folder, &["diagnose", &file, "--dead-time", "-1"]).refusal();
     assert!(refused.contains("the dead time is -1, but must be"), "{refused}");
-}
-
-#[test]
-fn labelled_recordings_are_scored() {
-    let folder = with_samples("bench-labels");
-    let index = "loop,label,tag\nFIC101-sticky,stiction,FIC101\nFIC105-cascade,stiction,FIC105\n\
-                 FIC102-disturbed,no stiction,FIC102\nFIC103-aggressive,no stiction,FIC102\n";
-    write(&folder, "index.csv", index);
-    let text =
-        run(&folder, &["bench", "--labels", "index.csv", "--csv", "details.csv"]).quiet_success();
-    assert!(text.starts_with("2 sticky and 2 healthy recordings."), "{text}");
-    assert!(text.contains("2 sticky and 1 healthy valves."), "{text}");
-    let verdict: Vec<&str> =
-        text.lines().filter(|line| line.starts_with("| verdict (majority)")).collect();
-    assert!(verdict[0].contains("| 2 / 0 / 0 / 0 | 0 / 1 / 1 / 0 | 100 % |"), "{}", verdict[0]);
-    let details = read(&folder, "details.csv");
-    assert!(details.lines().count() > 4 * 20);
-    write(&folder, "index.csv", "loop,label\nFIC101-sticky,maybe\nFIC105-cascade,stiction\n");
-    let refused = run(&folder, &["bench", "--labels", "index.csv"]).refusal();
-    assert!(refused.contains("must be stiction or no stiction"), "{refused}");
-}
-
-#[test]
-fn families_are_scored_the_same_each_time() {
-    let folder = folder("bench-simulated");
-    let once = run(&folder, &["bench", "--simulated", "3"]).quiet_success();
-    assert_eq!(once, run(&folder, &["bench", "--simulated", "3"]).quiet_success());
-    assert_ne!(once, run(&folder, &["bench", "--simulated", "3", "--seed", "9"]).quiet_success());
-    assert!(
-        once.starts_with("3 simulated loops of each family (version 1, seeds 1 to 3)"),
-        "{once}"
-    );
-    for family in ["sticky valve", "sine disturbance", "compressed data", "noise"] {
-        assert!(once.contains(&format!(" {family} |")), "{family}");
-    }
 }
 
 /// Every real recording beside the checkout, if there are any.

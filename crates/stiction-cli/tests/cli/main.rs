@@ -1,9 +1,12 @@
 //! The `stiction` command, run as a user runs it.
 
+mod bench;
 mod diagnose;
 mod figures;
+mod history;
 mod inspect;
 mod malformed;
+mod overrule;
 mod population;
 mod session;
 mod simulate;

@@ -4,7 +4,17 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 5] = ["valve", "stem", "simulate", "figures", "inspect"];
+const COMMANDS: [&str; 9] = [
+    "valve",
+    "stem",
+    "simulate",
+    "population",
+    "shift",
+    "figures",
+    "inspect",
+    "history",
+    "override",
+];
 
 #[test]
 fn every_command_has_help_with_an_example() {

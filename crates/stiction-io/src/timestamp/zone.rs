@@ -17,6 +17,25 @@ impl Zone {
     }
 }
 
+/// Reads a date and time such as `2026-03-01T08:00` as seconds since 1970-01-01 UTC. Without an offset of
+/// its own it is taken as local time of `zone`, or as UTC.
+///
+/// # Errors
+/// If it is no date, or its parts could be taken in several orders, as in `01/02/2026`.
+pub fn instant(text: &str, zone: Option<&Zone>) -> Result<f64, String> {
+    let wrong = || format!("\"{text}\" is no date and time such as 2026-03-01T08:00");
+    let stamp = super::scan::scan(text).ok_or_else(wrong)?;
+    let orders: Vec<_> = stamp.orders().collect();
+    let [order] = orders[..] else { return Err(wrong()) };
+    let civil = stamp.civil(order).ok_or_else(wrong)?;
+    let zone = match stamp.offset {
+        Some(offset) => TimeZone::fixed(offset),
+        None => zone.map_or(TimeZone::UTC, |zone| zone.zone.clone()),
+    };
+    let at = civil.to_zoned(zone).map_err(|_| wrong())?.timestamp();
+    Ok(at.as_millisecond() as f64 / 1e3)
+}
+
 impl FromStr for Zone {
     type Err = String;
 
@@ -46,6 +65,20 @@ impl FromStr for Zone {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn instants() {
+        let berlin: Zone = "Europe/Berlin".parse().unwrap();
+        // 2026-03-01 is day 20513 since 1970.
+        let day = 20_513.0 * 86_400.0;
+        assert_eq!(instant("2026-03-01", None), Ok(day));
+        assert_eq!(instant("2026-03-01T08:00", None), Ok(day + 28_800.0));
+        assert_eq!(instant("2026-03-01 08:00", Some(&berlin)), Ok(day + 25_200.0));
+        assert_eq!(instant("2026-03-01T08:00Z", Some(&berlin)), Ok(day + 28_800.0));
+        for wrong in ["", "noon", "03/04/2026", "2026-13-01", "2026-03-01T"] {
+            assert!(instant(wrong, None).unwrap_err().contains("is no date and time"), "{wrong}");
+        }
+    }
 
     #[test]
     fn names_and_offsets() {

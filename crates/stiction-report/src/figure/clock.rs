@@ -77,7 +77,7 @@ fn date(at: i64) -> String {
 
 /// Date and time to the second as ISO 8601 writes them but for a blank between, with the time zone;
 /// `None` beyond the calendar.
-pub(crate) fn instant(seconds: f64) -> Option<String> {
+pub fn instant(seconds: f64) -> Option<String> {
     let at = seconds.round() as i64;
     let second = at.rem_euclid(DAY);
     let (h, m, s) = (second / HOUR, second % HOUR / MINUTE, second % MINUTE);

@@ -3,51 +3,70 @@
 use super::evidence::{self, sentence};
 use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
 use super::time_axis::duration;
+use super::verdict;
 use super::views::{self, Context};
 use crate::Error;
-use crate::document::{self, Source};
+use crate::document::{self, Override, Source};
 use crate::figure::instant;
+use crate::words;
 use stiction::detect::{self, Decision, Detector, Finding};
-use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass, Votes};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, Votes};
 use stiction::oscillation::{self, Oscillation};
 use stiction::recording::fitness::Class;
 
-/// The report on some loops, each with the file it comes from: one self-contained HTML page. The
-/// loops stand in the order of [`Diagnosis::rank`], the worst first.
+/// One loop of a report.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Case<'a> {
+    /// What was found out about it.
+    pub diagnosis: &'a Diagnosis,
+    /// The file it comes from.
+    pub source: &'a Source,
+    /// What a person concluded of it, shown beside the computed verdict.
+    pub overruled: Option<&'a Override>,
+}
+
+/// The report on some loops: one self-contained HTML page. The loops stand in the order of
+/// [`Diagnosis::rank`], the worst first.
 ///
 /// # Errors
 /// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not
 /// expected.
-pub fn html(tool: &str, loops: &[(&Diagnosis, &Source)]) -> Result<String, Error> {
+pub fn html(tool: &str, loops: &[Case<'_>]) -> Result<String, Error> {
     let mut ranked = loops.to_vec();
-    ranked.sort_by(|(a, of_a), (b, of_b)| {
-        a.rank()
-            .total_cmp(&b.rank())
-            .then_with(|| (&a.name, &of_a.file).cmp(&(&b.name, &of_b.file)))
+    ranked.sort_by(|a, b| {
+        a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
+            (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
+        })
     });
     let title = match &ranked[..] {
-        [(one, _)] => format!("Diagnosis of {}", one.name),
+        [one] => format!("Diagnosis of {}", one.diagnosis.name),
         several => format!("Diagnosis of {} control loops", several.len()),
     };
     let tool = format!("{tool}, results of form {}", document::VERSION);
-    let mut report = Report::new(title, tool).introduction(INTRODUCTION);
+    let voted = ranked.iter().any(|case| case.diagnosis.verdict.basis == Basis::Majority);
+    let introduction = if voted { format!("{INTRODUCTION} {VOTES}") } else { INTRODUCTION.into() };
+    let mut report = Report::new(title, tool).introduction(introduction);
     let detectors = detect::all();
-    for (diagnosis, source) in ranked {
-        report = report.source(source).with(section(diagnosis, source, &detectors));
+    for case in &ranked {
+        report = report.source(case.source).with(section(case, &detectors));
     }
     report.html()
 }
 
 const INTRODUCTION: &str = "Whether the valve of a control loop sticks, by what was recorded of it in \
-    normal operation. All verdicts are preliminary: published methods vote, one vote for each family that looks at the \
-    same thing, each with its own assumptions and none right on all loops. The figures below show what each of them saw.";
+    normal operation. The figures below show what each method saw.";
+const VOTES: &str = "A verdict that rests on a majority is a preliminary one: published methods vote, one \
+    vote for each family that looks at the same thing, each with its own assumptions and none right on \
+    all loops.";
 
-fn section(diagnosis: &Diagnosis, source: &Source, detectors: &[Box<dyn Detector>]) -> Section {
-    let mut section =
-        Section::new(&diagnosis.name, Badge::from(diagnosis.verdict.class), headline(diagnosis));
-    section.reasons = reasons(diagnosis);
+fn section(case: &Case<'_>, detectors: &[Box<dyn Detector>]) -> Section {
+    let Case { diagnosis, source, overruled } = *case;
+    let badge = Badge::from(diagnosis.verdict.class);
+    let mut section = Section::new(&diagnosis.name, badge, words::verdict(diagnosis));
+    section.reasons = overruled.map(words::overruled).into_iter().collect();
+    section.reasons.extend(reasons(diagnosis));
     section.facts = facts(diagnosis);
-    section = section.with(Block::Paragraph(next_step(diagnosis).to_owned()));
+    section = verdict::blocks(section, diagnosis);
 
     let context = Context {
         start: diagnosis.start,
@@ -72,65 +91,12 @@ fn section(diagnosis: &Diagnosis, source: &Source, detectors: &[Box<dyn Detector
     section.with(parameters(diagnosis, detectors))
 }
 
-fn headline(diagnosis: &Diagnosis) -> String {
-    let verdict = &diagnosis.verdict;
-    let votes = verdict.votes;
-    let decided = votes.sticks + votes.does_not_stick;
-    match (verdict.class, verdict.basis) {
-        (VerdictClass::Sticks, Basis::ValvePosition) => {
-            "Preliminary: by its measured position, the valve sticks.".to_owned()
-        }
-        (VerdictClass::DoesNotStick, Basis::ValvePosition) => {
-            "Preliminary: by its measured position, the valve follows the controller.".to_owned()
-        }
-        (VerdictClass::Sticks, _) => format!(
-            "Preliminary: the loop behaves like one with a sticking valve, say {} of {decided} families \
-             of methods that decide.",
-            votes.sticks
-        ),
-        (VerdictClass::DoesNotStick, _) => format!(
-            "Preliminary: the loop does not behave like one with a sticking valve, say {} of {decided} \
-             families of methods that decide.",
-            votes.does_not_stick
-        ),
-        _ if diagnosis.fitness.class == Class::Unfit => {
-            let reasons = diagnosis.fitness.reasons();
-            format!("The data cannot answer: {}.", reasons.first().unwrap_or(&"there are none"))
-        }
-        _ => {
-            let why = verdict.reasons.last().map_or("nothing decides", String::as_str);
-            format!("No clear answer: {}.", why.trim_start_matches("but "))
-        }
-    }
-}
-
-/// What to do next; general advice, which knows nothing of the plant.
-fn next_step(diagnosis: &Diagnosis) -> &'static str {
-    match diagnosis.verdict.class {
-        VerdictClass::Sticks => {
-            "Before work on the valve: confirm it. With the controller in manual and the OP held, an \
-             oscillation that the valve makes dies out; small steps of the OP up and down, watched at the \
-             flow or the stem, show the dead band."
-        }
-        VerdictClass::DoesNotStick => {
-            "If the loop oscillates, look at its tuning and at disturbances from other loops of the same \
-             period first."
-        }
-        _ => {
-            "A longer recording of normal operation, sampled at least eight times a cycle, uncompressed, \
-             with the controller in automatic and with OP, PV and SP, answers more."
-        }
-    }
-}
-
 fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
     let verdict = &diagnosis.verdict;
-    let mut reasons: Vec<String> = match verdict.basis {
-        // The methods that agree are in the table and the evidence.
-        Basis::Majority => verdict.reasons.iter().take(1).map(|reason| sentence(reason)).collect(),
-        _ => verdict.reasons.iter().map(|reason| sentence(reason)).collect(),
-    };
+    let mut reasons: Vec<String> = vec![];
     if verdict.basis == Basis::Majority {
+        // The methods that agree are in the table and the evidence.
+        reasons.extend(verdict.reasons.iter().take(1).map(|reason| sentence(reason)));
         let families = Votes::by_family(&diagnosis.findings);
         let names = |wanted: Decision| {
             let agree = families.iter().filter(|(_, said)| *said == wanted);
@@ -148,30 +114,30 @@ fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
     if diagnosis.fitness.class == Class::Caveats {
         reasons.extend(diagnosis.fitness.reasons().into_iter().map(|r| format!("Caveat: {r}.")));
     }
-    reasons.extend(diagnosis.stiction.why_not.as_ref().map(|why| format!("S and J: {why}.")));
+    if diagnosis.stiction.s.is_none() {
+        let why = diagnosis.stiction.why_not.as_ref();
+        reasons.extend(
+            why.map(|why| format!("S and J are not known: {}.", why.trim_end_matches('.'))),
+        );
+    }
     reasons
 }
 
 fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     let votes = diagnosis.verdict.votes;
-    let mut facts = vec![
-        Fact::new("rests on", diagnosis.verdict.basis.name(), ""),
-        Fact::new("families that say it sticks", votes.sticks, ""),
-        Fact::new("that it does not", votes.does_not_stick, ""),
-        Fact::new("undecided", votes.undecided, ""),
-        Fact::new("abstaining", votes.abstains, ""),
-    ];
-    if let Some(probability) = diagnosis.verdict.probability {
-        facts.push(Fact::new("probability that it sticks", number(100.0 * probability), "%"));
-    }
+    let mut facts: Vec<Fact> = verdict::probability(diagnosis).into_iter().collect();
     let estimate = |name: &str, estimate: Option<Estimate>| {
-        estimate.map(|e| {
-            let text = format!("{} ({} to {})", number(e.value), number(e.low), number(e.high));
-            Fact::new(name, text, "%")
-        })
+        estimate.map(|estimate| Fact::new(name, words::interval(estimate), ""))
     };
     facts.extend(estimate("S, stick band plus dead band", diagnosis.stiction.s));
     facts.extend(estimate("J, slip jump", diagnosis.stiction.j));
+    facts.extend([
+        Fact::new("rests on", diagnosis.verdict.basis.name(), ""),
+        Fact::new("families of methods that say it sticks", votes.sticks, ""),
+        Fact::new("that it does not", votes.does_not_stick, ""),
+        Fact::new("undecided", votes.undecided, ""),
+        Fact::new("abstaining", votes.abstains, ""),
+    ]);
     if let Some((signal, found)) = diagnosis.oscillation() {
         let finite = |value: Option<f64>| value.filter(|v| v.is_finite());
         facts.extend(finite(found.period_s).map(|p| Fact::new("period", duration(p), "")));
@@ -194,7 +160,7 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
 }
 
 /// A time on the recording's clock as a date, where that is known.
-fn moment(diagnosis: &Diagnosis, at: f64) -> String {
+pub(super) fn moment(diagnosis: &Diagnosis, at: f64) -> String {
     diagnosis.start.and_then(|start| instant(start + at)).unwrap_or_else(|| duration(at))
 }
 

@@ -6,12 +6,14 @@ use crate::document::Source;
 use crate::error::Error;
 use crate::escape::escape;
 use crate::figure::Figure;
+use crate::page::relative;
 use stiction::detect::Decision;
 use stiction::diagnose::VerdictClass;
 use stiction::recording::fitness::Class;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("../interactive.js");
+const TABLES: &str = include_str!("../tables.js");
 
 /// A report on one loop or several.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +22,8 @@ pub struct Report {
     pub title: String,
     /// What it is about, a paragraph; empty for none.
     pub introduction: String,
+    /// What is said of all loops together, before the sections.
+    pub blocks: Vec<Block>,
     /// One section a loop, in the order in which they should be looked at.
     pub sections: Vec<Section>,
     /// What made the report, with its version, such as `stiction 0.1.0`.
@@ -86,6 +90,13 @@ pub enum Block {
     Heading(String),
     /// A paragraph.
     Paragraph(String),
+    /// A list, with numbers if the order matters.
+    List {
+        /// Whether the order matters.
+        ordered: bool,
+        /// What it lists.
+        items: Vec<String>,
+    },
     /// Names with values.
     Facts(Vec<Fact>),
     /// A table.
@@ -112,6 +123,11 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Its rows; each has a cell for every column.
     pub rows: Vec<Vec<String>>,
+    /// Where the first cell of each row leads: a file near the page, by its relative path with `/` between
+    /// folders; empty for none.
+    pub links: Vec<String>,
+    /// Whether the reader can sort its rows and look for words in them.
+    pub sortable: bool,
 }
 
 /// The head of a column.
@@ -171,6 +187,7 @@ impl Report {
         Self {
             title: title.into(),
             introduction: String::new(),
+            blocks: Vec::new(),
             sections: Vec::new(),
             tool: tool.into(),
             sources: Vec::new(),
@@ -181,6 +198,13 @@ impl Report {
     #[must_use]
     pub fn introduction(mut self, introduction: impl Into<String>) -> Self {
         self.introduction = introduction.into();
+        self
+    }
+
+    /// Adds a block before the sections.
+    #[must_use]
+    pub fn block(mut self, block: impl Into<Block>) -> Self {
+        self.blocks.push(block.into());
         self
     }
 
@@ -221,6 +245,7 @@ impl Report {
             page.contents(&self.sections);
         }
         page.add("<main>\n");
+        self.blocks.iter().try_for_each(|block| page.block(block))?;
         for (index, section) in self.sections.iter().enumerate() {
             page.section(index, section)?;
         }
@@ -233,7 +258,11 @@ impl Report {
                 escape(&source.sha256)
             ));
         }
-        page.add(&format!("</footer>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"));
+        page.add(&format!("</footer>\n<script>\n{SCRIPT}</script>\n"));
+        if page.sortable {
+            page.add(&format!("<script>\n{TABLES}</script>\n"));
+        }
+        page.add("</body>\n</html>\n");
         Ok(page.html)
     }
 }
@@ -302,6 +331,7 @@ impl From<VerdictClass> for Badge {
         let (symbol, tone) = match class {
             VerdictClass::Sticks => ("●", Tone::Bad),
             VerdictClass::DoesNotStick => ("○", Tone::Good),
+            VerdictClass::DoesNotRespond => ("■", Tone::Bad),
             _ => ("?", Tone::Open),
         };
         Self { symbol, word: class.name(), tone }
@@ -351,7 +381,14 @@ impl Fact {
 impl Table {
     /// A table without columns.
     pub fn new(caption: impl Into<String>) -> Self {
-        Self { caption: caption.into(), columns: Vec::new(), rows: Vec::new() }
+        Self { caption: caption.into(), ..Self::default() }
+    }
+
+    /// Lets the reader sort its rows and look for words in them.
+    #[must_use]
+    pub fn sortable(mut self) -> Self {
+        self.sortable = true;
+        self
     }
 
     /// Adds a column of words.
@@ -432,6 +469,8 @@ struct Page {
     html: String,
     /// How many figures it has.
     figures: usize,
+    /// Whether it has tables that can be sorted.
+    sortable: bool,
 }
 
 impl Page {
@@ -447,13 +486,14 @@ impl Page {
         let _ = writeln!(self.html, "<{name}{class}>{text}</{name}>");
     }
 
-    fn list(&mut self, class: &str, texts: &[String]) {
+    fn list(&mut self, name: &str, class: &str, texts: &[String]) {
         if texts.is_empty() {
             return;
         }
-        self.add(&format!("<ul class=\"{class}\">\n"));
+        let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+        self.add(&format!("<{name}{class}>\n"));
         texts.iter().for_each(|text| self.element("li", "", text));
-        self.add("</ul>\n");
+        self.add(&format!("</{name}>\n"));
     }
 
     fn badge(&mut self, badge: &Badge) {
@@ -486,7 +526,7 @@ impl Page {
         self.badge(&section.badge);
         self.add(&format!(" {}</p>\n", escape(&section.headline)));
         self.facts(&section.facts);
-        self.list("reasons", &section.reasons);
+        self.list("ul", "reasons", &section.reasons);
         self.add("</div>\n");
         section.blocks.iter().try_for_each(|block| self.block(block))?;
         self.add("</section>\n");
@@ -497,6 +537,8 @@ impl Page {
         match block {
             Block::Heading(text) => self.element("h3", "", text),
             Block::Paragraph(text) => self.element("p", "", text),
+            Block::List { ordered: false, items } => self.list("ul", "", items),
+            Block::List { ordered: true, items } => self.list("ol", "", items),
             Block::Facts(facts) => self.facts(facts),
             Block::Table(table) => self.table(table),
             Block::Figure(figure) => self.figure(figure)?,
@@ -519,7 +561,7 @@ impl Page {
         }
         self.add("</h4>\n");
         self.element("p", "", &card.sentence);
-        self.list("caveats", &card.caveats);
+        self.list("ul", "caveats", &card.caveats);
         if let Some(figure) = &card.figure {
             self.figure(figure)?;
         }
@@ -565,7 +607,12 @@ impl Page {
     }
 
     fn table(&mut self, table: &Table) {
-        self.add("<div class=\"rows\"><table>\n");
+        self.sortable |= table.sortable;
+        self.add(if table.sortable {
+            "<div class=\"rows\"><table data-sortable>\n"
+        } else {
+            "<div class=\"rows\"><table>\n"
+        });
         if !table.caption.is_empty() {
             self.element("caption", "", &table.caption);
         }
@@ -581,10 +628,18 @@ impl Page {
             self.add(&format!("<th scope=\"col\"{class}>{name}{unit}</th>"));
         }
         self.add("</tr></thead>\n<tbody>\n");
-        for row in &table.rows {
+        for (index, row) in table.rows.iter().enumerate() {
             self.add("<tr>");
-            for (cell, column) in row.iter().zip(&table.columns) {
-                self.add(&format!("<td{}>{}</td>", class(column.number), escape(cell)));
+            let link = table.links.get(index).filter(|link| !link.is_empty());
+            for (k, (cell, column)) in row.iter().zip(&table.columns).enumerate() {
+                let (class, cell) = (class(column.number), escape(cell));
+                match link.filter(|_| k == 0) {
+                    Some(path) => {
+                        let path = relative(path);
+                        self.add(&format!("<td{class}><a href=\"{path}\">{cell}</a></td>"));
+                    }
+                    None => self.add(&format!("<td{class}>{cell}</td>")),
+                }
             }
             self.add("</tr>\n");
         }

@@ -23,6 +23,7 @@ pub fn tags(html: &str) -> Vec<&str> {
 }
 
 /// The data beside the figures.
+#[allow(dead_code)] // Not every test that checks pages looks at their data.
 pub fn data(html: &str) -> Vec<Value> {
     let scripts = html.split("<script type=\"application/json\">").skip(1);
     scripts.map(|s| serde_json::from_str(s.split("</script>").next().unwrap()).unwrap()).collect()

@@ -69,7 +69,8 @@ pub struct Method {
     pub title: &'static str,
     /// Authors, year, journal; and whether its formulas were read or recalled.
     pub source: &'static str,
-    /// Name of its statistic, with its unit if it has one.
+    /// Name of its statistic, with its unit if it has one. With every method of the registry, the larger it
+    /// is, the more it speaks for a positive decision.
     pub statistic: &'static str,
     /// The decision rule, a sentence with the thresholds.
     pub rule: &'static str,

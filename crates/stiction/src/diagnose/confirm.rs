@@ -4,6 +4,7 @@
 //! the suspected stick band up, and the same down: a valve that sticks does nothing for two or three
 //! of them and then jumps, and again after the turn; a healthy one answers every step.
 
+use super::reasons::digits;
 use super::verdict::ConfirmingTest;
 use crate::detect::Subject;
 use crate::series::{mean, noise_std, quantile, span};
@@ -56,7 +57,7 @@ pub fn confirming_test(subject: &Subject<'_>, s: Option<f64>) -> Option<Confirmi
             Some(change) => format!(
                 "A healthy valve answers every step, with about {} PV units or more. One that sticks does \
                  nothing for the first {} after each turn, then jumps.",
-                rounded(change),
+                digits(change),
                 steps_until(band, step),
             ),
             None => format!(
@@ -74,7 +75,7 @@ pub fn confirming_test(subject: &Subject<'_>, s: Option<f64>) -> Option<Confirmi
     {
         instructions.push(format!(
             "One step moves the PV by less than three times its noise ({}): average over the wait.",
-            rounded(noise)
+            digits(noise)
         ));
     }
     Some(ConfirmingTest { step, steps, up_first, wait_s, pv_change, instructions })
@@ -106,17 +107,11 @@ fn readable(x: f64) -> f64 {
     format!("{chosen:.6}").parse().unwrap_or(chosen)
 }
 
-/// A number with two significant digits.
-fn rounded(x: f64) -> String {
-    let digits = (1.0 - x.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{x:.digits$}")
-}
-
 fn wait(seconds: f64) -> String {
     match seconds {
         s if s < 120.0 => format!("{s} s"),
-        s if s < 7_200.0 => format!("{} min", rounded(s / 60.0)),
-        s => format!("{} h", rounded(s / 3_600.0)),
+        s if s < 7_200.0 => format!("{} min", digits(s / 60.0)),
+        s => format!("{} h", digits(s / 3_600.0)),
     }
 }
 
@@ -171,8 +166,8 @@ mod tests {
         assert_eq!(readable(1.37), 1.5);
         assert_eq!(readable(0.29), 0.3);
         assert_eq!(readable(93.0), 100.0);
-        assert_eq!(rounded(0.01234), "0.012");
-        assert_eq!(rounded(3.456), "3.5");
-        assert_eq!(rounded(456.7), "457");
+        assert_eq!(digits(0.01234), "0.012");
+        assert_eq!(digits(3.456), "3.5");
+        assert_eq!(digits(456.7), "457");
     }
 }

@@ -14,7 +14,7 @@ const MOST_POINTS: usize = 4_000;
 /// All definitions for a loop, `s` being the estimate of S, percent.
 pub fn definitions(subject: &Subject<'_>, s: Option<f64>) -> Vec<Definition> {
     let ellipse = ellipse(subject);
-    let knees = DamarlaTest::new(SteadinessTest::T).run(subject).ok();
+    let knees = DamarlaTest::new(SteadinessTest::TTest).run(subject).ok();
     let corners = SharpCorner::default().run(subject).ok();
     vec![
         Definition {

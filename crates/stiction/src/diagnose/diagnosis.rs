@@ -1,8 +1,14 @@
 //! All steps in a row.
 
-use super::verdict::{Stiction, Verdict, VerdictClass, Votes, preliminary};
+use super::confirm::confirming_test;
+use super::definitions::definitions;
+use super::quantify;
+use super::verdict::{Stiction, Verdict, VerdictClass, Votes, conclude};
+use super::weighing::Weighing;
 use super::{KpiOptions, Kpis};
-use crate::detect::{self, Abstention, Finding, Measured, Spread, Subject, ValvePosition};
+use crate::detect::{
+    self, Abstention, Detector, Family, Finding, Measured, Spread, Subject, ValvePosition,
+};
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
 use crate::identify::position;
@@ -11,7 +17,7 @@ use crate::recording::fitness::{self, Class, Fitness, Measure};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
 
 /// What may be told about a loop before it is diagnosed.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// What the loop controls, if the recording does not know.
     pub loop_type: Option<LoopType>,
@@ -19,6 +25,47 @@ pub struct Options {
     pub grid: GridOptions,
     /// What the key figures need to know.
     pub kpis: KpiOptions,
+    /// Which published methods are asked.
+    pub detectors: Detectors,
+}
+
+/// Which of the published methods are asked for a diagnosis. They cost most of its time, so whoever
+/// needs no more than the verdict, or than some of them, can leave the others out.
+///
+/// Those that read the measured valve position ([`Family::Measured`]) are always asked, because the
+/// verdict follows them. A verdict that rests on a majority counts the votes of those that are asked only.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Detectors {
+    /// All of the registry.
+    #[default]
+    All,
+    /// None.
+    None,
+    /// Those of these names, such as `horch`.
+    Only(Vec<String>),
+}
+
+impl Detectors {
+    /// The detectors that are asked, in the order of the registry.
+    ///
+    /// # Errors
+    /// If there is none of a name; the message names those there are.
+    pub fn asked(&self) -> Result<Vec<Box<dyn Detector>>> {
+        let mut detectors = detect::all();
+        let chosen = match self {
+            Self::All => return Ok(detectors),
+            Self::None => vec![],
+            Self::Only(names) => names
+                .iter()
+                .map(|name| Ok(detect::by_name(name)?.method().name))
+                .collect::<Result<Vec<_>>>()?,
+        };
+        detectors.retain(|detector| {
+            let method = detector.method();
+            method.family == Family::Measured || chosen.contains(&method.name)
+        });
+        Ok(detectors)
+    }
 }
 
 /// Everything that was found out about one loop.
@@ -45,7 +92,7 @@ pub struct Diagnosis {
     pub error_oscillation: Option<Oscillation>,
     /// The oscillation of the OP; `None` without a stretch.
     pub op_oscillation: Option<Oscillation>,
-    /// What each method says, in the order of the registry.
+    /// What each method that was asked says, in the order of the registry.
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
     pub kpis: Kpis,
@@ -55,6 +102,8 @@ pub struct Diagnosis {
     pub stiction: Stiction,
     /// The windows of the judged stretch that were weighed one by one, in order of time.
     pub windows: Vec<Window>,
+    /// The evidence that was weighed; `None` where nothing could be.
+    pub evidence: Option<Weighing>,
     /// What the reader of the file, or a step on the way, wants the user to know.
     pub notes: Vec<String>,
 }
@@ -86,8 +135,8 @@ impl Diagnosis {
         dominant(self.error_oscillation.as_ref(), self.op_oscillation.as_ref())
     }
 
-    /// Where the loop stands in a ranked list, the worst lowest: sticking ones by the share of votes,
-    /// then those that cannot be told, then those that do not stick.
+    /// Where the loop stands in a ranked list, the worst lowest: by class, in it by the probability that
+    /// its valve sticks or, where there is none, by the share of the votes.
     pub fn rank(&self) -> f64 {
         let Votes { sticks, does_not_stick, .. } = self.verdict.votes;
         let share = sticks as f64 / (sticks + does_not_stick).max(1) as f64;
@@ -95,9 +144,9 @@ impl Diagnosis {
             VerdictClass::Sticks => 0.0,
             VerdictClass::DoesNotRespond => 1.0,
             VerdictClass::CannotTell => 2.0,
-            VerdictClass::DoesNotStick => 4.0,
+            VerdictClass::DoesNotStick => 3.0,
         };
-        class - share
+        class - 0.999 * self.verdict.probability.unwrap_or(share)
     }
 
     /// What the detectors looked at, for plots of their evidence.
@@ -130,6 +179,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
+    let detectors = options.detectors.asked()?;
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let stretch = grid.longest();
@@ -151,9 +201,9 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let findings: Vec<Finding> = match stretch {
         Some(stretch) => {
             let subject = Subject::new(stretch, loop_type, period);
-            detect::all().iter().map(|detector| detect::judge(&**detector, &subject)).collect()
+            detectors.iter().map(|detector| detect::judge(&**detector, &subject)).collect()
         }
-        None => detect::all()
+        None => detectors
             .iter()
             .map(|detector| {
                 let why = "there is no stretch in automatic to look at".to_owned();
@@ -163,11 +213,30 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     };
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
-    let verdict = preliminary(&fitness, dominant.is_some_and(|(_, o)| o.found), &findings);
-    let stiction = match stretch {
-        Some(stretch) => measured(&Subject::new(stretch, loop_type, period)),
-        None => Stiction::default(),
-    };
+    let oscillates = dominant.is_some_and(|(_, o)| o.found);
+    let weighing = stretch.map(Weighing::of);
+    let op_only = stretch.is_some_and(|stretch| stretch.pv.is_none());
+    let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
+    let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only);
+    let mut stiction = Stiction::default();
+    if let Some(stretch) = stretch {
+        let subject = Subject::new(stretch, loop_type, period);
+        stiction = match &weighing {
+            _ if stretch.vp.is_some() => measured(&subject),
+            Some(Ok(weighing)) => quantify::estimated(weighing, &verdict, op_only),
+            Some(Err(Abstention(why))) => {
+                Stiction { why_not: Some(why.clone()), ..Stiction::default() }
+            }
+            None => Stiction::default(),
+        };
+        // Where it does not stick, no number is called stiction.
+        if verdict.class != VerdictClass::DoesNotStick && fitness.class != Class::Unfit {
+            let s = stiction.s.or(weighed.map(|weighing| weighing.s)).map(|s| s.value);
+            stiction.definitions = definitions(&subject, stiction.s.map(|s| s.value));
+            verdict.confirm = confirming_test(&subject, s);
+        }
+    }
+    let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
     if let Some(stretch) = stretch
         && grid.stretches.len() > 1
@@ -192,7 +261,8 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         kpis,
         verdict,
         stiction,
-        windows: vec![],
+        windows,
+        evidence: weighing.and_then(std::result::Result::ok),
         notes,
         grid,
     })

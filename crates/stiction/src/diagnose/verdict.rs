@@ -1,7 +1,10 @@
 //! The verdict on a valve.
 
+use super::reasons::{alternatives, percent, sayings};
 use super::scoreboard::Counts;
+use super::weighing::Weighing;
 use crate::detect::{Decides, Decision, Family, Finding};
+use crate::error::{Error, Result};
 use crate::fusion::{Cause, Estimate};
 use crate::recording::fitness::{Class, Fitness};
 
@@ -21,6 +24,22 @@ pub enum VerdictClass {
 }
 
 impl VerdictClass {
+    /// All of them.
+    pub const ALL: [Self; 4] =
+        [Self::Sticks, Self::DoesNotStick, Self::DoesNotRespond, Self::CannotTell];
+
+    /// The class of that name, in which hyphens may stand for blanks, as in `does-not-stick`.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn by_name(name: &str) -> Result<Self> {
+        let spoken = name.trim().replace(['-', '_'], " ").to_lowercase();
+        Self::ALL.into_iter().find(|class| class.name() == spoken).ok_or_else(|| {
+            let known: Vec<&str> = Self::ALL.iter().map(|class| class.name()).collect();
+            Error::UnknownName { family: "verdict", name: name.to_owned(), known: known.join(", ") }
+        })
+    }
+
     /// Its name, as in `does not stick`.
     pub fn name(self) -> &'static str {
         match self {
@@ -197,7 +216,104 @@ pub const MIMICS: [&str; 6] = [
     "PV explained by the set point",
 ];
 
-/// The preliminary verdict: that of the measured valve position if there is one, else that of the
+/// The probability of a fault from which a valve is accused.
+pub const ACCUSED_FROM: f64 = 0.8;
+/// The probability up to which a valve is cleared.
+pub const CLEARED_UP_TO: f64 = 0.2;
+
+/// The verdict.
+///
+/// 1. Data that are unfit give `cannot tell`.
+/// 2. The method named `direct` is followed if it decided, because it has seen the valve move.
+/// 3. Without a PV nothing is concluded: the shape of the OP alone can be compatible with stiction, or
+///    not, and that is all that is said of it.
+/// 4. Else the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides: a
+///    probability from [`ACCUSED_FROM`] accuses the valve (of not responding, if that is the likelier
+///    fault), one up to [`CLEARED_UP_TO`] clears it, and what lies between cannot be told.
+/// 5. Where nothing could be weighed, the published methods vote: [`preliminary`].
+///
+/// What the published methods say stays beside it and is counted in [`Votes`].
+pub(super) fn conclude(
+    fitness: &Fitness,
+    oscillates: bool,
+    findings: &[Finding],
+    weighing: Option<&Weighing>,
+    op_only: bool,
+) -> Verdict {
+    let preliminary = preliminary(fitness, oscillates, findings);
+    let Some(weighing) = weighing else { return preliminary };
+    if preliminary.basis == Basis::ValvePosition {
+        return preliminary;
+    }
+    if fitness.class == Class::Unfit {
+        // Loops of few cycles are part of the population, so what their evidence says has a meaning, but it
+        // is no verdict. Of data that are unfit otherwise it has none.
+        let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+        let probability = unfit.all(|m| m.name == "cycles").then_some(weighing.probability);
+        return Verdict { probability, ..preliminary };
+    }
+    let probability = weighing.probability;
+    let sayings = sayings(weighing);
+    if op_only {
+        let pattern = match probability {
+            p if p >= ACCUSED_FROM => "is compatible with stiction",
+            p if p <= CLEARED_UP_TO => "is not that of a sticking valve",
+            _ => "leaves it open whether the valve sticks",
+        };
+        let mut reasons: Vec<String> = sayings.into_iter().map(|saying| saying.sentence).collect();
+        reasons.push(format!(
+            "the pattern of the OP {pattern} ({}); without the PV nothing more can be said",
+            percent(probability)
+        ));
+        return Verdict {
+            class: VerdictClass::CannotTell,
+            basis: Basis::OpAlone,
+            probability: Some(probability),
+            reasons,
+            alternatives: alternatives(weighing, Some(Cause::StickingValve)),
+            ..preliminary
+        };
+    }
+    let of =
+        |cause: Cause| weighing.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |c| c.1);
+    let (class, concluded) = match probability {
+        p if p >= ACCUSED_FROM && of(Cause::NoResponse) > of(Cause::StickingValve) => {
+            (VerdictClass::DoesNotRespond, Some(Cause::NoResponse))
+        }
+        p if p >= ACCUSED_FROM => (VerdictClass::Sticks, Some(Cause::StickingValve)),
+        p if p <= CLEARED_UP_TO => (VerdictClass::DoesNotStick, None),
+        _ => (VerdictClass::CannotTell, Some(Cause::StickingValve)),
+    };
+    let (mut reasons, mut contradictions) = (vec![], vec![]);
+    let split = sayings.iter().map(|saying| saying.probability);
+    let spread = split.clone().fold(0.0, f64::max) - split.fold(1.0, f64::min);
+    for saying in sayings {
+        let agrees = match class {
+            VerdictClass::Sticks | VerdictClass::DoesNotRespond => saying.probability >= 0.5,
+            VerdictClass::DoesNotStick => saying.probability < 0.5,
+            VerdictClass::CannotTell => true,
+        };
+        if agrees { reasons.push(saying.sentence) } else { contradictions.push(saying.sentence) }
+    }
+    if class == VerdictClass::CannotTell {
+        reasons.push(if spread >= 0.5 {
+            "the lines of evidence contradict each other".to_owned()
+        } else {
+            "no line of evidence is clear enough".to_owned()
+        });
+    }
+    Verdict {
+        class,
+        basis: Basis::Evidence,
+        probability: Some(probability),
+        reasons,
+        contradictions,
+        alternatives: alternatives(weighing, concluded),
+        ..preliminary
+    }
+}
+
+/// The verdict of the published methods: that of the measured valve position if there is one, else that of the
 /// majority of the published methods.
 ///
 /// The rule, which is ours and has not been fitted to anything:

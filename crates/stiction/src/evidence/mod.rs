@@ -14,6 +14,7 @@ mod prepared;
 pub mod pv_shape;
 mod regression;
 pub mod response;
+pub mod shift;
 mod turns;
 mod waves;
 
@@ -55,6 +56,28 @@ pub enum Line {
     Circumstances,
 }
 
+impl Line {
+    /// The lines that are weighed each by itself too, with what they look at: the model's fits; what moves
+    /// while the other rests, and whether the PV answers; the shapes of the waves.
+    pub const WEIGHED: [(Self, &'static [Self]); 3] = [
+        (Self::Model, &[Self::Model]),
+        (Self::Patterns, &[Self::Patterns, Self::Response]),
+        (Self::OpShape, &[Self::OpShape, Self::PvShape]),
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Model => "valve models",
+            Self::Patterns => "patterns",
+            Self::OpShape => "wave shapes",
+            Self::PvShape => "shape of the PV",
+            Self::Response => "response",
+            Self::Circumstances => "circumstances",
+        }
+    }
+}
+
 /// A table of features, whether they need the OP only, and what measures them.
 struct Part {
     features: &'static [Feature],
@@ -88,6 +111,12 @@ pub fn features() -> impl Iterator<Item = &'static Feature> {
 pub fn op_only() -> impl Iterator<Item = usize> {
     let needs = PARTS.iter().flat_map(|part| part.features.iter().map(|_| part.op_only));
     needs.enumerate().filter(|(_, op_only)| *op_only).map(|(i, _)| i)
+}
+
+/// Dominant period of a stretch, in its samples, as [`Prepared`] finds it; `None` if it has none.
+pub fn recorded_period(stretch: &Stretch) -> Option<f64> {
+    let prepared = Prepared::of(stretch).ok()?;
+    Some(prepared.period * prepared.factor as f64)
 }
 
 /// What a window says.

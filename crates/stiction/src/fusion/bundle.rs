@@ -6,6 +6,7 @@ use super::cause::Cause;
 use super::quantiles::Quantiles;
 use super::trees::{Ensemble, LEAF, MISSING_RIGHT, MOST_FEATURES, Node};
 use crate::error::{Error, Result};
+use crate::evidence::Line;
 
 /// The first bytes of a file.
 const MAGIC: [u8; 8] = *b"STICTION";
@@ -48,6 +49,9 @@ pub struct Model {
     pub fault: Ensemble,
     /// From that margin to a probability.
     pub calibration: Calibration,
+    /// What each line of evidence makes of a fault by itself, of those in [`Line::WEIGHED`] that the
+    /// recording has.
+    pub lines: Vec<(Line, Ensemble, Calibration)>,
     /// The logit of no response, given a fault.
     pub no_response: Ensemble,
     /// The margins of the other causes, given no fault: their shares are the softmax of these.
@@ -133,6 +137,7 @@ impl Model {
     pub fn ensembles(&self) -> Vec<(String, &Ensemble)> {
         let mut all =
             vec![("fault".to_owned(), &self.fault), ("no response".to_owned(), &self.no_response)];
+        all.extend(self.lines.iter().map(|(line, trees, _)| (line.name().to_owned(), trees)));
         all.extend(self.causes.iter().map(|(cause, trees)| (cause.name().to_owned(), trees)));
         for (what, quantiles) in [("S", &self.s), ("J/S", &self.j_over_s)] {
             let Quantiles { low, middle, high, .. } = quantiles;
@@ -146,6 +151,11 @@ impl Model {
     fn write(&self, out: &mut Writer) {
         write_trees(out, &self.fault);
         write_calibration(out, &self.calibration);
+        out.list(self.lines.iter(), |out, (line, trees, calibration)| {
+            out.text(line.name());
+            write_trees(out, trees);
+            write_calibration(out, calibration);
+        });
         write_trees(out, &self.no_response);
         out.list(self.causes.iter(), |out, (cause, trees)| {
             out.text(cause.name());
@@ -176,6 +186,13 @@ impl Model {
         Ok(Self {
             fault: trees(from)?,
             calibration: read_calibration(from)?,
+            lines: from.list(16, |from| {
+                let name = from.text()?;
+                let known = Line::WEIGHED.into_iter().find(|(line, _)| line.name() == name);
+                let (line, _) =
+                    known.ok_or_else(|| damaged("names an unknown line of evidence"))?;
+                Ok((line, trees(from)?, read_calibration(from)?))
+            })?,
             no_response: trees(from)?,
             causes: from.list(16, |from| {
                 let name = from.text()?;
@@ -275,6 +292,7 @@ pub(super) mod tests {
         Model {
             fault: stump(0, -2.0, 2.0),
             calibration: Calibration::Isotonic(vec![(-2.0, 0.1), (2.0, 0.9)]),
+            lines: vec![(Line::Model, stump(1, -0.5, 0.5), Calibration::IDENTITY)],
             no_response: stump(1, -1.0, 3.0),
             causes: others.enumerate().map(|(k, c)| (c, stump(1, k as f32, 0.0))).collect(),
             s: quantiles(-0.5),

@@ -28,7 +28,7 @@ pub use quantiles::{COVERAGE, Estimate, Quantiles};
 pub use trees::{Ensemble, MOST_FEATURES, Node, row};
 
 use crate::error::{Error, Result};
-use crate::evidence::features;
+use crate::evidence::{Line, features};
 use std::sync::OnceLock;
 
 /// What a bundle makes of evidence.
@@ -36,6 +36,8 @@ use std::sync::OnceLock;
 pub struct Weighed {
     /// The probability of a fault of the valve: that it sticks, or does not respond.
     pub probability: f64,
+    /// What each line of evidence says by itself: the probability of a fault by it alone.
+    pub lines: Vec<(Line, f64)>,
     /// The probability of every cause, in the order of [`Cause::ALL`]. They add up to one; those of
     /// [`Cause::StickingValve`] and [`Cause::NoResponse`] to `probability`.
     pub causes: [(Cause, f64); Cause::ALL.len()],
@@ -88,6 +90,11 @@ impl Bundle {
         let model = if op_only { &self.op_only } else { &self.full };
         let row = row(values);
         let probability = model.calibration.probability(model.fault.margin(&row));
+        let lines = model
+            .lines
+            .iter()
+            .map(|(line, trees, calibration)| (*line, calibration.probability(trees.margin(&row))));
+        let lines = lines.collect();
         let no_response = sigmoid(model.no_response.margin(&row));
         let margins: Vec<f64> = model.causes.iter().map(|(_, trees)| trees.margin(&row)).collect();
         let largest = margins.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -109,6 +116,7 @@ impl Bundle {
         let j_over_s = model.j_over_s.estimate(&row);
         Ok(Weighed {
             probability,
+            lines,
             causes: Cause::ALL.map(|cause| (cause, share(cause))),
             s: Estimate {
                 value: percent(ln_s.value),

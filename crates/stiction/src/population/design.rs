@@ -179,7 +179,7 @@ impl Design {
         let samples = draw.log(300.0, 2000.5) as usize;
         let sample_time = draw.one_of([0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 60.0]);
         let steps = if draw.chance(0.06) { 20 } else { draw.one_of([1, 1, 2, 5, 10]) };
-        let few_events = draw.chance(0.4);
+        let few_events = draw.chance(0.25);
         let duration = samples as f64 * sample_time;
 
         let integrating = draw.chance(0.25);
@@ -283,7 +283,7 @@ impl Design {
             activity,
             s,
             noise,
-            noise_ratio: draw.log(0.003, 0.6),
+            noise_ratio: draw.log(0.003, 0.5),
             non_stationary: draw.chance(0.2),
             set_point: if moves { set_point } else { SetPointKind::Constant },
             historian: Historian::draw(draw),

@@ -48,21 +48,23 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw) -> Result<Option<Simulated>>
     }
 
     let mut valve = Valve { model: None, s: dead_band, j: 0.0, share: 0.0, fittings: vec![] };
+    let noise = std(&tapes.noise[design.warm_up..]);
     let (played, visible, twin_ratio);
     match kind {
         Kind::Sticky => {
             valve = sticking(&design, &healthy[0], &mut of_valve)?;
-            played = plant.play(&valve.fittings)?;
+            let (run, beside) = plant.play_beside(&valve.fittings, &healthy)?;
+            played = run;
+            let missing = std(&differences(&beside, &played.pv));
             let twin = plant.play(&healthy)?;
             let error = |run: &Played| std(&differences(&run.pv, &run.sp));
             twin_ratio = error(&played) / error(&twin);
-            visible = is_visible(&played, valve.s, twin_ratio);
+            visible = missing >= noise && is_visible(&played, valve.s, twin_ratio);
         }
         Kind::Stuck => {
             valve = stuck(&design, &healthy[0], &mut of_valve)?;
             let (run, beside) = plant.play_beside(&valve.fittings, &healthy)?;
             let missing = std(&differences(&beside, &run.pv));
-            let noise = std(&tapes.noise[design.warm_up..]);
             visible = missing >= 3.0 * noise && missing >= 0.5 * std(&run.pv);
             (played, twin_ratio) = (run, 1.0);
         }

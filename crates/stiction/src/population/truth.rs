@@ -34,7 +34,9 @@ pub struct Truth {
     /// * OP less stem position has a standard deviation below 0.35 of the OP's;
     /// * the OP travels less than S, and the standard deviation of PV less SP is at most 1.05 times that
     ///   of the twin: the same loop, noise and disturbances with the healthy valve;
-    /// * the stem never slips, and the OP travels less than half of S.
+    /// * the stem never slips, and the OP travels less than half of S;
+    /// * the PV that a healthy valve, given the same OP, would have made differs from the PV by a standard
+    ///   deviation below the noise's: what sticking does is drowned.
     ///
     /// Of a stuck valve it is true if the PV that a healthy valve, given the same OP, would have made
     /// differs from the PV by a standard deviation of at least three times the noise's and half the

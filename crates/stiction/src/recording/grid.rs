@@ -80,6 +80,23 @@ impl Stretch {
         self.op.len()
     }
 
+    /// `length` samples of it from number `from` on, or what there is of them. Which samples were bridged is
+    /// not known of a part.
+    pub fn part(&self, from: usize, length: usize) -> Self {
+        let from = from.min(self.len());
+        let until = (from + length).min(self.len());
+        let cut = |x: &[f64]| x[from..until].to_vec();
+        Self {
+            from: self.from + from as f64 * self.sample_time,
+            sample_time: self.sample_time,
+            op: cut(&self.op),
+            pv: self.pv.as_deref().map(cut),
+            sp: self.sp.as_deref().map(cut),
+            vp: self.vp.as_deref().map(cut),
+            bridged: 0,
+        }
+    }
+
     /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.op.is_empty()

@@ -8,6 +8,7 @@ mod channel;
 pub mod fitness;
 pub mod grid;
 mod loop_type;
+mod split;
 
 pub use channel::{Channel, Quality, Range, RangeSource};
 pub use fitness::Fitness;

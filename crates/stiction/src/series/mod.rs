@@ -1,9 +1,10 @@
-//! What every method needs of a series of samples: moments, correlation, crossings, spectra, lines.
+//! What every method needs of a series of samples: moments, correlation, crossings, spectra, lines, trends.
 //!
 //! Lags and places are in samples; slices are taken as they are, so whoever wants the mean removed
 //! removes it, unless a function says that it does.
 
 mod butterworth;
+mod compare;
 mod correlation;
 mod crossings;
 mod fit;
@@ -11,8 +12,10 @@ mod resample;
 mod spectrum;
 mod statistics;
 mod transform;
+mod trend;
 
 pub use butterworth::low_passed;
+pub use compare::{cliffs_delta, difference_of_means, welch};
 pub use correlation::{CrossCorrelation, autocorrelation, correlation, cross_correlation};
 pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, zero_crossings};
 pub use fit::{Line, line};
@@ -23,3 +26,4 @@ pub use statistics::{
     noise_std, quantile, sample_std, skewness, span, standardised, std, variance,
 };
 pub use transform::{Transform, band_passed};
+pub use trend::{Trend, mann_kendall, theil_sen, weighted_trend};

@@ -1,0 +1,117 @@
+//! Recordings of real loops with labels.
+
+use super::About;
+use super::measure::{Known, Measured, Plan};
+use anyhow::{Context, Result, bail};
+use std::path::{Path, PathBuf};
+use stiction::diagnose::scoreboard::Truth;
+use stiction::recording::LoopType;
+use stiction_io::{ReadOptions, Table};
+use stiction_report::document::Source;
+
+/// A row of the index.
+struct Entry {
+    /// Where it stands, for messages.
+    place: String,
+    name: String,
+    file: PathBuf,
+    loop_type: Option<LoopType>,
+    valve: String,
+    sticks: bool,
+}
+
+/// Measures all labelled recordings of an index.
+pub fn measure(index: &Path, plan: &Plan<'_>) -> Result<(About, Measured)> {
+    let (entries, unlabelled) = entries(index)?;
+    let mut measured = Measured::default();
+    measured.add(&entries, load, plan)?;
+    let passed = match unlabelled {
+        0 => String::new(),
+        n => format!(" Passed over, without a label: {n}."),
+    };
+    let about = About {
+        title: format!("{} labelled recordings", entries.len()),
+        origin: format!(
+            "Index: {}.{passed} Labels are the opinion of those who gave them.",
+            index.file_name().unwrap_or_default().to_string_lossy()
+        ),
+    };
+    Ok((about, measured.finish(plan)?))
+}
+
+/// The labelled rows, and how many have no label.
+fn entries(index: &Path) -> Result<(Vec<Entry>, usize)> {
+    let table = Table::read(index)?;
+    let folder = index.parent().unwrap_or(Path::new(""));
+    let (names, labels) = (table.texts("loop")?, table.texts("label")?);
+    let optional = |column: &str| table.texts(column).ok();
+    let (types, guesses) = (optional("loop_type"), optional("loop_type_unverified"));
+    let (tags, files) = (optional("tag"), optional("file"));
+    let mut entries = vec![];
+    for (k, name) in names.iter().enumerate() {
+        let place = format!("{}, row {}", index.display(), table.line(k));
+        let sticks = match &labels[k][..] {
+            "stiction" => true,
+            "no stiction" => false,
+            // A loop without a label teaches nothing.
+            "" => continue,
+            other => bail!(
+                "{place}: the label of {name} is \"{other}\", but must be stiction or no stiction, or \
+                 empty to pass the loop over"
+            ),
+        };
+        if name.is_empty() {
+            bail!("{place}: the loop has no name; write one in the column loop");
+        }
+        let cell = |column: &Option<Vec<String>>| {
+            column.as_ref().map(|cells| cells[k].clone()).filter(|cell| !cell.is_empty())
+        };
+        let loop_type = match (cell(&types), cell(&guesses)) {
+            (Some(word), _) => Some(LoopType::by_name(&word).with_context(|| place.clone())?),
+            // What no one has verified may well be a word that no one knows.
+            (None, Some(word)) => LoopType::by_name(&word).ok(),
+            (None, None) => None,
+        };
+        entries.push(Entry {
+            place,
+            file: folder.join(cell(&files).unwrap_or_else(|| format!("{name}.csv"))),
+            loop_type,
+            valve: cell(&tags).unwrap_or_else(|| name.clone()),
+            sticks,
+            name: name.clone(),
+        });
+    }
+    if entries.is_empty() {
+        bail!("{}: no loop has a label; write stiction or no stiction", index.display());
+    }
+    let unlabelled = names.len() - entries.len();
+    Ok((entries, unlabelled))
+}
+
+fn load(entry: &Entry) -> Result<Known> {
+    let remedy = || {
+        format!(
+            "{}: the recording of {} cannot be read; put it there, or name its file in a column file",
+            entry.place, entry.name
+        )
+    };
+    let reading =
+        stiction_io::reading::read(&entry.file, &ReadOptions::default()).with_context(remedy)?;
+    let source = Source { file: reading.origin, sha256: reading.sha256 };
+    let Some(mut recording) = reading.recordings.into_iter().next() else {
+        bail!("{}: {} holds no recording", entry.place, entry.file.display());
+    };
+    recording.name = entry.name.clone();
+    if let Some(loop_type) = entry.loop_type {
+        recording.loop_type = loop_type;
+    }
+    let truth = Truth {
+        valve: entry.valve.clone(),
+        kind: String::new(),
+        sticks: entry.sticks,
+        visible: true,
+        s: None,
+        j: None,
+    };
+    Ok(Known { recording, source, truth })
+}

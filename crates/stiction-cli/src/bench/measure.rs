@@ -1,0 +1,158 @@
+//! Diagnosing many loops one by one, and keeping no more of them than what is counted.
+
+use crate::{diagnose, output, progress};
+use anyhow::{Context, Result};
+use rayon::prelude::*;
+use std::path::Path;
+use std::time::Instant;
+use stiction::detect::{self, Detector, Subject};
+use stiction::diagnose::scoreboard::{Scored, Truth};
+use stiction::diagnose::{Basis, Diagnosis, Options};
+use stiction::recording::Recording;
+use stiction::recording::fitness::Class;
+use stiction::series::median;
+use stiction_report::document::Source;
+use stiction_report::report;
+
+/// A loop with its truth.
+pub struct Known {
+    pub recording: Recording,
+    pub source: Source,
+    pub truth: Truth,
+}
+
+/// How loops are measured.
+pub struct Plan<'a> {
+    pub options: Options,
+    /// Whether the diagnosis and the methods are timed.
+    pub time: bool,
+    /// Where the reports go.
+    pub reports: Option<&'a Path>,
+}
+
+/// What was measured; the lists are in the order of the loops.
+#[derive(Default)]
+pub struct Measured {
+    pub loops: Vec<Scored>,
+    /// Names of the files of the reports; empty without reports.
+    pub reports: Vec<String>,
+    /// Median times, microseconds; empty unless they were asked for.
+    pub times: Vec<(String, f64)>,
+    /// Whether a verdict rests on a majority of methods, or on their silence.
+    pub majority: bool,
+    /// Time of each loop: the diagnosis, then each method.
+    each: Vec<Vec<f64>>,
+}
+
+/// What is kept of one loop.
+struct One {
+    scored: Scored,
+    report: Option<String>,
+    majority: bool,
+    times: Vec<f64>,
+}
+
+impl Measured {
+    /// Measures more loops. `load` makes one when its turn comes, so that few are in memory at a time.
+    pub fn add<J: Sync>(
+        &mut self,
+        jobs: &[J],
+        load: impl Fn(&J) -> Result<Known> + Sync,
+        plan: &Plan<'_>,
+    ) -> Result<()> {
+        let progress = progress::bar("diagnosing", jobs.len());
+        let first = self.loops.len();
+        let results: Vec<Result<One>> = jobs
+            .par_iter()
+            .enumerate()
+            .map(|(k, job)| {
+                let one = load(job).and_then(|known| one(known, first + k, plan));
+                progress.inc(1);
+                one
+            })
+            .collect();
+        progress.finish_and_clear();
+        for result in results {
+            let One { scored, report, majority, times } = result?;
+            self.majority |= majority;
+            self.loops.push(scored);
+            self.reports.extend(report);
+            self.each.push(times);
+        }
+        Ok(())
+    }
+
+    /// The medians of what was timed.
+    pub fn finish(mut self, plan: &Plan<'_>) -> Result<Self> {
+        if plan.time {
+            let detectors = plan.options.detectors.asked()?;
+            let names = detectors.iter().map(|detector| detector.method().name.to_owned());
+            let names = std::iter::once("whole diagnosis".to_owned()).chain(names);
+            self.times = names
+                .enumerate()
+                .map(|(k, name)| {
+                    let times: Vec<f64> =
+                        self.each.iter().filter_map(|times| times.get(k).copied()).collect();
+                    (name, median(&times))
+                })
+                .collect();
+        }
+        Ok(self)
+    }
+}
+
+fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
+    let Known { recording, source, truth } = known;
+    let started = Instant::now();
+    let diagnosis = stiction::diagnose::diagnose(&recording, &plan.options)
+        .with_context(|| format!("{}, loop {}", source.file, recording.name))?;
+    let mut times = vec![];
+    if plan.time {
+        times.push(microseconds(started));
+        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()?));
+    }
+    let report = match plan.reports {
+        Some(folder) => {
+            let name = file_name(place, &diagnosis.name);
+            let html = report::html(
+                &diagnose::tool(),
+                &[report::Case { diagnosis: &diagnosis, source: &source, overruled: None }],
+            )?;
+            output::write(Some(&folder.join(&name)), html.as_bytes())?;
+            Some(name)
+        }
+        None => None,
+    };
+    // Of sound data, an open verdict without evidence is one for want of votes.
+    let majority = match diagnosis.verdict.basis {
+        Basis::Majority => true,
+        Basis::None => diagnosis.fitness.class != Class::Unfit,
+        _ => false,
+    };
+    Ok(One { scored: Scored::new(&diagnosis, truth), report, majority, times })
+}
+
+/// How long each method takes; one that has nothing to look at takes no time worth counting.
+fn times_of_methods(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Vec<f64> {
+    let Some(seen) = diagnosis.subject() else { return vec![] };
+    let time = |detector: &dyn Detector| {
+        let started = Instant::now();
+        // Each looks for itself, so that none is quicker for what another one has worked out.
+        let subject = Subject::new(seen.stretch, seen.loop_type, seen.period);
+        std::hint::black_box(detect::judge(detector, &subject));
+        microseconds(started)
+    };
+    detectors.iter().map(|detector| time(&**detector)).collect()
+}
+
+fn microseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e6
+}
+
+/// The name of a report's file: the place of the loop, which no other has, and what of its name every
+/// file system can hold.
+fn file_name(place: usize, name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    let name: String = name.chars().take(60).map(plain).collect();
+    format!("{:05}-{name}.html", place + 1)
+}

@@ -1,0 +1,71 @@
+//! Simulated loops.
+
+use super::About;
+use super::measure::{Known, Measured, Plan};
+use anyhow::{Context, Result};
+use stiction::diagnose::scoreboard::Truth;
+use stiction::population::{self, Kind, Simulated};
+use stiction_report::document::Source;
+
+/// A loop to be simulated.
+enum Job {
+    /// A member of the mixed population.
+    Member(u64),
+    /// The loop of a kind with this seed.
+    Of(Kind, u64),
+}
+
+/// Measures `n` members of the mixed population, and more of the kinds of which there are fewer than
+/// `per_kind` among them.
+pub fn measure(
+    seed: u64,
+    n: u64,
+    per_kind: Option<u64>,
+    plan: &Plan<'_>,
+) -> Result<(About, Measured)> {
+    let per_kind = per_kind.unwrap_or(n / 20);
+    let load = |job: &Job| load(seed, job);
+    let mut measured = Measured::default();
+    let members: Vec<Job> = (0..n).map(Job::Member).collect();
+    measured.add(&members, load, plan)?;
+    let mut more = vec![];
+    for kind in Kind::ALL {
+        let there = measured.loops.iter().filter(|each| each.truth.kind == kind.name()).count();
+        let missing = per_kind.saturating_sub(there as u64);
+        more.extend((0..missing).map(|k| Job::Of(kind, seed.wrapping_add(k))));
+    }
+    measured.add(&more, load, plan)?;
+    let added = match more.len() {
+        0 => String::new(),
+        more => format!(" {more} were added so that there are {per_kind} of each kind at least."),
+    };
+    let about = About {
+        title: format!("{} simulated loops", measured.loops.len()),
+        origin: format!(
+            "{n} members of the mixed population of version {}, seed {seed}.{added}",
+            population::VERSION
+        ),
+    };
+    Ok((about, measured.finish(plan)?))
+}
+
+fn load(seed: u64, job: &Job) -> Result<Known> {
+    let (made, name) = match job {
+        Job::Member(index) => (population::member(seed, *index), format!("member {index}")),
+        Job::Of(kind, seed) => (kind.simulate(*seed), format!("{} {seed}", kind.name())),
+    };
+    let Simulated { mut recording, truth } = made.with_context(|| name.clone())?;
+    recording.name = name.clone();
+    // A valve that is stuck fast has no S that could be measured.
+    let known = |value: f64| (truth.sticks && truth.kind != Kind::Stuck).then_some(value);
+    let truth = Truth {
+        valve: name,
+        kind: truth.kind.name().to_owned(),
+        sticks: truth.sticks,
+        visible: truth.visible,
+        s: known(truth.s),
+        j: known(truth.j),
+    };
+    let source = Source { file: "simulated".to_owned(), sha256: String::new() };
+    Ok(Known { recording, source, truth })
+}

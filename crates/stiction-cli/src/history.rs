@@ -1,0 +1,331 @@
+//! `stiction history`: several recordings, or a long one, of the same valves.
+
+use crate::diagnose::{Diagnosed, diagnose_all, ended, read_all, tool};
+use crate::output;
+use crate::reading_args::Reading;
+use crate::text::{columns, number, seconds, wrapped};
+use anyhow::{Result, anyhow, bail};
+use clap::Parser;
+use std::fmt::Write;
+use std::path::PathBuf;
+use stiction::diagnose::{Estimate, Observation, Options, combine, repair};
+use stiction::oscillation;
+use stiction::recording::{Grid, GridOptions, Recording};
+use stiction_io::timestamp::{Zone, instant};
+use stiction_report::document::{self, Combined, Point, RepairTest, Source, Valve, ValveHistory};
+use stiction_report::{figure, report, words};
+
+/// The shortest window by default, s: a day, so that every window sees all shifts.
+const DAY: f64 = 86_400.0;
+/// Periods that a window has at least by default: from ten on the data have no caveat.
+const CYCLES: f64 = 10.0;
+
+/// Show how valves went over time: each window on its own, all together, drift, before and after a repair.
+///
+/// Recordings of one tag belong together, in whatever files they are. Each is cut into windows of a day, or
+/// of ten periods of its oscillation if that is longer; what is shorter than one and a half windows stays
+/// whole. Every window is diagnosed on its own, then they are combined; with --repair those after it, for the
+/// valve as it is now.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction history FIC101-january.csv FIC101-february.csv --report history.html
+  stiction history export.parquet --loop FIC101 --window 8h --repair 2026-03-01T08:00
+  stiction history plant/*.csv --csv windows.csv")]
+pub struct Args {
+    /// CSV, Parquet or MATLAB files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Show the valve of this loop only; may be given several times
+    #[arg(long = "loop", value_name = "TAG")]
+    loops: Vec<String>,
+    /// Length of a window, such as 8h, 90min, 2d or 3600 (s)
+    #[arg(long, value_name = "DURATION", value_parser = a_duration)]
+    window: Option<f64>,
+    /// Compare before and after this time, such as 2026-03-01T08:00 (in the zone of --zone, or UTC); for
+    /// recordings without dates a number of seconds
+    #[arg(long, value_name = "TIME")]
+    repair: Option<String>,
+    /// Write a report to this file: one self-contained HTML page
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+    /// Write a table with one row a window to this CSV file; - is standard output
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    csv: Option<PathBuf>,
+    // Last, because its heading stands above all that follows.
+    #[command(flatten)]
+    reading: Reading,
+}
+
+fn a_duration(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (value, unit) = text.split_at(digits);
+    let size = match unit {
+        "" | "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        "d" => DAY,
+        _ => f64::NAN,
+    };
+    match value.trim().parse::<f64>().map(|value| value * size) {
+        Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(seconds),
+        _ => Err("must be above 0 and in s, min, h or d, such as 8h".to_owned()),
+    }
+}
+
+pub fn run(args: Args) -> Result<()> {
+    let (recordings, mut failures) = read_all(&args.files, &args.loops, &args.reading)?;
+    let mut windows = vec![];
+    for (source, recording) in recordings {
+        let window = args.window.unwrap_or_else(|| default_window(&recording));
+        for part in recording.split(window)? {
+            windows.push((source.clone(), part));
+        }
+    }
+    let total = windows.len();
+    let (mut diagnosed, refused) = diagnose_all(&windows, &Options::default());
+    diagnosed.retain(|each| each.diagnosis.stretch().is_some());
+    if diagnosed.is_empty() {
+        failures.extend(refused);
+        if failures.is_empty() && total > 0 {
+            bail!("no window has a stretch in automatic to look at");
+        }
+    } else if diagnosed.len() < total {
+        output::note(format!(
+            "{} of {total} windows have no stretch in automatic to look at, and are left out",
+            total - diagnosed.len()
+        ));
+    }
+    let mut tags: Vec<&str> = vec![];
+    for each in &diagnosed {
+        if !tags.contains(&each.diagnosis.name.as_str()) {
+            tags.push(&each.diagnosis.name);
+        }
+    }
+    let mut valves = vec![];
+    for tag in tags {
+        let own: Vec<&Diagnosed> = diagnosed.iter().filter(|d| d.diagnosis.name == tag).collect();
+        valves.push(valve(tag, &own, &args)?);
+    }
+    if !valves.is_empty() {
+        show(&ValveHistory::new(tool(), valves), &args)?;
+    }
+    ended(failures)
+}
+
+fn show(history: &ValveHistory, args: &Args) -> Result<()> {
+    if let Some(path) = &args.report {
+        output::write(Some(path), report::history_html(history)?.as_bytes())?;
+    }
+    if let Some(path) = &args.csv {
+        output::write(Some(path), table(history)?.as_bytes())?;
+    }
+    if args.json {
+        return output::line(history.json());
+    }
+    if args.csv.is_none() {
+        let texts: Vec<String> = history.valves.iter().map(text).collect();
+        output::write(None, texts.join("\n").as_bytes())?;
+    }
+    Ok(())
+}
+
+/// A day, or ten periods of what the whole recording does if that is longer.
+fn default_window(recording: &Recording) -> f64 {
+    let period = Grid::of(recording, &GridOptions::default()).ok().and_then(|grid| {
+        let stretch = grid.longest()?;
+        let found = oscillation::analyse(&stretch.op, stretch.sample_time);
+        found.period_s.filter(|_| found.found)
+    });
+    period.map_or(DAY, |period| DAY.max(CYCLES * period))
+}
+
+/// The history of one valve from the diagnoses of its windows.
+fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
+    let mut sources: Vec<Source> = vec![];
+    for each in own {
+        if !sources.contains(&each.source) {
+            sources.push(each.source.clone());
+        }
+    }
+    let dated = own.iter().all(|each| each.diagnosis.start.is_some());
+    if !dated && sources.len() > 1 {
+        bail!(
+            "loop {tag} is in {} files, and some have no dates, so they cannot be put in order; give the \
+             files with dates, or one file",
+            sources.len()
+        );
+    }
+    let mut seen: Vec<(Point, Observation)> = own
+        .iter()
+        .filter_map(|Diagnosed { source, diagnosis, .. }| {
+            let origin = diagnosis.start.filter(|_| dated).unwrap_or(0.0);
+            let stretch = diagnosis.stretch()?;
+            let (from, duration) = (stretch.from, stretch.duration());
+            let point = Point::new(diagnosis, &source.file, origin + from, duration);
+            let observation = Observation {
+                time: origin + from + duration / 2.0,
+                class: diagnosis.verdict.class,
+                probability: diagnosis.verdict.probability,
+                s: diagnosis.stiction.s,
+                j: diagnosis.stiction.j,
+                weight: 1.0,
+            };
+            Some((point, observation))
+        })
+        .collect();
+    seen.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
+    let (points, observations): (Vec<Point>, Vec<Observation>) = seen.into_iter().unzip();
+    let time = match &args.repair {
+        Some(text) => Some(repair_time(text, dated, args.reading.zone())?),
+        None => None,
+    };
+    let repaired = time.map(|time| repair(&observations, time)).transpose()?;
+    // The valve as it is now: windows from before a repair say nothing of it.
+    let now = observations.iter().filter(|o| time.is_none_or(|time| o.time >= time));
+    let combined = combine(&now.copied().collect::<Vec<_>>())?;
+    Ok(Valve {
+        name: tag.to_owned(),
+        sources,
+        dated,
+        windows: points,
+        combined: Combined::from(&combined),
+        repair: repaired.as_ref().map(RepairTest::from),
+    })
+}
+
+fn repair_time(text: &str, dated: bool, zone: Option<&Zone>) -> Result<f64> {
+    if dated {
+        return instant(text, zone).map_err(|e| anyhow!("--repair: {e}"));
+    }
+    text.parse::<f64>().ok().filter(|t| t.is_finite()).ok_or_else(|| {
+        anyhow!("--repair {text}: the recording has no dates; give the time in s on its clock")
+    })
+}
+
+fn interval(estimate: &Option<document::Estimate>) -> String {
+    estimate.as_ref().map_or("-".to_owned(), |e| {
+        words::interval(Estimate { value: e.value, low: e.low, high: e.high })
+            .replace('\u{2212}', "-")
+    })
+}
+
+fn text(valve: &Valve) -> String {
+    let moment = |at: f64| {
+        Some(at).filter(|_| valve.dated).and_then(figure::instant).unwrap_or_else(|| seconds(at))
+    };
+    let mut rows =
+        vec![["from", "duration", "verdict", "p(sticks)", "S", "J", "data"].map(str::to_owned)];
+    rows.extend(valve.windows.iter().map(|w| {
+        [
+            moment(w.from_s),
+            seconds(w.duration_s),
+            w.class.clone(),
+            w.probability.map_or("-".to_owned(), words::percent),
+            interval(&w.s),
+            interval(&w.j),
+            w.fitness.clone(),
+        ]
+    }));
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let files = match &valve.sources[..] {
+        [one] => one.file.clone(),
+        several => format!("{} files", several.len()),
+    };
+    let _ = writeln!(out, "{}  {files}, {} windows\n", valve.name, valve.windows.len());
+    out += &columns(&rows, &[!valve.dated, true, false, true, false, false, false]);
+    out.push('\n');
+    let combined = &valve.combined;
+    let sure = combined.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
+    let together = format!(
+        "{}{sure}; {} of {} windows{} decide",
+        combined.class.to_uppercase(),
+        combined.decided,
+        combined.windows,
+        if valve.repair.is_some() { " since the repair" } else { "" }
+    );
+    let mut field = |name: &str, text: &str| {
+        for (k, line) in wrapped(text, 88).into_iter().enumerate() {
+            let _ = writeln!(out, "{:10}{line}", if k == 0 { name } else { "" });
+        }
+    };
+    field("together", &together);
+    field("drift", &combined.trend);
+    if let Some(repair) = &valve.repair {
+        field("repair", &format!("at {}: {}", moment(repair.time_s), repair.words));
+    }
+    out
+}
+
+fn table(history: &ValveHistory) -> Result<String> {
+    let mut writer = csv::Writer::from_writer(vec![]);
+    writer.write_record([
+        "loop",
+        "file",
+        "from",
+        "from_s",
+        "duration_s",
+        "verdict",
+        "basis",
+        "probability",
+        "S",
+        "S_low",
+        "S_high",
+        "J",
+        "J_low",
+        "J_high",
+        "fitness",
+    ])?;
+    let say = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+    for valve in &history.valves {
+        for w in &valve.windows {
+            let (s, j) = (w.s.as_ref(), w.j.as_ref());
+            writer.write_record([
+                valve.name.clone(),
+                w.file.clone(),
+                Some(w.from_s)
+                    .filter(|_| valve.dated)
+                    .and_then(figure::instant)
+                    .unwrap_or_else(|| number(w.from_s)),
+                w.from_s.to_string(),
+                w.duration_s.to_string(),
+                w.class.clone(),
+                w.basis.clone(),
+                say(w.probability),
+                say(s.map(|s| s.value)),
+                say(s.map(|s| s.low)),
+                say(s.map(|s| s.high)),
+                say(j.map(|j| j.value)),
+                say(j.map(|j| j.low)),
+                say(j.map(|j| j.high)),
+                w.fitness.clone(),
+            ])?;
+        }
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::a_duration;
+
+    #[test]
+    fn durations() {
+        for (text, seconds) in [
+            ("3600", 3600.0),
+            ("90s", 90.0),
+            ("90min", 5400.0),
+            ("8h", 28_800.0),
+            ("1.5 d", 129_600.0),
+        ] {
+            assert_eq!(a_duration(text), Ok(seconds));
+        }
+        for wrong in ["", "h", "0", "-1h", "3 weeks", "nan", "inf", "1e999"] {
+            assert!(a_duration(wrong).is_err(), "{wrong}");
+        }
+    }
+}

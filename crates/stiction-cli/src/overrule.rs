@@ -1,0 +1,201 @@
+//! `stiction override`: what people concluded of a valve, kept beside the recordings.
+
+use crate::diagnose::{Diagnosed, read_all};
+use crate::output;
+use crate::reading_args::Reading;
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use stiction::diagnose::VerdictClass;
+use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Recorded, Scope};
+use stiction_report::document;
+
+/// Keep what a person concluded of a valve, to be shown beside the computed verdict.
+///
+/// It is kept in stiction-overrides.toml in the folder of the recording, to be read and edited by hand. By
+/// default it holds for the loop of that tag in that very file: not for another loop, another file, or
+/// the same file with other content. With --all-recordings it holds for the tag in all files of the folder,
+/// and then needs --until. The computed verdict is never replaced: both are shown.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction override FIC101.csv --verdict \"does not stick\" --reason \"new packing, stroked\" --by \"J. Miller\"
+  stiction override plant.csv --loop FIC102 --verdict sticks --reason \"seen at the stem\" --all-recordings --until 2026-06-30
+  stiction override FIC101.csv --list
+  stiction override FIC101.csv --loop FIC101 --remove")]
+pub struct Args {
+    /// The recording; with --list also a folder
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The loop, which may be left out if the file has one only
+    #[arg(long = "loop", value_name = "TAG")]
+    tag: Option<String>,
+    /// What the valve does: sticks, does not stick, does not respond, or cannot tell
+    #[arg(long, value_parser = VerdictClass::by_name, requires = "reason",
+          required_unless_present_any = ["list", "remove"])]
+    verdict: Option<VerdictClass>,
+    /// Why, in words
+    #[arg(long, value_parser = not_empty)]
+    reason: Option<String>,
+    /// Who says so
+    #[arg(long, value_name = "NAME", value_parser = not_empty)]
+    by: Option<String>,
+    /// The first day on which it holds, UTC, such as 2026-03-01
+    #[arg(long, value_name = "DATE")]
+    from: Option<Date>,
+    /// The last day on which it holds, UTC
+    #[arg(long, value_name = "DATE")]
+    until: Option<Date>,
+    /// The day on which it is entered, in place of today
+    #[arg(long, value_name = "DATE")]
+    entered: Option<Date>,
+    /// Let it hold for the loop in all recordings of this folder
+    #[arg(long)]
+    all_recordings: bool,
+    /// List the overrides of the folder
+    #[arg(long, conflicts_with_all = ["verdict", "remove", "all_recordings"])]
+    list: bool,
+    /// Remove the override of the loop in this file, or with --all-recordings that in all
+    #[arg(long, conflicts_with = "verdict")]
+    remove: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+fn not_empty(text: &str) -> Result<String, String> {
+    match text.trim() {
+        "" => Err("must not be empty".to_owned()),
+        text => Ok(text.to_owned()),
+    }
+}
+
+pub fn run(args: Args) -> Result<()> {
+    let path = Overrides::path_beside(&args.file);
+    let origin = path.display().to_string();
+    if args.list {
+        if !args.file.exists() {
+            bail!("{}: there is no such file or folder", args.file.display());
+        }
+        let kept = Overrides::read(&path)?;
+        let wanted = |each: &&Override| args.tag.as_ref().is_none_or(|tag| *tag == each.loop_name);
+        return output::write(None, list(kept.all.iter().filter(wanted)).as_bytes());
+    }
+    let text = match std::fs::read_to_string(&path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+        text => text.with_context(|| origin.clone())?,
+    };
+    let file_name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if args.remove {
+        let Some(tag) = &args.tag else {
+            bail!("--remove needs --loop, the tag as --list shows it");
+        };
+        let unwanted = |each: &Override| {
+            let scope = match &each.scope {
+                Scope::File { name, .. } => !args.all_recordings && *name == file_name,
+                Scope::All => args.all_recordings,
+            };
+            scope && each.loop_name == *tag
+        };
+        let (rest, removed) = overrides::without(&text, &origin, unwanted)?;
+        if removed == 0 {
+            bail!("{origin}: has no such override of {tag}; see --list");
+        }
+        output::write(Some(&path), rest.as_bytes())?;
+        return output::line(format!("removed {removed} of {tag} from {origin}"));
+    }
+    let (Some(verdict), Some(reason)) = (args.verdict, args.reason.clone()) else {
+        bail!("--verdict and --reason are needed");
+    };
+    if args.all_recordings && args.until.is_none() {
+        bail!("--all-recordings needs --until, the last day on which it holds, such as 2026-12-31");
+    }
+    if args.from.zip(args.until).is_some_and(|(from, until)| from > until) {
+        bail!("--until is before --from");
+    }
+    let wanted: Vec<String> = args.tag.iter().cloned().collect();
+    let (recordings, mut failures) =
+        read_all(std::slice::from_ref(&args.file), &wanted, &args.reading)?;
+    if let Some(failure) = failures.pop() {
+        return Err(failure);
+    }
+    let [(source, recording)] = &recordings[..] else {
+        let known: Vec<&str> = recordings.iter().map(|(_, r)| r.name.as_str()).collect();
+        bail!(
+            "{}: say which loop with --loop; there are {}",
+            args.file.display(),
+            known.join(", ")
+        );
+    };
+    let scope = match args.all_recordings {
+        true => Scope::All,
+        false => Scope::File { name: file_name, sha256: source.sha256.clone() },
+    };
+    let one = Override {
+        loop_name: recording.name.clone(),
+        verdict,
+        reason,
+        by: args.by,
+        entered: Some(args.entered.unwrap_or_else(overrides::today)),
+        scope,
+        from: args.from,
+        until: args.until,
+    };
+    output::write(Some(&path), overrides::with(&text, &origin, &one)?.as_bytes())?;
+    output::line(format!(
+        "{} {}, by override, for {}; kept in {origin}",
+        one.loop_name,
+        one.verdict.name(),
+        one.scope_in_words()
+    ))
+}
+
+fn list<'a>(kept: impl Iterator<Item = &'a Override>) -> String {
+    let lines: Vec<String> = kept
+        .map(|each| {
+            let mut line =
+                format!("{}: {}, because: {}", each.loop_name, each.verdict.name(), each.reason);
+            if let Some(by) = &each.by {
+                line += &format!("; by {by}");
+            }
+            if let Some(day) = each.entered {
+                line += &format!("; entered {day}");
+            }
+            format!("{line}; for {}\n", each.scope_in_words())
+        })
+        .collect();
+    if lines.is_empty() { format!("no overrides in {FILE_NAME}\n") } else { lines.concat() }
+}
+
+/// Puts beside each diagnosis what a person concluded of it, from the file beside its recording; what
+/// does not apply, and why, is noted.
+pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
+    let mut folders: BTreeMap<PathBuf, Overrides> = BTreeMap::new();
+    for each in loops {
+        let file = Path::new(&each.source.file);
+        let path = file.with_file_name(FILE_NAME);
+        let kept = match folders.entry(path) {
+            std::collections::btree_map::Entry::Occupied(known) => known.into_mut(),
+            std::collections::btree_map::Entry::Vacant(place) => {
+                let kept = Overrides::read(place.key())?;
+                place.insert(kept)
+            }
+        };
+        let span = each.diagnosis.start.zip(each.diagnosis.stretch()).map(|(start, stretch)| {
+            let from = start + stretch.from;
+            (from, from + stretch.duration())
+        });
+        let recorded =
+            Recorded { loop_name: &each.diagnosis.name, file, sha256: &each.source.sha256, span };
+        let (found, notes) = kept.of(&recorded);
+        each.overruled = found.map(|found| document::Override {
+            verdict: found.verdict.name().to_owned(),
+            reason: found.reason.clone(),
+            by: found.by.clone(),
+            entered: found.entered.map(|day| day.to_string()),
+            scope: found.scope_in_words(),
+            kept_in: kept.origin.clone(),
+        });
+        each.diagnosis.notes.extend(notes);
+    }
+    Ok(())
+}

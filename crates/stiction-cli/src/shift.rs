@@ -1,0 +1,140 @@
+//! `stiction shift`: how far recordings are from the simulated loops that the verdict was trained on.
+
+use crate::reading_args::Reading;
+use crate::{output, progress, text};
+use anyhow::{Result, bail};
+use clap::Parser;
+use rayon::prelude::*;
+use std::path::PathBuf;
+use stiction::evidence::Evidence;
+use stiction::evidence::shift::{Shift, shifts};
+use stiction::population;
+use stiction::recording::{Grid, GridOptions, Recording};
+
+/// Compare recordings with the simulated loops that the verdict was trained on, without any label.
+///
+/// For every feature of the evidence: the place of the recorded values among the simulated ones. 0.5
+/// means alike; near 0 or 1 the recordings are unlike anything simulated, and a verdict on them is worth
+/// less than it says. The largest differences stand first.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction shift plant/*.csv
+  stiction shift export.parquet --n 5000 --csv shift.csv")]
+pub struct Args {
+    /// CSV, Parquet or MATLAB files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Number of simulated loops
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u64).range(10..=1_000_000))]
+    n: u64,
+    /// Seed of their population
+    #[arg(long, default_value_t = 1, value_name = "SEED")]
+    seed: u64,
+    /// Show only so many features
+    #[arg(long, value_name = "K")]
+    top: Option<usize>,
+    /// Write all features to this CSV file; - is standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    // Last, because its heading stands above all that follows.
+    #[command(flatten)]
+    reading: Reading,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    let options = args.reading.options()?;
+    let mut recordings = vec![];
+    let progress = progress::bar("reading", args.files.len());
+    for file in &args.files {
+        recordings.extend(stiction_io::reading::read(file, &options)?.recordings);
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let recorded: Vec<Evidence> = recordings.par_iter().filter_map(evidence).collect();
+    if recorded.is_empty() {
+        bail!("none of the {} recordings has a stretch in automatic to measure", recordings.len());
+    }
+    let progress = progress::bar("simulating", args.n as usize);
+    let simulated: Vec<Evidence> = (0..args.n)
+        .into_par_iter()
+        .map(|k| {
+            let simulated = population::member(args.seed, k)?;
+            progress.inc(1);
+            Ok(evidence(&simulated.recording))
+        })
+        .collect::<stiction::Result<Vec<_>>>()?
+        .into_iter()
+        .flatten()
+        .collect();
+    progress.finish_and_clear();
+    let found = shifts(&simulated, &recorded);
+    if let Some(path) = &args.csv {
+        output::write(Some(path), csv(&found)?.as_bytes())?;
+        if path.as_os_str() == "-" {
+            return Ok(());
+        }
+    }
+    let far = found.iter().filter(|shift| shift.distance() > 0.5).count();
+    let rows = std::iter::once(["feature", "place", "simulated", "recorded"].map(str::to_owned))
+        .chain(found.iter().take(args.top.unwrap_or(usize::MAX)).map(|shift| {
+            let range = |[low, middle, high]: [f64; 3]| match middle.is_finite() {
+                true => format!("{middle:.2} ({low:.2} to {high:.2})"),
+                false => "-".to_owned(),
+            };
+            let place = shift.place.map_or("-".to_owned(), |place| format!("{place:.2}"));
+            [shift.feature.name.to_owned(), place, range(shift.simulated), range(shift.recorded)]
+        }));
+    let rows: Vec<Vec<String>> = rows.map(|row| row.to_vec()).collect();
+    output::write(
+        None,
+        format!(
+            "{} recordings against {} simulated loops (population {}, seed {}). {far} of {} features \
+             differ by more than 0.5.\nMedian and middle 90 % of each.\n\n{}",
+            recorded.len(),
+            simulated.len(),
+            population::VERSION,
+            args.seed,
+            found.len(),
+            text::columns(&rows, &[false, true, false, false])
+        )
+        .as_bytes(),
+    )
+}
+
+/// The evidence in the longest stretch of a recording.
+fn evidence(recording: &Recording) -> Option<Evidence> {
+    let grid = Grid::of(recording, &GridOptions::default()).ok()?;
+    Evidence::of(grid.longest()?).ok()
+}
+
+fn csv(found: &[Shift]) -> Result<String> {
+    let mut writer = csv::Writer::from_writer(vec![]);
+    writer.write_record([
+        "feature",
+        "meaning",
+        "place",
+        "simulated_5",
+        "simulated_50",
+        "simulated_95",
+        "simulated_missing",
+        "recorded_5",
+        "recorded_50",
+        "recorded_95",
+        "recorded_missing",
+    ])?;
+    for shift in found {
+        let number = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
+        let mut row = vec![
+            shift.feature.name.to_owned(),
+            shift.feature.meaning.to_owned(),
+            shift.place.map_or(String::new(), number),
+        ];
+        let sides = [(shift.simulated, shift.missing[0]), (shift.recorded, shift.missing[1])];
+        for (quantiles, missing) in sides {
+            row.extend(quantiles.map(number));
+            row.push(number(missing));
+        }
+        writer.write_record(&row)?;
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}

@@ -1,0 +1,119 @@
+//! A report on the history of valves.
+
+use super::layout::{Badge, Block, Fact, Report, Section, Table};
+use super::over_time::{self, Point};
+use super::time_axis::duration;
+use crate::Error;
+use crate::document::{Valve, ValveHistory};
+use crate::figure::instant;
+use crate::words::{interval, percent};
+use stiction::diagnose::{Estimate, VerdictClass};
+
+const INTRODUCTION: &str = "What each window of the recordings says of a valve on its own, what they say \
+    together, and whether the valve gets worse. Windows of one valve are not independent of each other: \
+    together they count for two independent ones at most.";
+
+/// The report on the histories of some valves: one self-contained HTML page.
+///
+/// # Errors
+/// If a figure cannot be drawn, which is not expected.
+pub fn history_html(history: &ValveHistory) -> Result<String, Error> {
+    let title = match &history.valves[..] {
+        [one] => format!("History of {}", one.name),
+        several => format!("History of {} valves", several.len()),
+    };
+    let tool = format!("{}, results of form {}", history.tool, history.version);
+    let mut report = Report::new(title, tool).introduction(INTRODUCTION);
+    for valve in &history.valves {
+        for source in &valve.sources {
+            report = report.source(source);
+        }
+        report = report.with(section(valve));
+    }
+    report.html()
+}
+
+fn section(valve: &Valve) -> Section {
+    let combined = &valve.combined;
+    // The document is made of the core's classes.
+    let class = VerdictClass::by_name(&combined.class).unwrap_or(VerdictClass::CannotTell);
+    let mut section = Section::new(&valve.name, Badge::from(class), headline(valve));
+    section = section.reason(&combined.trend);
+    if let Some(repair) = &valve.repair {
+        section = section.reason(&repair.words);
+    }
+    section = section.fact(Fact::new("windows", valve.windows.len(), "")).fact(Fact::new(
+        "that decide",
+        combined.decided,
+        "",
+    ));
+    if let Some(p) = combined.probability {
+        section = section.fact(Fact::new("combined probability that it sticks", percent(p), ""));
+    }
+    let estimate =
+        |e: &crate::document::Estimate| Estimate { value: e.value, low: e.low, high: e.high };
+    let points: Vec<Point> = valve
+        .windows
+        .iter()
+        .map(|w| Point {
+            from: w.from_s,
+            duration: w.duration_s,
+            probability: w.probability,
+            s: w.s.as_ref().map(estimate),
+        })
+        .collect();
+    let marks: Vec<(f64, &str)> =
+        valve.repair.iter().map(|repair| (repair.time_s, "repair")).collect();
+    section = section.heading("Over time");
+    section = match over_time::figure(&points, valve.dated.then_some(0.0), &marks) {
+        Some(figure) => section.with(figure),
+        None => section.with(Block::Paragraph(
+            "No window has a probability or an S, so there is nothing to draw.".to_owned(),
+        )),
+    };
+    let table = Table::new("")
+        .words("from")
+        .words("duration")
+        .words("verdict")
+        .numbers("probability", "")
+        .numbers("S", "")
+        .numbers("J", "")
+        .words("data")
+        .words("file");
+    section.with(valve.windows.iter().fold(table, |table, w| {
+        let say = |e: &Option<crate::document::Estimate>| {
+            e.as_ref().map_or("–".to_owned(), |e| interval(estimate(e)))
+        };
+        let class = VerdictClass::by_name(&w.class).unwrap_or(VerdictClass::CannotTell);
+        table.row([
+            moment(valve, w.from_s),
+            duration(w.duration_s),
+            Badge::from(class).text(),
+            w.probability.map_or("–".to_owned(), percent),
+            say(&w.s),
+            say(&w.j),
+            w.fitness.clone(),
+            w.file.clone(),
+        ])
+    }))
+}
+
+fn headline(valve: &Valve) -> String {
+    let combined = &valve.combined;
+    let which = if valve.repair.is_some() { " since the repair" } else { "" };
+    let n = combined.windows;
+    match combined.probability {
+        Some(p) => format!(
+            "The {n} windows{which} together give a probability of {} that it sticks.",
+            percent(p)
+        ),
+        None => format!(
+            "Of {n} windows{which} {} decide; together: {}.",
+            combined.decided, combined.class
+        ),
+    }
+}
+
+fn moment(valve: &Valve, at: f64) -> String {
+    Some(at).filter(|_| valve.dated).and_then(instant).unwrap_or_else(|| duration(at))
+}

@@ -1,0 +1,250 @@
+//! What a report opens with: the verdict, what speaks for and against it, what else it could be, how to
+//! confirm it, how much the valve sticks, and how that went over time.
+
+use super::evidence::sentence;
+use super::layout::{Block, Fact, Section, Table, number};
+use super::over_time::{self, Point};
+use super::time_axis::duration;
+use super::views::WIDTH;
+use crate::figure::{Figure, Panel, Scale, Series, colour};
+use crate::words::{self, percent, rough};
+use stiction::diagnose::{Basis, Cause, ConfirmingTest, Diagnosis, VerdictClass};
+
+/// Names of the rows of the figure of S and J: then come the definitions, by letters.
+const ROWS: &[&str] = &["", "J", "S", "a", "b", "c", "d", "e", "f", "g", "h", ""];
+/// Where the definitions begin in [`ROWS`].
+const DEFINITIONS: usize = 3;
+
+/// Adds what is concluded to a section.
+pub(super) fn blocks(mut section: Section, diagnosis: &Diagnosis) -> Section {
+    if let Some(advice) = words::what_would_answer(diagnosis) {
+        section = section.with(Block::Paragraph(advice));
+    }
+    section = evidence(section, diagnosis);
+    section = alternatives(section, diagnosis);
+    section = confirm(section, diagnosis);
+    section = size(section, diagnosis);
+    windows(section, diagnosis)
+}
+
+fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
+    let verdict = &diagnosis.verdict;
+    let list = |texts: &[String]| Block::List {
+        ordered: false,
+        items: texts.iter().map(|text| sentence(text)).collect(),
+    };
+    // What the methods of a majority say stands in their table.
+    if !verdict.reasons.is_empty() && verdict.basis != Basis::Majority {
+        let heading = match verdict.class {
+            VerdictClass::CannotTell => "Why it cannot be told",
+            _ => "What speaks for it",
+        };
+        section = section.heading(heading).with(list(&verdict.reasons));
+    }
+    if !verdict.contradictions.is_empty() {
+        section = section.heading("What speaks against it").with(list(&verdict.contradictions));
+    }
+    section
+}
+
+fn alternatives(section: Section, diagnosis: &Diagnosis) -> Section {
+    let verdict = &diagnosis.verdict;
+    if verdict.alternatives.is_empty() {
+        return section;
+    }
+    let mut rows: Vec<(Cause, f64, String)> = verdict
+        .alternatives
+        .iter()
+        .map(|each| (each.cause, each.likelihood, sentence(&each.because)))
+        .collect();
+    let listed = |cause| rows.iter().any(|(other, _, _)| *other == cause);
+    if let Some(probability) = verdict.probability.filter(|_| !listed(Cause::StickingValve)) {
+        rows.push((Cause::StickingValve, probability, String::new()));
+    }
+    rows.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let table = Table::new("").words("cause").words("likelihood").words("what the data show");
+    let table = rows.into_iter().fold(table, |table, (cause, likelihood, because)| {
+        table.row([cause.name().to_owned(), bar(likelihood), because])
+    });
+    section.heading("What else it could be").with(table)
+}
+
+/// A share of one as a bar of text and in percent.
+fn bar(share: f64) -> String {
+    let blocks = (10.0 * share.clamp(0.0, 1.0)).round() as usize;
+    let bar = format!("{}{}", "█".repeat(blocks), "░".repeat(10 - blocks));
+    format!("{bar}\u{a0}{}", percent(share).replace(' ', "\u{a0}"))
+}
+
+/// How to settle it: the steps that the data allow to size, else general advice, which knows nothing of
+/// the plant.
+fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
+    if let Some(test) = &diagnosis.verdict.confirm {
+        return confirming_test(section.heading("How to confirm it"), test, diagnosis);
+    }
+    match diagnosis.verdict.class {
+        VerdictClass::Sticks if diagnosis.verdict.basis != Basis::ValvePosition => {
+            let items = [
+                "Put the controller in manual and hold the OP. An oscillation that the valve makes dies out.",
+                "Step the OP by small amounts up, then down, and watch the flow or the stem. A valve that \
+                 sticks does not follow the first steps after each turn.",
+            ];
+            let items = items.map(str::to_owned).to_vec();
+            section.heading("How to confirm it").with(Block::List { ordered: true, items })
+        }
+        VerdictClass::DoesNotStick if diagnosis.verdict.alternatives.is_empty() => section.with(
+            Block::Paragraph(
+                "If the loop oscillates, look at its tuning and at disturbances from other loops of the \
+                 same period first."
+                    .to_owned(),
+            ),
+        ),
+        _ => section,
+    }
+}
+
+fn confirming_test(section: Section, test: &ConfirmingTest, diagnosis: &Diagnosis) -> Section {
+    let direction = if test.up_first { "up, then down" } else { "down, then up" };
+    let mut facts = vec![
+        Fact::new("each step of the OP", rough(test.step), "%"),
+        Fact::new("steps each way", test.steps, ""),
+        Fact::new("direction", direction, ""),
+        Fact::new("wait after each", duration(test.wait_s), ""),
+    ];
+    facts.extend(test.pv_change.map(|change| {
+        let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
+        Fact::new("change of the PV per step if the valve follows", rough(change), unit)
+    }));
+    let items = test.instructions.iter().map(|text| sentence(text)).collect();
+    section.with(Block::List { ordered: true, items }).with(Block::Facts(facts))
+}
+
+/// S and J with their intervals, beside the competing definitions.
+fn size(section: Section, diagnosis: &Diagnosis) -> Section {
+    let stiction = &diagnosis.stiction;
+    if stiction.s.is_none() && stiction.j.is_none() && stiction.definitions.is_empty() {
+        return section;
+    }
+    let mut section = section.heading("How much it sticks");
+    let coverage = stiction.coverage.map_or(String::new(), |share| {
+        format!(" The intervals are meant to hold with {:.0} %.", 100.0 * share)
+    });
+    if let Some(model) = &stiction.model {
+        section = section.with(Block::Paragraph(format!("Found with {model}.{coverage}")));
+    }
+    if let Some(why) = &stiction.why_not {
+        section = section.with(Block::Paragraph(sentence(why)));
+    }
+    if let Some(figure) = size_figure(diagnosis) {
+        section = section.with(figure);
+    }
+    if stiction.definitions.is_empty() {
+        return section;
+    }
+    let table = Table::new("What is called \"stiction in percent\", side by side.")
+        .words("")
+        .words("definition")
+        .numbers("value", "")
+        .words("what it is");
+    section.with(stiction.definitions.iter().enumerate().fold(table, |table, (k, each)| {
+        let value =
+            each.value.map_or("–".to_owned(), |v| format!("{}\u{a0}{}", rough(v), each.unit));
+        table.row([letter(k).to_owned(), each.name.to_owned(), value, sentence(each.meaning)])
+    }))
+}
+
+/// The letter of a definition; none for those beyond what the figure has rows for.
+fn letter(definition: usize) -> &'static str {
+    ROWS.get(DEFINITIONS + definition).copied().unwrap_or_default()
+}
+
+fn size_figure(diagnosis: &Diagnosis) -> Option<Figure> {
+    let stiction = &diagnosis.stiction;
+    let intervals: Vec<_> = [(2.0, stiction.s), (1.0, stiction.j)]
+        .into_iter()
+        .filter_map(|(row, estimate)| Some((row, estimate?)))
+        .collect();
+    let definitions: Vec<(f64, f64)> = stiction
+        .definitions
+        .iter()
+        .enumerate()
+        .filter(|(k, each)| each.unit.starts_with('%') && !letter(*k).is_empty())
+        .filter_map(|(k, each)| Some((each.value?, (DEFINITIONS + k) as f64)))
+        .collect();
+    let rows = intervals.iter().map(|(row, _)| *row).chain(definitions.iter().map(|(_, row)| *row));
+    let top = rows.fold(f64::NAN, f64::max);
+    if intervals.is_empty() {
+        return None;
+    }
+    let (mut x, mut y) = (vec![], vec![]);
+    for (row, estimate) in &intervals {
+        x.extend([estimate.low, estimate.high]);
+        y.extend([*row; 2]);
+    }
+    let largest = x.iter().copied().chain(definitions.iter().map(|(v, _)| *v)).fold(0.0, f64::max);
+    let values: Vec<f64> = intervals.iter().map(|(_, e)| e.value).collect();
+    let places: Vec<f64> = intervals.iter().map(|(row, _)| *row).collect();
+    let mut panel = Panel::new("% of span", "")
+        .y_scale(Scale::Names(ROWS))
+        .y_range(0.4, top + 0.6)
+        .height(34.0 + 22.0 * top)
+        .with(over_time::runs("interval", x, y))
+        .with(Series::points("S and J", values, places).colour(colour::VERMILION));
+    if largest > 0.0 {
+        panel = panel.x_range(0.0, 1.08 * largest);
+    }
+    let mut caption = "S and J, points, with their intervals, lines".to_owned();
+    if !definitions.is_empty() {
+        let (values, places): (Vec<f64>, Vec<f64>) = definitions.into_iter().unzip();
+        panel =
+            panel.with(Series::points("other definitions", values, places).colour(colour::BLACK));
+        caption += "; above them the definitions of the table";
+    }
+    let figure = Figure::new("").caption(format!("{caption}.")).width(WIDTH).with(panel);
+    Some(figure).filter(|figure| figure.check().is_ok())
+}
+
+fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
+    // One window is the whole, of which all has been said.
+    if diagnosis.windows.len() < 2 {
+        return section;
+    }
+    let points: Vec<Point> = diagnosis
+        .windows
+        .iter()
+        .map(|w| Point {
+            from: w.from,
+            duration: w.duration,
+            probability: Some(w.probability),
+            s: w.s,
+        })
+        .collect();
+    let mut section = section.heading("Over time");
+    if let Some(figure) = over_time::figure(&points, diagnosis.start, &[]) {
+        section = section.with(figure);
+    }
+    let table = Table::new("")
+        .words("from")
+        .words("duration")
+        .numbers("probability", "")
+        .numbers("S", "")
+        .numbers("J", "");
+    let table = diagnosis.windows.iter().fold(table, |table, w| {
+        let estimate = |e: Option<_>| e.map_or("–".to_owned(), words::interval);
+        table.row([
+            super::diagnosis::moment(diagnosis, w.from),
+            duration(w.duration),
+            percent(w.probability),
+            estimate(w.s),
+            estimate(w.j),
+        ])
+    });
+    let summary = format!("The numbers of all {} windows", diagnosis.windows.len());
+    section.with(Block::Details { summary, blocks: vec![table.into()] })
+}
+
+/// The probability as a fact; `None` where there is none.
+pub(super) fn probability(diagnosis: &Diagnosis) -> Option<Fact> {
+    let p = diagnosis.verdict.probability?;
+    Some(Fact::new("probability that it sticks", number((100.0 * p).clamp(1.0, 99.0).round()), "%"))
+}

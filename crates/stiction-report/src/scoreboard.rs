@@ -1,0 +1,524 @@
+//! The scoreboard: how right the verdict and the published methods are, as tables and as one page.
+//!
+//! The tables are made once, for the page and for whoever prints them otherwise. They name methods by
+//! [`MethodRow::name`] or [`MethodRow::title`], as they are told to.
+
+use crate::error::Error;
+use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
+use crate::report::layout::{Badge, Block, Fact, Report, Table, number};
+use std::sync::LazyLock;
+use stiction::detect::Decides;
+use stiction::diagnose::scoreboard::{
+    Auc, Board, Counts, Errors, KindRow, MethodRow, Outcomes, Quantification, Scored, Share,
+};
+use stiction::population::Kind;
+
+/// What a page is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Scoreboard<'a> {
+    /// What was measured, such as `100 simulated loops`.
+    pub title: &'a str,
+    /// Where the loops come from, a paragraph.
+    pub introduction: &'a str,
+    /// What was counted.
+    pub board: &'a Board,
+    /// The loops it was counted of.
+    pub loops: &'a [Scored],
+    /// Where the report of each loop is, relative to the page; empty for none.
+    pub reports: &'a [String],
+    /// What was timed: a name, and its median time a loop in microseconds; empty for nothing.
+    pub times: &'a [(String, f64)],
+    /// What made the page, with its version.
+    pub tool: &'a str,
+}
+
+/// How methods are named: by [`MethodRow::name`] or by [`MethodRow::title`].
+pub type Names = fn(&MethodRow) -> &'static str;
+
+/// The page: one self-contained HTML document; equal input gives equal bytes.
+///
+/// # Errors
+/// If a figure cannot be drawn, which is not expected.
+pub fn html(of: &Scoreboard<'_>) -> Result<String, Error> {
+    let board = of.board;
+    let names: Names = MethodRow::title;
+    let mut report = Report::new(of.title, of.tool).introduction(of.introduction);
+    report = report.block(Block::Facts(facts(board)));
+    report = report.block(Block::Paragraph(READING.to_owned()));
+
+    report = report.block(Block::Heading("Decisions".to_owned())).block(decisions(board, names));
+    if has_valves(board) {
+        report = report.block(decisions_on_valves(board, names));
+    }
+    report = report.block(Block::Heading("Ranking".to_owned()));
+    report = report.block(Block::Paragraph(RANKING.to_owned()));
+    report = report.block(ranking(board, names));
+    if let Some(figure) = characteristic(board) {
+        report = report.block(figure);
+    }
+    if let Some(kinds) = by_kind(board) {
+        report = report.block(Block::Heading("By kind of loop".to_owned()));
+        if let Some(figure) = false_alarms(board) {
+            report = report.block(figure);
+        }
+        report = report.block(kinds);
+        if let Some(table) = methods_by_kind(board, names) {
+            let summary = "Every method on every kind".to_owned();
+            report = report.block(Block::Details { summary, blocks: vec![table.into()] });
+        }
+    }
+    report = report.block(Block::Heading("Probabilities".to_owned()));
+    match (reliability(board), calibration(board)) {
+        (Some(figure), Some(table)) => report = report.block(figure).block(table),
+        _ => {
+            let none = "No loop has a probability, so there is nothing to compare.".to_owned();
+            report = report.block(Block::Paragraph(none));
+        }
+    }
+    if let Some(table) = quantification(board) {
+        report = report.block(Block::Heading("How much it sticks".to_owned())).block(table);
+    }
+    if !of.times.is_empty() {
+        report = report.block(Block::Heading("Time".to_owned())).block(times(of.times));
+    }
+    report = report.block(Block::Heading("Loops".to_owned()));
+    report.block(loops(of.loops, of.reports)).html()
+}
+
+const READING: &str = "In brackets are 95 % intervals. To abstain or to be undecided is neither right nor \
+    wrong: it costs recall and raises no alarm. That a valve does not respond counts as an accusation, too. \
+    No threshold was fitted to any of these loops.";
+
+const RANKING: &str = "The area under the receiver operating characteristic (AUC): the share of the pairs of \
+    a sticking and a healthy recording in which the sticking one has the larger statistic, or, for the \
+    verdict, the larger probability; ties count half, one half is chance. Recordings on which a method \
+    abstains are left out, and how many remain is told; under \"of all\" a pair with one of them counts half. \
+    Intervals are those of 2,000 bootstrap draws of valves within each class.";
+
+/// What is known of the loops.
+fn facts(board: &Board) -> Vec<Fact> {
+    let mut facts = vec![
+        Fact::new("sticking recordings", board.sticky, ""),
+        Fact::new("healthy recordings", board.healthy, ""),
+    ];
+    if has_valves(board) {
+        facts.push(Fact::new("sticking valves", board.sticky_valves, ""));
+        facts.push(Fact::new("healthy valves", board.healthy_valves, ""));
+    }
+    if board.hidden.k > 0 {
+        facts.push(Fact::new("that stick invisibly, left out", board.hidden.k, ""));
+    }
+    let Some(verdict) = board.methods.first() else { return facts };
+    facts.push(Fact::new("recall of the verdict", share(verdict.recordings.recall()), ""));
+    facts.push(Fact::new("its false alarms", share(verdict.recordings.false_alarms()), ""));
+    if let Some(auc) = &verdict.auc {
+        facts.push(Fact::new("AUC of its probability", area(auc), ""));
+    }
+    if let Some(calibration) = &board.calibration {
+        facts.push(Fact::new("Brier score", number(calibration.brier), ""));
+    }
+    facts
+}
+
+/// Whether valves are not the same as recordings.
+pub fn has_valves(board: &Board) -> bool {
+    board.sticky_valves + board.healthy_valves < board.sticky + board.healthy
+}
+
+/// What each method decides on recordings.
+pub fn decisions(board: &Board, names: Names) -> Table {
+    let hidden = match board.hidden.k {
+        0 => String::new(),
+        n => format!(" {n} that stick invisibly are left out."),
+    };
+    let caption = format!(
+        "{} sticking and {} healthy recordings.{hidden}{}",
+        board.sticky,
+        board.healthy,
+        star_note(board)
+    );
+    outcomes(board, names, caption, |row| &row.recordings)
+}
+
+/// What each method decides on valves: what most of a valve's recordings come to.
+pub fn decisions_on_valves(board: &Board, names: Names) -> Table {
+    let caption = format!(
+        "{} sticking and {} healthy valves: what most of a valve's recordings come to.",
+        board.sticky_valves, board.healthy_valves
+    );
+    outcomes(board, names, caption, |row| &row.valves)
+}
+
+fn outcomes(
+    board: &Board,
+    names: Names,
+    caption: String,
+    of: fn(&MethodRow) -> &Outcomes,
+) -> Table {
+    let table = Table::new(caption)
+        .words("method")
+        .numbers("recall", "")
+        .numbers("false alarms", "")
+        .numbers("precision", "")
+        .numbers("no decision", "")
+        .numbers("right if decided", "");
+    board.methods.iter().fold(table, |table, row| {
+        let outcomes = of(row);
+        table.row([
+            starred(row, names),
+            share(outcomes.recall()),
+            share(outcomes.false_alarms()),
+            share(outcomes.precision()),
+            percent(outcomes.without_decision().value()),
+            share(outcomes.accuracy()),
+        ])
+    })
+}
+
+/// How well each statistic ranks.
+pub fn ranking(board: &Board, names: Names) -> Table {
+    let valves = has_valves(board);
+    let mut table = Table::new("")
+        .words("method")
+        .numbers("AUC of recordings", "")
+        .numbers("sticking + healthy", "")
+        .numbers("of all", "");
+    if valves {
+        table = table
+            .numbers("AUC of valves", "")
+            .numbers("sticking + healthy", "")
+            .numbers("of all", "");
+    }
+    let cells = |auc: &Option<Auc>| match auc {
+        Some(auc) => {
+            [area(auc), format!("{} + {}", auc.sticky, auc.healthy), format!("{:.3}", auc.of_all)]
+        }
+        None => [DASH, DASH, DASH].map(str::to_owned),
+    };
+    board.methods.iter().fold(table, |table, row| {
+        let mut line = vec![starred(row, names)];
+        line.extend(cells(&row.auc));
+        if valves {
+            line.extend(cells(&row.auc_of_valves));
+        }
+        table.row(line)
+    })
+}
+
+/// How the verdict decides on each kind of loop; `None` where kinds are not known.
+pub fn by_kind(board: &Board) -> Option<Table> {
+    let table = Table::new("The verdict on each kind of loop.")
+        .words("kind")
+        .numbers("loops", "")
+        .words("valve")
+        .numbers("called sticking", "")
+        .numbers("called not sticking", "")
+        .numbers("no decision", "");
+    let row = |table: Table, kind: &KindRow| {
+        let counts = kind.counts.first().copied().unwrap_or_default();
+        let open = Share { k: counts.undecided + counts.abstains, n: counts.all() };
+        table.row([
+            kind.kind.clone(),
+            kind.loops.to_string(),
+            if kind.sticks { "sticks" } else { "healthy" }.to_owned(),
+            share(called(counts)),
+            share(Share { k: counts.negative, n: counts.all() }),
+            percent(open.value()),
+        ])
+    };
+    (!board.kinds.is_empty()).then(|| board.kinds.iter().fold(table, row))
+}
+
+/// The share of each kind of loop that each method calls sticking; `None` where kinds are not known.
+pub fn methods_by_kind(board: &Board, names: Names) -> Option<Table> {
+    let caption = format!(
+        "Share of the loops called sticking; in brackets the share without a decision, if any.{}",
+        star_note(board)
+    );
+    let table = board
+        .kinds
+        .iter()
+        .fold(Table::new(caption).words("method"), |table, kind| table.numbers(&kind.kind, ""));
+    let rows = board.methods.iter().enumerate().fold(table, |table, (k, row)| {
+        let cell = |kind: &KindRow| {
+            let counts = kind.counts.get(k).copied().unwrap_or_default();
+            let open = counts.undecided + counts.abstains;
+            let text = percent(called(counts).value());
+            if open == 0 {
+                return text;
+            }
+            let open = Share { k: open, n: counts.all() };
+            format!("{text} ({})", percent(open.value()))
+        };
+        table.row(std::iter::once(starred(row, names)).chain(board.kinds.iter().map(cell)))
+    });
+    (!board.kinds.is_empty()).then_some(rows)
+}
+
+/// What probabilities are worth; `None` where there are none.
+pub fn calibration(board: &Board) -> Option<Table> {
+    let calibration = board.calibration.as_ref()?;
+    let caption = format!(
+        "{} probabilities: Brier score {:.3}, expected calibration error {:.3}.",
+        calibration.n, calibration.brier, calibration.error
+    );
+    let table = Table::new(caption)
+        .words("from")
+        .words("to")
+        .numbers("loops", "")
+        .numbers("predicted", "")
+        .numbers("observed", "");
+    Some(calibration.bins.iter().fold(table, |table, bin| {
+        table.row([
+            percent(Some(bin.from)),
+            percent(Some(bin.to)),
+            bin.observed.n.to_string(),
+            bin.predicted.map_or(DASH.to_owned(), |p| format!("{:.1} %", 100.0 * p)),
+            share(bin.observed),
+        ])
+    }))
+}
+
+/// What estimates of S and J are worth; `None` where no truth is known.
+pub fn quantification(board: &Board) -> Option<Table> {
+    let table = Table::new(
+        "Of the sticking loops: how many are quantified, how far off the estimates are, and how many \
+         intervals hold the truth.",
+    )
+    .words("")
+    .numbers("quantified", "")
+    .numbers("error, median", "% of span")
+    .numbers("9 of 10 below", "% of span")
+    .numbers("relative, median", "")
+    .numbers("9 of 10 below", "")
+    .numbers("coverage", "");
+    let row = |table: Table, name: &str, of: &Option<Quantification>| {
+        let Some(of) = of else { return table };
+        let cells = |errors: Option<Errors>, write: fn(Option<f64>) -> String| {
+            [write(errors.map(|e| e.median)), write(errors.map(|e| e.p90))]
+        };
+        let mut line = vec![name.to_owned(), share(of.quantified)];
+        line.extend(cells(of.absolute, |v| v.map_or(DASH.to_owned(), |v| format!("{v:.2}"))));
+        line.extend(cells(of.relative, percent));
+        line.push(share(of.covered));
+        table.row(line)
+    };
+    let table = row(row(table, "S", &board.s), "J", &board.j);
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// What the diagnosis and its methods take.
+pub fn times(times: &[(String, f64)]) -> Table {
+    let table =
+        Table::new("Median time a loop, those included from which a method abstains at once; it differs from run to run \
+         and from machine to machine.")
+            .words("what")
+            .numbers("time", "µs");
+    times.iter().fold(table, |table, (name, time)| table.row([name.clone(), number(*time)]))
+}
+
+/// Every loop with its truth and its verdict.
+fn loops(loops: &[Scored], reports: &[String]) -> Table {
+    let kinds = loops.iter().any(|each| !each.truth.kind.is_empty());
+    let valves = loops.iter().any(|each| each.truth.valve != each.name);
+    let mut table = Table::new("").words("loop");
+    if valves {
+        table = table.words("valve");
+    }
+    if kinds {
+        table = table.words("kind");
+    }
+    table = table
+        .words("truth")
+        .words("verdict")
+        .numbers("probability", "%")
+        .numbers("S", "%")
+        .numbers("true S", "%")
+        .sortable();
+    table.links = reports.to_vec();
+    loops.iter().fold(table, |table, each| {
+        let truth = &each.truth;
+        let said = match (truth.sticks, truth.visible) {
+            (true, true) => "sticks",
+            (true, false) => "sticks invisibly",
+            (false, _) => "healthy",
+        };
+        let optional = |value: Option<f64>| value.map_or(DASH.to_owned(), number);
+        let mut line = vec![each.name.clone()];
+        if valves {
+            line.push(truth.valve.clone());
+        }
+        if kinds {
+            line.push(truth.kind.clone());
+        }
+        line.extend([
+            said.to_owned(),
+            Badge::from(each.verdict).text(),
+            each.probability.map_or(DASH.to_owned(), |p| format!("{:.1}", 100.0 * p)),
+            each.s.map_or(DASH.to_owned(), |s| number(s.value)),
+            optional(truth.s),
+        ]);
+        table.row(line)
+    })
+}
+
+const DASH: &str = "–";
+
+/// A share in percent with its interval.
+fn share(share: Share) -> String {
+    let Some(value) = share.value() else { return DASH.to_owned() };
+    let (low, high) = share.interval();
+    format!("{} ({:.0} to {:.0})", percent(Some(value)), 100.0 * low, 100.0 * high)
+}
+
+fn percent(value: Option<f64>) -> String {
+    value.map_or(DASH.to_owned(), |v| format!("{:.0} %", 100.0 * v))
+}
+
+/// An area with its interval.
+fn area(auc: &Auc) -> String {
+    format!("{:.3} ({:.2} to {:.2})", auc.value, auc.low, auc.high)
+}
+
+fn called(counts: Counts) -> Share {
+    Share { k: counts.positive, n: counts.all() }
+}
+
+fn decides_on_linearity(row: &MethodRow) -> bool {
+    row.method.is_some_and(|method| method.decides == Decides::Nonlinearity)
+}
+
+fn starred(row: &MethodRow, names: Names) -> String {
+    format!("{}{}", names(row), if decides_on_linearity(row) { " *" } else { "" })
+}
+
+fn star_note(board: &Board) -> &'static str {
+    match board.methods.iter().any(decides_on_linearity) {
+        true => " Methods marked * say whether the loop is nonlinear, whatever makes it so.",
+        false => "",
+    }
+}
+
+/// How many methods are drawn beside the verdict.
+const CURVES: usize = 4;
+
+/// The receiver operating characteristics of the verdict and of the best methods.
+fn characteristic(board: &Board) -> Option<Figure> {
+    // A method that speaks of a few loops only does not rank them all.
+    let speaks = |row: &&MethodRow| {
+        row.auc.is_some_and(|a| 2 * a.sticky >= board.sticky && 2 * a.healthy >= board.healthy)
+    };
+    let value = |row: &MethodRow| row.auc.map_or(0.0, |auc| auc.value);
+    let mut best: Vec<&MethodRow> =
+        board.methods.iter().filter(|row| row.method.is_some()).filter(speaks).collect();
+    best.sort_by(|a, b| value(b).total_cmp(&value(a)));
+    let verdict = board.methods.iter().filter(|row| row.method.is_none() && !row.roc.is_empty());
+    let curves: Vec<&MethodRow> = verdict.chain(best.into_iter().take(CURVES)).collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let mut panel = Panel::new("false-alarm rate", "recall")
+        .x_range(0.0, 1.0)
+        .y_range(0.0, 1.0)
+        .equal_aspect()
+        .legend(Legend::BottomRight);
+    for row in &curves {
+        let (x, y): (Vec<f64>, Vec<f64>) = row.roc.iter().copied().unzip();
+        let label = format!("{} ({:.3})", row.title(), value(row));
+        panel = panel.with(Series::line(label, x, y));
+    }
+    let panel = panel.with(Series::dotted("chance", [0.0, 1.0], [0.0, 1.0]).colour(colour::BLACK));
+    let caption = "Recall against false alarms at every threshold, over the recordings on which a method \
+        does not abstain, with the AUC in brackets: the verdict's probability, if there is one, and the \
+        best of the methods that speak of at least half of each class.";
+    Some(Figure::new("").caption(caption).with(panel).width(640.0))
+}
+
+/// Probabilities against what came true, and how many there are of each.
+fn reliability(board: &Board) -> Option<Figure> {
+    let calibration = board.calibration.as_ref()?;
+    let label = "probability that the valve sticks";
+    let (mut x, mut y, mut bar_x, mut bar_y) = (vec![], vec![], vec![], vec![]);
+    for bin in &calibration.bins {
+        let (Some(predicted), Some(observed)) = (bin.predicted, bin.observed.value()) else {
+            continue;
+        };
+        let (low, high) = bin.observed.interval();
+        x.push(predicted);
+        y.push(observed);
+        bar_x.extend([predicted, predicted]);
+        bar_y.extend([low, high]);
+    }
+    let breaks: Vec<usize> = (2..bar_x.len()).step_by(2).collect();
+    let points = Panel::new(label, "share that sticks")
+        .with(Series::dashed("as predicted", [0.0, 1.0], [0.0, 1.0]).colour(colour::BLACK))
+        .with(Series::line("95 % interval", bar_x, bar_y).colour(colour::BLUE).breaks(breaks))
+        .with(Series::points("observed", x, y).colour(colour::VERMILION))
+        .x_range(0.0, 1.0)
+        // Points at the ends are drawn whole.
+        .y_range(-0.02, 1.02)
+        .legend(Legend::TopLeft)
+        .height(360.0);
+    let middles: Vec<f64> = calibration.bins.iter().map(|bin| 0.5 * (bin.from + bin.to)).collect();
+    let counts: Vec<f64> = calibration.bins.iter().map(|bin| bin.observed.n as f64).collect();
+    let histogram = Panel::new(label, "loops")
+        .with(Series::bars("loops", middles, counts).colour(colour::SKY))
+        .x_range(0.0, 1.0)
+        .height(110.0);
+    let caption = "Of all loops with about this probability, the share that sticks; bars are 95 % \
+        intervals (Wilson). Below, how many there are of each.";
+    Some(Figure::new("").caption(caption).with(points).with(histogram).width(640.0))
+}
+
+/// Names of all kinds of simulated loops, for an axis.
+static KINDS: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| Kind::ALL.iter().rev().map(|kind| kind.name()).collect());
+
+/// The share of each kind of loop that the verdict accuses.
+fn false_alarms(board: &Board) -> Option<Figure> {
+    let place = |row: &KindRow| KINDS.iter().position(|name| *name == row.kind);
+    let shares: Vec<(f64, bool, Share)> = board
+        .kinds
+        .iter()
+        .filter_map(|row| Some((place(row)? as f64, row.sticks, called(*row.counts.first()?))))
+        .collect();
+    if shares.is_empty() {
+        return None;
+    }
+    let mut panel = Panel::new("called sticking (%)", "")
+        // Points at the ends are drawn whole.
+        .x_range(-1.0, 101.0)
+        .y_range(-0.6, KINDS.len() as f64 + 0.2)
+        .y_scale(Scale::Names(KINDS.as_slice()))
+        .legend(Legend::Above)
+        .height(24.0 * KINDS.len() as f64 + 20.0);
+    let (mut at, mut ends, mut stems) = (vec![], vec![], vec![]);
+    for (place, _, share) in &shares {
+        let (low, high) = share.interval();
+        at.extend([*place, *place]);
+        ends.extend([100.0 * low, 100.0 * high]);
+        stems.extend([0.0, 100.0 * share.value().unwrap_or(0.0)]);
+    }
+    let breaks: Vec<usize> = (2..at.len()).step_by(2).collect();
+    panel = panel
+        .with(
+            Series::line("95 % interval", ends, &at[..]).colour(colour::BLACK).breaks(&breaks[..]),
+        )
+        .with(Series::dotted("", stems, at).colour(colour::BLACK).breaks(breaks));
+    for (label, sticks, hue) in [
+        ("healthy valve: false alarms", false, colour::VERMILION),
+        ("sticking valve: found", true, colour::GREEN),
+    ] {
+        let of: Vec<_> = shares.iter().filter(|(_, each, _)| *each == sticks).collect();
+        if !of.is_empty() {
+            let x: Vec<f64> =
+                of.iter().map(|(_, _, share)| 100.0 * share.value().unwrap_or(0.0)).collect();
+            let y: Vec<f64> = of.iter().map(|(place, _, _)| *place).collect();
+            panel = panel.with(Series::points(label, x, y).colour(hue));
+        }
+    }
+    let panel = panel.note(Annotation::vertical_line(5.0, "5 %"));
+    let caption =
+        "The share of each kind of loop that the verdict calls sticking, with 95 % intervals.";
+    Some(Figure::new("").caption(caption).with(panel).width(760.0))
+}

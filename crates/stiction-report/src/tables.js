@@ -1,0 +1,63 @@
+// Sorts the rows of every <table data-sortable> by the column whose head is pressed, and shows only the
+// rows that hold all words of a field above it. Without it the tables are plain.
+"use strict";
+(() => {
+  // Numbers before words; a cell begins with its number, and a dash stands for none.
+  const number = (text) => Number.parseFloat(text.replace("\u2212", "-"));
+  const words = new Intl.Collator("en", { numeric: true });
+
+  function sort(body, column, direction) {
+    const keyed = [...body.rows].map((row, at) => {
+      const text = row.cells[column].textContent.trim();
+      return { row, at, text, value: number(text) };
+    });
+    const compare = (a, b) => {
+      const [numberA, numberB] = [a.value, b.value].map((v) => !Number.isNaN(v));
+      if (numberA && numberB) return direction * (a.value - b.value) || a.at - b.at;
+      if (numberA !== numberB) return numberA ? -1 : 1;
+      return direction * words.compare(a.text, b.text) || a.at - b.at;
+    };
+    body.append(...keyed.sort(compare).map((each) => each.row));
+  }
+
+  for (const table of document.querySelectorAll("table[data-sortable]")) {
+    const body = table.tBodies[0];
+    const heads = [...table.tHead.rows[0].cells];
+    heads.forEach((head, column) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.append(...head.childNodes);
+      head.append(button);
+      button.addEventListener("click", () => {
+        const ascending = head.getAttribute("aria-sort") !== "ascending";
+        for (const each of heads) each.removeAttribute("aria-sort");
+        head.setAttribute("aria-sort", ascending ? "ascending" : "descending");
+        sort(body, column, ascending ? 1 : -1);
+      });
+    });
+
+    const label = document.createElement("label");
+    label.className = "filter";
+    const field = document.createElement("input");
+    field.type = "search";
+    field.placeholder = "words in any column";
+    const count = document.createElement("span");
+    count.setAttribute("role", "status");
+    label.append("Show", field, count);
+    // Cells are told apart, so that words do not run from one into the next.
+    const text = (row) => [...row.cells].map((cell) => cell.textContent.toLowerCase()).join(" | ");
+    const rows = [...body.rows].map((row) => ({ row, text: text(row) }));
+    const filter = () => {
+      const wanted = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+      let shown = 0;
+      for (const { row, text } of rows) {
+        row.hidden = !wanted.every((word) => text.includes(word));
+        if (!row.hidden) shown += 1;
+      }
+      count.textContent = `${shown} of ${rows.length}`;
+    };
+    field.addEventListener("input", filter);
+    filter();
+    (table.closest(".rows") ?? table).before(label);
+  }
+})();

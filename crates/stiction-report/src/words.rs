@@ -1,0 +1,251 @@
+//! A verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
+
+use crate::document::Override;
+use crate::report::layout::number;
+use stiction::diagnose::{ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, VerdictClass};
+use stiction::recording::fitness::Class;
+
+/// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
+const SUREST: f64 = 99.0;
+
+/// A probability as people say it, in percent.
+pub fn percent(probability: f64) -> String {
+    let share = 100.0 * probability;
+    match share {
+        s if s > SUREST => format!("more than {SUREST:.0} %"),
+        s if s < 100.0 - SUREST => format!("less than {:.0} %", 100.0 - SUREST),
+        _ => format!("{share:.0} %"),
+    }
+}
+
+/// A number that is known roughly: two digits, as the third of an estimate means nothing.
+pub fn rough(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return number(value);
+    }
+    let unit = 10f64.powf(value.abs().log10().floor() - 1.0);
+    number((value / unit).round() * unit)
+}
+
+/// A value with its interval, such as `4.1 % (3.4 to 4.9)`.
+pub fn interval(estimate: Estimate) -> String {
+    format!("{} % ({} to {})", rough(estimate.value), rough(estimate.low), rough(estimate.high))
+}
+
+/// The verdict in a sentence or two.
+pub fn verdict(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
+    let sure = verdict.probability.map(percent);
+    match (verdict.class, verdict.basis) {
+        (VerdictClass::Sticks, Basis::ValvePosition) => {
+            join(["The measured position shows that the valve sticks.".to_owned(), band(diagnosis)])
+        }
+        (VerdictClass::DoesNotStick, Basis::ValvePosition) => {
+            "The measured position shows that the valve follows the controller.".to_owned()
+        }
+        (VerdictClass::DoesNotRespond, _) => {
+            "The valve does not respond: the controller output travels and the flow does not. It may be stuck \
+             fast, shut off, or without power or air; or the sensor may be dead."
+                .to_owned()
+        }
+        (VerdictClass::CannotTell, _) => cannot_tell(diagnosis),
+        (_, Basis::OpAlone) => op_alone(diagnosis),
+        (VerdictClass::Sticks, Basis::Majority) => format!(
+            "Preliminary: the loop behaves like one with a sticking valve, say {} of {} families of \
+             methods that decide.",
+            verdict.votes.sticks,
+            verdict.votes.sticks + verdict.votes.does_not_stick
+        ),
+        (VerdictClass::DoesNotStick, Basis::Majority) => format!(
+            "Preliminary: the loop does not behave like one with a sticking valve, say {} of {} \
+             families of methods that decide.",
+            verdict.votes.does_not_stick,
+            verdict.votes.sticks + verdict.votes.does_not_stick
+        ),
+        (VerdictClass::Sticks, _) => {
+            let likely = sure.map_or(String::new(), |p| format!(": {p}"));
+            join([format!("The valve most likely sticks{likely}."), band(diagnosis)])
+        }
+        (VerdictClass::DoesNotStick, _) => {
+            let left = sure.map_or(String::new(), |p| format!(": the probability that it does is {p}"));
+            let cause = verdict.alternatives.first().map_or(String::new(), |other| {
+                format!("The likeliest cause of what is seen is {}.", cause(other.cause.name()))
+            });
+            join([format!("The valve most likely does not stick{left}."), cause])
+        }
+        _ => cannot_tell(diagnosis),
+    }
+}
+
+/// The name of a cause in a sentence.
+fn cause(name: &str) -> String {
+    match name {
+        "no response" => "a valve that does not respond".to_owned(),
+        "external oscillation" => "an oscillation that comes in from outside".to_owned(),
+        "external wave with corners" => "a wave with corners that comes in from outside".to_owned(),
+        "dead zone elsewhere" => "play or a dead zone elsewhere in the loop".to_owned(),
+        "sticking valve" => "a sticking valve".to_owned(),
+        _ => name.to_owned(),
+    }
+}
+
+/// What S and J mean for who stands beside the valve; empty if S is not known.
+fn band(diagnosis: &Diagnosis) -> String {
+    let Some(s) = diagnosis.stiction.s else { return String::new() };
+    let stays = format!(
+        "It stays put until the controller output has moved about {} % ({} to {})",
+        rough(s.value),
+        rough(s.low),
+        rough(s.high)
+    );
+    match diagnosis.stiction.j {
+        Some(j) if j.value > 0.0 => format!("{stays}, then jumps about {} %.", rough(j.value)),
+        _ => format!("{stays}, then follows."),
+    }
+}
+
+fn op_alone(diagnosis: &Diagnosis) -> String {
+    let compatible = match diagnosis.verdict.probability {
+        Some(p) if p <= CLEARED_UP_TO => "does not look like that of a sticking valve",
+        Some(p) if p < ACCUSED_FROM => "leaves it open whether the valve sticks",
+        _ => "is compatible with stiction",
+    };
+    format!(
+        "The pattern of the controller output {compatible}; without the PV nothing more can be said."
+    )
+}
+
+fn cannot_tell(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
+    let clause = |text: &str| text.trim_start_matches("but ").trim_end_matches('.').to_owned();
+    if diagnosis.fitness.class == Class::Unfit {
+        let reasons = diagnosis.fitness.reasons();
+        let first = reasons.first().map_or("there are none".to_owned(), |reason| clause(reason));
+        return format!("The data cannot answer: {first}.");
+    }
+    if verdict.basis == Basis::OpAlone {
+        return op_alone(diagnosis);
+    }
+    let why = verdict.reasons.last().map_or("nothing decides".to_owned(), |reason| clause(reason));
+    match verdict.probability {
+        Some(p) => format!(
+            "Whether the valve sticks cannot be told: the evidence leaves it at {}; {why}.",
+            percent(p)
+        ),
+        None => format!("Whether the valve sticks cannot be told: {why}."),
+    }
+}
+
+/// What to record so that more can be told; `None` where something was told.
+pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
+    if diagnosis.verdict.class != VerdictClass::CannotTell
+        && diagnosis.verdict.basis != Basis::OpAlone
+    {
+        return None;
+    }
+    let Some(stretch) = diagnosis.stretch() else {
+        return Some(
+            "A recording with the controller in automatic would answer: OP, PV and SP, uncompressed, over \
+             at least ten cycles."
+                .to_owned(),
+        );
+    };
+    let period = diagnosis.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
+    let mut wants = vec![];
+    if stretch.pv.is_none() {
+        wants.push("with the PV".to_owned());
+    }
+    if let Some(period) = period {
+        if stretch.duration() < 10.0 * period {
+            wants.push(format!("over at least ten cycles ({})", span(10.0 * period)));
+        }
+        if period < 8.0 * stretch.sample_time {
+            wants.push(format!("sampled at least every {}", span(period / 10.0)));
+        }
+    }
+    let unfit = |name: &str| {
+        diagnosis.fitness.measures.iter().any(|m| m.name == name && m.class != Class::Fit)
+    };
+    if unfit("compression factor") || unfit("longest frozen PV") || unfit("PV updates per cycle") {
+        wants.push("taken without compression by the historian".to_owned());
+    }
+    if unfit("PV levels") || unfit("OP levels") {
+        wants.push("with more digits".to_owned());
+    }
+    if unfit("OP at a limit") || unfit("clipped PV") {
+        wants.push("at a load where OP and PV stay off their limits".to_owned());
+    }
+    if unfit("PV explained by the set point") {
+        wants.push("with the set point at rest".to_owned());
+    }
+    let ask = match wants.is_empty() {
+        true => "A longer recording, at least ten cycles long".to_owned(),
+        false => format!("A recording {}", wants.join(", ")),
+    };
+    Some(format!("{ask}, or one of the valve position, or a manual step test would answer."))
+}
+
+/// A duration in the unit that suits it.
+fn span(seconds: f64) -> String {
+    match seconds {
+        s if s < 300.0 => format!("{} s", rough(s)),
+        s if s < 3.0 * 3600.0 => format!("{} min", rough(s / 60.0)),
+        s if s < 3.0 * 86_400.0 => format!("{} h", rough(s / 3600.0)),
+        s => format!("{} d", rough(s / 86_400.0)),
+    }
+}
+
+/// What a person said, beside the computed verdict.
+pub fn overruled(overruled: &Override) -> String {
+    let mut who = overruled.by.clone().map_or("a person".to_owned(), |by| by.trim().to_owned());
+    if let Some(day) = &overruled.entered {
+        who += &format!(" on {day}");
+    }
+    format!(
+        "Overruled by {who}: the valve {}, because: {}. This holds for {} ({}).",
+        said(&overruled.verdict),
+        overruled.reason.trim_end_matches('.'),
+        overruled.scope,
+        overruled.kept_in
+    )
+}
+
+fn said(verdict: &str) -> String {
+    match verdict {
+        "cannot tell" => "cannot be judged".to_owned(),
+        verb => verb.to_owned(),
+    }
+}
+
+fn join<const N: usize>(sentences: [String; N]) -> String {
+    sentences.into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probabilities_are_never_certain() {
+        for (p, text) in [
+            (0.0, "less than 1 %"),
+            (0.004, "less than 1 %"),
+            (0.5, "50 %"),
+            (0.934, "93 %"),
+            (0.9999, "more than 99 %"),
+        ] {
+            assert_eq!(percent(p), text);
+        }
+    }
+
+    #[test]
+    fn estimates_have_two_digits() {
+        for (value, text) in
+            [(4.1234, "4.1"), (0.0567, "0.057"), (12.34, "12"), (0.0, "0"), (99.7, "100")]
+        {
+            assert_eq!(rough(value), text);
+        }
+        let s = Estimate { value: 4.12, low: 3.41, high: 4.92 };
+        assert_eq!(interval(s), "4.1 % (3.4 to 4.9)");
+    }
+}

@@ -1,0 +1,142 @@
+//! The page of the scoreboard.
+
+mod html;
+
+use stiction::detect;
+use stiction::diagnose::scoreboard::{Board, MethodRow, Said, Scored, Truth};
+use stiction::diagnose::{Estimate, VerdictClass};
+use stiction::population::Kind;
+use stiction_report::scoreboard::{self, Scoreboard};
+
+/// Loops whose probabilities and statistics rank most of them as they are.
+fn loops() -> Vec<Scored> {
+    let detectors = detect::all();
+    (0..60u8)
+        .map(|k| {
+            let sticks = k % 3 == 0;
+            let p = 0.1 + 0.013 * f64::from(k) + if sticks { 0.1 } else { 0.0 };
+            let kind = if sticks { Kind::Sticky } else { Kind::ALL[2 + usize::from(k) % 10] };
+            let class = match p {
+                p if p > 0.7 => VerdictClass::Sticks,
+                p if p < 0.4 => VerdictClass::DoesNotStick,
+                _ => VerdictClass::CannotTell,
+            };
+            let said = |index: usize, statistic: Option<f64>| Said {
+                method: detectors[index].method(),
+                statistic,
+                threshold: Some(0.5),
+                decision: match statistic {
+                    Some(s) if s > 0.5 => detect::Decision::Sticks,
+                    Some(_) => detect::Decision::DoesNotStick,
+                    None => detect::Decision::Abstains,
+                },
+            };
+            Scored {
+                name: format!("loop <{k}>"),
+                truth: Truth {
+                    valve: format!("valve & {}", k / 2),
+                    kind: kind.name().to_owned(),
+                    sticks,
+                    visible: k != 0,
+                    s: sticks.then_some(3.0),
+                    j: sticks.then_some(1.0),
+                },
+                methods: vec![said(2, Some(p)), said(21, (k % 2 == 0).then_some(1.0 - p))],
+                verdict: class,
+                probability: Some(p),
+                s: sticks.then_some(Estimate { value: 2.0 + p, low: 2.0, high: 4.0 }),
+                j: None,
+            }
+        })
+        .collect()
+}
+
+fn page(loops: &[Scored], reports: &[String], times: &[(String, f64)]) -> String {
+    let board = Board::of(loops);
+    let page = Scoreboard {
+        title: "60 <loops>",
+        introduction: "Made & counted.",
+        board: &board,
+        loops,
+        reports,
+        times,
+        tool: "a tool",
+    };
+    scoreboard::html(&page).unwrap()
+}
+
+#[test]
+fn the_page_is_sound_and_shows_every_part() {
+    let loops = loops();
+    let reports: Vec<String> = (0..loops.len()).map(|k| format!("r/{k}\".html")).collect();
+    let text = page(&loops, &reports, &[("whole diagnosis".to_owned(), 1234.5)]);
+    html::well_formed(&text);
+    let tags = html::tags(&text);
+    let count = |start: &str| tags.iter().filter(|tag| tag.starts_with(start)).count();
+    assert_eq!(count("figure "), 3, "characteristic, kinds, reliability");
+    assert_eq!(count("table data-sortable"), 1);
+    assert_eq!(count("a href=\"./r/"), 60);
+    assert!(text.contains("href=\"./r/7%22.html\""), "links cannot break out of their attribute");
+    for part in [
+        "60 &lt;loops&gt;",
+        "Made &amp; counted.",
+        "loop &lt;7&gt;",
+        "valve &amp; 3",
+        "sticks invisibly",
+        "Thornhill&#39;s surrogate data *",
+        "AUC of valves",
+        "expected calibration error",
+        "whole diagnosis",
+        "external wave",
+    ] {
+        assert!(text.contains(part), "{part}");
+    }
+    let elsewhere = |tag: &&&str| tag.contains("src=") || tag.contains("=\"http");
+    let named = |tag: &&&str| !tag.contains("xmlns");
+    assert_eq!(tags.iter().filter(elsewhere).find(named), None, "nothing from elsewhere");
+    assert_eq!(text, page(&loops, &reports, &[("whole diagnosis".to_owned(), 1234.5)]));
+}
+
+#[test]
+fn what_is_not_known_is_not_shown() {
+    let mut loops = loops();
+    for each in &mut loops {
+        (each.probability, each.s, each.truth.s, each.truth.j) = (None, None, None, None);
+        each.truth.kind.clear();
+        each.methods.clear();
+    }
+    let text = page(&loops, &[], &[]);
+    html::well_formed(&text);
+    assert!(text.contains("No loop has a probability"));
+    let tags = html::tags(&text);
+    assert!(!tags.iter().any(|tag| tag.starts_with("a href") || tag.starts_with("figure ")));
+    for part in ["By kind of loop", "How much it sticks", "<h3>Time"] {
+        assert!(!text.contains(part), "{part}");
+    }
+    // Nothing at all is a page, too.
+    html::well_formed(&page(&[], &[], &[]));
+}
+
+#[test]
+fn tables_have_a_cell_for_every_column() {
+    let board = Board::of(&loops());
+    let name: scoreboard::Names = MethodRow::name;
+    let mut tables = vec![
+        scoreboard::decisions(&board, name),
+        scoreboard::decisions_on_valves(&board, name),
+        scoreboard::ranking(&board, name),
+        scoreboard::times(&[("all".to_owned(), 1.0)]),
+    ];
+    tables.extend(scoreboard::by_kind(&board));
+    tables.extend(scoreboard::methods_by_kind(&board, name));
+    tables.extend(scoreboard::calibration(&board));
+    tables.extend(scoreboard::quantification(&board));
+    assert_eq!(tables.len(), 8);
+    for table in &tables {
+        assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{table:?}");
+    }
+    // The share of the visible sticking loops that are quantified, and the coverage of what was said.
+    let row = &tables[7].rows[0];
+    assert!(row[1].starts_with("100 %") && row[6].starts_with("100 %"), "{row:?}");
+    assert!(scoreboard::has_valves(&board));
+}

@@ -1,0 +1,282 @@
+//! How verdicts of every class and basis are told, with values made by hand.
+
+mod html;
+
+use html::well_formed;
+use stiction::diagnose::{
+    Alternative, Basis, Cause, ConfirmingTest, Definition, Diagnosis, Estimate, Observation,
+    Options, Stiction, Verdict, VerdictClass, Votes, Window, combine, diagnose, repair,
+};
+use stiction::recording::Recording;
+use stiction_report::document::{self, Document, Loop, Override, Source, Valve, ValveHistory};
+use stiction_report::report::{self, Case};
+use stiction_report::words;
+
+fn swinging() -> Diagnosis {
+    let op: Vec<f64> = (0..1200).map(|k| 50.0 + 2.0 * (f64::from(k) * 0.1).sin()).collect();
+    let pv: Vec<f64> = (0..1200).map(|k| 50.0 + (f64::from(k) * 0.1 - 0.8).sin()).collect();
+    let mut recording =
+        Recording::regular("FIC101", 1.0, &op, Some(&pv), Some(&[50.0; 1200])).unwrap();
+    recording.start = Some(1.7e9);
+    diagnose(&recording, &Options::default()).unwrap()
+}
+
+fn verdict(class: VerdictClass, basis: Basis, probability: Option<f64>) -> Verdict {
+    Verdict {
+        class,
+        basis,
+        probability,
+        votes: Votes { sticks: 3, does_not_stick: 1, undecided: 1, abstains: 1 },
+        reasons: vec!["the PV has corners where the OP is a triangle".to_owned()],
+        contradictions: vec![],
+        alternatives: vec![],
+        confirm: None,
+    }
+}
+
+fn estimate(value: f64, low: f64, high: f64) -> Option<Estimate> {
+    Some(Estimate { value, low, high })
+}
+
+/// A diagnosis with everything that a trained model can say.
+fn full() -> Diagnosis {
+    let mut diagnosis = swinging();
+    diagnosis.pv_unit = Some("m3/h".to_owned());
+    diagnosis.verdict = Verdict {
+        contradictions: vec!["the period is that of LIC104".to_owned()],
+        alternatives: vec![
+            Alternative {
+                cause: Cause::ExternalOscillation,
+                likelihood: 0.05,
+                because: "no other loop of this period is known; look upstream".to_owned(),
+            },
+            Alternative {
+                cause: Cause::AggressiveTuning,
+                likelihood: 0.02,
+                because: "the wave is no sine; halve the gain and see whether the period changes"
+                    .to_owned(),
+            },
+        ],
+        confirm: Some(ConfirmingTest {
+            step: 0.8,
+            steps: 8,
+            up_first: true,
+            wait_s: 40.0,
+            pv_change: Some(1.23),
+            instructions: vec![
+                "put the controller in manual".to_owned(),
+                "raise the OP by 0.8 % eight times, 40 s apart".to_owned(),
+                "a valve that sticks does not move for the first steps".to_owned(),
+            ],
+        }),
+        ..verdict(VerdictClass::Sticks, Basis::Evidence, Some(0.931))
+    };
+    diagnosis.stiction = Stiction {
+        model: Some("the two-phase model".to_owned()),
+        s: estimate(4.12, 3.41, 4.92),
+        j: estimate(2.04, 1.2, 2.8),
+        coverage: Some(0.9),
+        why_not: None,
+        definitions: vec![
+            Definition {
+                name: "apparent stiction",
+                value: Some(3.6),
+                unit: "% of span",
+                meaning: "the width of the ellipse of PV over OP",
+            },
+            Definition { name: "ISA dead band", value: None, unit: "%", meaning: "needs a test" },
+        ],
+    };
+    diagnosis.windows = (0..6)
+        .map(|k| Window {
+            from: 200.0 * f64::from(k),
+            duration: 200.0,
+            probability: 0.8 + 0.03 * f64::from(k),
+            s: (k != 2).then_some(Estimate {
+                value: 4.0 + 0.1 * f64::from(k),
+                low: 3.0,
+                high: 5.5,
+            }),
+            j: None,
+        })
+        .collect();
+    diagnosis
+}
+
+fn source() -> Source {
+    Source { file: "FIC101.csv".to_owned(), sha256: "00ff".to_owned() }
+}
+
+fn person() -> Override {
+    Override {
+        verdict: "does not stick".to_owned(),
+        reason: "new packing, stroked by maintenance".to_owned(),
+        by: Some("J. Miller".to_owned()),
+        entered: Some("2026-03-02".to_owned()),
+        scope: "this recording, FIC101.csv".to_owned(),
+        kept_in: "stiction-overrides.toml".to_owned(),
+    }
+}
+
+fn page(name: &str, html: &str) {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    std::fs::write(folder.join(name), html).unwrap();
+}
+
+#[test]
+fn every_class_and_basis_has_its_words() {
+    let mut diagnosis = full();
+    use Basis::{Evidence, Majority, OpAlone, ValvePosition};
+    use VerdictClass::{CannotTell, DoesNotRespond, DoesNotStick, Sticks};
+    let band = "It stays put until the controller output has moved about 4.1 % (3.4 to 4.9), then jumps about 2 %.";
+    for (class, basis, p, expected) in [
+        (Sticks, Evidence, Some(0.931), format!("The valve most likely sticks: 93 %. {band}")),
+        (Sticks, ValvePosition, None, format!("The measured position shows that the valve sticks. {band}")),
+        (DoesNotStick, ValvePosition, None, "The measured position shows that the valve follows the controller.".into()),
+        (DoesNotStick, Evidence, Some(0.04), "The valve most likely does not stick: the probability that it does is 4 %.".into()),
+        (DoesNotRespond, Evidence, Some(0.2), "The valve does not respond: ".into()),
+        (Sticks, OpAlone, Some(0.7), "The pattern of the controller output is compatible with stiction; without the PV nothing more can be said.".into()),
+        (CannotTell, OpAlone, None, "The pattern of the controller output".into()),
+        (CannotTell, Evidence, Some(0.5), "Whether the valve sticks cannot be told: the evidence leaves it at 50 %; ".into()),
+        (CannotTell, Basis::None, None, "Whether the valve sticks cannot be told: the PV has corners".into()),
+        (Sticks, Majority, None, "Preliminary: the loop behaves like one with a sticking valve, say 3 of 4".into()),
+        (DoesNotStick, Majority, None, "Preliminary: the loop does not behave".into()),
+    ] {
+        diagnosis.verdict = verdict(class, basis, p);
+        let text = words::verdict(&diagnosis);
+        assert!(text.starts_with(&expected), "{class:?} {basis:?}: {text}");
+        assert_eq!(text.contains("Preliminary"), basis == Majority, "{text}");
+        let open = class == CannotTell || basis == OpAlone;
+        assert_eq!(words::what_would_answer(&diagnosis).is_some(), open, "{class:?} {basis:?}");
+        let case = Case { diagnosis: &diagnosis, source: &source(), overruled: None };
+        let html = report::html("tool", &[case]).unwrap();
+        well_formed(&html);
+        assert_eq!(html.contains("reliminary"), basis == Majority, "{class:?} {basis:?}");
+    }
+    diagnosis.verdict = full().verdict;
+    diagnosis.verdict.class = DoesNotStick;
+    let text = words::verdict(&diagnosis);
+    assert!(text.ends_with("is an oscillation that comes in from outside."), "{text}");
+}
+
+#[test]
+fn a_report_tells_all_that_a_model_can_say() {
+    let diagnosis = full();
+    let said = person();
+    let case = Case { diagnosis: &diagnosis, source: &source(), overruled: Some(&said) };
+    let html = report::html("tool", &[case]).unwrap();
+    well_formed(&html);
+    page("verdict.html", &html);
+    let mut rest = html.as_str();
+    for wanted in [
+        "The valve most likely sticks: 93 %",
+        "Overruled by J. Miller on 2026-03-02: the valve does not stick, because: new packing",
+        "What speaks for it",
+        "The PV has corners where the OP is a triangle.",
+        "What speaks against it",
+        "What else it could be",
+        "sticking valve",
+        "external oscillation",
+        "How to confirm it",
+        "<ol>",
+        "Put the controller in manual.",
+        "1.2\u{a0}m3/h",
+        "How much it sticks",
+        "The intervals are meant to hold with 90 %.",
+        "apparent stiction",
+        "Over time",
+        "The numbers of all 6 windows",
+        "Do the data suffice?",
+    ] {
+        let at =
+            rest.find(wanted).unwrap_or_else(|| panic!("\"{wanted}\" is missing or misplaced"));
+        rest = &rest[at..];
+    }
+    assert!(!html.contains("NaN") && !html.contains("reliminary"));
+}
+
+#[test]
+fn the_document_carries_all_of_it() {
+    let diagnosis = full();
+    let one = Loop::new(&diagnosis, source(), Some(person()));
+    let json: serde_json::Value =
+        serde_json::from_str(&Document::new("t", vec![one]).json()).unwrap();
+    let found = &json["loops"][0];
+    assert_eq!(found["verdict"]["class"], "sticks", "the computed verdict is not replaced");
+    assert_eq!(found["verdict"]["override"]["verdict"], "does not stick");
+    assert_eq!(found["verdict"]["alternatives"][0]["cause"], "external oscillation");
+    assert_eq!(found["verdict"]["confirm"]["steps"], 8);
+    assert_eq!(found["verdict"]["contradictions"][0], "the period is that of LIC104");
+    assert_eq!(found["stiction"]["S"]["low"], 3.41);
+    assert_eq!(found["stiction"]["coverage"], 0.9);
+    assert_eq!(found["stiction"]["definitions"][1]["value"], serde_json::Value::Null);
+    assert_eq!(found["windows"].as_array().unwrap().len(), 6);
+    assert_eq!(found["windows"][2]["S"], serde_json::Value::Null);
+}
+
+#[test]
+fn a_history_is_drawn_with_its_repair() {
+    const DAY: f64 = 86_400.0;
+    let start = 1.7e9;
+    let seen = |k: usize| {
+        let bad = k < 12;
+        let s = if bad { 3.0 * (0.03 * k as f64).exp() } else { 0.5 + 0.02 * (k % 3) as f64 };
+        Observation {
+            time: start + k as f64 * DAY,
+            class: VerdictClass::CannotTell,
+            probability: Some(if bad {
+                0.9 - 0.01 * (k % 4) as f64
+            } else {
+                0.1 + 0.01 * (k % 3) as f64
+            }),
+            s: estimate(s, 0.8 * s, 1.3 * s),
+            j: None,
+            weight: 1.0,
+        }
+    };
+    let all: Vec<Observation> = (0..24).map(seen).collect();
+    let repaired = repair(&all, start + 11.5 * DAY).unwrap();
+    let estimate = |e: Estimate| document::Estimate { value: e.value, low: e.low, high: e.high };
+    let windows = all.iter().map(|o| document::Point {
+        file: "FIC101.csv".to_owned(),
+        from_s: o.time,
+        duration_s: DAY,
+        class: "sticks".to_owned(),
+        basis: "evidence in OP and PV".to_owned(),
+        probability: o.probability,
+        fitness: "fit".to_owned(),
+        s: o.s.map(estimate),
+        j: None,
+    });
+    let valve = Valve {
+        name: "FIC101".to_owned(),
+        sources: vec![source()],
+        dated: true,
+        windows: windows.collect(),
+        combined: (&combine(&all[12..]).unwrap()).into(),
+        repair: Some((&repaired).into()),
+    };
+    let mut history = ValveHistory::new("tool", vec![valve]);
+    let html = report::history_html(&history).unwrap();
+    well_formed(&html);
+    page("history.html", &html);
+    for wanted in [
+        "History of FIC101",
+        "the repair worked",
+        "The 12 windows since the repair",
+        "repair</text>",
+        "2023-11-14",
+        "<svg",
+    ] {
+        assert!(html.contains(wanted), "{wanted}");
+    }
+    // Without numbers, and without dates.
+    let valve = &mut history.valves[0];
+    (valve.dated, valve.repair) = (false, None);
+    for window in &mut valve.windows {
+        (window.probability, window.s) = (None, None);
+    }
+    let html = report::history_html(&history).unwrap();
+    well_formed(&html);
+    assert!(html.contains("there is nothing to draw") && !html.contains("<svg"));
+}
