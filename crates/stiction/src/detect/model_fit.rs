@@ -15,7 +15,7 @@
 //! # Parameters
 //! | name | unit | default | source |
 //! |---|---|---|---|
-//! | `least` | none | 0.05 | ours |
+//! | `least` | none | 0.1 for Jelali, else 0.05 | ours |
 //!
 //! # Limits
 //! S and J depend on the model: those of one are not those of another. Corners that something else makes
@@ -115,7 +115,7 @@ const JELALI: Method = method(
     "Jelali's fit by pattern search",
     "Jelali, J. Process Control 18 (2008) 632-642; recalled, not read",
     "gain, logarithm of a ratio of errors",
-    "sticks if the gain exceeds 0.05",
+    "sticks if the gain exceeds 0.1",
 );
 const KARRA_KARIM: Method = method(
     "karra-karim",

@@ -19,10 +19,11 @@
 //! # Parameters
 //! | name | unit | default | source |
 //! |---|---|---|---|
-//! | `least` | | 0.05 | ours |
+//! | `least` | | 0.1 | ours |
 //!
 //! # Limits
 //! The errors have several minima along S; the grid has 31 places. J is known worse than S.
+//! He's valve never forgets where it began, which is taken to be `x(0) = u(0)`.
 //!
 //! # Deviations from the paper
 //! Recalled, not read. Ours: a grid and pattern searches from its two best places, in place of a genetic
@@ -35,12 +36,13 @@
 //! search algorithms, Journal of Process Control 18 (2008) 632-642 (recalled, not read).
 
 use super::armax::{Orders, armax, first, near};
+use super::arx::TAPS;
 use super::published::{Candidate, HammersteinFit, Window, behind, gain, profile};
 use crate::detect::Abstention;
 use crate::valve::{He, Model};
 
 /// Gain above which the valve is said to stick. Ours.
-pub const LEAST: f64 = 0.05;
+pub const LEAST: f64 = 0.1;
 /// Orders of the linear model.
 const ORDERS: Orders = Orders { past: 2, taps: 2, errors: 2 };
 /// The grid: S in shares of the span, J in shares of S.
@@ -75,9 +77,10 @@ pub fn fit(
     };
     let none = || Abstention("no linear model can be fitted".to_owned());
     let input = window.input(&window.op);
-    let (delay, _) = near(&input, &window.pv, linear.delay, from, ORDERS).ok_or_else(none)?;
-    let follows = armax(&input, &window.pv, delay, from, ORDERS)
+    let follows = (linear.delay..linear.delay + TAPS)
+        .filter_map(|delay| armax(&input, &window.pv, delay, from, ORDERS))
         .map(|found| found.sse / found.residual.len() as f64)
+        .reduce(f64::min)
         .ok_or_else(none)?;
 
     let start = |candidate: &Candidate| {

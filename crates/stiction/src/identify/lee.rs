@@ -26,6 +26,7 @@
 //! # Limits
 //! The input enters at one sample only; a slip that comes between two is not quite explained. Disturbances
 //! with corners are taken for slips.
+//! He's valve never forgets where it began, which is taken to be `x(0) = u(0)`.
 //!
 //! # Deviations from the paper
 //! Recalled, not read. The paper minimises over S, J and the process by a constrained optimiser; ours

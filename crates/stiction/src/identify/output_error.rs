@@ -64,7 +64,7 @@ impl Response {
 
 /// A series less its centred moving mean over `half` samples to either side; the mean is over what there
 /// is at the ends.
-fn without_slow(x: &[f64], half: usize) -> Vec<f64> {
+pub(super) fn without_slow(x: &[f64], half: usize) -> Vec<f64> {
     let lanes: Vec<Lane<1>> = x.iter().map(|v| Lane([*v])).collect();
     let mut y = vec![Lane([0.0]); x.len()];
     high_pass(&lanes, half, &mut y);
