@@ -54,7 +54,7 @@ const APART: f64 = 0.5;
 const STEPS: (f64, f64) = (0.12, 0.16);
 const HALVINGS: i32 = 3;
 /// Places that a search tries.
-const TRIALS: usize = 14;
+const TRIALS: usize = 10;
 
 /// Fits OP (percent) and PV of a loop that oscillates with `period` samples.
 ///

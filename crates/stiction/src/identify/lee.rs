@@ -50,6 +50,8 @@ use crate::valve::{He, Model};
 pub const LEAST: f64 = 0.05;
 /// Orders of the process.
 const ORDERS: Orders = Orders { past: 2, taps: 1, errors: 0 };
+/// Places of each grid that are judged: the best before models of order five.
+const JUDGED: usize = 8;
 /// Steps of ln S and of J/S about the best.
 const FINER: (f64, f64) = (0.09, 0.15);
 
@@ -89,7 +91,8 @@ pub fn fit(
             found.sse / found.residual.len() as f64
         }
     };
-    let mut tried: Vec<Judged> = coarse.iter().filter_map(|c| judge(c.bands, c.delay)).collect();
+    let mut tried: Vec<Judged> =
+        coarse.iter().take(JUDGED).filter_map(|c| judge(c.bands, c.delay)).collect();
     let summit = best(&tried).ok_or_else(none)?;
     let (s, ratio) = (summit.bands.s() / window.span, summit.bands.j() / summit.bands.s());
     let finer: Vec<Bands> = (0..16)
@@ -99,8 +102,9 @@ pub fn fit(
             window.bands(s, (ratio + dj * FINER.1).clamp(0.0, 1.0))
         })
         .collect();
-    let finer = window.try_all::<He>(&window.target()?, &finer);
-    tried.extend(finer.iter().filter_map(|c| judge(c.bands, c.delay)));
+    let mut finer = window.try_all::<He>(&window.target()?, &finer);
+    finer.sort_by(|a, b| a.sse.total_cmp(&b.sse));
+    tried.extend(finer.iter().take(JUDGED).filter_map(|c| judge(c.bands, c.delay)));
     let Judged { bands, delay, mse, residual } = best(&tried).ok_or_else(none)?;
 
     let won = gain(follows, *mse);

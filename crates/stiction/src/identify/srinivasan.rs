@@ -45,7 +45,7 @@ use crate::valve::{He, Model};
 pub const LEAST: f64 = 0.05;
 /// Orders of the linear model.
 const ORDERS: Orders = Orders { past: 2, taps: 2, errors: 0 };
-/// Values of d beside 0 in each of the two grids.
+/// Values of d beside 0 in the first grid: with 0, as many as there are lanes.
 const VALUES: u32 = 15;
 
 /// Fits OP (percent) and PV of a loop that oscillates with `period` samples.
@@ -62,18 +62,15 @@ pub fn fit(
     let target = window.target()?;
     let longest = window.delays().into_iter().max().unwrap_or(1);
     let from = first(longest, ORDERS);
-    let judge = |d: f64| {
+    let judge = |shares: Vec<f64>| -> Vec<Judged> {
         // At S = J He's model is Stenman's.
-        let bands = window.bands(d, 1.0);
-        let delay = window.try_all::<He>(&target, &[bands]).first()?.delay;
-        judged(&window, d, delay, from)
+        let bands: Vec<_> = shares.iter().map(|d| window.bands(*d, 1.0)).collect();
+        let candidates = window.try_all::<He>(&target, &bands);
+        (shares.iter().zip(&candidates))
+            .filter_map(|(d, candidate)| judged(&window, *d, candidate.delay, from))
+            .collect()
     };
-    let shares: Vec<f64> = (0..=VALUES).map(|i| f64::from(i) / f64::from(VALUES)).collect();
-    let bands: Vec<_> = shares.iter().map(|d| window.bands(*d, 1.0)).collect();
-    let coarse = window.try_all::<He>(&target, &bands);
-    let mut tried: Vec<Judged> = (shares.iter().zip(&coarse))
-        .filter_map(|(d, candidate)| judged(&window, *d, candidate.delay, from))
-        .collect();
+    let mut tried = judge((0..=VALUES).map(|i| f64::from(i) / f64::from(VALUES)).collect());
     let none = || Abstention("no linear model can be fitted".to_owned());
     if tried.is_empty() || tried[0].d > 0.0 {
         return Err(none());
@@ -82,7 +79,7 @@ pub fn fit(
     let best = tried.iter().min_by(|a, b| a.mse.total_cmp(&b.mse)).ok_or_else(none)?.d;
     let step = 1.0 / f64::from(VALUES);
     let finer = (1..8).map(|i| best + step * (f64::from(i) / 4.0 - 1.0));
-    tried.extend(finer.filter(|d| *d > 0.0).filter_map(judge));
+    tried.extend(judge(finer.filter(|d| *d > 0.0).collect()));
     let best = tried.iter().min_by(|a, b| a.mse.total_cmp(&b.mse)).ok_or_else(none)?;
 
     let samples = (window.pv.len() - from) as f64;
