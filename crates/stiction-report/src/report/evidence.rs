@@ -5,6 +5,7 @@
 
 mod correlation;
 mod distributions;
+mod models;
 mod nonlinearity;
 mod phase;
 mod shapes;
@@ -15,7 +16,7 @@ use super::time_axis::TimeAxis;
 use super::views::{self, Context};
 use crate::figure::{Figure, Panel, Series};
 use std::ops::Range;
-use stiction::detect::{Decision, Finding, SteadinessTest, Subject};
+use stiction::detect::{Decision, Finding, FittedBy, SteadinessTest, Subject};
 
 /// What a method says of a loop, with its figure and its numbers; of one that abstains, why.
 pub fn card(finding: &Finding, subject: Option<&Subject<'_>>, context: &Context<'_>) -> Card {
@@ -56,6 +57,10 @@ pub fn figure(method: &str, subject: &Subject<'_>, context: &Context<'_>) -> Opt
             windows::steadiness(&scene, SteadinessTest::ReverseArrangements)
         }
         "damarla-sigmoid" => phase::sigmoid(&scene),
+        "srinivasan" => models::fit(&scene, FittedBy::Srinivasan),
+        "lee" => models::fit(&scene, FittedBy::Lee),
+        "jelali" => models::fit(&scene, FittedBy::Jelali),
+        "karra-karim" => models::fit(&scene, FittedBy::KarraKarim),
         "bicoherence" => nonlinearity::bicoherence(&scene),
         "bicoherence-op" => nonlinearity::bicoherence_op(&scene),
         "surrogates" => nonlinearity::surrogates(&scene),

@@ -21,6 +21,7 @@ mod finding;
 mod horch;
 mod horch_density;
 mod kano;
+mod model_fit;
 mod registry;
 mod relay_fit;
 mod shapes;
@@ -46,6 +47,7 @@ pub use finding::{Abstention, Decision, Finding, Number};
 pub use horch::{Horch, HorchResult};
 pub use horch_density::{HorchDensity, HorchDensityResult};
 pub use kano::{Kano, KanoResult};
+pub use model_fit::{FittedBy, ModelFit, ModelFitResult};
 pub use registry::{all, by_name};
 pub use relay_fit::{RelayFit, RelayFitResult, RelayFitWave};
 pub use shapes::{Relay, Triangle};
@@ -100,19 +102,22 @@ pub enum Family {
     PhasePlot,
     /// Short windows in which OP and PV move differently.
     Windows,
+    /// Models of valve and process fitted to OP and PV.
+    Model,
     /// Spectra of higher order and surrogate data.
     HigherOrder,
 }
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Measured,
         Self::Correlation,
         Self::Shape,
         Self::Patterns,
         Self::PhasePlot,
         Self::Windows,
+        Self::Model,
         Self::HigherOrder,
     ];
 
@@ -125,6 +130,7 @@ impl Family {
             Self::Patterns => "patterns",
             Self::PhasePlot => "phase plot",
             Self::Windows => "windows",
+            Self::Model => "model fits",
             Self::HigherOrder => "higher order",
         }
     }

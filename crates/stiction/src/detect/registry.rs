@@ -3,14 +3,14 @@
 use super::Detector;
 use super::{
     AreaRatio, Bicoherence, BicoherenceOp, Butterfly, CurveFit, DamarlaRegression, DamarlaSigmoid,
-    DamarlaTest, Follower, Horch, HorchDensity, Kano, RelayFit, SharpCorner, SquareWave,
-    SteadinessTest, Surrogates, ValvePosition, Yamashita, YamashitaLevel,
+    DamarlaTest, FittedBy, Follower, Horch, HorchDensity, Kano, ModelFit, RelayFit, SharpCorner,
+    SquareWave, SteadinessTest, Surrogates, ValvePosition, Yamashita, YamashitaLevel,
 };
 use crate::error::{Error, Result};
 
 /// All detectors with their published parameters, in the order of reports: those of the measured
-/// valve position, of the shape of the signals, of patterns, of the phase plot, of windows, and of
-/// nonlinearity.
+/// valve position, of the shape of the signals, of patterns, of the phase plot, of windows, of fitted
+/// models, and of nonlinearity.
 pub fn all() -> Vec<Box<dyn Detector>> {
     vec![
         Box::new(ValvePosition::default()),
@@ -32,6 +32,10 @@ pub fn all() -> Vec<Box<dyn Detector>> {
         Box::new(DamarlaTest::new(SteadinessTest::Hotelling)),
         Box::new(DamarlaTest::new(SteadinessTest::ReverseArrangements)),
         Box::new(DamarlaSigmoid::default()),
+        Box::new(ModelFit::new(FittedBy::Srinivasan)),
+        Box::new(ModelFit::new(FittedBy::Lee)),
+        Box::new(ModelFit::new(FittedBy::Jelali)),
+        Box::new(ModelFit::new(FittedBy::KarraKarim)),
         Box::new(Bicoherence::default()),
         Box::new(BicoherenceOp::default()),
         Box::new(Surrogates::default()),

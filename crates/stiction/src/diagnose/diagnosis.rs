@@ -11,6 +11,7 @@ use crate::detect::{
 };
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
+use crate::identify::position;
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
@@ -267,17 +268,42 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     })
 }
 
-/// How much the valve sticks by its measured position. The intervals are the quartiles of the events.
+/// Share of the variance of the valve position that a model must explain for its S and J to be told.
+const EXPLAINED: f64 = 0.8;
+
+/// How much the valve sticks by its measured position: S and J of the valve model that follows it best, or
+/// of the slips themselves if none follows it well.
 fn measured(subject: &Subject<'_>) -> Stiction {
+    let none = |why: String| Stiction { why_not: Some(why), ..Stiction::default() };
+    let Some(vp) = &subject.stretch.vp else {
+        let why = "no valve position is recorded, and an estimate from OP and PV is not made yet";
+        return none(why.to_owned());
+    };
     let valve = match ValvePosition::default().run(subject) {
         Ok(valve) => valve,
-        Err(_) if subject.stretch.vp.is_none() => {
-            let why =
-                "no valve position is recorded, and an estimate from OP and PV is not made yet";
-            return Stiction { why_not: Some(why.to_owned()), ..Stiction::default() };
-        }
-        Err(Abstention(why)) => return Stiction { why_not: Some(why), ..Stiction::default() },
+        Err(Abstention(why)) => return none(why),
     };
+    if let (Ok(s), Ok(fits)) = (&valve.s, position::fit(&subject.stretch.op, vp))
+        && fits.best().explained >= EXPLAINED
+    {
+        let best = fits.best();
+        let estimate = |of: position::Interval| {
+            let position::Interval { value, low, high } = of;
+            Some(Estimate { value, low, high })
+        };
+        return Stiction {
+            model: Some(format!(
+                "the {} model fitted to the measured valve position, of which it explains {:.1} % \
+                 (90 % intervals of a bootstrap); S measured on its slips is {:.2} %",
+                best.model.describe().name,
+                100.0 * best.explained,
+                s.median
+            )),
+            s: estimate(fits.s),
+            j: estimate(fits.j),
+            ..Stiction::default()
+        };
+    }
     let estimate = |measured: &Measured| {
         let spread = measured.as_ref().ok()?;
         let Spread { median: value, lower_quartile: low, upper_quartile: high, .. } = *spread;

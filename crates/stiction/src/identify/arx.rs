@@ -15,7 +15,7 @@ use crate::simd::{Kernel, LANES, Lane, Width};
 /// How many past values of the PV a model knows.
 const PAST: usize = 5;
 /// How many neighbouring values of its input a model knows.
-const TAPS: usize = 4;
+pub(super) const TAPS: usize = 4;
 /// A constant and the past of the PV.
 const COMMON: usize = PAST + 1;
 /// Added to each square on the diagonal, for series of variance one: keeps columns that are all but

@@ -4,6 +4,8 @@ use super::arx::RIDGE;
 
 /// What a combination of columns leaves of a target.
 pub(super) struct Solution {
+    /// The factor of each column.
+    pub coefficients: Vec<f64>,
     /// Target less the combination.
     pub residual: Vec<f64>,
     /// Sum of the residual's squares.
@@ -47,7 +49,7 @@ pub(super) fn least_squares(columns: &[&[f64]], target: &[f64]) -> Option<Soluti
         }
     }
     let sse = dot(&residual, &residual);
-    sse.is_finite().then_some(Solution { residual, sse })
+    sse.is_finite().then_some(Solution { coefficients, residual, sse })
 }
 
 /// The product of two series, in eight sums that vectors can hold.

@@ -1,7 +1,24 @@
 //! Models identified from recorded loops: linear ones of the process, and of the valve before it.
+//!
+//! * [`fopdt`]: first order plus dead time; [`earx`]: with a disturbance that wanders.
+//! * [`hammerstein`]: how much better a sticking valve explains the PV, with its controls.
+//! * [`srinivasan`], [`lee`], [`jelali`], [`karra_karim`]: the published fits of a valve before a process,
+//!   which share what is in [`published`].
+//! * [`position`]: valve models fitted to a recorded valve position.
+//! * [`cycle_closed_form`]: S and J from period and amplitude where the loop is known.
 
+mod armax;
 mod arx;
+pub mod cycle_closed_form;
+pub mod earx;
+pub mod fopdt;
 pub mod hammerstein;
+pub mod jelali;
+pub mod karra_karim;
 mod least_squares;
+pub mod lee;
 mod output_error;
+pub mod position;
+pub mod published;
 mod slips;
+pub mod srinivasan;

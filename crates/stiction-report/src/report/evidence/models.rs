@@ -1,0 +1,34 @@
+//! Fits of a valve model before a linear process.
+
+use super::{Scene, sheet};
+use crate::figure::{Figure, Legend, Series, colour};
+use crate::report::layout::number;
+use stiction::detect::{FittedBy, ModelFit};
+
+pub fn fit(scene: &Scene<'_>, by: FittedBy) -> Option<Figure> {
+    let found = ModelFit::new(by).run(scene.subject).ok()?.fit;
+    let end = scene.end();
+    // A sample of the fit is the mean of several recorded ones, and stands in their middle.
+    let middle = 0.5 * (found.factor as f64 - 1.0);
+    let at = |k: usize| (found.from + k * found.factor) as f64 + middle;
+    let shown: Vec<usize> = (0..found.op.len()).filter(|k| at(*k) >= end.start as f64).collect();
+    let x = scene.times(shown.iter().map(|k| at(*k)));
+    let of = |values: &[f64]| -> Vec<f64> { shown.iter().map(|k| values[*k]).collect() };
+    let pv = scene
+        .trend("PV (standard deviations)", "model-fit")
+        .legend(Legend::Above)
+        .with(Series::line("PV", x.clone(), of(&found.pv)).colour(colour::BLUE))
+        .with(Series::line("fitted", x.clone(), of(&found.fitted)).colour(colour::VERMILION));
+    let op = scene
+        .trend("% of span", "model-fit")
+        .legend(Legend::Above)
+        .with(Series::line("OP", x.clone(), of(&found.op)).colour(colour::BLUE))
+        .with(Series::steps("valve of the model", x, of(&found.vp)).colour(colour::VERMILION));
+    let caption = format!(
+        "The PV with the PV of the fitted model, and the OP with the position of its valve: S is {} %, J is \
+         {} %.",
+        number(found.s),
+        number(found.j)
+    );
+    Some(sheet(caption).with(pv).with(op))
+}
