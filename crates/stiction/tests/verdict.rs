@@ -1,0 +1,135 @@
+//! What the verdict must not depend on, and what it must hold to.
+
+use stiction::diagnose::{
+    ACCUSED_FROM, Basis, CLEARED_UP_TO, Detectors, Diagnosis, Options, VerdictClass, diagnose,
+};
+use stiction::population::{self, Kind};
+use stiction::recording::{Channel, Recording};
+
+/// The diagnosis, without the published methods, which the verdict on OP and PV does not ask.
+fn judged(recording: &Recording) -> Diagnosis {
+    diagnose(recording, &Options { detectors: Detectors::None, ..Options::default() }).unwrap()
+}
+
+fn members(seed: u64, n: u64) -> impl Iterator<Item = Recording> {
+    (0..n).map(move |k| population::member(seed, k).unwrap().recording)
+}
+
+fn mapped(channel: &Channel, f: impl Fn(f64) -> f64) -> Channel {
+    Channel { values: channel.values.iter().map(|v| f(*v)).collect(), ..channel.clone() }
+}
+
+/// The same loop as another plant would have recorded it: units, offset and sign of the PV, a valve that closes
+/// on a rising output, another clock.
+fn elsewhere(recording: &Recording) -> Recording {
+    let mut other = recording.clone();
+    let unit = |v: f64| -3.7 * v + 120.0;
+    other.pv = other.pv.as_ref().map(|pv| mapped(pv, unit));
+    other.sp = other.sp.as_ref().map(|sp| mapped(sp, unit));
+    other.op = mapped(&other.op, |v| 100.0 - v);
+    let slower = |channel: &mut Channel| channel.time.iter_mut().for_each(|t| *t *= 60.0);
+    slower(&mut other.op);
+    [&mut other.pv, &mut other.sp].into_iter().flatten().for_each(slower);
+    other
+}
+
+#[test]
+fn units_direction_and_clock_do_not_matter() {
+    for (k, recording) in members(901, 40).enumerate() {
+        let (here, there) = (judged(&recording), judged(&elsewhere(&recording)));
+        assert_eq!(here.verdict.class, there.verdict.class, "loop {k}");
+        match (here.verdict.probability, there.verdict.probability) {
+            // Trees split in single precision: a value on a threshold may fall to either side.
+            (Some(a), Some(b)) => assert!((a - b).abs() < 0.05, "loop {k}: {a} {b}"),
+            (a, b) => assert_eq!(a, b, "loop {k}"),
+        }
+    }
+}
+
+#[test]
+fn a_verdict_follows_from_its_probability_and_adds_up() {
+    let mut classes = std::collections::HashSet::new();
+    for recording in members(902, 80) {
+        let diagnosis = judged(&recording);
+        let verdict = &diagnosis.verdict;
+        classes.insert(verdict.class);
+        if verdict.basis != Basis::Evidence {
+            continue;
+        }
+        let p = verdict.probability.expect("evidence has a probability");
+        match verdict.class {
+            VerdictClass::Sticks | VerdictClass::DoesNotRespond => assert!(p >= ACCUSED_FROM),
+            VerdictClass::DoesNotStick => {
+                assert!(p <= CLEARED_UP_TO);
+                assert!(diagnosis.stiction.s.is_none() && diagnosis.stiction.why_not.is_some());
+            }
+            _ => assert!(p > CLEARED_UP_TO && p < ACCUSED_FROM),
+        }
+        assert!(!verdict.reasons.is_empty());
+        let others: f64 = verdict.alternatives.iter().map(|other| other.likelihood).sum();
+        assert!(others <= 1.0 + 1e-9, "{others}");
+        assert!(verdict.alternatives.is_sorted_by(|a, b| a.likelihood >= b.likelihood));
+        if let Some(s) = diagnosis.stiction.s {
+            assert!(s.low <= s.value && s.value <= s.high && s.low > 0.0);
+            assert_eq!(diagnosis.stiction.coverage, Some(0.9));
+            assert!(diagnosis.stiction.model.is_some());
+        }
+        if diagnosis.stiction.j.is_none() {
+            assert!(diagnosis.stiction.why_not.is_some());
+        }
+    }
+    assert!(classes.len() >= 3, "{classes:?}");
+}
+
+#[test]
+fn what_is_clear_is_said() {
+    // Shares of loops that are accused; the full figures stand in BENCHMARKS.md.
+    let accused = |kind: Kind, visible: bool| {
+        let loops: Vec<_> = (0..60).map(|seed| kind.simulate(5_000 + seed).unwrap()).collect();
+        let counted: Vec<_> = loops.iter().filter(|each| !visible || each.truth.visible).collect();
+        let accuses = |recording: &Recording| {
+            let class = judged(recording).verdict.class;
+            matches!(class, VerdictClass::Sticks | VerdictClass::DoesNotRespond)
+        };
+        let hits = counted.iter().filter(|each| accuses(&each.recording)).count();
+        hits as f64 / counted.len() as f64
+    };
+    assert!(accused(Kind::Sticky, true) > 0.4);
+    for kind in [Kind::Normal, Kind::Sine, Kind::AggressiveTuning, Kind::QuantisedPv] {
+        let share = accused(kind, false);
+        assert!(share < 0.09, "{}: {share}", kind.name());
+    }
+}
+
+#[test]
+fn the_output_alone_never_accuses() {
+    let mut compatible = 0;
+    for mut recording in members(903, 60) {
+        (recording.pv, recording.sp) = (None, None);
+        let verdict = judged(&recording).verdict;
+        assert_eq!(verdict.class, VerdictClass::CannotTell);
+        if verdict.basis == Basis::OpAlone {
+            let said = verdict.reasons.last().unwrap();
+            assert!(said.contains("pattern of the OP"), "{said}");
+            compatible += usize::from(said.contains("compatible with stiction"));
+        }
+    }
+    assert!(compatible > 0);
+}
+
+#[test]
+fn a_long_recording_is_looked_at_in_windows() {
+    let recording = &population::Kind::Sticky.simulate(5_010).unwrap().recording;
+    let again = |x: &[f64]| x.iter().copied().cycle().take(9_000).collect::<Vec<_>>();
+    let (op, pv) = (again(&recording.op.values), again(&recording.pv.as_ref().unwrap().values));
+    let long = Recording::regular("long", 1.0, &op, Some(&pv), None).unwrap();
+    let diagnosis = judged(&long);
+    let windows = &diagnosis.windows;
+    assert!((2..=6).contains(&windows.len()), "{}", windows.len());
+    assert!(windows.is_sorted_by(|a, b| a.from < b.from));
+    let probabilities: Vec<f64> = windows.iter().map(|window| window.probability).collect();
+    let pooled = diagnosis.evidence.unwrap().probability;
+    let (low, high) =
+        probabilities.iter().fold((1.0, 0.0), |(l, h): (f64, f64), p| (l.min(*p), h.max(*p)));
+    assert!(low <= pooled && pooled <= high);
+}
