@@ -157,7 +157,8 @@ mod tests {
     #[test]
     fn a_valve_that_follows_is_not_accused() {
         let (op, pv, period) = recorded(Model::Ideal, 0.0, 0.0, 0.05);
-        let found = fit(&op, &pv, Some(period), LEAST).unwrap();
-        assert!(!found.sticks, "{} {}", found.gain, found.s);
+        // Where no candidate meets the constraints, there is no fit.
+        let found = fit(&op, &pv, Some(period), LEAST);
+        assert!(found.as_ref().map_or(true, |fit| !fit.sticks), "{found:?}");
     }
 }

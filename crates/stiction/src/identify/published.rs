@@ -148,11 +148,21 @@ impl Window {
         vp
     }
 
-    /// Positions of one valve, percent.
+    /// Positions of one valve that begins where the OP does, percent.
     pub fn positions(&self, model: Model, bands: Bands) -> Result<Vec<f64>, Abstention> {
+        self.positions_from(model, bands, self.op[0])
+    }
+
+    /// Positions of one valve that begins at `position`, percent.
+    pub fn positions_from(
+        &self,
+        model: Model,
+        bands: Bands,
+        position: f64,
+    ) -> Result<Vec<f64>, Abstention> {
         let refuse = |why: crate::Error| Abstention(why.to_string());
         let mut valve = model.build(bands).map_err(refuse)?;
-        valve.restart(Start::at_rest(self.op[0]));
+        valve.restart(Start { op: self.op[0], ..Start::at_rest(position) });
         let mut vp = vec![0.0; self.op.len()];
         valve.run(&self.op, &mut vp).map_err(refuse)?;
         Ok(vp)
