@@ -30,7 +30,8 @@
 //!
 //! # Deviations from the paper
 //! Recalled, not read. Ours: d on a grid of shares of the OP's span and once more about its best; the
-//! delay from the model with d = 0, and for the best d once more; five starts of the valve; no moving average; the threshold; a period of at most 60 samples and at most 1,500 samples.
+//! delay from the model with d = 0, and for the best d once more; five starts of the
+//! valve; no moving average; the threshold; a period of at most 60 samples and at most 1,500 samples.
 //!
 //! # References
 //! R. Srinivasan, R. Rengaswamy, S. Narasimhan, R. Miller, Control loop performance assessment. 2.
