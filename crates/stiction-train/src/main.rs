@@ -27,7 +27,7 @@ use members::Signals;
 use sha2::{Digest, Sha256};
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use stiction::fusion::Provenance;
+use stiction::fusion::{Bundle, Provenance};
 use stiction::population;
 
 /// The share of the members that calibration and intervals rest on.
@@ -72,6 +72,11 @@ enum Experiment {
     Mismatch,
     /// Only gather the evidence, into the folder of --cache
     Gather,
+    /// Print what a model says of every loop to measure on, as CSV
+    Judge {
+        /// The model, such as crates/stiction/model/verdict.bin
+        model: PathBuf,
+    },
 }
 
 fn main() -> Result<()> {
@@ -79,8 +84,14 @@ fn main() -> Result<()> {
     let members = args.test.unwrap_or((args.n / 4).max(100));
     let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
     let fresh = args.seed.wrapping_add(1);
-    let train = gather(&args, args.seed, args.n, Signals::All)?;
     let test = gather(&args, fresh, members, Signals::All)?;
+    if let Some(Experiment::Judge { model }) = &args.experiment {
+        let bytes =
+            std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
+        print!("{}", measure::sayings(&Bundle::from_bytes(&bytes)?, &test)?);
+        return Ok(());
+    }
+    let train = gather(&args, args.seed, args.n, Signals::All)?;
     match (&args.experiment, &args.output) {
         (Some(Experiment::Gather), _) => {
             ensure!(
@@ -121,6 +132,7 @@ fn main() -> Result<()> {
             }
             print!("{card}");
         }
+        (Some(Experiment::Judge { .. }), _) => {}
         (None, None) => unreachable!("clap asks for --output"),
     }
     Ok(())

@@ -10,12 +10,34 @@ use stiction::fusion::{Bundle, Cause, Estimate, Weighed};
 
 /// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
 /// on average.
-pub const QUANTIFIED: f64 = 0.3;
+pub const QUANTIFIED: f64 = stiction::diagnose::WIDEST;
 
 /// What a bundle makes of every row.
 pub fn judge(bundle: &Bundle, data: &Dataset, op_only: bool) -> Result<Vec<Weighed>> {
     let weigh = |row: usize| bundle.weigh(&data.row(row), data.truth[row].op_span, op_only);
     Ok((0..data.truth.len()).into_par_iter().map(weigh).collect::<stiction::Result<_>>()?)
+}
+
+/// What a bundle says of every loop: truth, probability, lines, causes and estimates, as CSV.
+pub fn sayings(bundle: &Bundle, data: &Dataset) -> Result<String> {
+    let weighed = judge(bundle, data, false)?;
+    let mut out = String::from("index,kind,fault,S,slips,probability,S_low,S_value,S_high");
+    if let Some(first) = weighed.first() {
+        first.lines.iter().for_each(|(line, _)| out += &format!(",{}", line.name()));
+        first.causes.iter().for_each(|(cause, _)| out += &format!(",{}", cause.name()));
+    }
+    out.push('\n');
+    for (truth, says) in data.truth.iter().zip(&weighed) {
+        let shows = fault(truth).map_or(String::new(), |shows| shows.to_string());
+        out += &format!("{},{},{shows},{},{}", truth.index, truth.kind, truth.s, truth.slips);
+        let numbers = [says.probability, says.s.low, says.s.value, says.s.high];
+        let lines = says.lines.iter().map(|(_, p)| *p);
+        for number in numbers.into_iter().chain(lines).chain(says.causes.iter().map(|(_, p)| *p)) {
+            out += &format!(",{number}");
+        }
+        out.push('\n');
+    }
+    Ok(out)
 }
 
 /// The probability that a loop with a fault has a higher score than one without; ties count half.

@@ -23,7 +23,7 @@ pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use repair::{Contrast, Outcome, Repair, repair};
 pub use verdict::{
-    ACCUSED_FROM, Alternative, Basis, CLEARED_UP_TO, ConfirmingTest, Definition, FEWEST_VOTES,
-    MIMICS, Stiction, Verdict, VerdictClass, Votes, preliminary,
+    ACCUSED_FROM, Alternative, Basis, CLEARED_UP_TO, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
+    FEWEST_VOTES, MIMICS, Stiction, Verdict, VerdictClass, Votes, preliminary,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};

@@ -6,7 +6,7 @@ use super::weighing::{WIDEST, Weighing, jump, quantified};
 use crate::fusion::COVERAGE;
 
 /// How much the valve sticks, if it does: 90 % intervals of the [frozen model](crate::fusion), and a number
-/// only where the interval of S reaches at most 30 % of it to either side on average; J only where S is
+/// only where the interval of S reaches at most 35 % of it to either side on average; J only where S is
 /// known and its own interval is at most half of S wide.
 pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stiction {
     let why_not = |why: String| Stiction { why_not: Some(why), ..Stiction::default() };

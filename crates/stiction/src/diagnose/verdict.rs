@@ -218,6 +218,10 @@ pub const MIMICS: [&str; 6] = [
 
 /// The probability of a fault from which a valve is accused.
 pub const ACCUSED_FROM: f64 = 0.8;
+/// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be accused: in
+/// a single loop it looks much like the dead band of a valve, and a mechanic who was sent to a healthy valve
+/// does not come twice.
+pub const DEAD_ZONE_BELOW: f64 = 0.03;
 /// The probability up to which a valve is cleared.
 pub const CLEARED_UP_TO: f64 = 0.2;
 
@@ -229,7 +233,7 @@ pub const CLEARED_UP_TO: f64 = 0.2;
 ///    not, and that is all that is said of it.
 /// 4. Else the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides: a
 ///    probability from [`ACCUSED_FROM`] accuses the valve (of not responding, if that is the likelier
-///    fault), one up to [`CLEARED_UP_TO`] clears it, and what lies between cannot be told.
+///    fault), unless a dead zone elsewhere keeps [`DEAD_ZONE_BELOW`] or more; one up to [`CLEARED_UP_TO`] clears it, and what lies between cannot be told.
 /// 5. Where nothing could be weighed, the published methods vote: [`preliminary`].
 ///
 /// What the published methods say stays beside it and is counted in [`Votes`].
@@ -276,7 +280,11 @@ pub(super) fn conclude(
     }
     let of =
         |cause: Cause| weighing.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |c| c.1);
+    let dead_zone = of(Cause::DeadZoneElsewhere);
     let (class, concluded) = match probability {
+        p if p >= ACCUSED_FROM && dead_zone >= DEAD_ZONE_BELOW => {
+            (VerdictClass::CannotTell, Some(Cause::StickingValve))
+        }
         p if p >= ACCUSED_FROM && of(Cause::NoResponse) > of(Cause::StickingValve) => {
             (VerdictClass::DoesNotRespond, Some(Cause::NoResponse))
         }
@@ -296,7 +304,12 @@ pub(super) fn conclude(
         if agrees { reasons.push(saying.sentence) } else { contradictions.push(saying.sentence) }
     }
     if class == VerdictClass::CannotTell {
-        reasons.push(if spread >= 0.5 {
+        reasons.push(if probability >= ACCUSED_FROM {
+            format!(
+                "play in the sensor or a dead zone in the controller would look the same and keeps {}",
+                percent(dead_zone)
+            )
+        } else if spread >= 0.5 {
             "the lines of evidence contradict each other".to_owned()
         } else {
             "no line of evidence is clear enough".to_owned()

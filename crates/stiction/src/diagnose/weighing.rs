@@ -21,7 +21,7 @@ const WINDOW_SAMPLES: usize = 2_000;
 const WINDOW_CYCLES: f64 = 25.0;
 /// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
 /// on average.
-pub const WIDEST: f64 = 0.3;
+pub const WIDEST: f64 = 0.35;
 /// J is known if its interval is at most this wide, in S.
 pub const WIDEST_J: f64 = 0.5;
 /// Log-odds of one window, at most: none is more than that sure.
