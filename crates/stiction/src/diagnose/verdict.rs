@@ -223,7 +223,7 @@ pub const ACCUSED_FROM: f64 = 0.8;
 /// does not come twice.
 pub const DEAD_ZONE_BELOW: f64 = 0.03;
 /// The probability up to which a valve is cleared.
-pub const CLEARED_UP_TO: f64 = 0.2;
+pub const CLEARED_UP_TO: f64 = 0.15;
 
 /// The verdict.
 ///
