@@ -100,7 +100,8 @@ fn band(diagnosis: &Diagnosis) -> String {
     );
     match diagnosis.stiction.j {
         Some(j) if j.value > 0.0 => format!("{stays}, then jumps about {} %.", rough(j.value)),
-        _ => format!("{stays}, then follows."),
+        Some(_) => format!("{stays}, then follows."),
+        None => format!("{stays}; how far it then jumps is not known."),
     }
 }
 

@@ -41,7 +41,7 @@ fn loops() -> Vec<Scored> {
                     s: sticks.then_some(3.0),
                     j: sticks.then_some(1.0),
                 },
-                methods: vec![said(2, Some(p)), said(21, (k % 2 == 0).then_some(1.0 - p))],
+                methods: vec![said(2, Some(p)), said(25, (k % 2 == 0).then_some(1.0 - p))],
                 verdict: class,
                 probability: Some(p),
                 s: sticks.then_some(Estimate { value: 2.0 + p, low: 2.0, high: 4.0 }),

@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(found.error, (0.5, 0.5));
         assert_eq!(found.coverage, Share { k: 2, n: 3 });
         assert_eq!(found.width, 1.0);
-        assert!(is_quantified(&Estimate { value: 10.0, low: 8.0, high: 14.0 }));
-        assert!(!is_quantified(&Estimate { value: 10.0, low: 8.0, high: 14.1 }));
+        assert!(is_quantified(&Estimate { value: 10.0, low: 8.0, high: 14.9 }));
+        assert!(!is_quantified(&Estimate { value: 10.0, low: 8.0, high: 15.1 }));
     }
 }

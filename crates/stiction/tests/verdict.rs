@@ -37,10 +37,14 @@ fn elsewhere(recording: &Recording) -> Recording {
 fn units_direction_and_clock_do_not_matter() {
     for (k, recording) in members(901, 40).enumerate() {
         let (here, there) = (judged(&recording), judged(&elsewhere(&recording)));
-        assert_eq!(here.verdict.class, there.verdict.class, "loop {k}");
         match (here.verdict.probability, there.verdict.probability) {
             // Trees split in single precision: a value on a threshold may fall to either side.
-            (Some(a), Some(b)) => assert!((a - b).abs() < 0.05, "loop {k}: {a} {b}"),
+            (Some(a), Some(b)) => {
+                assert!((a - b).abs() < 0.05, "loop {k}: {a} {b}");
+                let limits = [ACCUSED_FROM, CLEARED_UP_TO];
+                let near = limits.iter().any(|limit| (a - limit).abs() < 0.05);
+                assert!(near || here.verdict.class == there.verdict.class, "loop {k}: {a} {b}");
+            }
             (a, b) => assert_eq!(a, b, "loop {k}"),
         }
     }
@@ -121,7 +125,7 @@ fn the_output_alone_never_accuses() {
 #[test]
 fn a_long_recording_is_looked_at_in_windows() {
     let recording = &population::Kind::Sticky.simulate(5_010).unwrap().recording;
-    let again = |x: &[f64]| x.iter().copied().cycle().take(9_000).collect::<Vec<_>>();
+    let again = |x: &[f64]| x.iter().copied().cycle().take(60_000).collect::<Vec<_>>();
     let (op, pv) = (again(&recording.op.values), again(&recording.pv.as_ref().unwrap().values));
     let long = Recording::regular("long", 1.0, &op, Some(&pv), None).unwrap();
     let diagnosis = judged(&long);

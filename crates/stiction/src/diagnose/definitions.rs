@@ -42,9 +42,9 @@ pub fn definitions(subject: &Subject<'_>, s: Option<f64>) -> Vec<Definition> {
             name: "ellipse axis ratio",
             value: ellipse.as_ref().map(|(_, scaled)| {
                 let [long, short] = scaled.semi_axes();
-                100.0 * short / long
+                short / long
             }),
-            unit: "%",
+            unit: "",
             meaning: "shorter axis over longer axis of that ellipse, OP and PV each in its standard \
                       deviations; a ratio of lengths, no travel of the OP",
         },
