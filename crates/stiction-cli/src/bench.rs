@@ -41,8 +41,8 @@ pub struct Args {
     #[arg(long, value_name = "M", requires = "simulated",
           value_parser = clap::value_parser!(u64).range(0..=100_000))]
     per_kind: Option<u64>,
-    /// Seed of the simulated loops
-    #[arg(long, default_value_t = 1, value_name = "SEED")]
+    /// Seed of the simulated loops; on that of its training, 1, the verdict is better than on fresh ones
+    #[arg(long, default_value_t = 101, value_name = "SEED")]
     seed: u64,
     /// Ask this method only, beside the verdict; may be given several times
     #[arg(long = "method", value_name = "NAME", conflicts_with = "only")]

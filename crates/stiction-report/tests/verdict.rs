@@ -135,7 +135,7 @@ fn every_class_and_basis_has_its_words() {
         (DoesNotStick, ValvePosition, None, "The measured position shows that the valve follows the controller.".into()),
         (DoesNotStick, Evidence, Some(0.04), "The valve most likely does not stick: the probability that it does is 4 %.".into()),
         (DoesNotRespond, Evidence, Some(0.2), "The valve does not respond: ".into()),
-        (Sticks, OpAlone, Some(0.85), "The pattern of the controller output is compatible with stiction; without the PV nothing more can be said.".into()),
+        (Sticks, OpAlone, Some(0.95), "The pattern of the controller output is compatible with stiction; without the PV nothing more can be said.".into()),
         (CannotTell, OpAlone, None, "The pattern of the controller output".into()),
         (CannotTell, Evidence, Some(0.5), "Whether the valve sticks cannot be told: the evidence leaves it at 50 %; ".into()),
         (CannotTell, Basis::None, None, "Whether the valve sticks cannot be told: the PV has corners".into()),

@@ -67,7 +67,7 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
                 assert!(p <= CLEARED_UP_TO);
                 assert!(diagnosis.stiction.s.is_none() && diagnosis.stiction.why_not.is_some());
             }
-            // From 0.8 on only a dead zone elsewhere stands against an accusation.
+            // From there on only a dead zone elsewhere stands against an accusation.
             _ => assert!(p > CLEARED_UP_TO),
         }
         assert!(!verdict.reasons.is_empty());
@@ -99,7 +99,7 @@ fn what_is_clear_is_said() {
         let hits = counted.iter().filter(|each| accuses(&each.recording)).count();
         hits as f64 / counted.len() as f64
     };
-    assert!(accused(Kind::Sticky, true) > 0.4);
+    assert!(accused(Kind::Sticky, true) > 0.3);
     for kind in [Kind::Normal, Kind::Sine, Kind::AggressiveTuning, Kind::QuantisedPv] {
         let share = accused(kind, false);
         assert!(share < 0.09, "{}: {share}", kind.name());

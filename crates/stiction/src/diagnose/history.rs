@@ -281,7 +281,7 @@ mod tests {
         let open = of(&[0.9, 0.1, 0.9, 0.1]);
         assert!((open.probability.unwrap() - 0.5).abs() < 1e-12);
         assert_eq!(open.class, VerdictClass::CannotTell);
-        let (up, down) = (of(&[0.95, 0.8, 0.9]), of(&[0.05, 0.2, 0.1]));
+        let (up, down) = (of(&[0.98, 0.9, 0.95]), of(&[0.02, 0.1, 0.05]));
         assert!((up.probability.unwrap() + down.probability.unwrap() - 1.0).abs() < 1e-12);
         assert_eq!((up.class, down.class), (VerdictClass::Sticks, VerdictClass::DoesNotStick));
         // No window decides alone, however sure it says it is.

@@ -217,13 +217,13 @@ pub const MIMICS: [&str; 6] = [
 ];
 
 /// The probability of a fault from which a valve is accused.
-pub const ACCUSED_FROM: f64 = 0.8;
+pub const ACCUSED_FROM: f64 = 0.9;
 /// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be accused: in
 /// a single loop it looks much like the dead band of a valve, and a mechanic who was sent to a healthy valve
 /// does not come twice.
-pub const DEAD_ZONE_BELOW: f64 = 0.03;
+pub const DEAD_ZONE_BELOW: f64 = 0.05;
 /// The probability up to which a valve is cleared.
-pub const CLEARED_UP_TO: f64 = 0.15;
+pub const CLEARED_UP_TO: f64 = 0.2;
 
 /// The verdict.
 ///

@@ -158,7 +158,8 @@ const MODELS: [(Model, usize); 7] = [
 /// valve.run(&op, &mut vp)?;
 /// let fits = position::fit(&op, &vp).expect("it moves");
 /// assert_eq!(fits.best().model, Model::TwoPhase);
-/// assert!((fits.s.value - 5.0).abs() < 0.1 && (fits.j.value - 2.0).abs() < 0.1);
+/// // To about a step of the OP, between two of which a slip cannot be placed.
+/// assert!((fits.s.value - 5.0).abs() < 0.25 && (fits.j.value - 2.0).abs() < 0.25);
 /// # Ok::<(), stiction::Error>(())
 /// ```
 ///
