@@ -5,6 +5,7 @@
 //! * [`srinivasan`], [`lee`], [`jelali`], [`karra_karim`]: the published fits of a valve before a process,
 //!   which share what is in [`published`].
 //! * [`position`]: valve models fitted to a recorded valve position.
+//! * [`physical`]: a stem with friction fitted to a recorded valve position.
 //! * [`cycle_closed_form`]: S and J from period and amplitude where the loop is known.
 
 mod armax;
@@ -17,7 +18,9 @@ pub mod jelali;
 pub mod karra_karim;
 mod least_squares;
 pub mod lee;
+mod nelder_mead;
 mod output_error;
+pub mod physical;
 pub mod position;
 pub mod published;
 mod slips;

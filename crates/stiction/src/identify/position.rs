@@ -211,11 +211,19 @@ struct Candidate {
 
 /// `VP = gain x + offset` at the best delay, and the share of the variance that it leaves.
 #[derive(Debug, Clone, Copy)]
-struct Line {
-    gain: f64,
-    offset: f64,
-    delay: usize,
-    left: f64,
+pub(super) struct Line {
+    pub gain: f64,
+    pub offset: f64,
+    pub delay: usize,
+    pub left: f64,
+}
+
+impl Line {
+    /// VP of a model at the positions `x`.
+    pub fn vp(&self, x: &[f64]) -> Vec<f64> {
+        let at = |k: usize| self.gain * x[k.saturating_sub(self.delay)] + self.offset;
+        (0..x.len()).map(at).collect()
+    }
 }
 
 /// What the recording says of the position.
@@ -229,18 +237,18 @@ struct Scale {
 
 /// Sums over samples of a model's position, and of its products with VP at each delay; both less a level.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+pub(super) struct Sums {
     x: f64,
     xx: f64,
     xy: [f64; DELAYS],
 }
 
 /// What the models are fitted to.
-struct Record<'a> {
+pub(super) struct Record<'a> {
     op: &'a [f64],
     vp: &'a [f64],
     /// Samples of the model that are compared: behind each, VP is known at all delays.
-    compared: usize,
+    pub compared: usize,
     /// VP less its mean.
     y: Vec<f64>,
     level: f64,
@@ -251,7 +259,7 @@ struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    fn of(op: &'a [f64], vp: &'a [f64]) -> Self {
+    pub fn of(op: &'a [f64], vp: &'a [f64]) -> Self {
         let compared = op.len() + 1 - DELAYS;
         let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
         let (level, middle) = (mean(vp), mean(op));
@@ -304,7 +312,7 @@ impl<'a> Record<'a> {
     }
 
     /// The best line through what `sums` hold, at each delay.
-    fn lines(&self, sums: &Sums) -> [Line; DELAYS] {
+    pub fn lines(&self, sums: &Sums) -> [Line; DELAYS] {
         let m = self.compared as f64;
         let xx = sums.xx - sums.x * sums.x / m;
         std::array::from_fn(|delay| {
@@ -322,7 +330,7 @@ impl<'a> Record<'a> {
         })
     }
 
-    fn gather(&self, sums: &mut Sums, at: usize, x: f64) {
+    pub fn gather(&self, sums: &mut Sums, at: usize, x: f64) {
         if at < self.compared {
             let x = x - self.middle;
             sums.x += x;
@@ -406,21 +414,30 @@ impl<'a> Record<'a> {
         let bands = bands(best.fs, best.ratio);
         let x = self.positions(model, bands, known)?;
         let parameters = parameters + if staircase(model) { BLOCKS } else { 0 };
-        let m = self.compared as f64;
-        let variance = self.target[delay].1 / m;
-        let fitted = |k: usize| gain * x[k.saturating_sub(delay)] + offset;
         Some(PositionFit {
             model,
             bands,
             gain,
             offset,
             delay,
-            rmse: (left * variance).sqrt(),
+            rmse: self.rmse(&best.line),
             explained: 1.0 - left,
-            information: m * ((left + FLOOR) * variance).ln() + parameters as f64 * m.ln(),
+            information: self.information(&best.line, parameters),
             slips: Motion::of(&x).slips.len(),
-            vp: (0..self.vp.len()).map(fitted).collect(),
+            vp: best.line.vp(&x),
         })
+    }
+
+    /// Root of the mean square error that `line` leaves, percent of VP.
+    pub fn rmse(&self, line: &Line) -> f64 {
+        (line.left * self.target[line.delay].1 / self.compared as f64).sqrt()
+    }
+
+    /// Schwarz's information of a model of which `line` makes VP.
+    pub fn information(&self, line: &Line, parameters: usize) -> f64 {
+        let m = self.compared as f64;
+        let variance = self.target[line.delay].1 / m;
+        m * ((line.left + FLOOR) * variance).ln() + parameters as f64 * m.ln()
     }
 
     fn positions(&self, model: Model, bands: Bands, known: &Scale) -> Option<Vec<f64>> {
@@ -570,7 +587,7 @@ fn bands(fs: f64, ratio: f64) -> Bands {
 }
 
 /// `count` numbers from one to another; the middle of both for one.
-fn spaced(count: usize, low: f64, high: f64) -> Vec<f64> {
+pub(super) fn spaced(count: usize, low: f64, high: f64) -> Vec<f64> {
     if count < 2 {
         return vec![0.5 * (low + high)];
     }
