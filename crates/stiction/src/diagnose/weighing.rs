@@ -147,7 +147,7 @@ pub(super) fn quantified(s: Estimate) -> Option<Estimate> {
 pub(super) fn jump(s: Estimate, j_over_s: Estimate) -> Option<Estimate> {
     quantified(s)?;
     let known = j_over_s.high - j_over_s.low <= WIDEST_J;
-    known.then(|| Estimate {
+    known.then_some(Estimate {
         value: j_over_s.value * s.value,
         low: j_over_s.low * s.low,
         high: j_over_s.high * s.high,

@@ -57,7 +57,7 @@ impl Weighed {
 /// The bundle that comes with the library, read once.
 ///
 /// # Errors
-/// If it was trained on other [features](crate::evidence::features), as after a change of the evidence and before
+/// If it was trained on other [`features`], as after a change of the evidence and before
 /// the next training.
 pub fn shipped() -> Result<&'static Bundle> {
     static SHIPPED: OnceLock<Result<Bundle>> = OnceLock::new();
