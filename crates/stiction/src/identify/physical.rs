@@ -163,17 +163,19 @@ impl PhysicalFit {
 ///
 /// ```
 /// use stiction::{identify::physical, valve::{Start, Valve}};
-/// use stiction::stem::{FrictionLaw, Stem, StemValve, friction::Classical};
-/// let cts = *Stem::named("cts")?.parameters();
-/// // Fs/k = 4 %, Fc/k = 2 % of the stroke, Fv/k = 1.5 s.
-/// let k_stroke = cts.spring_n_per_m * cts.stroke_m;
-/// let law = Classical::new(0.04 * k_stroke, 0.02 * k_stroke, 1.5 * cts.spring_n_per_m, 0.0)?;
-/// let mut valve = StemValve::new(Stem::new(cts, FrictionLaw::Classical(law))?, 1.0)?;
-/// valve.restart(Start::at_rest(50.0));
-/// let op: Vec<f64> = (0..1200).map(|k| 50.0 + 12.0 * (0.03 * k as f64).sin()).collect();
-/// let mut vp = vec![50.0];
-/// vp.extend(op[..1199].iter().map(|u| valve.step(*u)));
-/// let fit = physical::fit(&op, &vp, 1.0).expect("it moves");
+/// use stiction::stem::{FrictionLaw, Stem, StemParameters, StemValve, friction::Classical};
+/// let usp = *Stem::named("usp")?.parameters();
+/// // Force of a percent of the OP; static and Coulomb bands of 4 and 2 %, Fv/k = 1.5 s.
+/// let percent_n = usp.area_m2 * (usp.pressure_max_pa - usp.pressure_min_pa) / 100.0;
+/// let law = Classical::new(4.0 * percent_n, 2.0 * percent_n, 1.5 * usp.spring_n_per_m, 0.0)?;
+/// let free = StemParameters { end_stops: false, ..usp };
+/// let mut valve = StemValve::new(Stem::new(free, FrictionLaw::Classical(law))?, 0.5)?;
+/// let wave = |k: f64| 50.0 + 9.0 * (0.045 * k).sin() + 5.0 * (0.0173 * k).sin();
+/// let op: Vec<f64> = (0..1500).map(|k| wave(k as f64)).collect();
+/// valve.restart(Start { op: op[0], ..Start::at_rest(45.0) });
+/// let mut vp = vec![valve.position()];
+/// vp.extend(op[..1499].iter().map(|u| valve.step(*u)));
+/// let fit = physical::fit(&op, &vp, 0.5).expect("it moves");
 /// assert!((fit.static_band.value - 4.0).abs() < 0.4);
 /// assert!((fit.coulomb_band.value - 2.0).abs() < 0.2);
 /// assert!((fit.lag_s.value - 1.5).abs() < 0.15);
