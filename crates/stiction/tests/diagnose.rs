@@ -155,7 +155,7 @@ fn every_second_sample_leads_to_the_same_verdict_or_to_none() {
     }
     println!("{same} of {all} decisions are the same at half the samples");
     assert!(same * 100 >= all * 80, "{same} of {all}");
-    assert!(contradictions <= 2, "{contradictions} loops are accused and cleared");
+    assert_eq!(contradictions, 0, "loops are accused and cleared");
 }
 
 #[test]
@@ -303,9 +303,8 @@ fn healthy_loops_are_rarely_accused() {
         if kind == Kind::Sticky {
             assert!(accused >= 10, "{accused} of 40 sticky loops are found");
         } else if kind != Kind::Stuck {
-            // Another valve's wave is nearly the same thing, seen from one loop.
-            let most = if kind == Kind::ExternalWave { 14 } else { 8 };
-            assert!(accused <= most, "{accused} of 40 loops are accused: {}", kind.name());
+            // At most 4 % are, by BENCHMARKS.md; of 40 loops that may be four by chance.
+            assert!(accused <= 4, "{accused} of 40 loops are accused: {}", kind.name());
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! They are different quantities. The stick band S is the OP travel that a reversal of the valve
 //! takes; an ellipse through the PV-OP plot is also widened by dead time and lag; its axis ratio
-//! is no travel at all. Each is named, so that a number from one tool is not compared with that of another.
+//! is no travel at all. Their sources are recalled, not read. Each is named, so that a number from one tool is not compared with that of another.
 
 use super::verdict::Definition;
 use crate::detect::{DamarlaTest, Ellipse, SharpCorner, SteadinessTest, Subject};
