@@ -6,6 +6,7 @@
 //!   data-driven model behind one trait, by name, and many candidates at once.
 //! * [`stem`]: the physical valve, its friction laws, and the map to S and J.
 //! * [`closed_loop`]: signals, processes, controllers, loops, cascades, and sweeps of loops.
+//! * [`limit_cycle`]: the limit cycles of a loop, by describing function and exactly.
 //! * [`population`]: simulated loops with known truth, to train and to measure on.
 //! * [`recording`]: a loop as a plant recorded it; whether it can answer.
 //! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
@@ -59,6 +60,7 @@ mod error;
 pub mod evidence;
 pub mod fusion;
 pub mod identify;
+pub mod limit_cycle;
 pub mod oscillation;
 pub mod population;
 pub mod recording;

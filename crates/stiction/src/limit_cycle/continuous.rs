@@ -1,0 +1,69 @@
+//! The loop in continuous time.
+
+use crate::bands::Bands;
+use crate::closed_loop::{ClosedLoop, Controller, Process, Signal};
+use crate::error::{Error, Result, finite};
+use crate::valve::Model;
+
+/// A loop in continuous time at a constant set point and load, without noise.
+///
+/// ```text
+/// e = sp - pv
+/// op = kp (b sp - pv) + ki int e dt + kd s / (Tf s + 1) (-pv, or e)
+/// vp = valve(op)
+/// pv = num(s) / den(s) exp(-theta s) (vp + load)
+/// ```
+/// Limits of the OP, anti-windup and handover of the controller are not part of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContinuousLoop {
+    /// The controller.
+    pub controller: Controller,
+    /// The process, about its operating point.
+    pub process: Process,
+    /// How the valve sticks.
+    pub model: Model,
+    /// How much.
+    pub bands: Bands,
+    /// Set point, PV units from the operating point.
+    pub set_point: f64,
+    /// Load, percent.
+    pub load: f64,
+}
+
+impl ContinuousLoop {
+    /// A loop at set point and load 0.
+    pub fn new(controller: Controller, process: Process, model: Model, bands: Bands) -> Self {
+        Self { controller, process, model, bands, set_point: 0.0, load: 0.0 }
+    }
+
+    /// Whether set point and load are numbers.
+    ///
+    /// # Errors
+    /// If not.
+    pub fn check(&self) -> Result<()> {
+        finite("set point", self.set_point)?;
+        finite("load", self.load)?;
+        Ok(())
+    }
+
+    /// What a simulated loop tends to as its sample time goes to 0, about its operating point.
+    ///
+    /// # Errors
+    /// If its set point or a load goes on moving: a cycle is of a loop that is left alone.
+    pub fn of(simulated: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
+        let settled = |name: &str, signal: &Signal| match signal {
+            Signal::Constant(value) => Ok(*value),
+            Signal::Steps(steps) => Ok(steps.last().map_or(0.0, |step| step.1)),
+            _ => Err(Error::Inconsistent(format!(
+                "the {name} goes on moving; a limit cycle is of a loop whose {name} is constant or settles"
+            ))),
+        };
+        let mut load = 0.0;
+        for signal in &simulated.load {
+            load += settled("load", signal)?;
+        }
+        let set_point = settled("set point", &simulated.set_point)? - simulated.pv_rest;
+        let (controller, process) = (simulated.controller.clone(), simulated.process.clone());
+        Ok(Self { controller, process, model, bands, set_point, load })
+    }
+}
