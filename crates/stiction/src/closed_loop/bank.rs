@@ -1,5 +1,6 @@
 //! Closed loops side by side: the arithmetic of one sample, for one loop or for sixteen.
 
+use super::between::{Between, Wire};
 use super::controller::{Engaged, PiBank, PidBank};
 use super::process::{DelayLine, ProcessBank};
 use super::signal::SignalSource;
@@ -109,16 +110,21 @@ pub(crate) fn quantised(value: f64, quantum: f64) -> f64 {
 
 impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
     pub(super) fn new(loops: [&Prepared<'_>; N], valve: V) -> Self {
+        let extras = loops.iter().any(|l| {
+            let settings = l.settings;
+            let quantised = settings.op_quantum > 0.0 || settings.pv_quantum > 0.0;
+            quantised || !settings.controller.is_plain_pi()
+        });
+        Self::with_extras(loops, valve, extras)
+    }
+
+    /// Loops whose controllers are of every kind if there are to be `extras`.
+    fn with_extras(loops: [&Prepared<'_>; N], valve: V, extras: bool) -> Self {
         let of = |get: fn(&ClosedLoop) -> f64| Lane(loops.map(|l| get(l.settings)));
         let controllers = loops.map(|l| {
             let settings = l.settings;
             let (op, pv) = (settings.op_rest, settings.pv_rest);
             Engaged::new(&settings.controller, settings.sample_time, op, l.first_sp, pv)
-        });
-        let extras = loops.iter().any(|l| {
-            let settings = l.settings;
-            let quantised = settings.op_quantum > 0.0 || settings.pv_quantum > 0.0;
-            quantised || !settings.controller.is_plain_pi()
         });
         Self {
             state: LoopState {
@@ -155,7 +161,8 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
         load: &Lane<N>,
         measurement: &Lane<N>,
     ) -> Sample<N> {
-        self.state.step::<false>(&mut self.line, &mut self.extras, sp, load, measurement)
+        let (line, extras) = (&mut self.line, &mut self.extras);
+        self.state.step::<false, _>(line, extras, &mut Wire, sp, load, measurement)
     }
 }
 
@@ -163,12 +170,14 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
     /// Plays one sample: `load` adds to the valve position, `measurement` to the PV.
     ///
     /// `PLAIN`, which only [plain](LoopBank::is_plain) banks may claim, leaves out all else. Asking
-    /// at every sample would cost more than the sample.
+    /// at every sample would cost more than the sample. What is `between` controller and valve can
+    /// act on the controller only where there are extras.
     #[inline(always)]
-    fn step<const PLAIN: bool>(
+    fn step<const PLAIN: bool, B: Between + ?Sized>(
         &mut self,
         line: &mut DelayLine<N>,
         extras: &mut Option<Extras<N>>,
+        between: &mut B,
         sp: &Lane<N>,
         load: &Lane<N>,
         measurement: &Lane<N>,
@@ -177,15 +186,23 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
         let zero = Lane::splat(0.0);
         let (mut pv, mut op, mut vp, mut v) = (zero, zero, zero, zero);
         for l in 0..N {
+            let signal;
             pv[l] = (self.process.output(l) + self.pv_rest[l]) + measurement[l];
             if let (false, Some(extras)) = (PLAIN, &mut *extras) {
                 pv[l] = quantised(pv[l], extras.pv_quantum[l]);
-                op[l] = extras.controller.step(l, sp[l], pv[l]);
+                let integral = between.integral(sp[l], pv[l]);
+                op[l] = extras.controller.step_with(l, sp[l], pv[l], integral);
                 op[l] = quantised(op[l], extras.op_quantum[l]);
+                let sent = between.send(sp[l], pv[l], op[l]);
+                if sent.tracked {
+                    extras.controller.track(l, sent.signal);
+                }
+                signal = sent.signal;
             } else {
                 op[l] = self.controller.step(l, sp[l], pv[l]);
+                signal = op[l];
             }
-            vp[l] = self.valve.step(l, op[l]);
+            vp[l] = self.valve.step(l, signal);
             v[l] = (vp[l] - self.op_rest[l]) + load[l];
         }
         self.process.advance(line.push::<PLAIN>(v));
@@ -212,16 +229,17 @@ impl<const N: usize> Feeds<N> {
 
 /// Some samples in a row: the inner loop. It is compiled by itself, so that the registers need hold
 /// nothing but the state of the loops.
-struct Stretch<'a, const PLAIN: bool, V, const N: usize, const M: usize> {
+struct Stretch<'a, const PLAIN: bool, V, B: ?Sized, const N: usize, const M: usize> {
     bank: &'a mut LoopBank<V, N, M>,
+    between: &'a mut B,
     sp: &'a [Lane<N>],
     load: &'a [Lane<N>],
     measurement: &'a [Lane<N>],
     played: &'a mut [Sample<N>],
 }
 
-impl<const PLAIN: bool, V: ValveBank, const N: usize, const M: usize> Kernel
-    for Stretch<'_, PLAIN, V, N, M>
+impl<const PLAIN: bool, V: ValveBank, B: Between + ?Sized, const N: usize, const M: usize> Kernel
+    for Stretch<'_, PLAIN, V, B, N, M>
 {
     type Output = ();
     #[inline(always)]
@@ -231,7 +249,7 @@ impl<const PLAIN: bool, V: ValveBank, const N: usize, const M: usize> Kernel
         let driven = self.sp.iter().zip(self.load).zip(self.measurement);
         for (sample, ((sp, load), measurement)) in self.played.iter_mut().zip(driven) {
             let Sample { pv, op, vp, .. } =
-                state.step::<PLAIN>(line, extras, sp, load, measurement);
+                state.step::<PLAIN, B>(line, extras, self.between, sp, load, measurement);
             // The arrays alone: a single lane would drag its padding along.
             (sample.sp.0, sample.pv.0, sample.op.0, sample.vp.0) = (sp.0, pv.0, op.0, vp.0);
         }
@@ -264,7 +282,26 @@ pub(super) fn play<
     const M: usize,
 >(
     width: Width,
+    bank: LoopBank<V, N, M>,
+    feeds: Feeds<N>,
+    samples: usize,
+    recorder: R,
+) -> R {
+    play_between::<PLAIN, V, _, R, N, M>(width, bank, &mut Wire, feeds, samples, recorder)
+}
+
+/// The same, with `between` controllers and valves; see [`LoopState::step`].
+fn play_between<
+    const PLAIN: bool,
+    V: ValveBank,
+    B: Between + ?Sized,
+    R: Recorder<N>,
+    const N: usize,
+    const M: usize,
+>(
+    width: Width,
     mut bank: LoopBank<V, N, M>,
+    between: &mut B,
     mut feeds: Feeds<N>,
     samples: usize,
     mut recorder: R,
@@ -274,8 +311,9 @@ pub(super) fn play<
     let from = recorder.from();
     for k in (0..samples).step_by(AHEAD) {
         let played = &mut played[..AHEAD.min(samples - k)];
-        width.run(Stretch::<PLAIN, V, N, M> {
+        width.run(Stretch::<PLAIN, V, B, N, M> {
             bank: &mut bank,
+            between: &mut *between,
             sp: feeds.sp.draw(played.len()),
             load: feeds.load.draw(played.len()),
             measurement: feeds.measurement.draw(played.len()),
@@ -325,6 +363,22 @@ pub(super) fn play_one<R: Recorder<1>>(prepared: &Prepared<'_>, recorder: R) -> 
         Ok(AnyModel::TwoPhase(valve)) => play_with::<_, _, M>(prepared, valve, recorder),
         Ok(model) => play_with::<_, _, M>(prepared, model, recorder),
         Err(valve) => play_with::<_, _, M>(prepared, *valve, recorder),
+    })
+}
+
+/// Plays one loop with `between` controller and valve, and shows its samples to `recorder`.
+pub(super) fn play_one_between<R: Recorder<1>>(
+    prepared: &Prepared<'_>,
+    between: &mut dyn Between,
+    recorder: R,
+) -> R {
+    let settings = prepared.settings;
+    let mut valve = settings.valve.clone();
+    valve.restart(Start::at_rest(settings.op_rest));
+    with_order!(prepared.process.order(), M => {
+        let bank = LoopBank::<_, 1, M>::with_extras([prepared], Each([valve]), true);
+        let (width, feeds) = (Width::widest(), Feeds::new([prepared]));
+        play_between::<false, _, _, _, 1, M>(width, bank, between, feeds, settings.samples, recorder)
     })
 }
 

@@ -1,5 +1,6 @@
 //! P, PI and PID controllers in discrete time.
 
+use super::IntegralAction;
 use crate::error::{Error, Result, finite, non_negative, positive};
 use crate::simd::Lane;
 
@@ -291,7 +292,24 @@ impl<const N: usize> PidBank<N> {
     /// The output in lane `l` for the present set point and PV.
     #[inline(always)]
     pub(crate) fn step(&mut self, l: usize, sp: f64, pv: f64) -> f64 {
-        self.0[l].step(sp, pv)
+        self.step_with(l, sp, pv, IntegralAction::Acts)
+    }
+
+    /// The same, with the integral action acting as it may.
+    #[inline(always)]
+    pub(super) fn step_with(
+        &mut self,
+        l: usize,
+        sp: f64,
+        pv: f64,
+        integral: IntegralAction,
+    ) -> f64 {
+        self.0[l].step(sp, pv, integral)
+    }
+
+    /// Lets the controller in lane `l` go on from `output` instead of its own last output.
+    pub(super) fn track(&mut self, l: usize, output: f64) {
+        self.0[l].track(output);
     }
 }
 
@@ -323,7 +341,8 @@ impl Pid {
         }
     }
 
-    fn step(&mut self, sp: f64, pv: f64) -> f64 {
+    #[inline(always)]
+    fn step(&mut self, sp: f64, pv: f64, integral: IntegralAction) -> f64 {
         let e = sp - pv;
         let slope_of = match self.derivative_on {
             DerivativeOn::Error => e,
@@ -332,7 +351,15 @@ impl Pid {
         let change = self.slope_of.map_or(0.0, |before| slope_of - before);
         let derivative = self.keep * self.derivative + self.derive * change;
         let proportional = self.kp * (self.weight * sp - pv);
-        let increment = self.ki_ts * e;
+        let increment = match integral {
+            IntegralAction::Acts => self.ki_ts * e,
+            IntegralAction::Within { low, high } if self.ki_ts != 0.0 => {
+                // What is left of the output without an error.
+                let rest = self.integral + self.kp * (self.weight - 1.0) * sp;
+                (rest + self.ki_ts * e).max(low).min(high) - rest
+            }
+            IntegralAction::Stops | IntegralAction::Within { .. } => 0.0,
+        };
         let grown = self.integral + increment;
 
         let wanted = match self.form {
@@ -351,5 +378,14 @@ impl Pid {
         self.proportional = proportional;
         self.slope_of = Some(slope_of);
         self.output
+    }
+
+    /// Goes on from `output`, within its limits, if there is an integral to do it with.
+    fn track(&mut self, output: f64) {
+        if self.ki_ts != 0.0 {
+            let output = output.max(self.low).min(self.high);
+            self.integral += output - self.output;
+            self.output = output;
+        }
     }
 }

@@ -14,6 +14,7 @@
 //! ```
 
 mod bank;
+mod between;
 mod cascade;
 mod controller;
 mod cycle;
@@ -25,6 +26,8 @@ mod simulate;
 mod sweep;
 
 pub(crate) use bank::quantised;
+pub(crate) use between::Between;
+pub use between::{IntegralAction, Sent};
 pub use cascade::{Cascade, CascadeRun};
 pub use controller::{AntiWindup, Controller, DerivativeOn, Form, Handover};
 pub(crate) use controller::{Engaged, PidBank};

@@ -129,6 +129,18 @@ impl Process {
         }
     }
 
+    /// The response to a unit step, `time_s` seconds after it; PV units per percent.
+    ///
+    /// # Errors
+    /// If `time_s` is not finite.
+    pub fn step_response(&self, time_s: f64) -> Result<f64> {
+        let since = finite("time after the step", time_s)? - self.dead_time;
+        if since < 0.0 {
+            return Ok(0.0);
+        }
+        Ok(self.flow(since).1.first().copied().unwrap_or(0.0) + self.through())
+    }
+
     /// The process sampled every `sample_time` seconds, its input held over each sample.
     ///
     /// Exact for any `sample_time`: the matrix exponential of the process over the sample. A dead
@@ -168,11 +180,16 @@ impl Process {
                 "the process cannot be sampled every {sample_time} s: it overflows"
             )));
         }
-        let through = match &self.dynamics {
+        let through = self.through();
+        Ok(SampledProcess { a, newer, older, through, delay: delay as usize })
+    }
+
+    /// What of the input appears in the output at once, but for the dead time.
+    fn through(&self) -> f64 {
+        match &self.dynamics {
             Dynamics::TransferFunction { num, .. } => num[0],
             _ => 0.0,
-        };
-        Ok(SampledProcess { a, newer, older, through, delay: delay as usize })
+        }
     }
 
     /// Rows of the state transition over `duration`, and the response to a unit input held so

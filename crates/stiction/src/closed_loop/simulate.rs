@@ -1,6 +1,7 @@
 //! One closed loop, simulated.
 
-use super::bank::{Recorder, Sample, play_one};
+use super::bank::{Recorder, Sample, play_one, play_one_between};
+use super::between::Between;
 use super::cycle;
 use super::{Controller, DeadTime, Process, SampledProcess, Signal, SignalSource};
 use crate::error::{Result, finite, non_negative};
@@ -150,6 +151,12 @@ impl ClosedLoop {
     /// If a setting is out of its range; the message names it.
     pub fn run(&self) -> Result<Run> {
         Ok(play_one(&self.prepare()?, self.empty_run()))
+    }
+
+    /// Simulates the loop with something between its controller and its valve. [`Run::op`] is then
+    /// what the controller gives, not what the valve receives.
+    pub(crate) fn run_between(&self, between: &mut dyn Between) -> Result<Run> {
+        Ok(play_one_between(&self.prepare()?, between, self.empty_run()))
     }
 
     /// A run with room for all samples.

@@ -2,7 +2,9 @@
 
 use crate::recording::fitness::share_at_limit;
 use crate::recording::{Grid, Recording, Stretch};
-use crate::series::{autocorrelation, correlation, mean, noise_std, skewness, std, zero_crossings};
+use crate::series::{
+    autocorrelation, correlation, mean, noise_std, reversals, skewness, std, zero_crossings,
+};
 
 /// One number about a loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -302,25 +304,6 @@ fn levinson_durbin(lags: &[f64]) -> (Vec<f64>, f64) {
     (a, left)
 }
 
-/// Turns of a series by more than `band`.
-fn reversals(x: &[f64], band: f64) -> usize {
-    let Some(&first) = x.first() else { return 0 };
-    let (mut low, mut high, mut turns) = (first, first, 0);
-    // The direction of the last move that was larger than the band.
-    let mut rising: Option<bool> = None;
-    for &v in x {
-        (low, high) = (low.min(v), high.max(v));
-        if rising != Some(true) && v > low + band {
-            turns += usize::from(rising == Some(false));
-            (rising, high) = (Some(true), v);
-        } else if rising != Some(false) && v < high - band {
-            turns += usize::from(rising == Some(true));
-            (rising, low) = (Some(false), v);
-        }
-    }
-    turns
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -431,12 +414,5 @@ mod tests {
                 "{kpi:?}"
             );
         }
-    }
-
-    #[test]
-    fn reversals_ignore_noise() {
-        assert_eq!(reversals(&[0.0, 5.0, 4.9, 5.1, 0.0, 3.0], 1.0), 2);
-        assert_eq!(reversals(&[0.0, 5.0, 4.0, 6.0, 0.0], 0.0), 3);
-        assert_eq!(reversals(&[], 1.0), 0);
     }
 }

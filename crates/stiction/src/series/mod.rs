@@ -17,7 +17,7 @@ mod trend;
 pub use butterworth::low_passed;
 pub use compare::{cliffs_delta, difference_of_means, welch};
 pub use correlation::{CrossCorrelation, autocorrelation, correlation, cross_correlation};
-pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, zero_crossings};
+pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, reversals, zero_crossings};
 pub use fit::{Line, line};
 pub use resample::decimated;
 pub use spectrum::{Periodogram, Spectrum, fft_length, periodogram};
