@@ -7,6 +7,7 @@
 //! * [`stem`]: the physical valve, its friction laws, and the map to S and J.
 //! * [`closed_loop`]: signals, processes, controllers, loops, cascades, and sweeps of loops.
 //! * [`limit_cycle`]: the limit cycles of a loop, by describing function and exactly.
+//! * [`compensate`]: what can be put between controller and sticking valve, and what it buys.
 //! * [`population`]: simulated loops with known truth, to train and to measure on.
 //! * [`recording`]: a loop as a plant recorded it; whether it can answer.
 //! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
@@ -54,6 +55,7 @@
 
 pub mod bands;
 pub mod closed_loop;
+pub mod compensate;
 pub mod detect;
 pub mod diagnose;
 mod error;

@@ -1,0 +1,226 @@
+//! The compensators by name, with parameters chosen from what is known.
+
+use super::tuning::Figures;
+use super::{
+    Compensator, ConstantReinforcement, Correction, IntegralDeadZone, IntegralLimit, Knocker,
+    Knowledge, ModifiedTwoMove, Moves, SixMove, Supervised, ThreeMove, TwoMove,
+};
+use crate::error::{Error, Result};
+
+/// A method of compensation, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// [`Knocker`]
+    Knocker,
+    /// [`ConstantReinforcement`]
+    ConstantReinforcement,
+    /// [`TwoMove`]
+    TwoMove,
+    /// [`ModifiedTwoMove`]
+    ModifiedTwoMove,
+    /// [`ThreeMove`]
+    ThreeMove,
+    /// [`SixMove`]
+    SixMove,
+    /// [`IntegralDeadZone`]
+    IntegralDeadZone,
+    /// [`IntegralLimit`]
+    IntegralLimit,
+    /// [`Supervised`]; chosen automatically, it supervises a knocker.
+    Supervised,
+}
+
+/// What a [`Method`] is, in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Description {
+    /// The name by which the method is asked for.
+    pub name: &'static str,
+    /// What it does, in one line.
+    pub summary: &'static str,
+    /// Where it comes from.
+    pub citation: &'static str,
+}
+
+impl Method {
+    /// All methods.
+    pub const ALL: [Self; 9] = [
+        Self::Knocker,
+        Self::ConstantReinforcement,
+        Self::TwoMove,
+        Self::ModifiedTwoMove,
+        Self::ThreeMove,
+        Self::SixMove,
+        Self::IntegralDeadZone,
+        Self::IntegralLimit,
+        Self::Supervised,
+    ];
+
+    /// What this method is.
+    pub fn describe(self) -> Description {
+        let (name, summary, citation) = match self {
+            Self::Knocker => (
+                "knocker",
+                "short pulses added in the direction in which the OP goes",
+                "Hägglund, J. Process Control 12 (2002) 507",
+            ),
+            Self::ConstantReinforcement => (
+                "constant-reinforcement",
+                "a constant added in the direction in which the OP moves",
+                "Ivan, Lakshminarayanan (2009)",
+            ),
+            Self::TwoMove => (
+                "two-move",
+                "off the stuck position, then to the steady one, and hold",
+                "Srinivasan, Rengaswamy, Comput. Chem. Eng. (2008)",
+            ),
+            Self::ModifiedTwoMove => (
+                "modified-two-move",
+                "two moves over and over, the target corrected by the control error",
+                "Farenzena, Trierweiler (2010); the form is ours",
+            ),
+            Self::ThreeMove => (
+                "three-move",
+                "past the steady position on both sides, then onto it, and hold",
+                "Wang (2013); the form is ours",
+            ),
+            Self::SixMove => (
+                "six-move",
+                "three moves, a look at the offset, three more, and hold",
+                "Wang (2013), Arifin (2018); the form is ours",
+            ),
+            Self::IntegralDeadZone => (
+                "integral-dead-zone",
+                "integral action stands still while the control error is small",
+                "practice",
+            ),
+            Self::IntegralLimit => (
+                "integral-limit",
+                "integral action stays within a range about the steady OP",
+                "practice",
+            ),
+            Self::Supervised => (
+                "supervised",
+                "a knocker that works only while the control error is large",
+                "Cuadros et al. (2012); thresholds are ours",
+            ),
+        };
+        Description { name, summary, citation }
+    }
+
+    /// The method called `name`, in any case.
+    ///
+    /// # Errors
+    /// If no method has that name; the error lists those there are.
+    pub fn by_name(name: &str) -> Result<Self> {
+        let wanted = name.trim().to_ascii_lowercase();
+        Self::ALL.into_iter().find(|method| method.describe().name == wanted).ok_or_else(|| {
+            Error::UnknownName {
+                family: "compensator",
+                name: name.to_owned(),
+                known: Self::ALL.map(|method| method.describe().name).join(", "),
+            }
+        })
+    }
+
+    /// A compensator of this method with parameters that follow from what is known of valve and loop.
+    ///
+    /// All rules are ours but for the ranges given. `W` is the dead time and three time constants of the
+    /// process (one where it integrates and an error only grows), `K` its response to a unit step after `W`. An integrating or unknown process takes the
+    /// integral time of the controller for its time constant; for an unknown process `K = 1/Kc`, because
+    /// the gains of process and controller multiply to about 1 in a tuned loop.
+    ///
+    /// | method | rule | reason |
+    /// |---|---|---|
+    /// | knocker | `a = S/2`, 2 samples every 5 | from the middle of the band half of S reaches its edge; width and period lie in the published ranges |
+    /// | constant reinforcement | `a = S/2` | a reversal then crosses half of the band at once; more would throw a stem with `J = 0` across |
+    /// | moves | reach `1.5 (S + J)`, each held for one sample | `S + J = 2 fs` breaks the stem away wherever it was; half as much again for bands estimated a third too small. Raise the hold to the stroke time where it is known |
+    /// | two-, three-, six-move | judged after `W`; periods must agree to `S/5` in the mean OP | a stem still wrong by `S/5` is better than the cycle, of about `0.6 S` |
+    /// | six-, modified two-move | pace 0.5, zone `0.01 S K` and three deviations of the noise in the mean | stable for a gain wrong by a factor of up to 2 |
+    /// | integral dead zone | `K max(J/2, S/10)` and three deviations of the noise | the stem stops in places about J apart, one of which is within J/2 of the right one |
+    /// | integral limit | `fs - (1 + Kc K) J/2` about the steady OP, but between `S/20` and `S/4`; the whole span if `S = 0` | a stem stuck `J/2` off its place meets an OP that the proportional part has moved by `Kc K J/2`; what is left to the breakaway is the integral's |
+    /// | supervised knocker | wakes at `0.1 S K`, rests at three quarters of it after a fifth of the time constant, both with three deviations of the filtered noise | a tenth of S is far below the cycle's swing of the PV |
+    ///
+    /// # Errors
+    /// If S, J or the noise is negative or not finite, or the sample time not positive.
+    pub fn automatic(self, known: &Knowledge) -> Result<Box<dyn Compensator>> {
+        let figures = Figures::of(known)?;
+        let Figures { bands, sample_time, settle_s, memory, .. } = figures;
+        let gain = figures.gain.abs();
+        let moves =
+            Moves { hold_s: sample_time, settle_s, memory_s: 4.0 * settle_s, ..Moves::new(bands) };
+        let correction = Correction {
+            gain: figures.gain,
+            memory,
+            pace: 0.5,
+            zone: 0.01 * bands.s() * gain + figures.noise_of_mean(),
+        };
+        let knocker = Knocker { amplitude: 0.5 * bands.s(), ..Knocker::default() };
+        match self {
+            Self::Knocker => knocker.start(),
+            Self::ConstantReinforcement => {
+                ConstantReinforcement { amplitude: 0.5 * bands.s() }.start()
+            }
+            Self::TwoMove => TwoMove { moves }.start(),
+            Self::ThreeMove => ThreeMove { moves }.start(),
+            Self::SixMove => SixMove { moves, correction }.start(),
+            Self::ModifiedTwoMove => ModifiedTwoMove { moves, correction }.start(),
+            Self::IntegralDeadZone => {
+                let half_a_slip = (0.5 * bands.j()).max(0.1 * bands.s());
+                IntegralDeadZone { zone: gain * half_a_slip + 3.0 * known.noise_sd }.start()
+            }
+            Self::IntegralLimit => {
+                let loop_gain = (gain * known.controller.gains().0).abs();
+                let left = bands.fs() - (1.0 + loop_gain) * 0.5 * bands.j();
+                let nothing_sticks = bands.s() == 0.0;
+                let half_width = if nothing_sticks {
+                    IntegralLimit::SPAN
+                } else {
+                    left.max(0.05 * bands.s()).min(0.25 * bands.s())
+                };
+                let (agree, memory_s) = (moves.agree, moves.memory_s);
+                IntegralLimit { half_width, steady_op: None, agree, memory_s }.start()
+            }
+            Self::Supervised => {
+                // Where nothing sticks, a knocker that does nothing, almost never at rest.
+                let wake = (0.1 * bands.s() * gain).max(f64::MIN_POSITIVE);
+                let filter_s = 5.0 * sample_time;
+                // White noise of standard deviation 1 leaves about sqrt(Ts / 2 Tf) behind the filter.
+                let noise = 3.0 * known.noise_sd * (0.5 * sample_time / filter_s).sqrt();
+                Supervised {
+                    inner: knocker.start()?,
+                    wake: wake + noise,
+                    quiet: 0.75 * wake + noise,
+                    dwell_s: 0.2 * figures.lag_s,
+                    filter_s,
+                }
+                .start()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::Controller;
+
+    #[test]
+    fn every_method_is_described_and_found_by_its_name() {
+        let controller = Controller::pi(1.0, 5.0).unwrap();
+        let known = Knowledge::new(5.0, Some(2.0), controller, 0.1);
+        for (i, method) in Method::ALL.into_iter().enumerate() {
+            let description = method.describe();
+            assert!(Method::ALL[..i].iter().all(|m| m.describe().name != description.name));
+            for text in [description.name, description.summary, description.citation] {
+                assert!(!text.trim().is_empty() && !text.contains("  "), "{text}");
+            }
+            assert_eq!(Method::by_name(&description.name.to_uppercase()).unwrap(), method);
+            let compensator = method.automatic(&known).unwrap();
+            assert_eq!(compensator.method(), method);
+            let parameters = compensator.parameters();
+            assert!(!parameters.is_empty() && parameters.iter().all(|p| p.value.is_finite()));
+        }
+        let error = Method::by_name("nonesuch").unwrap_err().to_string();
+        assert!(error.contains("knocker"), "{error}");
+    }
+}

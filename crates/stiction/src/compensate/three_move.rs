@@ -1,0 +1,43 @@
+//! The three-move method.
+
+use super::moves::{Mover, Plan};
+use super::{Compensator, Method, Moves};
+use crate::error::Result;
+
+/// Wang's three moves: to the far side of the steady position, to the near side, and onto it.
+///
+/// # What it does
+/// As [`TwoMove`](super::TwoMove). The first move makes the second sure to find the stem on the other
+/// side: one of the two breaks it away wherever it was stuck, and their pushes on the PV nearly cancel.
+///
+/// # Equations
+/// Those of [`Moves`], in three moves.
+///
+/// # Assumptions
+/// As for the two moves.
+///
+/// # Limits
+/// As for the two moves; it travels one reach further.
+///
+/// # Deviations from the paper
+/// Of the paper only the name of the method is known to us. The form of the moves, the estimate of the
+/// steady OP and the release are ours.
+///
+/// # References
+/// Wang (2013).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThreeMove {
+    /// The moves.
+    pub moves: Moves,
+}
+
+impl ThreeMove {
+    /// Three moves with these parameters.
+    ///
+    /// # Errors
+    /// If a parameter of the moves is out of its range; the message names it.
+    pub fn start(self) -> Result<Box<dyn Compensator>> {
+        let plan = Plan { method: Method::ThreeMove, moves: 3, correction: None, eager: false };
+        Mover::start(self.moves, plan)
+    }
+}
