@@ -189,8 +189,8 @@ impl Comparison {
 /// );
 /// sticky.set_point = 5.0.into();
 /// let known = Knowledge::new(4.0, None, controller, 0.1);
-/// let table = compare(&sticky, &known, &[Method::Knocker], &Options::default())?;
-/// assert!(table.reduction(&table.rows[1]) > 3.0);
+/// let table = compare(&sticky, &known, &[Method::ModifiedTwoMove], &Options::default())?;
+/// assert!(table.reduction(&table.rows[1]) > 6.0);
 /// # Ok::<(), stiction::Error>(())
 /// ```
 ///

@@ -68,7 +68,7 @@ pub fn settling_s(
     let n = window.len();
     let outside = |k: &usize| !((run.sp[*k] - run.pv[*k]).abs() <= band);
     let settled = window.clone().rev().find(outside).map_or(0, |k| k + 1 - window.start);
-    Ok((10 * settled <= 9 * n).then(|| settled as f64 * run.sample_time))
+    Ok((10 * settled <= 9 * n).then_some(settled as f64 * run.sample_time))
 }
 
 /// The samples from `from_s` to before `to_s`.

@@ -20,6 +20,11 @@ use crate::error::Result;
 /// The reach breaks the stem away; the gain of the process is known to better than a factor of 2.
 ///
 /// # Limits
+/// With the parameters of [`Method::automatic`] on the paper's loop (S = 5, J = 1, 3 and 5; two-phase and
+/// He valve), S, J and the gain of the process each wrong by 30 % either way, or J unknown, the standard
+/// deviation of the PV falls to nothing within 200 s, and the mean absolute error, of which the zone
+/// leaves a part, to a sixth or less (He with J = 1: to less than a third).
+///
 /// It answers once an interval, so more slowly than a controller whose valve is in order. An error
 /// within the zone stays. Every correction costs two strokes of about the reach.
 ///

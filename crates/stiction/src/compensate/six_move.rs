@@ -19,7 +19,8 @@ use crate::error::Result;
 ///
 /// # Limits
 /// As for the two moves, but for what the correction takes away: an offset is left of the share by which
-/// the gain is wrong. Of an integrating process the correction sees the error but not yet its growth.
+/// the gain is wrong. Of an integrating process the correction sees the error but not yet its growth:
+/// there, with wrong bands, the method can make a worse cycle than the one it ends.
 ///
 /// # Deviations from the paper
 /// Of the paper only the name of the method is known to us; that moves are followed by an estimate of
