@@ -10,6 +10,7 @@
 
 mod continuous;
 mod cycle;
+pub mod exact;
 
 pub use continuous::ContinuousLoop;
 pub use cycle::{Cycle, Method, Swing};
