@@ -193,7 +193,7 @@ impl<'a, T: Number> Flow<'a, T> {
     }
 
     /// Moves on to the next slip, which is then due.
-    pub(super) fn to_slip(&mut self) -> Event {
+    pub(super) fn run_to_slip(&mut self) -> Event {
         let mut still = 0;
         while self.steps > 0 {
             self.steps -= 1;
@@ -213,7 +213,7 @@ impl<'a, T: Number> Flow<'a, T> {
                 return Event::Diverges;
             }
             let patience = self.plant.dead_time + 10.0;
-            let settled = change <= REST * length * size.min(1.0).max(1e-3);
+            let settled = change <= REST * length * size.clamp(1e-3, 1.0);
             still = if settled && length > 0.0 { still + 1 } else { 0 };
             if still > 2 && self.time.value() - self.last_event > patience {
                 return Event::Rests { moving: self.motion != 0.0 };

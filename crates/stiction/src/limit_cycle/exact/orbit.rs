@@ -41,7 +41,7 @@ impl<'a> Shooting<'a> {
         let mut flow = Flow::slipping(self.plant, self.stem, state, PATIENCE);
         for _ in 0..self.slips {
             flow.slip();
-            if flow.to_slip() != Event::Slips {
+            if flow.run_to_slip() != Event::Slips {
                 return None;
             }
         }
@@ -144,7 +144,7 @@ impl Orbit<'_> {
         flow.watch();
         for _ in 0..self.map.slips {
             flow.slip();
-            if flow.to_slip() != Event::Slips {
+            if flow.run_to_slip() != Event::Slips {
                 return None;
             }
         }

@@ -19,6 +19,9 @@ pub(super) const STATES: usize = crate::closed_loop::Process::MAX_ORDER + 2;
 pub(super) struct Plant {
     /// Number of states.
     pub(super) order: usize,
+    /// How many of them are the process's; then follow the integral, if there is one, and the filter.
+    process_order: usize,
+    integrates: bool,
     pub(super) a: [[f64; STATES]; STATES],
     pub(super) b: [f64; STATES],
     pub(super) c: [f64; STATES],
@@ -129,6 +132,8 @@ impl Plant {
         }
         Ok(Self {
             order,
+            process_order: n,
+            integrates: ki != 0.0,
             a,
             b,
             c,
@@ -144,6 +149,27 @@ impl Plant {
     #[inline]
     pub(super) fn op<T: super::number::Number>(&self, w: &[T; STATES]) -> T {
         (1..self.order).fold(w[0] * self.c[0], |sum, i| sum + w[i] * self.c[i])
+    }
+
+    /// The process at rest under VP `position`, with the integral such that the OP is `op`; of an
+    /// integrating process, which does not rest there, the PV is `position` instead.
+    pub(super) fn resting(&self, position: f64, op: f64) -> [f64; STATES] {
+        let n = self.process_order;
+        let mut state = [0.0; STATES];
+        let pull = self.a[n - 1][0];
+        state[0] = if pull == 0.0 { position } else { -self.b[n - 1] * position / pull };
+        let input = if pull == 0.0 { 0.0 } else { position };
+        for i in 0..n - 1 {
+            state[i + 1] = -self.a[i][0] * state[0] - self.b[i] * input;
+        }
+        let filter = n + usize::from(self.integrates);
+        if filter < self.order {
+            state[filter] = state[0];
+        }
+        if self.integrates {
+            state[n] = op - self.op(&state);
+        }
+        state
     }
 }
 

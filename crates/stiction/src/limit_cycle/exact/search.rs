@@ -62,7 +62,7 @@ impl<'a> Search<'a> {
         let mut attempt = 2;
         let (mut size, mut falls) = (f64::INFINITY, 0);
         for n in 0..SLIPS {
-            match flow.to_slip() {
+            match flow.run_to_slip() {
                 Event::Slips => {}
                 Event::Rests { moving } => return End::Quiet(NoCycle::Rests { moving }),
                 Event::Diverges => return End::Quiet(NoCycle::Diverges),
@@ -85,10 +85,10 @@ impl<'a> Search<'a> {
                     return end;
                 }
             }
-            if n > 8 {
-                if let Some((lag, mirrored)) = self.settled(&past) {
-                    return self.keep_settled(flow, &past, lag, mirrored);
-                }
+            if n > 8
+                && let Some((lag, mirrored)) = self.settled(&past)
+            {
+                return self.keep_settled(flow, &past, lag, mirrored);
             }
             // Without a slip jump the stroke may shrink to nothing, ever more slowly.
             let now = flow.position.abs();
@@ -162,7 +162,7 @@ impl<'a> Search<'a> {
         let mut orbit = map.orbit(guess)?;
         // The shortest period, or half period, that it has.
         'shorter: for part in 1..slips {
-            if slips % part == 0 {
+            if slips.is_multiple_of(part) {
                 for direction in [-1.0, 1.0] {
                     let map = Shooting { slips: part, direction, ..map };
                     let shorter = map.orbit(&orbit.state);
@@ -231,7 +231,7 @@ impl<'a> Search<'a> {
         flow.watch();
         for _ in 0..lag {
             flow.slip();
-            if flow.to_slip() != Event::Slips {
+            if flow.run_to_slip() != Event::Slips {
                 return End::Unknown("a motion that repeated itself stopped doing so".to_owned());
             }
         }
@@ -254,7 +254,8 @@ impl<'a> Search<'a> {
         ([0.0; STATES], position)
     }
 
-    /// Other beginnings, from far within the friction bands to far outside.
+    /// Other beginnings, from far within the friction bands to far outside: each state off its
+    /// equilibrium, and the loop at rest elsewhere before its set point or load changes.
     pub(super) fn starts(&self) -> Vec<(State, f64)> {
         let (_, position) = self.first();
         let mut all = vec![];
@@ -267,6 +268,9 @@ impl<'a> Search<'a> {
                     state[i] = size * unit;
                     all.push((state, sign * position));
                 }
+            }
+            for ahead in [-0.9, 0.0, 0.9] {
+                all.push((self.plant.resting(-size, -size + ahead), -size));
             }
         }
         all
