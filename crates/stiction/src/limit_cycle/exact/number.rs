@@ -72,9 +72,11 @@ impl<const K: usize> Sub for Jet<K> {
 impl<const K: usize> Mul for Jet<K> {
     type Output = Self;
     #[inline(always)]
+    #[allow(clippy::suspicious_arithmetic_impl)] // The product rule adds.
     fn mul(mut self, other: Self) -> Self {
-        let by = |a: f64, da: f64, db: f64| da * other.value + a * db;
-        (0..K).for_each(|i| self.slope[i] = by(self.value, self.slope[i], other.slope[i]));
+        (0..K).for_each(|i| {
+            self.slope[i] = self.slope[i] * other.value + self.value * other.slope[i];
+        });
         self.value *= other.value;
         self
     }
