@@ -10,15 +10,10 @@
 //! samples much shorter than the dead time; `0 < q < 1`.
 //!
 //! # Equations
-//! With `kappa = Kp Kc / tau`, `q = kappa theta`, and pole and zero cancelled:
+//! Those of [`CancelledLoop::cycle`], solved for S and J. With `kappa = Kp Kc / tau`, `q = kappa theta`,
+//! OP amplitude A and period T, the amplitude of the VP is
 //! ```text
-//! a = J / (2 - q)                                           half peak-to-peak of VP
-//! A = a + (S - J) / 2                                       half peak-to-peak of OP
-//! T = 4 theta + 2 (S - q (J - a) - q^2 a / 2) / (kappa a)   period
-//! ```
-//! With `S = 2 A - 2 a + J` and `J = (2 - q) a`, the last is linear in a:
-//! ```text
-//! a = 2 A / (kappa (T - 4 theta) / 2 + q (2 - q / 2))
+//! a = 2 A / (kappa (T - 4 theta) / 2 + q (2 - q / 2)),    J = (2 - q) a,    S = 2 A - 2 a + J
 //! ```
 //!
 //! # Limits
@@ -33,18 +28,7 @@
 use crate::Bands;
 use crate::detect::Abstention;
 
-/// The loop, with integral time equal to the time constant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CancelledLoop {
-    /// Gain of the process, units of PV per percent.
-    pub process_gain: f64,
-    /// Gain of the controller, percent per unit of PV.
-    pub controller_gain: f64,
-    /// Time constant of the process and integral time of the controller, s.
-    pub time_constant_s: f64,
-    /// Dead time, s.
-    pub dead_time_s: f64,
-}
+pub use crate::limit_cycle::CancelledLoop;
 
 /// S and J, percent of span, from the period (s) and half of the peak-to-peak value of the OP (percent).
 ///
@@ -64,9 +48,8 @@ pub struct CancelledLoop {
 /// If a number is not positive and finite, q is not below 1, or no valve makes such a cycle: the period is
 /// too short, or S comes out negative.
 pub fn bands(known: &CancelledLoop, period_s: f64, op_amplitude: f64) -> Result<Bands, Abstention> {
-    let CancelledLoop { process_gain, controller_gain, time_constant_s, dead_time_s } = *known;
-    let kappa = process_gain * controller_gain / time_constant_s;
-    let q = kappa * dead_time_s;
+    let CancelledLoop { time_constant_s, dead_time_s, .. } = *known;
+    let (kappa, q) = known.rate();
     let numbers = [kappa, time_constant_s, dead_time_s, period_s, op_amplitude];
     if !numbers.iter().all(|v| *v > 0.0 && v.is_finite()) || !(q < 1.0) {
         return Err(Abstention(
@@ -74,10 +57,7 @@ pub fn bands(known: &CancelledLoop, period_s: f64, op_amplitude: f64) -> Result<
                 .to_owned(),
         ));
     }
-    let a =
-        2.0 * op_amplitude / (0.5 * kappa * (period_s - 4.0 * dead_time_s) + q * (2.0 - 0.5 * q));
-    let j = (2.0 - q) * a;
-    let s = 2.0 * (op_amplitude - a) + j;
+    let (s, j) = known.s_j(period_s, op_amplitude);
     if !(period_s > 4.0 * dead_time_s && s >= 0.0) {
         return Err(Abstention(format!(
             "no sticking valve makes this loop cycle with a period of {period_s} s and an OP amplitude of \

@@ -8,8 +8,11 @@
 //! Both look at the loop in continuous time, at a constant set point and load, far from the limits of
 //! the OP; what a sampled controller does tends to it as the sample time goes to 0.
 
+mod cancelled;
 mod continuous;
 mod cycle;
+pub mod exact;
 
+pub use cancelled::{CancelledCycle, CancelledLoop};
 pub use continuous::ContinuousLoop;
 pub use cycle::{Cycle, Method, Swing};

@@ -1,0 +1,336 @@
+//! Exact limit cycles: the flow of the loop from slip to slip, and its periodic orbits.
+//!
+//! # What it computes
+//! Period, amplitudes, middles and Floquet multipliers of the limit cycles of a linear process of any
+//! order with dead time under a P, PI or PID controller, around a two-phase valve (also Kano's,
+//! Choudhury's, the play) or one that moves in slips alone (He's, He and Wang's, Stenman's). Whether a
+//! loop has none, and why; and where none could be found, that it is not known. [`cycle`] follows one
+//! motion and is fast, [`cycles`] follows many, [`member`] walks along a family.
+//!
+//! # Assumptions
+//! Those of [`ContinuousLoop`]. The process does not pass its input straight through, and a derivative
+//! without filter stands before a process whose numerator is two degrees below its denominator, so
+//! that the OP is continuous. The OP stays off its limits.
+//!
+//! # Equations
+//! **The linear part.** Counted from the equilibrium without friction, where VP = OP, the set point,
+//! the load and its weights drop out, and the loop is its own mirror image:
+//! ```text
+//! w' = A w + B x(t - theta)        u = C w
+//! ```
+//! `w` holds process, integral and filter of the derivative, `u` is the OP, `x` the VP. OP and VP count
+//! in `fs`, time in the inverse of the largest eigenvalue of `A` and `A + B C`.
+//!
+//! **The valve.** Stuck, `x` is constant until `|u - x|` rises through `fs`. Then, with `d` the sign of
+//! `u - x`,
+//! ```text
+//! two-phase:  x = u - d fd, until d du/dt falls through zero; then it is stuck
+//! He:         x goes on by d J, and is stuck at once (He and Wang: by d K J)
+//! ```
+//! These are the sampled models as the sample time goes to 0: there the slip follows the crossing
+//! within a sample, and the turn likewise. A turn is either one of a smooth OP, or comes with a jump of
+//! `du/dt`, when an earlier slip reaches a process of first order: then the stem stops at that instant.
+//!
+//! **The flow.** The loop with a moving stem is a delay equation: its input is what the OP was a dead time
+//! ago. By the method of steps it is solved stretch by stretch. Over a stretch the input is a power
+//! series, known from the past, and the states are power series too,
+//! ```text
+//! w(k+1) = (A w(k) + B x(k)) / (k + 1)
+//! ```
+//! cut after the 20th power. A stretch is at most 1 long in the unit of time above, so that what is cut
+//! off is of the order `1 / 21!`, which a double does not see. Stretches also end where the piece of the
+//! past that the process sees does. Without dead time a moving stem closes the loop, `x(k) = u(k)`
+//! but for the offset. An event is where a power series rises through zero; stretches are halved until
+//! the coefficients prove that there is none or one, and that one is found by Newton's method in a
+//! bracket. Extremes are found the same way, in the derivative.
+//!
+//! **The event map.** At a slip before which the stem was stuck for a dead time, the process sees
+//! nothing but the position before the slip, which is `C w - d fs`: so `w` alone determines all that
+//! follows. The map `P` takes it from one such slip to another, `n` slips later, turned by the sign of
+//! the slip so that every slip is upward. A cycle is a fixed point. If the last slip is downward, the
+//! fixed point is half of a cycle that is its own mirror image; else it is all of one. Newton's method
+//! solves `P(w) = w`. The derivative of `P` comes from the same code run in numbers that carry their
+//! derivatives: through the series, and through the times of events by the implicit function theorem,
+//! `dt = -dg / g'` for the event `g = 0`; the jumps of the variational equation (saltation) are in this.
+//!
+//! **Stability.** The eigenvalues of the derivative of `P` at the fixed point, squared if it is half a
+//! cycle, are the Floquet multipliers over a period: with the event the direction along the cycle is
+//! gone, and with the position its other trivial one. All within the unit circle: the cycle attracts.
+//! Where a stem moves in slips alone its position before a slip stays what it was but for steps of J:
+//! a multiplier is 1, and cycles come in a family with the offset of the positions as parameter, each
+//! attracting, at best, towards the family. The same holds for a two-phase stem if the OP turns at
+//! the slip itself. Along the family Newton's method is given the position.
+//!
+//! **The closed form** for a controller that cancels the process, its derivation and its map
+//! `a(n+1) = J - (1 - q) a(n)`: [`CancelledLoop`]. Where it applies, the search begins there.
+//!
+//! # Verdicts
+//! A motion is followed from slip to slip; now and then Newton's method is tried from where it is.
+//! It ends at an attracting cycle near by; at rest; with dead band alone, in strokes that shrink; in growth
+//! beyond 100,000 `fs`; or it is not known. As `|u - x| <= fs` along every motion, friction is a bounded
+//! disturbance of the linear loop, so that a loop diverges only if it is unstable without friction.
+//!
+//! # Limits
+//! * [`cycle`] gives the end of one motion: a loop may have other ends. [`cycles`] starts some tens of
+//!   motions of very different size; no finite number proves that there is nothing else. Unstable cycles
+//!   are those that Newton's method came across.
+//! * If the stem never rests for a dead time, the state at a slip is a function, not a vector: then a
+//!   cycle is found only by following the motion until it repeats itself to 1e-11; it
+//!   attracts, and its multipliers are not known.
+//! * A motion that slides to rest needs the OP never to turn; the least noise ends that, and the loop
+//!   then cycles after all.
+//! * What a sampled loop does differs in the order of its sample time, and not smoothly.
+//! * A process or filter far faster than the cycle costs steps; beyond 200,000 it is said that the motion
+//!   was not settled.
+//!
+//! # References
+//! E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer, 1993, for the
+//! method of steps, and Ya. Z. Tsypkin's relay theory for the family of He's valve (both recalled,
+//! not read). The map of the two-phase valve and its closed form were derived for this project.
+//!
+//! ```
+//! use stiction::Bands;
+//! use stiction::closed_loop::{Controller, Process};
+//! use stiction::limit_cycle::{ContinuousLoop, exact};
+//! use stiction::valve::Model;
+//!
+//! let sticky = ContinuousLoop::new(
+//!     Controller::pi(1.1, 2.5)?,
+//!     Process::first_order(1.5, 5.93, 1.07)?,
+//!     Model::TwoPhase,
+//!     Bands::from_s_j(5.0, 3.0)?,
+//! );
+//! let outcome = exact::cycle(&sticky)?;
+//! let cycle = outcome.attractor().expect("it cycles");
+//! assert!((cycle.period_s - 18.04367).abs() < 1e-5);
+//! assert!((cycle.half_pp.op - 3.108014).abs() < 1e-6);
+//! # Ok::<(), stiction::Error>(())
+//! ```
+
+mod flow;
+mod number;
+mod orbit;
+mod plant;
+mod search;
+mod series;
+
+use super::{CancelledLoop, ContinuousLoop, Cycle};
+use crate::bands::Bands;
+use crate::error::{Error, Result, finite};
+use crate::valve::{HeWang, Model};
+use flow::Stem;
+use orbit::Shooting;
+use plant::Plant;
+use search::{End, Search};
+use std::fmt;
+
+/// What became of the search for cycles of a loop.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It cycles.
+    Cycles {
+        /// The cycles that were found: those that attract first, each sort with growing OP amplitude.
+        cycles: Vec<Cycle>,
+        /// What other motions do that do not end in a cycle.
+        beside: Vec<NoCycle>,
+        /// Why another motion could not be followed to its end, if there was one.
+        unsettled: Option<String>,
+    },
+    /// It does not: every motion that was followed ended otherwise.
+    None {
+        /// How they ended, each way once.
+        reasons: Vec<NoCycle>,
+    },
+    /// Whether it cycles is not known.
+    NotFound {
+        /// What failed.
+        reason: String,
+    },
+}
+
+impl Outcome {
+    /// The cycles that were found, none if there are none.
+    pub fn cycles(&self) -> &[Cycle] {
+        match self {
+            Self::Cycles { cycles, .. } => cycles,
+            _ => &[],
+        }
+    }
+
+    /// The attracting cycle, if just one was found.
+    pub fn attractor(&self) -> Option<&Cycle> {
+        let mut stable = self.cycles().iter().filter(|cycle| cycle.stable);
+        stable.next().filter(|_| stable.next().is_none())
+    }
+}
+
+/// Why a motion ends in no cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NoCycle {
+    /// The valve does not stick.
+    NoFriction,
+    /// A valve with dead band alone: strokes and OP amplitude shrink to nothing.
+    Decays {
+        /// What is left of a stroke at the next.
+        ratio: f64,
+    },
+    /// It comes to rest.
+    Rests {
+        /// Whether the stem creeps to its last position, following an OP that never turns; else it
+        /// is stuck, and the OP comes to rest within the static friction band.
+        moving: bool,
+    },
+    /// It grows without bound: the loop is unstable even without friction.
+    Diverges,
+}
+
+impl fmt::Display for NoCycle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoFriction => f.write_str("the valve does not stick: the loop is linear"),
+            Self::Decays { ratio } => write!(
+                f,
+                "decays: with dead band alone each stroke is {ratio:.3} of the one before"
+            ),
+            Self::Rests { moving: true } => f.write_str(
+                "comes to rest: the OP approaches its final value without turning, so that the \
+                 stem follows it and never sticks",
+            ),
+            Self::Rests { moving: false } => f.write_str(
+                "comes to rest: the OP stays within the static friction band of the stuck stem",
+            ),
+            Self::Diverges => {
+                f.write_str("diverges: the loop is unstable, with friction and without")
+            }
+        }
+    }
+}
+
+/// A valve model as the flow sees it: its stem, and how much OP is 1. `None` if it does not stick.
+fn stem(model: Model, bands: Bands) -> Result<Option<(Stem, f64)>> {
+    let (bands, factor) = match model {
+        Model::TwoPhase | Model::Kano => (bands, 0.0),
+        Model::Choudhury => (bands.without_overshoot()?, 0.0),
+        Model::Play => (Bands::from_s_j(bands.s(), 0.0)?, 0.0),
+        Model::He => (bands, 1.0),
+        Model::HeWang => (bands.without_overshoot()?, HeWang::TYPICAL_OVERSHOOT),
+        Model::Stenman => (Bands::from_s_j(bands.j(), bands.j())?, 1.0),
+        Model::Ideal => return Ok(None),
+        Model::Chen => {
+            return Err(Error::Inconsistent(
+                "Chen's model has no limit for a short sample time: its reversals are a sample late"
+                    .to_owned(),
+            ));
+        }
+    };
+    let unit = bands.fs();
+    if unit == 0.0 {
+        return Ok(None);
+    }
+    // Steps of no size are a slide.
+    let stem = if factor == 0.0 || bands.j() == 0.0 {
+        Stem::Follows { fd: bands.fd() / unit }
+    } else {
+        Stem::Jumps { jump: factor * bands.j() / unit }
+    };
+    Ok(Some((stem, unit)))
+}
+
+/// The cycle in which a loop ends from near its equilibrium.
+///
+/// # Errors
+/// If the loop is not one that can be computed exactly; the message says why.
+pub fn cycle(l: &ContinuousLoop) -> Result<Outcome> {
+    let Some((stem, unit)) = stem(l.model, l.bands)? else {
+        return Ok(Outcome::None { reasons: vec![NoCycle::NoFriction] });
+    };
+    let plant = Plant::new(l, unit)?;
+    let mut search = Search::new(&plant, stem, unit);
+    let (mut state, mut position) = search.first();
+    if let (Stem::Follows { .. }, Some(closed)) =
+        (stem, CancelledLoop::of(l).and_then(|known| known.cycle(l.bands)))
+    {
+        position = -closed.vp / unit;
+        state = plant.resting(position, position + 1.0);
+    }
+    let end = search.follow(state, position);
+    Ok(search.outcome(vec![end]))
+}
+
+/// All cycles that motions from near the equilibrium to far outside the friction bands meet.
+///
+/// # Errors
+/// As [`cycle`].
+pub fn cycles(l: &ContinuousLoop) -> Result<Outcome> {
+    let Some((stem, unit)) = stem(l.model, l.bands)? else {
+        return Ok(Outcome::None { reasons: vec![NoCycle::NoFriction] });
+    };
+    let plant = Plant::new(l, unit)?;
+    let mut search = Search::new(&plant, stem, unit);
+    let mut ends: Vec<End> = vec![];
+    let first = search.first();
+    for (state, position) in std::iter::once(first).chain(search.starts()) {
+        ends.push(search.follow(state, position));
+    }
+    Ok(search.outcome(ends))
+}
+
+/// The member of the family of cycles of a stem that jumps (He's, Stenman's) whose positions lie
+/// `offset` percent above those of the symmetric member.
+///
+/// # Errors
+/// If the valve model has no family, or as [`cycle`].
+pub fn member(l: &ContinuousLoop, offset: f64) -> Result<Outcome> {
+    finite("offset", offset)?;
+    let Some((stem, unit)) = stem(l.model, l.bands)? else {
+        return Ok(Outcome::None { reasons: vec![NoCycle::NoFriction] });
+    };
+    if !matches!(stem, Stem::Jumps { .. }) {
+        return Err(Error::Inconsistent(
+            "a stem that follows the OP has single cycles, not a family of them".to_owned(),
+        ));
+    }
+    let plant = Plant::new(l, unit)?;
+    let mut search = Search::new(&plant, stem, unit);
+    let (state, position) = search.first();
+    let end = search.follow(state, position);
+    let symmetric = match end {
+        End::Orbit(index) => search.found[index].orbit.clone(),
+        _ => return Ok(search.outcome(vec![end])),
+    };
+    let nowhere = |reason: &str| Ok(Outcome::NotFound { reason: reason.to_owned() });
+    let Some(symmetric) = symmetric.filter(|orbit| orbit.map.direction < 0.0) else {
+        return nowhere("the symmetric member of the family was not found");
+    };
+    // From member to member, in strides that are halved where one fails.
+    let map = Shooting { slips: 2 * symmetric.map.slips, direction: 1.0, ..symmetric.map };
+    let start = plant.op(&symmetric.state) - 1.0;
+    let mut orbit = match map.orbit_at(&symmetric.state, Some(start)) {
+        Some(orbit) => orbit,
+        None => return nowhere("the symmetric member of the family does not repeat itself"),
+    };
+    let (mut done, mut stride) = (0.0, 1.0);
+    while done < 1.0 {
+        let next = f64::min(done + stride, 1.0);
+        match map.orbit_at(&orbit.state, Some(start + next * offset / unit)) {
+            Some(member) => {
+                (orbit, done) = (member, next);
+                stride *= 2.0;
+            }
+            None if stride < 1e-3 => {
+                return Ok(Outcome::NotFound {
+                    reason: format!(
+                        "the family could be followed to an offset of {} %, no further: beyond, \
+                         the stem slips more often, or rests for less than the dead time",
+                        done * offset
+                    ),
+                });
+            }
+            None => stride *= 0.5,
+        }
+    }
+    match orbit.cycle(unit) {
+        Some(cycle) => Ok(Outcome::Cycles { cycles: vec![cycle], beside: vec![], unsettled: None }),
+        None => nowhere("the member of the family could not be measured"),
+    }
+}

@@ -1,0 +1,144 @@
+//! Power series of a signal over a short stretch of time, and where it rises through zero.
+
+use super::number::Number;
+
+/// Highest power that is kept. Stretches are so short (see [`Plant`](super::plant::Plant)) that the
+/// next would not change a double.
+pub(super) const DEGREE: usize = 20;
+
+/// `c0 + c1 s + c2 s^2 + ...`, with `s` counted from the start of the stretch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Series<T>(pub(super) [T; DEGREE + 1]);
+
+impl<T: Number> Series<T> {
+    pub(super) fn constant(value: T) -> Self {
+        let mut series = Self([T::of(0.0); DEGREE + 1]);
+        series.0[0] = value;
+        series
+    }
+
+    /// The signal at `s`.
+    #[inline]
+    pub(super) fn at(&self, s: T) -> T {
+        self.0.iter().rev().fold(T::of(0.0), |sum, c| sum * s + *c)
+    }
+
+    /// The signal counted from `s` on.
+    pub(super) fn from(mut self, s: T) -> Self {
+        for i in 0..DEGREE {
+            for j in (i..DEGREE).rev() {
+                self.0[j] = self.0[j] + self.0[j + 1] * s;
+            }
+        }
+        self
+    }
+
+    /// `self + offset`.
+    pub(super) fn plus(mut self, offset: T) -> Self {
+        self.0[0] = self.0[0] + offset;
+        self
+    }
+
+    /// `factor self`.
+    pub(super) fn times(self, factor: f64) -> Self {
+        Self(self.0.map(|c| c * factor))
+    }
+
+    /// Its derivative.
+    pub(super) fn slope(&self) -> Self {
+        Self(std::array::from_fn(|k| match self.0.get(k + 1) {
+            Some(c) => *c * (k + 1) as f64,
+            None => T::of(0.0),
+        }))
+    }
+
+    /// Its values without derivatives.
+    pub(super) fn values(&self) -> Series<f64> {
+        Series(self.0.map(T::value))
+    }
+}
+
+impl Series<f64> {
+    /// Below this a difference is rounding: signals are of size 1.
+    pub(super) const ROUNDING: f64 = 1e-13;
+
+    /// The first `s` in `0..=end` at which the signal rises through zero; 0 if it begins above.
+    ///
+    /// No rise is overlooked but one that falls again within `end / 2^40`: a stretch is halved until
+    /// its coefficients bound the signal away from zero or its slope.
+    pub(super) fn rise(&self, end: f64) -> Option<f64> {
+        // What begins at zero has, later on, the sign of what is left when a power of s is taken out.
+        let zeros = self.0.iter().take_while(|c| c.abs() <= Self::ROUNDING).count();
+        match self.0.get(zeros) {
+            None => None,
+            Some(c) if *c > 0.0 => Some(0.0),
+            Some(_) => {
+                let mut rest = *self;
+                rest.0.rotate_left(zeros);
+                rest.0[DEGREE + 1 - zeros..].fill(0.0);
+                rest.rises(end)
+            }
+        }
+    }
+
+    /// As [`rise`](Self::rise), but where it begins above does not matter.
+    pub(super) fn rises(&self, end: f64) -> Option<f64> {
+        let mut power = 1.0;
+        let unit = Self(self.0.map(|c| {
+            let scaled = c * power;
+            power *= end;
+            scaled
+        }));
+        unit.rise_in_unit(40).map(|s| s * end)
+    }
+
+    fn rise_in_unit(&self, halvings: u32) -> Option<f64> {
+        let c = &self.0;
+        let range: f64 = c[1..].iter().map(|c| c.abs()).sum();
+        if c[0].abs() > range {
+            return None;
+        }
+        let bend: f64 = c[2..].iter().zip(2..).map(|(c, k)| f64::from(k) * c.abs()).sum();
+        if c[1].abs() > bend {
+            let rises = c[1] > 0.0 && c[0] <= 0.0 && self.at(1.0) > 0.0;
+            return rises.then(|| self.root_in_unit());
+        }
+        if halvings == 0 {
+            return (c[0] <= 0.0 && self.at(1.0) > 0.0).then_some(0.5);
+        }
+        let mut power = 1.0;
+        let left = Self(self.0.map(|c| {
+            let scaled = c * power;
+            power *= 0.5;
+            scaled
+        }));
+        left.rise_in_unit(halvings - 1)
+            .map(|s| 0.5 * s)
+            .or_else(|| left.from(1.0).rise_in_unit(halvings - 1).map(|s| 0.5 + 0.5 * s))
+    }
+
+    /// The zero of a signal that rises all the way from 0 to 1: Newton's method, kept in a bracket.
+    fn root_in_unit(&self) -> f64 {
+        let (mut low, mut high) = (0.0, 1.0);
+        let mut s = (-self.0[0] / self.0[1]).clamp(0.0, 1.0);
+        for _ in 0..100 {
+            let (mut value, mut slope) = (0.0, 0.0);
+            for c in self.0.iter().rev() {
+                slope = slope * s + value;
+                value = value * s + c;
+            }
+            if value > 0.0 {
+                high = s;
+            } else {
+                low = s;
+            }
+            let newton = s - value / slope;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - s).abs() <= 1e-16 || value == 0.0 {
+                break;
+            }
+            s = next;
+        }
+        s
+    }
+}
