@@ -59,6 +59,7 @@ pub mod diagnose;
 mod error;
 pub mod evidence;
 pub mod fusion;
+mod golden;
 pub mod identify;
 pub mod limit_cycle;
 pub mod oscillation;

@@ -193,6 +193,16 @@ impl Controller {
         (self.kp, self.ki, self.kd)
     }
 
+    /// Time constant of the filter of the derivative, s.
+    pub fn filter_s(&self) -> f64 {
+        self.filter_s
+    }
+
+    /// Weight of the set point in the proportional part.
+    pub fn set_point_weight(&self) -> f64 {
+        self.set_point_weight
+    }
+
     /// Whether nothing but proportional and integral action is asked of it.
     pub(super) fn is_plain_pi(&self) -> bool {
         self.kd == 0.0
