@@ -5,6 +5,7 @@
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page;
 //! * [`run`]: figures of simulated runs;
+//! * [`nyquist`]: harmonic balance as a picture;
 //! * [`words`]: a verdict in words;
 //! * [`paper`]: the figures of the paper.
 //!
@@ -35,6 +36,7 @@ pub mod document;
 mod error;
 mod escape;
 pub mod figure;
+pub mod nyquist;
 pub mod page;
 pub mod paper;
 pub mod report;

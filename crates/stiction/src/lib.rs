@@ -16,6 +16,7 @@
 //! * [`evidence`]: what a window of data says about the valve, as numbers free of units.
 //! * [`fusion`]: the frozen model that makes probabilities and intervals of evidence.
 //! * [`diagnose`]: from a recording to a verdict with its evidence.
+//! * [`what_if`]: what repair, retuning, a compensator or a positioner would make of a loop.
 //! * [`series`]: moments, correlation, spectra, crossings.
 //!
 //! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds,
@@ -61,6 +62,7 @@ pub mod diagnose;
 mod error;
 pub mod evidence;
 pub mod fusion;
+mod golden;
 pub mod identify;
 pub mod limit_cycle;
 pub mod oscillation;
@@ -70,6 +72,7 @@ pub mod series;
 mod simd;
 pub mod stem;
 pub mod valve;
+pub mod what_if;
 
 pub use bands::Bands;
 pub use error::{Error, Result};

@@ -189,6 +189,17 @@ impl Controller {
         self
     }
 
+    /// The same controller with other gains, as in [`Controller::parallel`].
+    ///
+    /// # Errors
+    /// If a gain is not finite.
+    pub fn with_gains(mut self, kp: f64, ki: f64, kd: f64) -> Result<Self> {
+        self.kp = finite("proportional gain", kp)?;
+        self.ki = finite("integral gain", ki)?;
+        self.kd = finite("derivative gain", kd)?;
+        Ok(self)
+    }
+
     /// Proportional, integral and derivative gain.
     pub fn gains(&self) -> (f64, f64, f64) {
         (self.kp, self.ki, self.kd)

@@ -18,6 +18,7 @@ mod verdict;
 mod weighing;
 
 pub use crate::fusion::{Cause, Estimate};
+pub use confirm::confirming_test;
 pub use diagnosis::{Detectors, Diagnosis, Options, Window, diagnose};
 pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};

@@ -43,6 +43,7 @@
 use super::least_squares::{dot, least_squares};
 use crate::detect::Abstention;
 use crate::error::positive;
+use crate::golden::golden;
 use crate::series::{autocorrelation, centred, std};
 use nalgebra::Matrix3;
 
@@ -51,8 +52,6 @@ pub const FEWEST_SAMPLES: usize = 40;
 /// Time constants of the grid, and their range, samples.
 const GRID: usize = 14;
 const SHORTEST: f64 = 0.3;
-/// Golden sections of the logarithm of the time constant.
-const SECTIONS: usize = 30;
 /// Share of the variance that a fit must explain to be one.
 const LEAST_SHARE: f64 = 0.05;
 
@@ -300,25 +299,6 @@ impl Data<'_> {
         let errors = [0, 1, 2].map(|i| (inverse[(i, i)] * variance).sqrt());
         errors.iter().all(|e| e.is_finite()).then_some(errors)
     }
-}
-
-/// The least value of `f` between two places, by golden sections.
-fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    let share = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (high - share * (high - low), low + share * (high - low));
-    let (mut at_a, mut at_b) = (f(a), f(b));
-    for _ in 0..SECTIONS {
-        if at_a <= at_b {
-            (high, b, at_b) = (b, a, at_a);
-            a = high - share * (high - low);
-            at_a = f(a);
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = low + share * (high - low);
-            at_b = f(b);
-        }
-    }
-    0.5 * (low + high)
 }
 
 #[cfg(test)]

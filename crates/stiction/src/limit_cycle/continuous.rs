@@ -1,5 +1,6 @@
 //! The loop in continuous time.
 
+use super::Swing;
 use crate::bands::Bands;
 use crate::closed_loop::{ClosedLoop, Controller, Process, Signal};
 use crate::error::{Error, Result, finite};
@@ -44,6 +45,34 @@ impl ContinuousLoop {
         finite("set point", self.set_point)?;
         finite("load", self.load)?;
         Ok(())
+    }
+
+    /// Where the loop would rest if the valve followed the OP: the middle of a cycle that is symmetric.
+    ///
+    /// # Errors
+    /// If there is no such place, or set point or load is not a number.
+    pub fn operating_point(&self) -> Result<Swing> {
+        self.check()?;
+        let (num, den) = self.process.coefficients();
+        let last = |p: &[f64]| p.last().copied().unwrap_or(0.0);
+        let (num, den) = (last(&num), last(&den));
+        let (kp, ki, _) = self.controller.gains();
+        let wanted = self.controller.set_point_weight() * self.set_point;
+        // den pv = num (op + load), with either pv = sp or op = kp (b sp - pv).
+        let (op, pv) = if ki == 0.0 {
+            let pv = num * (kp * wanted + self.load) / (den + num * kp);
+            (kp * (wanted - pv), pv)
+        } else {
+            (den * self.set_point / num - self.load, self.set_point)
+        };
+        if op.is_finite() && pv.is_finite() {
+            Ok(Swing { op, vp: op, pv })
+        } else {
+            Err(Error::Inconsistent(
+                "the loop has no operating point: its controller cannot hold the process anywhere"
+                    .to_owned(),
+            ))
+        }
     }
 
     /// What a simulated loop tends to as its sample time goes to 0, about its operating point.

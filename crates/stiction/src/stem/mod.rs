@@ -74,5 +74,6 @@ pub use equivalent::{Equivalent, SlidingKind};
 pub use friction::FrictionLaw;
 pub use parameters::{ParameterSet, SETS, StemParameters};
 pub use pressure::PressureSignal;
+pub(crate) use roots::bracketed;
 pub use simulate::{Event, EventKind, Response, Sample, Stem, StemStart};
 pub use stem_valve::StemValve;

@@ -4,7 +4,7 @@
 ///
 /// Chandrupatla's method (Adv. Eng. Software 28 (1997) 145-149, recalled): inverse quadratic
 /// interpolation where that is safe, else bisection; to the last bits of the bracket.
-pub(super) fn bracketed(mut f: impl FnMut(f64) -> f64, a: f64, b: f64) -> f64 {
+pub(crate) fn bracketed(mut f: impl FnMut(f64) -> f64, a: f64, b: f64) -> f64 {
     const MAX_ITERATIONS: usize = 200;
     let (mut x1, mut x2) = (b, a);
     let (mut f1, mut f2) = (f(b), f(a));

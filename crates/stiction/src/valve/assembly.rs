@@ -21,6 +21,12 @@ impl Assembly {
         Self { limits: None, model, lag: None }
     }
 
+    /// Another model in the same surroundings.
+    pub fn with_model(mut self, model: AnyModel) -> Self {
+        self.model = model;
+        self
+    }
+
     /// Limits OP and position to `low..=high`, percent of span; 0 and 100 are usual.
     ///
     /// # Errors
