@@ -6,6 +6,7 @@ use crate::measure::{
     Detection, QUANTIFIED, Share, THRESHOLDS, detection, estimates, estimation, is_quantified,
     judge,
 };
+use crate::members::Both;
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::fusion::{COVERAGE, Weighed};
@@ -13,7 +14,7 @@ use stiction::fusion::{COVERAGE, Weighed};
 /// What the card is to say of the loops it was tested on.
 pub struct Test<'a> {
     /// As recorded, and with the OP alone.
-    pub data: [&'a Dataset; 2],
+    pub data: &'a Both,
     pub seed: u64,
     pub members: u64,
 }
@@ -47,7 +48,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         train.columns.len(),
         train.columns.iter().filter(|column| column.op_only).count()
     )?;
-    for (name, data) in [("training", train), ("test", test.data[0])] {
+    for (name, data) in [("training", train), ("test", &test.data.full)] {
         let without: Vec<String> =
             data.abstained.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         if !without.is_empty() {
@@ -60,7 +61,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
          cannot show are left out unless said otherwise. Brackets are 95 % intervals (Wilson)."
     )?;
     for (title, op_only) in [("OP and PV", false), ("OP alone", true)] {
-        let data = test.data[usize::from(op_only)];
+        let data = if op_only { &test.data.alone } else { &test.data.full };
         let weighed = judge(bundle, data, op_only)?;
         writeln!(out, "\n## {title}")?;
         detected(&mut out, &detection(&data.truth, &weighed))?;

@@ -5,6 +5,7 @@ use crate::boost::{Loss, Options, Task, boost};
 use crate::calibrate;
 use crate::dataset::{Dataset, Truth};
 use crate::grow::Limits;
+use crate::members::Both;
 use anyhow::{Context, Result};
 use stiction::evidence::Line;
 use stiction::fusion::{Bundle, Calibration, Cause, Ensemble, Model, Provenance, Quantiles, row};
@@ -41,10 +42,8 @@ const fn recipe(members: u64, rounds: usize, rate: f64, leaves: usize, least: f6
 }
 
 // The least weight of a leaf is in loops for quantiles, and in loops times p (1 - p) for probabilities.
-const FAULT: Recipe = recipe(3, 1500, 0.05, 24, 6.0);
+const FAULT: Recipe = recipe(3, 2000, 0.05, 31, 6.0);
 const NO_RESPONSE: Recipe = recipe(1, 150, 0.1, 8, 2.0);
-// One split a tree: a sum of curves, one a feature, which cannot learn how simulated features go together.
-const ADDITIVE: Recipe = recipe(1, 1200, 0.08, 2, 6.0);
 const LINE: Recipe = recipe(1, 300, 0.08, 8, 4.0);
 const CAUSES: Recipe = recipe(1, 200, 0.1, 16, 4.0);
 const S: Recipe = recipe(2, 1000, 0.05, 20, 20.0);
@@ -91,12 +90,8 @@ pub fn j_over_s(truth: &Truth) -> Option<f64> {
 ///
 /// # Errors
 /// If there are too few loops of a sort.
-pub fn learn(
-    full: &Dataset,
-    alone: &Dataset,
-    provenance: Provenance,
-    report: impl Fn(&str),
-) -> Result<Learned> {
+pub fn learn(both: &Both, provenance: Provenance, report: impl Fn(&str)) -> Result<Learned> {
+    let Both { full, alone } = both;
     let mut school = School::new(full, provenance.trained, &report);
     let all: Vec<usize> = (0..full.columns.len()).collect();
     let (of_both, fault_gains, s_gains) = school.model("OP and PV", &all)?;
@@ -162,15 +157,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         let open: Vec<usize> = columns.iter().filter(|k| !is_shortcut(k)).copied().collect();
         let (mut trees, fault_gains) =
             self.fit(&named("fault"), Loss::Logistic, &open, &monotone, &FAULT, &target)?;
-        let mut fault_trees = trees.swap_remove(0);
-        if of_op {
-            // A shape says little, and what the shapes of simulated outputs have in common says less: half
-            // of this model is additive.
-            let name = named("fault, additive");
-            let (mut trees, _) =
-                self.fit(&name, Loss::Logistic, &open, &monotone, &ADDITIVE, &target)?;
-            fault_trees = Ensemble::mean(&[fault_trees, trees.swap_remove(0)]);
-        }
+        let fault_trees = trees.swap_remove(0);
         let calibration = self.calibration(&fault_trees, &target);
 
         let mut lines = vec![];
@@ -322,7 +309,8 @@ mod tests {
     fn learned() -> (Learned, Dataset) {
         let data = synthetic::dataset(1, 8000);
         let provenance = Provenance { trained: 6000, calibrated: 2000, ..Default::default() };
-        (learn(&data, &data, provenance, |_| {}).unwrap(), synthetic::dataset(2, 4000))
+        let both = Both { full: data.clone(), alone: data };
+        (learn(&both, provenance, |_| {}).unwrap(), synthetic::dataset(2, 4000))
     }
 
     #[test]

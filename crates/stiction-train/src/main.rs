@@ -22,8 +22,7 @@ mod synthetic;
 
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, Subcommand};
-use dataset::Dataset;
-use members::Signals;
+use members::Both;
 use sha2::{Digest, Sha256};
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -84,14 +83,14 @@ fn main() -> Result<()> {
     let members = args.test.unwrap_or((args.n / 4).max(100));
     let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
     let fresh = args.seed.wrapping_add(1);
-    let test = gather(&args, fresh, members, Signals::All)?;
+    let test = gather(&args, fresh, members)?;
     if let Some(Experiment::Judge { model }) = &args.experiment {
         let bytes =
             std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
-        print!("{}", measure::sayings(&Bundle::from_bytes(&bytes)?, &test)?);
+        print!("{}", measure::sayings(&Bundle::from_bytes(&bytes)?, &test.full)?);
         return Ok(());
     }
-    let train = gather(&args, args.seed, args.n, Signals::All)?;
+    let train = gather(&args, args.seed, args.n)?;
     match (&args.experiment, &args.output) {
         (Some(Experiment::Gather), _) => {
             ensure!(
@@ -100,7 +99,7 @@ fn main() -> Result<()> {
             );
         }
         (Some(Experiment::Mismatch), _) => {
-            print!("{}", mismatch::table(&train, trained, &test, tell)?);
+            print!("{}", mismatch::table(&train.full, trained, &test.full, tell)?);
         }
         (None, Some(folder)) => {
             let provenance = Provenance {
@@ -115,14 +114,12 @@ fn main() -> Result<()> {
                 trained,
                 calibrated: args.n - trained,
             };
-            let train_alone = gather(&args, args.seed, args.n, Signals::OpAlone)?;
-            let test_alone = gather(&args, fresh, members, Signals::OpAlone)?;
-            let learned = learn::learn(&train, &train_alone, provenance, tell)?;
+            let learned = learn::learn(&train, provenance, tell)?;
             let bytes = learned.bundle.to_bytes();
             let sha256: String =
                 Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
-            let test = card::Test { data: [&test, &test_alone], seed: fresh, members };
-            let card = card::card(&learned, &sha256, &train, &test)?;
+            let test = card::Test { data: &test, seed: fresh, members };
+            let card = card::card(&learned, &sha256, &train.full, &test)?;
             std::fs::create_dir_all(folder)
                 .with_context(|| format!("cannot make {}", folder.display()))?;
             for (name, bytes) in [("verdict.bin", &bytes[..]), ("README.md", card.as_bytes())] {
@@ -139,15 +136,19 @@ fn main() -> Result<()> {
 }
 
 /// The evidence of the first members of a population, kept or simulated.
-fn gather(args: &Args, seed: u64, members: u64, signals: Signals) -> Result<Dataset> {
+fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
     let key = matrix_file::key(population::VERSION, seed, members);
-    let suffix = if signals == Signals::OpAlone { "-op" } else { "" };
-    let name = format!("seed-{seed}-{members}{suffix}.csv");
-    let path = args.cache.as_ref().map(|folder| folder.join(name));
-    if let Some(path) = path.as_ref().filter(|path| path.exists()) {
-        return matrix_file::read(path, &key, members::columns());
+    let paths = args.cache.as_ref().map(|folder| {
+        ["", "-op"].map(|suffix| folder.join(format!("seed-{seed}-{members}{suffix}.csv")))
+    });
+    if let Some([full, alone]) = &paths
+        && full.exists()
+        && alone.exists()
+    {
+        let read = |path| matrix_file::read(path, &key, members::columns());
+        return Ok(Both { full: read(full)?, alone: read(alone)? });
     }
-    let data = members::simulate(seed, members, signals, |done| {
+    let both = members::simulate(seed, members, |done| {
         if std::io::stderr().is_terminal() {
             eprint!("\rseed {seed}: {done} of {members} loops");
             if done == members {
@@ -155,13 +156,13 @@ fn gather(args: &Args, seed: u64, members: u64, signals: Signals) -> Result<Data
             }
         }
     })?;
-    if let Some(path) = path {
-        let folder = path.parent().unwrap_or(&path);
+    if let (Some(folder), Some([full, alone])) = (&args.cache, &paths) {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make {}", folder.display()))?;
-        matrix_file::write(&path, &key, &data)?;
+        matrix_file::write(full, &key, &both.full)?;
+        matrix_file::write(alone, &key, &both.alone)?;
     }
-    Ok(data)
+    Ok(both)
 }
 
 /// Says what is done, on a terminal.

@@ -6,16 +6,19 @@ use std::collections::BTreeMap;
 use stiction::evidence::{self, Evidence};
 use stiction::fusion::{Cause, row};
 use stiction::population::{self, Kind, Simulated};
-use stiction::recording::{Grid, GridOptions};
+use stiction::recording::{Grid, GridOptions, Recording};
 
-/// Which signals of a recording there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Signals {
-    /// All that the population gives it.
-    All,
+/// What recordings say, with all their signals and with their OP alone.
+#[derive(Debug, Clone)]
+pub struct Both {
+    /// All signals that the population gives them.
+    pub full: Dataset,
     /// The OP, and neither PV nor SP.
-    OpAlone,
+    pub alone: Dataset,
 }
+
+/// The truth of a member, and its evidence if there is any.
+type Row = (Truth, Option<Vec<f32>>);
 
 /// The columns of today's evidence.
 pub fn columns() -> Vec<Column> {
@@ -36,53 +39,70 @@ pub fn columns() -> Vec<Column> {
 ///
 /// # Errors
 /// If a member cannot be simulated or brought onto a grid.
-pub fn simulate(
-    seed: u64,
-    members: u64,
-    signals: Signals,
-    progress: impl Fn(u64),
-) -> anyhow::Result<Dataset> {
+pub fn simulate(seed: u64, members: u64, progress: impl Fn(u64)) -> anyhow::Result<Both> {
     /// Members between two reports of progress.
     const BATCH: u64 = 512;
-    let mut rows = Vec::new();
-    let mut abstained = BTreeMap::new();
+    let (mut full, mut alone) = (Gathered::default(), Gathered::default());
     for from in (0..members).step_by(BATCH as usize) {
         let batch = from..(from + BATCH).min(members);
-        let batch: Vec<_> =
-            batch.into_par_iter().map(|index| member(seed, index, signals)).collect();
+        let batch: Vec<_> = batch.into_par_iter().map(|index| member(seed, index)).collect();
         for each in batch {
-            match each? {
-                (truth, Some(values)) => rows.push((truth, values)),
-                (truth, None) => *abstained.entry(truth.kind).or_insert(0) += 1,
-            }
+            let [of_all, of_op] = each?;
+            full.add(of_all);
+            alone.add(of_op);
         }
         progress((from + BATCH).min(members));
     }
-    Ok(Dataset { abstained, ..Dataset::new(columns(), rows) })
+    Ok(Both { full: full.into_dataset(), alone: alone.into_dataset() })
 }
 
-/// The truth of a member, and its evidence if there is any.
-fn member(seed: u64, index: u64, signals: Signals) -> stiction::Result<(Truth, Option<Vec<f32>>)> {
-    let Simulated { mut recording, truth } = population::member(seed, index)?;
-    if signals == Signals::OpAlone {
-        (recording.pv, recording.sp) = (None, None);
+/// Rows as they come.
+#[derive(Default)]
+struct Gathered {
+    rows: Vec<(Truth, Vec<f32>)>,
+    abstained: BTreeMap<String, u64>,
+}
+
+impl Gathered {
+    fn add(&mut self, (truth, values): Row) {
+        match values {
+            Some(values) => self.rows.push((truth, values)),
+            None => *self.abstained.entry(truth.kind).or_insert(0) += 1,
+        }
     }
-    let grid = Grid::of(&recording, &GridOptions::default())?;
-    let evidence = grid.longest().and_then(|stretch| Evidence::of(stretch).ok());
-    let truth = Truth {
-        index,
-        kind: truth.kind.name().to_owned(),
-        cause: cause_of(truth.kind),
-        visible: truth.visible,
-        slips: truth.slips as u64,
-        s: truth.s,
-        j: truth.j,
-        model: truth.model.map_or_else(String::new, |model| model.describe().name.to_owned()),
-        process: truth.facts.process.name().to_owned(),
-        steps: truth.facts.steps_per_sample as u64,
-        op_span: evidence.as_ref().map_or(f64::NAN, |evidence| evidence.op_span),
+
+    fn into_dataset(self) -> Dataset {
+        Dataset { abstained: self.abstained, ..Dataset::new(columns(), self.rows) }
+    }
+}
+
+/// What a member is, and what all its signals and its OP alone say.
+fn member(seed: u64, index: u64) -> stiction::Result<[Row; 2]> {
+    let Simulated { recording, truth } = population::member(seed, index)?;
+    let alone = Recording { pv: None, sp: None, ..recording.clone() };
+    let row_of = |recording: &Recording| -> stiction::Result<Row> {
+        let grid = Grid::of(recording, &GridOptions::default())?;
+        // As in a diagnosis, a long recording is looked at in windows; one of them is enough to learn from.
+        let evidence = grid.longest().and_then(|stretch| {
+            let windows = evidence::windows(stretch);
+            Evidence::of(&windows[windows.len() / 2]).ok()
+        });
+        let truth = Truth {
+            index,
+            kind: truth.kind.name().to_owned(),
+            cause: cause_of(truth.kind),
+            visible: truth.visible,
+            slips: truth.slips as u64,
+            s: truth.s,
+            j: truth.j,
+            model: truth.model.map_or_else(String::new, |model| model.describe().name.to_owned()),
+            process: truth.facts.process.name().to_owned(),
+            steps: truth.facts.steps_per_sample as u64,
+            op_span: evidence.as_ref().map_or(f64::NAN, |evidence| evidence.op_span),
+        };
+        Ok((truth, evidence.map(|evidence| row(&evidence.values))))
     };
-    Ok((truth, evidence.map(|evidence| row(&evidence.values))))
+    Ok([row_of(&recording)?, row_of(&alone)?])
 }
 
 /// What is the matter with a loop of a kind.

@@ -225,9 +225,14 @@ pub const DEAD_ZONE_BELOW: f64 = 0.05;
 /// The probability up to which a valve is cleared.
 pub const CLEARED_UP_TO: f64 = 0.2;
 
+/// Measures of fitness on which a loop of the population may fail too. If data are unfit for no other
+/// reason, what their evidence says has a meaning, but it cannot tell whether the valve sticks.
+pub const SIMULATED: [&str; 3] = ["cycles", "samples per cycle", "OP at a limit"];
+
 /// The verdict.
 ///
-/// 1. Data that are unfit give `cannot tell`.
+/// 1. Data that are unfit give `cannot tell`; unless they are unfit by no more than [`SIMULATED`] and the valve
+///    does not respond, which needs no cycle to be seen.
 /// 2. The method named `direct` is followed if it decided, because it has seen the valve move.
 /// 3. Without a PV nothing is concluded: the shape of the OP alone can be compatible with stiction, or
 ///    not, and that is all that is said of it.
@@ -250,11 +255,28 @@ pub(super) fn conclude(
         return preliminary;
     }
     if fitness.class == Class::Unfit {
-        // Loops of few cycles are part of the population, so what their evidence says has a meaning, but it
-        // is no verdict. Of data that are unfit otherwise it has none.
         let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-        let probability = unfit.all(|m| m.name == "cycles").then_some(weighing.probability);
-        return Verdict { probability, ..preliminary };
+        if !unfit.all(|m| SIMULATED.contains(&m.name)) {
+            return preliminary;
+        }
+        let probability = Some(weighing.probability);
+        let idle = weighing.probability >= ACCUSED_FROM
+            && weighing.likelihood(Cause::NoResponse) > weighing.likelihood(Cause::StickingValve);
+        if op_only || !idle {
+            return Verdict { probability, ..preliminary };
+        }
+        // A valve that does not respond makes no cycles, and winds its controller up.
+        let mut reasons: Vec<String> =
+            sayings(weighing).into_iter().map(|saying| saying.sentence).collect();
+        reasons.extend(preliminary.reasons.into_iter().skip(1));
+        return Verdict {
+            class: VerdictClass::DoesNotRespond,
+            basis: Basis::Evidence,
+            probability,
+            reasons,
+            alternatives: alternatives(weighing, Some(Cause::NoResponse)),
+            ..preliminary
+        };
     }
     let probability = weighing.probability;
     let sayings = sayings(weighing);
@@ -278,14 +300,14 @@ pub(super) fn conclude(
             ..preliminary
         };
     }
-    let of =
-        |cause: Cause| weighing.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |c| c.1);
-    let dead_zone = of(Cause::DeadZoneElsewhere);
+    let dead_zone = weighing.likelihood(Cause::DeadZoneElsewhere);
+    let (sticking, idle) =
+        (weighing.likelihood(Cause::StickingValve), weighing.likelihood(Cause::NoResponse));
     let (class, concluded) = match probability {
         p if p >= ACCUSED_FROM && dead_zone >= DEAD_ZONE_BELOW => {
             (VerdictClass::CannotTell, Some(Cause::StickingValve))
         }
-        p if p >= ACCUSED_FROM && of(Cause::NoResponse) > of(Cause::StickingValve) => {
+        p if p >= ACCUSED_FROM && idle > sticking => {
             (VerdictClass::DoesNotRespond, Some(Cause::NoResponse))
         }
         p if p >= ACCUSED_FROM => (VerdictClass::Sticks, Some(Cause::StickingValve)),

@@ -1,24 +1,16 @@
 //! The evidence of a stretch, window by window, weighed by the frozen model.
 //!
-//! A long stretch is not one experiment: sticking comes and goes. It is looked at in up to
-//! [`MOST_WINDOWS`] windows, evenly spread, each long enough for many cycles; the model was trained on
-//! recordings of about that length. The probability is that of the mean log-odds of the windows. S is
+//! A long stretch is looked at in [`windows`]. The probability is that of the mean log-odds of the windows. S is
 //! that of the windows in which it is known, on average of their logarithms, and so are the ends of its interval:
 //! windows of one valve share what is wrong with the model, so more of them do not make the interval
 //! narrower.
 
 use super::diagnosis::Window;
 use crate::detect::Abstention;
-use crate::evidence::{Evidence, Line};
+use crate::evidence::{Evidence, Line, windows};
 use crate::fusion::{self, Cause, Estimate, Weighed};
 use crate::recording::Stretch;
 
-/// Windows that are looked at, at most.
-const MOST_WINDOWS: usize = 6;
-/// Samples of a window, unless its cycles are long.
-const WINDOW_SAMPLES: usize = 2_000;
-/// Cycles of a window, if they are long.
-const WINDOW_CYCLES: f64 = 25.0;
 /// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
 /// on average.
 pub const WIDEST: f64 = 0.35;
@@ -121,6 +113,11 @@ impl Weighing {
         Ok(Self { windows, evidence, probability, lines, causes, s, j_over_s })
     }
 
+    /// The probability of a cause.
+    pub fn likelihood(&self, cause: Cause) -> f64 {
+        self.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |(_, share)| *share)
+    }
+
     /// The window that says most of what all of them say: the one whose probability is the median's.
     pub fn typical(&self) -> &Evidence {
         let mut order: Vec<usize> = (0..self.windows.len()).collect();
@@ -154,53 +151,9 @@ pub(super) fn jump(s: Estimate, j_over_s: Estimate) -> Option<Estimate> {
     })
 }
 
-/// The windows of a stretch: itself if it is short, else evenly spread ones.
-fn windows(stretch: &Stretch) -> Vec<Stretch> {
-    let n = stretch.len();
-    if n <= WINDOW_SAMPLES {
-        return vec![stretch.clone()];
-    }
-    let period = crate::evidence::recorded_period(stretch).unwrap_or(0.0);
-    let length = WINDOW_SAMPLES.max((WINDOW_CYCLES * period).round() as usize).min(n);
-    let count = n.div_ceil(length).min(MOST_WINDOWS);
-    let last = n - length;
-    (0..count)
-        .map(|k| {
-            let from = if count == 1 { 0 } else { last * k / (count - 1) };
-            stretch.part(from, length)
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn stretch(n: usize, period: f64) -> Stretch {
-        let wave = |k: usize| (std::f64::consts::TAU * k as f64 / period).sin();
-        Stretch {
-            from: 100.0,
-            sample_time: 2.0,
-            op: (0..n).map(|k| 50.0 + wave(k)).collect(),
-            pv: Some((0..n).map(|k| wave(k + 3)).collect()),
-            sp: None,
-            vp: None,
-            bridged: 0,
-        }
-    }
-
-    #[test]
-    fn windows_are_spread_over_the_stretch() {
-        assert_eq!(windows(&stretch(2_000, 40.0)).len(), 1);
-        let of_long = windows(&stretch(30_000, 40.0));
-        assert_eq!(of_long.len(), MOST_WINDOWS);
-        assert!(of_long.iter().all(|window| window.len() == WINDOW_SAMPLES));
-        assert_eq!(of_long[0].from, 100.0);
-        assert_eq!(of_long[5].from, 100.0 + 2.0 * 28_000.0);
-        // Long cycles make long windows.
-        let of_slow = windows(&stretch(30_000, 500.0));
-        assert!(of_slow.len() == 3 && of_slow[0].len() > 12_000, "{}", of_slow[0].len());
-    }
 
     #[test]
     fn windows_pool_their_log_odds() {

@@ -17,8 +17,10 @@ pub mod response;
 pub mod shift;
 mod turns;
 mod waves;
+mod windows;
 
 pub use prepared::{Dense, Prepared, Trace, high_passed};
+pub use windows::windows;
 
 pub mod model;
 

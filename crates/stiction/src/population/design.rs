@@ -130,6 +130,9 @@ impl Curve {
 pub(super) struct Design {
     pub samples: usize,
     pub sample_time: f64,
+    /// What an ordinary historian would take for its sample time, s: longer than that of an eager one.
+    /// Times of the loop are drawn in it.
+    pub pace: f64,
     /// Steps of controller and valve per recorded sample.
     pub steps: usize,
     /// Steps before the record begins.
@@ -176,20 +179,30 @@ impl Design {
     /// A loop of this kind.
     pub fn draw(kind: Kind, draw: &mut Draw) -> Self {
         let mut cause = draw.fork();
-        let samples = draw.log(300.0, 2000.5) as usize;
+        // An eager historian records the same loops with more samples.
+        let eager = if draw.chance(0.15) { draw.log(2.0, 10.0) } else { 1.0 };
+        let samples = (draw.log(300.0, 2000.5) * eager) as usize;
         let sample_time = draw.one_of([0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 60.0]);
-        let steps = if draw.chance(0.06) { 20 } else { draw.one_of([1, 1, 2, 5, 10]) };
+        let pace = sample_time * eager;
+        let slow_historian = if draw.chance(0.12) { 20 } else { draw.one_of([1, 1, 2, 5, 10]) };
+        let steps = if eager > 1.0 { 1 } else { slow_historian };
         let few_events = draw.chance(0.25);
         let duration = samples as f64 * sample_time;
 
-        let integrating = draw.chance(0.25);
+        let integrating = draw.chance(0.3);
         let fast = draw.chance(0.6) && !integrating;
         let second = draw.chance(0.4);
-        let mut tau = sample_time * if fast { draw.log(0.1, 4.0) } else { draw.log(0.7, 50.0) };
+        let mut tau = pace * if fast { draw.log(0.04, 4.0) } else { draw.log(0.7, 50.0) };
         let dead_time = tau * draw.log(0.05, 1.5);
         let tau2 = if second { tau * draw.uniform(0.1, 0.9) } else { 0.0 };
-        let valve_lag = if draw.chance(0.7) { tau * draw.uniform(0.0, 0.3) } else { 0.0 };
-        let pv_filter = if draw.chance(0.3) { tau * draw.uniform(0.05, 0.5) } else { 0.0 };
+        // A large actuator can be slower than the flow that it controls.
+        let valve_lag = tau
+            * match draw.unit() {
+                place if place < 0.2 => draw.log(0.3, 3.0),
+                place if place < 0.75 => draw.uniform(0.0, 0.3),
+                _ => 0.0,
+            };
+        let pv_filter = if draw.chance(0.35) { tau * draw.log(0.05, 1.5) } else { 0.0 };
         let process = match (integrating, second) {
             (true, _) => ProcessKind::Integrating,
             (_, true) => ProcessKind::SecondOrder,
@@ -217,7 +230,9 @@ impl Design {
         let gain_margin = draw.log(1.5, if few_events { 40.0 } else { 12.0 });
 
         let s = draw.log(0.5, 13.0);
-        let activity = s * draw.log(0.25, 1.6);
+        // In a calm loop little happens but what its valve does.
+        let calm = if draw.chance(0.2) { draw.log(0.04, 0.5) } else { 1.0 };
+        let activity = s * calm * draw.log(0.25, 1.6);
         let curve = match draw.unit() {
             place if place < 0.5 => Curve::Linear,
             place if place < 0.75 => {
@@ -257,6 +272,7 @@ impl Design {
         let mut design = Self {
             samples,
             sample_time,
+            pace,
             steps,
             warm_up: 0,
             few_events,

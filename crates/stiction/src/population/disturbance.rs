@@ -92,7 +92,7 @@ impl Tapes {
             for _ in 0..draw.count(1, 4) {
                 let mut size = design.gain * a * draw.sign() * draw.uniform(0.5, 3.0);
                 let from = draw.uniform(0.0, self.output.len() as f64) as usize;
-                let keep = (-step / (design.sample_time * draw.log(1.0, 10.0))).exp();
+                let keep = (-step / (design.pace * draw.log(1.0, 10.0))).exp();
                 for v in &mut self.output[from..] {
                     *v += size;
                     size *= keep;
@@ -122,7 +122,7 @@ impl Tapes {
         if draw.chance(0.5) {
             let amplitude = below.min(above) * draw.uniform(1.15, 2.0);
             let shortest = (12.0 * design.response_time()).min(duration / 3.0);
-            let shortest = shortest.max(8.0 * design.sample_time);
+            let shortest = shortest.max(8.0 * design.pace);
             let wave = Signal::Periodic {
                 wave: Wave::Sine,
                 mean: 0.0,
@@ -169,9 +169,10 @@ fn ramp(tape: &mut [f64], from: f64, length: f64, size: f64) {
 /// A shape of oscillation: `n` steps of `step` s with the given period, s, between about -1 and 1.
 type Shape = fn(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<f64>>;
 
-/// An oscillation of a period between 8 samples and a third of the record.
+/// An oscillation of a period between 8 samples of an ordinary historian and a third of the record.
 fn oscillation(design: &Design, draw: &mut Draw, shape: Shape) -> Result<Vec<f64>> {
-    let period = design.sample_time * draw.log(8.0, design.samples as f64 / 3.0);
+    let duration = design.samples as f64 * design.sample_time;
+    let period = draw.log(8.0 * design.pace, duration / 3.0);
     shape(design.all_steps(), design.step(), period, draw)
 }
 
@@ -326,7 +327,7 @@ fn set_point(kind: Kind, design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
             }
         }
         SetPointKind::Wandering => {
-            let tau_s = design.sample_time * draw.log(10.0, 200.0);
+            let tau_s = design.pace * draw.log(10.0, 200.0);
             let sd = change(draw).abs() * 0.5;
             play(&mut tape, step, &Signal::Noise { sd, tau_s, seed: draw.seed() })?;
         }

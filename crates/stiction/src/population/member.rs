@@ -182,7 +182,8 @@ fn sticking(design: &Design, healthy: &Fitting, draw: &mut Draw) -> Result<Valve
     let j = s * match draw.unit() {
         // One band is all it knows.
         _ if model == Model::Stenman => 1.0,
-        place if place < 0.85 => draw.uniform(0.03, 1.0),
+        place if place < 0.6 => draw.uniform(0.03, 1.0),
+        place if place < 0.85 => draw.log(0.01, 0.3),
         place if place < 0.92 => 1.0,
         _ => 0.0,
     };
@@ -305,7 +306,7 @@ mod tests {
         for Simulated { recording, truth } in members(300) {
             let (op, n) = (&recording.op.values, truth.vp.len());
             let name = &recording.name;
-            assert!((300..=2000).contains(&n) && op.len() == n, "{name}");
+            assert!((300..=20_005).contains(&n) && op.len() == n, "{name}");
             let facts = &truth.facts;
             assert!(min(op) >= facts.op_low - 1e-9 && max(op) <= facts.op_high + 1e-9, "{name}");
             assert!(truth.vp.iter().all(|vp| (0.0..=100.0).contains(vp)), "{name}");
@@ -346,7 +347,7 @@ mod tests {
     #[test]
     fn a_sticking_valve_stays_within_its_static_band() {
         let mut seen = 0;
-        for Simulated { recording, truth } in of(Kind::Sticky, 400) {
+        for Simulated { recording, truth } in of(Kind::Sticky, 800) {
             let facts = &truth.facts;
             let as_run = facts.steps_per_sample == 1
                 && facts.valve_lag_s == 0.0
@@ -359,7 +360,8 @@ mod tests {
             seen += 1;
             let fs = (truth.s + truth.j) / 2.0;
             let apart = differences(&recording.op.values, &truth.vp);
-            assert!(apart.iter().all(|e| e.abs() <= fs + 1e-9), "{}", recording.name);
+            let most = apart.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+            assert!(most <= fs + 1e-9, "{most} apart, fs {fs}: {facts:?}");
             if truth.visible && truth.slips > 0 {
                 // It rests until the band is used up.
                 assert!(apart.iter().any(|e| e.abs() > 0.5 * (truth.s - truth.j).max(0.0) - 1e-9));

@@ -11,7 +11,7 @@
 //!                      load, SP)
 //! ```
 //!
-//! Version 2. A change of what a seed gives is a new version and is named in the change log.
+//! Version 3. A change of what a seed gives is a new version and is named in the change log.
 
 mod design;
 mod disturbance;
@@ -29,4 +29,4 @@ pub use member::member;
 pub use truth::{Facts, Simulated, Truth};
 
 /// Version of the population: which loop a seed gives.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
