@@ -1,7 +1,7 @@
 //! `stiction compensate`: compensators on a loop, one or all.
 
 use crate::{actions, output, text};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Parser;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -87,8 +87,15 @@ pub fn run(args: Args) -> Result<()> {
     let assumed = Bands::from_s_j(args.s.unwrap_or(bands.s()), args.j.unwrap_or(bands.j()))?;
     let known: Knowledge = knowledge(plant, assumed);
     let mut found = compare(plant, &known, &methods, &options)?;
+    if !found.rows[0].nominal().measures.iae_per_s.is_finite() {
+        bail!(
+            "the loop grows without bound; lower the gain of its controller, or limit its output"
+        );
+    }
     found.rows[1..].sort_by(|a, b| error(a).total_cmp(&error(b)));
-    let rows: Vec<(&'static str, &Row)> = found.rows.iter().map(|row| (called(row), row)).collect();
+    let mut rows: Vec<(&'static str, &Row)> =
+        found.rows.iter().map(|row| (called(row), row)).collect();
+    rows.sort_by(|a, b| error(a.1).total_cmp(&error(b.1)));
     if let Some(path) = &args.plot {
         let figure = match methods[..] {
             [method] => {

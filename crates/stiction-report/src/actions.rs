@@ -7,10 +7,18 @@ use stiction::compensate::{Method, Row};
 /// Travel beyond this multiple of the present one is drawn at the edge; the number beside it is the true one.
 const MOST_TRAVEL: f64 = 5.0;
 
-/// The actions in the order in which they are drawn, from below.
-static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+/// The compensators in the order in which they are drawn, from below, and the loop as it is.
+static COMPENSATORS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let methods = Method::ALL.iter().rev().map(|method| method.describe().name);
-    methods.chain(["positioner", "retuned", "valve repaired", "as it is"]).collect()
+    methods.chain(["as it is"]).collect()
+});
+
+/// The same with what else could be done.
+static ACTIONS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+    let mut names = COMPENSATORS.clone();
+    let last = names.len() - 1;
+    names.splice(last..last, ["positioner", "retuned", "valve repaired"]);
+    names
 });
 
 /// The control error and the stem's travel of the loop as it is, `present`, and of what could be done, by name and in
@@ -19,10 +27,13 @@ static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
 /// Names that are neither those of an action nor of a compensator are left out.
 pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Figure {
     let now = present.nominal().measures;
+    let all = |names: &[&str]| rows.iter().all(|(name, _)| names.contains(name));
+    let names: &'static [&'static str] =
+        if all(&COMPENSATORS) { COMPENSATORS.as_slice() } else { ACTIONS.as_slice() };
     let (mut at, mut nominal, mut worst, mut travel) = (vec![], vec![], vec![], vec![]);
     let mut marks = vec![];
     for (rank, (name, row)) in rows.iter().enumerate() {
-        let Some(place) = NAMES.iter().position(|known| known == name) else { continue };
+        let Some(place) = names.iter().position(|known| known == name) else { continue };
         let most = row.worst(|outcome| outcome.measures.iae_per_s);
         let measures = row.nominal().measures;
         if !most.is_finite() {
@@ -35,8 +46,8 @@ pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Fig
         marks.push((rank + 1, place as f64, most));
     }
     let widest = worst.iter().copied().fold(1e-9, f64::max);
-    let rows_high = (-0.7, NAMES.len() as f64 - 0.3);
-    let height = 26.0 * NAMES.len() as f64;
+    let rows_high = (-0.7, names.len() as f64 - 0.3);
+    let height = 26.0 * names.len() as f64;
     let span = |ends: &[(f64, f64)]| -> (Vec<f64>, Vec<f64>, Vec<usize>) {
         let x = ends.iter().flat_map(|(from, to)| [*from, *to]).collect();
         let y = at.iter().flat_map(|at| [*at, *at]).collect();
@@ -47,7 +58,7 @@ pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Fig
     let mut errors = Panel::new("mean control error (PV units)", "")
         .x_range(-0.03 * widest, 1.12 * widest)
         .y_range(rows_high.0, rows_high.1)
-        .y_scale(Scale::Names(NAMES.as_slice()))
+        .y_scale(Scale::Names(names))
         .legend(Legend::Above)
         .height(height)
         .with(Series::line("", x, y).colour(colour::BLACK).breaks(breaks))

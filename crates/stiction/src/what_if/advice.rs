@@ -258,6 +258,15 @@ fn until_then(rows: &[Row], present: &Row, options: &Options) -> Vec<String> {
                 short(row.worst_error()),
                 100.0 * options.protocol.error,
             ));
+            let number = |name| row.played.parameters.iter().find(|n| n.name == name);
+            if let (Some(reach), Some(hold)) = (number("reach"), number("hold")) {
+                said.push(format!(
+                    "Mind that every correction of it throws the stem {} % past its place and back within {} s: the \
+                     OP needs that room, and the process must bear it.",
+                    short(reach.value),
+                    short(hold.value)
+                ));
+            }
             if let Some(apart) = loads_apart_s(row, present, options.protocol.step_s) {
                 said.push(format!(
                     "It answers loads slower than the loop does now: it pays where loads of {} % come less often \
