@@ -26,6 +26,10 @@ modified-two-move       0.057  0.057       0         0           0        0  41.
 valve repaired          0.061  0.061   0.068      1.95       0.684      229  8.70    8.20     29.0
 ";
     assert!(out.starts_with(table), "{out}");
+    // The page shows the whole of it.
+    let page = include_str!("../../../../docs/compensation.md");
+    let whole = out.split("\n\n").nth(1).expect("the table");
+    assert!(page.contains(whole), "docs/compensation.md must show: {whole}");
     for part in [
         "\nWhat to do\n- As it is, the loop cycles every 18 s",
         "- Repair the valve: that removes the cause.",
