@@ -1,7 +1,9 @@
 //! The `stiction` command: sticking control valves, diagnosed and simulated.
 #![forbid(unsafe_code)]
 
+mod actions;
 mod bench;
+mod compensate;
 mod diagnose;
 mod figures;
 mod history;
@@ -16,6 +18,7 @@ mod simulate;
 mod stem;
 mod text;
 mod valve;
+mod what_if;
 
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -43,6 +46,8 @@ enum Command {
     Valve(valve::Args),
     Stem(stem::Args),
     Simulate(simulate::Args),
+    Compensate(compensate::Args),
+    WhatIf(what_if::Args),
     Population(population::Args),
     Shift(shift::Args),
     Figures(figures::Args),
@@ -57,6 +62,8 @@ fn main() -> ExitCode {
         Command::Valve(args) => valve::run(args).map(|()| ExitCode::SUCCESS),
         Command::Stem(args) => stem::run(args).map(|()| ExitCode::SUCCESS),
         Command::Simulate(args) => simulate::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Compensate(args) => compensate::run(args).map(|()| ExitCode::SUCCESS),
+        Command::WhatIf(args) => what_if::run(args).map(|()| ExitCode::SUCCESS),
         Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
         Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
         Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),

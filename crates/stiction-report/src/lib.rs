@@ -6,6 +6,7 @@
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page;
 //! * [`run`]: figures of simulated runs;
 //! * [`nyquist`]: harmonic balance as a picture;
+//! * [`actions`]: what could be done about a sticking valve, as a chart;
 //! * [`words`]: a verdict in words;
 //! * [`paper`]: the figures of the paper.
 //!
@@ -32,6 +33,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod actions;
 pub mod document;
 mod error;
 mod escape;

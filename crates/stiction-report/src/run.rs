@@ -1,7 +1,8 @@
 //! Figures of simulated runs.
 
-use crate::figure::{Figure, Panel, Series, colour};
+use crate::figure::{Annotation, Figure, Panel, Series, colour};
 use stiction::closed_loop::{CascadeRun, OpenLoopRun, Run};
+use stiction::compensate::CompensatedRun;
 
 /// The times of `samples` samples, s.
 pub fn times(samples: usize, sample_time: f64) -> Vec<f64> {
@@ -44,6 +45,30 @@ pub fn closed_loop(title: &str, run: &Run) -> Figure {
     Figure::new(title)
         .with(pv_panel(&t, &run.sp, &run.pv, "PV, SP (units of the PV)"))
         .with(valve_panel(&t, &run.op, &run.vp))
+}
+
+/// A loop before and after its compensator is switched on at `on_s`, from `from_s` to `to_s`, s: set point and PV over
+/// OP, what the valve receives, and VP. Times outside the run are left out.
+pub fn compensated(
+    title: &str,
+    done: &CompensatedRun,
+    on_s: f64,
+    from_s: f64,
+    to_s: f64,
+) -> Figure {
+    let run = &done.run;
+    let index = |time_s: f64| ((time_s / run.sample_time).max(0.0) as usize).min(run.pv.len());
+    let shown = index(from_s)..index(to_s);
+    let t: Vec<f64> = times(run.pv.len(), run.sample_time)[shown.clone()].to_vec();
+    let of = |signal: &[f64]| signal[shown.clone()].to_vec();
+    let pv = pv_panel(&t, &of(&run.sp), &of(&run.pv), "PV, SP (units of the PV)")
+        .note(Annotation::vertical_line(on_s, "compensator on"));
+    let valve = Panel::new("time (s)", "OP, signal, VP (% of span)")
+        .with(Series::line("what the valve receives", &t[..], of(&done.signal)).colour(colour::SKY))
+        .with(Series::line("valve position VP", &t[..], of(&run.vp)).colour(colour::VERMILION))
+        .with(Series::dashed("controller output OP", &t[..], of(&run.op)).colour(colour::BLUE))
+        .note(Annotation::vertical_line(on_s, ""));
+    Figure::new(title).with(pv).with(valve)
 }
 
 /// A cascade: the master over the slave over OP and VP.

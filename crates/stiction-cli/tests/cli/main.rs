@@ -12,6 +12,7 @@ mod session;
 mod simulate;
 mod stem;
 mod valve;
+mod what_if;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -4,10 +4,12 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 11] = [
     "valve",
     "stem",
     "simulate",
+    "compensate",
+    "what-if",
     "population",
     "shift",
     "figures",

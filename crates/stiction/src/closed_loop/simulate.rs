@@ -134,15 +134,20 @@ impl ClosedLoop {
         })
     }
 
-    /// Three standard deviations of what the measurement noise adds, and half a PV quantum: how
-    /// far the PV wanders without meaning it.
-    pub(super) fn noise_band(&self) -> f64 {
+    /// Standard deviation of the noise that is measured with the PV, in its units.
+    pub fn noise_sd(&self) -> f64 {
         let variance: f64 = self
             .measurement
             .iter()
             .map(|signal| if let Signal::Noise { sd, .. } = signal { sd * sd } else { 0.0 })
             .sum();
-        3.0 * variance.sqrt() + self.pv_quantum / 2.0
+        variance.sqrt()
+    }
+
+    /// Three standard deviations of what the measurement noise adds, and half a PV quantum: how
+    /// far the PV wanders without meaning it.
+    pub(super) fn noise_band(&self) -> f64 {
+        3.0 * self.noise_sd() + self.pv_quantum / 2.0
     }
 
     /// Simulates the loop and keeps every sample.

@@ -6,6 +6,9 @@ use crate::detect::Number;
 use crate::error::{Error, Result, finite, non_negative, positive};
 use rayon::prelude::*;
 
+/// The longest run, samples: several of this length together take gigabytes.
+const MOST_SAMPLES: f64 = 1e7;
+
 /// What every method goes through.
 ///
 /// ```text
@@ -81,7 +84,7 @@ impl Options {
     }
 
     /// When the window, the set-point step and the load step begin, and when all ends, s.
-    fn times(&self) -> [f64; 4] {
+    pub fn times(&self) -> [f64; 4] {
         let window = self.from_s + self.settle_s;
         let set_point = window + self.window_s;
         let load = set_point + self.step_s;
@@ -126,6 +129,10 @@ pub struct Outcome {
     pub case: Case,
     /// Measures in the window.
     pub measures: Measures,
+    /// Mean absolute control error in the time given to the set-point step, in PV units.
+    pub set_point_iae_per_s: f64,
+    /// The same in the time given to the load step.
+    pub load_iae_per_s: f64,
     /// Time to settle after the set-point step, s; `None` if it did not.
     pub set_point_settling_s: Option<f64>,
     /// Time to settle after the load step, s; `None` if it did not.
@@ -150,10 +157,26 @@ impl Row {
         &self.outcomes[0]
     }
 
-    /// The largest PV standard deviation of the cases without noise: what wrong S and J can cost.
+    /// The largest value of a quantity in the cases without noise: what wrong S and J can cost. Infinite if it
+    /// overflows in one of them.
+    pub fn worst(&self, quantity: impl Fn(&Outcome) -> f64) -> f64 {
+        let values = self.quiet().map(quantity);
+        values.map(|value| if value.is_nan() { f64::INFINITY } else { value }).fold(0.0, f64::max)
+    }
+
+    /// The largest PV standard deviation of the cases without noise.
     pub fn worst_pv_std(&self) -> f64 {
-        let quiet = self.outcomes.iter().filter(|outcome| !outcome.case.noise);
-        quiet.map(|outcome| outcome.measures.pv_std).fold(0.0, f64::max)
+        self.worst(|outcome| outcome.measures.pv_std)
+    }
+
+    /// The cases without noise.
+    pub fn quiet(&self) -> impl Iterator<Item = &Outcome> {
+        self.outcomes.iter().filter(|outcome| !outcome.case.noise)
+    }
+
+    /// The case with noise, otherwise nominal.
+    pub fn noisy(&self) -> Option<&Outcome> {
+        self.outcomes.iter().find(|outcome| outcome.case.noise)
     }
 }
 
@@ -205,7 +228,15 @@ pub fn compare(
     options.check()?;
     let [_, set_point_at, load_at, end] = options.times();
     let mut plant = plant.clone();
-    plant.samples = (end / plant.sample_time).round() as usize;
+    // All of the last part, whatever is rounded.
+    let samples = (end / plant.sample_time - 1e-9).ceil();
+    if !(samples <= MOST_SAMPLES) {
+        return Err(Error::Inconsistent(format!(
+            "a run of {end} s is {samples:e} samples, more than {MOST_SAMPLES:e}; shorten the parts of the run, or \
+             take a longer sample time"
+        )));
+    }
+    plant.samples = samples as usize;
     let stepped = Signal::step(0.0, options.set_point_step, set_point_at);
     let total: Vec<f64> = {
         let own = plant.set_point.sample(plant.sample_time, plant.samples)?;
@@ -220,8 +251,12 @@ pub fn compare(
     let cases = Case::all(options);
     let rows: Vec<Option<Method>> =
         std::iter::once(None).chain(methods.iter().copied().map(Some)).collect();
-    let jobs: Vec<(Option<Method>, Case)> =
-        rows.iter().flat_map(|method| cases.map(|case| (*method, case))).collect();
+    // What is known makes no difference to the loop as it is: that is run once without noise.
+    let jobs: Vec<(Option<Method>, Case)> = rows
+        .iter()
+        .flat_map(|method| cases.map(|case| (*method, case)))
+        .filter(|(method, case)| method.is_some() || case.noise || *case == Case::NOMINAL)
+        .collect();
     let played: Vec<(Vec<Number>, Outcome)> = jobs
         .par_iter()
         .map(|(method, case)| {
@@ -229,16 +264,16 @@ pub fn compare(
             outcome(plant, known, *method, *case, options)
         })
         .collect::<Result<_>>()?;
-    let rows = rows
-        .into_iter()
-        .zip(played.chunks(cases.len()))
-        .map(|(method, played)| Row {
-            method,
-            parameters: played[0].0.clone(),
-            outcomes: played.iter().map(|(_, outcome)| *outcome).collect(),
-        })
-        .collect();
-    Ok(Comparison { rows })
+    let row = |method: Option<Method>| {
+        let of = |case: Case| {
+            let same = |job: &(Option<Method>, Case)| job.0 == method && job.1 == case;
+            jobs.iter().position(same).map(|k| &played[k])
+        };
+        let nominal = of(Case::NOMINAL)?;
+        let outcomes = cases.map(|case| Outcome { case, ..of(case).unwrap_or(nominal).1 });
+        Some(Row { method, parameters: nominal.0.clone(), outcomes: outcomes.to_vec() })
+    };
+    Ok(Comparison { rows: rows.into_iter().filter_map(row).collect() })
 }
 
 /// Runs one case; the parameters are those that the method was given.
@@ -262,9 +297,12 @@ fn outcome(
     let played: CompensatedRun = run(plant, compensator.as_mut(), from_s)?;
     let [window, set_point_at, load_at, end] = options.times();
     let settling = |from, to| settling_s(&played, from, to, options.settling_band);
+    let iae_per_s = |from, to| Measures::of(&played, from, to).map(|measures| measures.iae_per_s);
     let outcome = Outcome {
         case,
         measures: Measures::of(&played, window, set_point_at)?,
+        set_point_iae_per_s: iae_per_s(set_point_at, load_at)?,
+        load_iae_per_s: iae_per_s(load_at, end)?,
         set_point_settling_s: settling(set_point_at, load_at)?,
         load_settling_s: settling(load_at, end)?,
     };

@@ -46,6 +46,7 @@ pub use run::{CompensatedRun, run};
 pub use six_move::SixMove;
 pub use supervised::Supervised;
 pub use three_move::ThreeMove;
+pub(crate) use tuning::Figures;
 pub use tuning::Knowledge;
 pub use two_move::TwoMove;
 

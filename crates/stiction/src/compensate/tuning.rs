@@ -31,7 +31,7 @@ impl Knowledge {
 
 /// The numbers that the rules of all methods are made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Figures {
+pub(crate) struct Figures {
     pub bands: Bands,
     pub sample_time: f64,
     pub noise_sd: f64,
@@ -52,7 +52,7 @@ impl Figures {
     /// Sample times taken for the time constant of a controller without integral action.
     const SAMPLES_WITHOUT_INTEGRAL: f64 = 50.0;
 
-    pub(super) fn of(known: &Knowledge) -> Result<Self> {
+    pub(crate) fn of(known: &Knowledge) -> Result<Self> {
         let sample_time = positive("sample time", known.sample_time)?;
         let noise_sd = non_negative("standard deviation of the noise", known.noise_sd)?;
         let bands = Bands::from_s_j(known.s, known.j.unwrap_or(0.5 * known.s))?;

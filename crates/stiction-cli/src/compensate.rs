@@ -1,0 +1,180 @@
+//! `stiction compensate`: compensators on a loop, one or all.
+
+use crate::{actions, output, text};
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use stiction::Bands;
+use stiction::compensate::{Comparison, Knowledge, Method, Row, compare, run as play};
+use stiction::what_if::{self, knowledge};
+use stiction_io::scenario::Scenario;
+
+/// Put compensators between the controller and the sticking valve of a loop, and measure what they do.
+///
+/// Each method gets its parameters from S, J and the loop, goes through a window without changes, a set-point
+/// step and a load step, and is tried with S and J wrong by half and with noise.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction compensate paper/closed-loop
+  stiction compensate paper/closed-loop --method knocker --S 4 --J 2 --plot knocker.png
+  stiction compensate --list")]
+pub struct Args {
+    /// List the methods, with what they do and where they come from
+    #[arg(long)]
+    list: bool,
+    /// Name of a built-in scenario, or a TOML file; a single control loop
+    #[arg(required_unless_present = "list")]
+    scenario: Option<String>,
+    /// Change a key of the scenario, such as valve.S=4; may be given several times
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Only this method; may be given several times
+    #[arg(long, value_name = "NAME")]
+    method: Vec<String>,
+    /// S that is assumed in choosing parameters, percent of span [default: that of the valve]
+    #[arg(long = "S", value_name = "PERCENT", allow_negative_numbers = true)]
+    s: Option<f64>,
+    /// J that is assumed, percent of span [default: that of the valve]
+    #[arg(long = "J", value_name = "PERCENT", allow_negative_numbers = true)]
+    j: Option<f64>,
+    /// When the compensators are switched on, s [default: after ten cycles]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    at: Option<f64>,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+    /// Draw to this file, .svg or .png: of one method the run before and after, else error and travel
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Write every method and case to this CSV file; - is standard output
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    csv: Option<PathBuf>,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    if args.list {
+        for method in Method::ALL {
+            let method = method.describe();
+            output::line(format!(
+                "{:22} {}\n{:22} {}",
+                method.name, method.summary, "", method.citation
+            ))?;
+        }
+        return Ok(());
+    }
+    let name = args.scenario.as_deref().context("no scenario")?;
+    let mut methods = vec![];
+    for wanted in &args.method {
+        let method = Method::by_name(wanted)?;
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    if methods.is_empty() {
+        methods = Method::ALL.to_vec();
+    }
+    let scenario = Scenario::open(name, &args.set)?;
+    for note in &scenario.notes {
+        output::note(note);
+    }
+    let plant = actions::single_loop(name, &scenario)?;
+    let (model, bands) = scenario.valve;
+    let mut options = what_if::Options::suiting(plant, model, bands)?.protocol;
+    if let Some(at) = args.at {
+        options.from_s = at;
+    }
+    let assumed = Bands::from_s_j(args.s.unwrap_or(bands.s()), args.j.unwrap_or(bands.j()))?;
+    let known: Knowledge = knowledge(plant, assumed);
+    let mut found = compare(plant, &known, &methods, &options)?;
+    if !found.rows[0].nominal().measures.iae_per_s.is_finite() {
+        bail!(
+            "the loop grows without bound; lower the gain of its controller, or limit its output"
+        );
+    }
+    found.rows[1..].sort_by(|a, b| error(a).total_cmp(&error(b)));
+    let mut rows: Vec<(&'static str, &Row)> =
+        found.rows.iter().map(|row| (called(row), row)).collect();
+    rows.sort_by(|a, b| error(a.1).total_cmp(&error(b.1)));
+    if let Some(path) = &args.plot {
+        let figure = match methods[..] {
+            [method] => {
+                let mut plant = plant.clone();
+                let until = options.from_s + 0.5 * options.settle_s;
+                plant.samples = (until / plant.sample_time).ceil() as usize;
+                let mut compensator = method.automatic(&known)?;
+                let done = play(&plant, compensator.as_mut(), options.from_s)?;
+                let title = format!("{}: {}", method.describe().name, scenario.title);
+                let from = options.from_s - 0.4 * options.settle_s;
+                stiction_report::run::compensated(&title, &done, options.from_s, from, until)
+            }
+            _ => {
+                let title = format!("Compensators: {}", scenario.title);
+                stiction_report::actions::actions(&title, &found.rows[0], &rows)
+            }
+        };
+        output::figure("--plot", path, &figure)?;
+    }
+    if let Some(path) = &args.csv {
+        let named: Vec<(&str, &Row)> = rows;
+        output::write(Some(path), actions::csv(&named)?.as_bytes())?;
+        if path.as_os_str() == "-" {
+            return Ok(());
+        }
+    }
+    if args.json {
+        let mut json = actions::head(name, &scenario)?;
+        json.insert("assumed".to_owned(), json!({ "S": assumed.s(), "J": assumed.j() }));
+        json.insert("protocol".to_owned(), actions::protocol(&options));
+        let methods = found.rows.iter().map(|row| {
+            let mut value = actions::row(called(row), row);
+            // JSON knows no infinite numbers: null where nothing is left of the swing.
+            value["pv_std_divided_by"] = json!(found.reduction(row));
+            value
+        });
+        json.insert("methods".to_owned(), methods.collect());
+        return output::line(serde_json::to_string_pretty(&Value::Object(json))?);
+    }
+    output::write(None, in_words(&scenario.title, &found, assumed).as_bytes())
+}
+
+fn error(row: &Row) -> f64 {
+    row.worst(|outcome| outcome.measures.iae_per_s)
+}
+
+fn called(row: &Row) -> &'static str {
+    row.method.map_or("as it is", |method| method.describe().name)
+}
+
+fn in_words(title: &str, found: &Comparison, assumed: Bands) -> String {
+    let rows: Vec<(&str, &Row, String)> = found
+        .rows
+        .iter()
+        .map(|row| {
+            let factor = match found.reduction(row) {
+                factor if factor <= 999.0 => actions::short(factor),
+                _ => ">999".to_owned(),
+            };
+            (called(row), row, if row.method.is_some() { factor } else { String::new() })
+        })
+        .collect();
+    let mut out = format!("{title}\n\n{}\n", actions::table(&rows, "std ÷"));
+    let words = format!(
+        "{} std ÷: by what the standard deviation of the PV is divided; a constant offset does not count in it. \
+         Chosen for S = {} %, J = {} %.",
+        actions::LEGEND,
+        actions::short(assumed.s()),
+        actions::short(assumed.j())
+    );
+    for line in text::wrapped(&words, 96) {
+        out += &format!("{line}\n");
+    }
+    if let [_, row] = &found.rows[..] {
+        out += "\nParameters\n";
+        for n in &row.parameters {
+            out += format!("  {:24}{} {}", n.name, actions::short(n.value), n.unit).trim_end();
+            out.push('\n');
+        }
+    }
+    out
+}
