@@ -6,6 +6,7 @@ mod diagnose;
 mod figures;
 mod history;
 mod inspect;
+mod limit_cycle;
 mod output;
 mod overrule;
 mod population;
@@ -43,6 +44,7 @@ enum Command {
     Valve(valve::Args),
     Stem(stem::Args),
     Simulate(simulate::Args),
+    LimitCycle(limit_cycle::Args),
     Population(population::Args),
     Shift(shift::Args),
     Figures(figures::Args),
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
         Command::Valve(args) => valve::run(args).map(|()| ExitCode::SUCCESS),
         Command::Stem(args) => stem::run(args).map(|()| ExitCode::SUCCESS),
         Command::Simulate(args) => simulate::run(args).map(|()| ExitCode::SUCCESS),
+        Command::LimitCycle(args) => limit_cycle::run(args).map(|()| ExitCode::SUCCESS),
         Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
         Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
         Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),

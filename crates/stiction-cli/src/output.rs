@@ -1,8 +1,9 @@
 //! Writing results to files and to standard output.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
+use stiction_report::Figure;
 
 /// Writes `bytes` to the file at `path`, or to standard output for none or `-`.
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
@@ -16,6 +17,17 @@ pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
             Ok(out.flush()?)
         }
     }
+}
+
+/// Draws `figure` to the file that `option` named, .svg or .png.
+pub fn figure(option: &str, path: &Path, figure: &Figure) -> Result<()> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let bytes = match extension.to_ascii_lowercase().as_str() {
+        "svg" => figure.svg()?.into_bytes(),
+        "png" => figure.png()?,
+        _ => bail!("{option} {}: the file must end in .svg or .png", path.display()),
+    };
+    write(Some(path), &bytes)
 }
 
 /// Prints one line to standard output.

@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use clap::Parser;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use stiction::closed_loop::Run;
 use stiction_io::scenario::{self, Scenario, System};
 use stiction_io::table;
@@ -85,7 +85,7 @@ pub fn run(args: Args) -> Result<()> {
         Wanted { csv: args.output.is_some(), columns: &args.columns, figure: args.plot.is_some() };
     let report = simulate(&scenario, wanted)?;
     if let (Some(path), Some(figure)) = (&args.plot, &report.figure) {
-        plot(path, figure)?;
+        output::figure("--plot", path, figure)?;
     }
     if let (Some(path), Some(csv)) = (&args.output, &report.csv) {
         output::write(Some(path), csv.as_bytes())?;
@@ -200,16 +200,6 @@ impl Wanted<'_> {
         }
         Ok(Some(table::write(&all)))
     }
-}
-
-fn plot(path: &Path, figure: &Figure) -> Result<()> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-    let bytes = match extension.to_ascii_lowercase().as_str() {
-        "svg" => figure.svg()?.into_bytes(),
-        "png" => figure.png()?,
-        _ => bail!("--plot {}: the file must end in .svg or .png", path.display()),
-    };
-    output::write(Some(path), &bytes)
 }
 
 fn to_json(name: &str, scenario: &Scenario, report: &Report) -> Result<Value> {

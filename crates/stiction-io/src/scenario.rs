@@ -53,6 +53,8 @@ pub struct Scenario {
     pub title: String,
     /// What it simulates.
     pub system: System,
+    /// The valve's model and bands.
+    pub valve: (Model, Bands),
     /// The TOML text, with all settings in it.
     pub text: String,
     /// What was given but has no effect, in sentences.
@@ -127,11 +129,12 @@ impl Scenario {
         let document = DeTable::parse(text).map_err(|e| {
             at(Wrong { span: e.span().unwrap_or_default(), message: e.message().to_owned() })
         })?;
-        let mut builder = Builder { folder, notes: vec![] };
+        let mut builder = Builder { folder, valve: (Model::Ideal, Bands::NONE), notes: vec![] };
         let (title, system) = Fields::document(&document, keys::SCENARIO)
             .and_then(|top| builder.scenario(top))
             .map_err(at)?;
-        Ok(Self { title, system, text: text.to_owned(), notes: builder.notes })
+        let Builder { valve, notes, .. } = builder;
+        Ok(Self { title, system, valve, text: text.to_owned(), notes })
     }
 }
 
@@ -253,6 +256,8 @@ type Built<T> = std::result::Result<T, Wrong>;
 /// Takes a scenario from its fields.
 struct Builder<'p> {
     folder: Option<&'p Path>,
+    /// Of the valve that was read.
+    valve: (Model, Bands),
     notes: Vec<String>,
 }
 
@@ -594,6 +599,7 @@ impl Builder<'_> {
                 self.notes.push(format!("valve.{name} has no effect: {model} does not use it"));
             }
         }
+        self.valve = (model, bands);
         let overshoot = fields.number("K")?;
         let rest = fields.number("rest_tolerance")?;
         let mut valve = model.build(bands).map_err(refused)?;

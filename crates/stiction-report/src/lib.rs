@@ -5,6 +5,7 @@
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page;
 //! * [`run`]: figures of simulated runs;
+//! * [`limit_cycle`]: a cycle over time, and maps of cycles over two parameters;
 //! * [`nyquist`]: harmonic balance as a picture;
 //! * [`words`]: a verdict in words;
 //! * [`paper`]: the figures of the paper.
@@ -36,6 +37,7 @@ pub mod document;
 mod error;
 mod escape;
 pub mod figure;
+pub mod limit_cycle;
 pub mod nyquist;
 pub mod page;
 pub mod paper;
@@ -46,6 +48,6 @@ pub mod words;
 
 pub use error::Error;
 pub use figure::{
-    Along, Annotation, Figure, Legend, Live, Panel, Scale, Series, Span, Strip, Style,
+    Along, Annotation, Figure, Heat, Legend, Live, Panel, Scale, Series, Span, Strip, Style, Tile,
 };
 pub use page::{Entry, Page, Parameter, Picture};
