@@ -8,6 +8,7 @@ mod diagnose;
 mod figures;
 mod history;
 mod inspect;
+mod limit_cycle;
 mod output;
 mod overrule;
 mod population;
@@ -48,6 +49,7 @@ enum Command {
     Simulate(simulate::Args),
     Compensate(compensate::Args),
     WhatIf(what_if::Args),
+    LimitCycle(limit_cycle::Args),
     Population(population::Args),
     Shift(shift::Args),
     Figures(figures::Args),
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args).map(|()| ExitCode::SUCCESS),
         Command::Compensate(args) => compensate::run(args).map(|()| ExitCode::SUCCESS),
         Command::WhatIf(args) => what_if::run(args).map(|()| ExitCode::SUCCESS),
+        Command::LimitCycle(args) => limit_cycle::run(args).map(|()| ExitCode::SUCCESS),
         Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
         Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
         Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),

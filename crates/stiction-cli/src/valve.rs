@@ -58,20 +58,7 @@ pub fn run(args: Args) -> Result<()> {
         return Ok(());
     }
     let model = Model::by_name(&args.model)?;
-    let description = model.describe();
-    let need = |name, value: Option<f64>, used| match value {
-        None if used => {
-            anyhow::bail!("model {} needs {name}, in percent of span", description.name)
-        }
-        Some(value) if !used => {
-            output::note(format!("model {} does not use {name}", description.name));
-            Ok(value)
-        }
-        value => Ok(value.unwrap_or(0.0)),
-    };
-    let s = need("--S", args.s, description.uses_s)?;
-    let j = need("--J", args.j, description.uses_j)?;
-    let bands = Bands::from_s_j(s, j)?;
+    let bands = bands(model, args.s, args.j)?;
     let mut valve = match (model, args.k) {
         (Model::HeWang, Some(k)) => AnyModel::HeWang(HeWang::new(bands, k)?),
         (_, Some(_)) => anyhow::bail!("--K is the overshoot of model he-wang only"),
@@ -87,4 +74,22 @@ pub fn run(args: Args) -> Result<()> {
     let mut vp = vec![0.0; op.len()];
     valve.run(&op, &mut vp)?;
     output::write(args.output.as_deref(), table.with_column("vp", &vp)?.as_bytes())
+}
+
+/// The bands of a model from what was given of S and J; it must be what the model uses.
+pub fn bands(model: Model, s: Option<f64>, j: Option<f64>) -> Result<Bands> {
+    let description = model.describe();
+    let need = |name, value: Option<f64>, used| match value {
+        None if used => {
+            anyhow::bail!("model {} needs {name}, in percent of span", description.name)
+        }
+        Some(value) if !used => {
+            output::note(format!("model {} does not use {name}", description.name));
+            Ok(value)
+        }
+        value => Ok(value.unwrap_or(0.0)),
+    };
+    let s = need("--S", s, description.uses_s)?;
+    let j = need("--J", j, description.uses_j)?;
+    Ok(Bands::from_s_j(s, j)?)
 }

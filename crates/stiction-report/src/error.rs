@@ -54,6 +54,14 @@ pub enum Error {
         /// The value found there.
         value: f64,
     },
+    /// A map that cannot be drawn.
+    #[error("the map of panel {panel} {problem}")]
+    Heat {
+        /// Index of the panel, from 0.
+        panel: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// An annotation that has no place on paper.
     #[error(
         "annotation {index} of panel {panel} contains {value}, but its coordinates must be \

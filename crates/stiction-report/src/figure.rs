@@ -32,6 +32,7 @@ mod canvas;
 mod clock;
 mod curve;
 mod geometry;
+mod heat;
 mod layout;
 mod legend;
 mod live;
@@ -45,6 +46,7 @@ use crate::error::Error;
 use canvas::Target;
 
 pub use clock::instant;
+pub use heat::{Heat, Tile};
 pub use live::Live;
 pub use palette::colour;
 
@@ -79,6 +81,8 @@ pub struct Panel {
     pub x_label: String,
     /// Quantity and unit along y.
     pub y_label: String,
+    /// A map below the curves.
+    pub heat: Option<Heat>,
     /// The curves, drawn in this order.
     pub series: Vec<Series>,
     /// Marks in data coordinates.
@@ -397,6 +401,7 @@ impl Panel {
             title: String::new(),
             x_label: x_label.into(),
             y_label: y_label.into(),
+            heat: None,
             series: Vec::new(),
             annotations: Vec::new(),
             x_range: None,
@@ -415,6 +420,13 @@ impl Panel {
     #[must_use]
     pub fn title(mut self, title: impl Into<String>) -> Self {
         self.title = title.into();
+        self
+    }
+
+    /// Puts a map below the curves; the axes end where it does.
+    #[must_use]
+    pub fn heat(mut self, heat: Heat) -> Self {
+        self.heat = Some(heat);
         self
     }
 
@@ -496,8 +508,11 @@ impl Panel {
     }
 
     fn check(&self, panel: usize) -> Result<(), Error> {
-        if self.series.is_empty() {
+        if self.series.is_empty() && self.heat.is_none() {
             return Err(Error::NoSeries { panel });
+        }
+        if let Some(heat) = &self.heat {
+            heat.check().map_err(|problem| Error::Heat { panel, problem })?;
         }
         for series in &self.series {
             series.check(panel, self.x_scale, self.y_scale)?;

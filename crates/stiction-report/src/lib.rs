@@ -5,6 +5,7 @@
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page;
 //! * [`run`]: figures of simulated runs;
+//! * [`limit_cycle`]: a cycle over time, and maps of cycles over two parameters;
 //! * [`nyquist`]: harmonic balance as a picture;
 //! * [`actions`]: what could be done about a sticking valve, as a chart;
 //! * [`words`]: a verdict in words;
@@ -38,6 +39,7 @@ pub mod document;
 mod error;
 mod escape;
 pub mod figure;
+pub mod limit_cycle;
 pub mod nyquist;
 pub mod page;
 pub mod paper;
@@ -48,6 +50,6 @@ pub mod words;
 
 pub use error::Error;
 pub use figure::{
-    Along, Annotation, Figure, Legend, Live, Panel, Scale, Series, Span, Strip, Style,
+    Along, Annotation, Figure, Heat, Legend, Live, Panel, Scale, Series, Span, Strip, Style, Tile,
 };
 pub use page::{Entry, Page, Parameter, Picture};

@@ -10,14 +10,14 @@ pub fn times(samples: usize, sample_time: f64) -> Vec<f64> {
 }
 
 /// Controller output and valve position over time.
-fn valve_panel(t: &[f64], op: &[f64], vp: &[f64]) -> Panel {
+pub(crate) fn valve_panel(t: &[f64], op: &[f64], vp: &[f64]) -> Panel {
     Panel::new("time (s)", "OP, VP (% of span)")
         .with(Series::line("valve position VP", t, vp).colour(colour::VERMILION))
         .with(Series::dashed("controller output OP", t, op).colour(colour::BLUE))
 }
 
 /// Set point and PV over time; `what` names the PV with its unit.
-fn pv_panel(t: &[f64], sp: &[f64], pv: &[f64], what: &str) -> Panel {
+pub(crate) fn pv_panel(t: &[f64], sp: &[f64], pv: &[f64], what: &str) -> Panel {
     Panel::new("time (s)", what)
         .with(Series::line("PV", t, pv).colour(colour::GREEN))
         .with(Series::dashed("set point SP", t, sp).colour(colour::BLACK))

@@ -13,15 +13,17 @@
 //!   averaged down;
 //! * its turned letters are too bold, so upright text is drawn level and turned afterwards.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use kuva::RasterBackend;
 use kuva::backend::svg::SvgBackend;
+use kuva::plot::ColorMap;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor, TextSpan};
 
 use super::geometry::{Point, Rect};
-use super::palette::{Dash, Marker, Rgb};
+use super::palette::{Dash, INK, Marker, Rgb};
 use super::pixels::Pixels;
 use super::text;
 use crate::error::Error;
@@ -153,6 +155,31 @@ impl Canvas {
             stroke_width: None,
             opacity: Some(opacity),
         });
+    }
+
+    /// Fills rectangles that lie side by side, each in its colour.
+    pub fn tiles(&mut self, tiles: &[(Rect, Rgb)]) {
+        // As much as paper would otherwise shine through between two of them, px.
+        const OVERLAP: f64 = 0.1;
+        let mut colours: BTreeMap<Rgb, Vec<Vec<Point>>> = BTreeMap::new();
+        for (rect, colour) in tiles {
+            let rect = rect.grown(OVERLAP);
+            let corners = [(rect.x, rect.y), (rect.right(), rect.y), (rect.right(), rect.bottom())]
+                .into_iter()
+                .chain([(rect.x, rect.bottom())])
+                .map(|(x, y)| Point::new(x, y));
+            colours.entry(*colour).or_default().push(corners.collect());
+        }
+        for (colour, corners) in colours {
+            self.scene.add(Primitive::Path(Box::new(PathData {
+                d: path(&corners),
+                fill: Some(paint(colour)),
+                stroke: Color::None,
+                stroke_width: 0.0,
+                opacity: None,
+                stroke_dasharray: None,
+            })));
+        }
     }
 
     /// Outlines a rectangle.
@@ -308,6 +335,11 @@ impl Canvas {
         let png = backend.render_scene(&self.scene).map_err(Error::Png)?;
         Pixels::from_png(&png).map_err(|e| Error::Png(e.to_string()))
     }
+}
+
+/// The colour of a value, from 0 (dark) to 1 (bright): Viridis, which colour-blind readers can order too.
+pub(super) fn shade(fraction: f64) -> Rgb {
+    ColorMap::Viridis.map_rgb(fraction).unwrap_or(INK)
 }
 
 fn paint((r, g, b): Rgb) -> Color {

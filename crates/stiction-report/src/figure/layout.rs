@@ -7,7 +7,7 @@ use super::geometry::{Point, Rect};
 use super::legend::{self, Placed};
 use super::paint::MIDDLE;
 use super::palette::{Look, looks};
-use super::{Annotation, Figure, Panel, Scale, Series, Style, text};
+use super::{Annotation, Figure, Heat, Panel, Scale, Series, Style, text};
 
 /// Font sizes, px.
 pub(super) const TITLE: u32 = 16;
@@ -109,8 +109,13 @@ impl Sheet {
             margins[i % columns] = margins[i % columns].max(margin);
         }
         let mut widths = vec![0.0_f64; columns];
+        let mut beside = vec![OVERHANG; columns];
+        for (i, panel) in figure.panels.iter().enumerate() {
+            let room = panel.heat.as_ref().map_or(0.0, Heat::room);
+            beside[i % columns] = beside[i % columns].max(room);
+        }
         for (i, (panel, ends)) in figure.panels.iter().zip(&ends).enumerate() {
-            let room = (cell_width - margins[i % columns] - OVERHANG).max(80.0);
+            let room = (cell_width - margins[i % columns] - beside[i % columns]).max(80.0);
             let cell = cell(panel, ends, room, panel.height.unwrap_or(height));
             widths[i % columns] = widths[i % columns].max(cell.view.frame.w);
             cells.push(cell);
@@ -122,7 +127,7 @@ impl Sheet {
                 cell.view.frame.x =
                     left + margins[column] + (widths[column] - cell.view.frame.w) / 2.0;
             }
-            left += margins[column] + widths[column] + OVERHANG + COLUMN_GAP;
+            left += margins[column] + widths[column] + beside[column] + COLUMN_GAP;
         }
         let width = left - COLUMN_GAP + EDGE;
         let title = text::wrap(&figure.title, f64::from(TITLE) * text::BOLD, width - 2.0 * EDGE);
@@ -279,12 +284,19 @@ fn share_x(a: &Panel, b: &Panel) -> bool {
         let (lo, hi) = x_ends(panels);
         hi - lo
     };
-    same && !a.equal_aspect && !b.equal_aspect && span(&[a, b]) <= 1.5 * span(&[a]).min(span(&[b]))
+    same && a.heat.is_none()
+        && b.heat.is_none()
+        && !a.equal_aspect
+        && !b.equal_aspect
+        && span(&[a, b]) <= 1.5 * span(&[a]).min(span(&[b]))
 }
 
 fn x_ends(panels: &[&Panel]) -> (f64, f64) {
     if let Some(range) = panels[0].x_range {
         return range;
+    }
+    if let Some(heat) = &panels[0].heat {
+        return heat.x_ends();
     }
     let series = || panels.iter().flat_map(|p| &p.series);
     let samples = series().flat_map(|s| s.x.iter().copied());
@@ -305,7 +317,8 @@ fn x_ends(panels: &[&Panel]) -> (f64, f64) {
 }
 
 fn y_ends(panel: &Panel) -> (f64, f64) {
-    panel.y_range.unwrap_or_else(|| {
+    let heat = panel.heat.as_ref().map(Heat::y_ends);
+    panel.y_range.or(heat).unwrap_or_else(|| {
         let samples = panel.series.iter().flat_map(|s| s.y.iter().copied());
         let marks = panel.annotations.iter().flat_map(|a| points(a).1);
         let bars = panel.series.iter().any(|s| s.style == Style::Bars);

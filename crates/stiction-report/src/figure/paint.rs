@@ -12,7 +12,7 @@ use super::{Figure, Panel, Span, Strip, text};
 /// Width of the strokes of a series, px.
 const PEN: f64 = 1.6;
 
-const FRAME: Stroke = Stroke { colour: INK, width: 0.8, dash: SOLID };
+pub(super) const FRAME: Stroke = Stroke { colour: INK, width: 0.8, dash: SOLID };
 const GRID_LINE: Stroke = Stroke { colour: GRID, width: 0.7, dash: SOLID };
 
 const THIN: Stroke = Stroke { colour: INK, width: 0.5, dash: SOLID };
@@ -43,7 +43,7 @@ pub(super) fn paint(figure: &Figure, target: Target) -> Canvas {
     canvas
 }
 
-fn lettering(size: u32, anchor: Anchor) -> Lettering {
+pub(super) fn lettering(size: u32, anchor: Anchor) -> Lettering {
     Lettering { size, anchor, bold: false, upright: false, colour: INK }
 }
 
@@ -60,7 +60,11 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
             bands.iter().for_each(|band| canvas.fill(band, BAND, 0.22));
         });
     }
-    paint_grid(canvas, cell);
+    match &panel.heat {
+        // A grid would be taken for lines of the map.
+        Some(heat) => heat.paint_tiles(canvas, view),
+        None => paint_grid(canvas, cell),
+    }
     // The pen is wider than the edge it may run along.
     canvas.clip(&frame.grown(PEN / 2.0));
     canvas.part(MOVING, |canvas| {
@@ -92,6 +96,9 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
         paint_strip(canvas, strip, cell);
     }
     paint_axes(canvas, cell);
+    if let Some(heat) = &panel.heat {
+        heat.paint_key(canvas, frame);
+    }
     if let Some(legend) = &cell.legend {
         paint_legend(canvas, legend, cell);
     }

@@ -40,6 +40,8 @@ pub(super) const INK: Rgb = (0x22, 0x22, 0x22);
 pub(super) const GRID: Rgb = (0xe4, 0xe4, 0xe4);
 pub(super) const REFERENCE: Rgb = (0x66, 0x66, 0x66);
 pub(super) const BAND: Rgb = (0x99, 0x99, 0x99);
+pub(super) const EMPTY: Rgb = (0xdd, 0xdd, 0xdd);
+pub(super) const UNKNOWN: Rgb = COLOURS[colour::VERMILION];
 pub(super) const PAPER: Rgb = (0xff, 0xff, 0xff);
 
 /// Lengths of strokes and gaps, px. Ends are round, so a stroke of length 0 is a dot.

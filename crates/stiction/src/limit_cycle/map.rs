@@ -9,11 +9,15 @@
 //!
 //! # Equations
 //! The sensitivity of a quantity `q` of the cycle to a parameter `p` is `d ln q / d ln p`, by central differences
-//! of exact cycles at `p (1 ± 1e-4)`; their error is of the order 1e-7.
+//! of exact cycles at `p (1 ± 1e-4)`; their error is of the order 1e-7. As the loop has no other units than those
+//! of the OP, the PV and the time, sums of sensitivities are known: to S and J together the amplitudes answer
+//! with 1 and the period with 0; to `Ti`, the lags and the dead time together, under PI, the period with 1 and
+//! the amplitudes with 0.
 //!
 //! # Limits
-//! A map shows one cycle a point: the one in which the loop ends when it starts near its equilibrium. The
-//! boundary of its existence is known to the spacing of the grid.
+//! * A map shows one cycle a point: the one in which the loop ends when it starts near its equilibrium.
+//! * The boundary of its existence is known to the spacing of the grid.
+//! * A sensitivity says nothing where the cycle changes its kind within a ten-thousandth of the parameter.
 
 use super::{ContinuousLoop, Cycle, Method, Swing, attractor};
 use crate::bands::Bands;
@@ -38,13 +42,15 @@ pub enum Parameter {
     ProcessGain,
     /// Dead time of the process, s.
     DeadTime,
+    /// Sum of the lags of the process, s; their ratios, the leads and the dead time stay.
+    Lag,
     /// Dead time over the sum of the lags of the process; the lags stay.
     DeadTimeOverLag,
 }
 
 impl Parameter {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
+    /// All of them. A ratio comes after what it is a ratio to.
+    pub const ALL: [Self; 9] = [
         Self::S,
         Self::J,
         Self::JOverS,
@@ -52,6 +58,7 @@ impl Parameter {
         Self::Ti,
         Self::ProcessGain,
         Self::DeadTime,
+        Self::Lag,
         Self::DeadTimeOverLag,
     ];
 
@@ -65,6 +72,7 @@ impl Parameter {
             Self::Ti => "Ti",
             Self::ProcessGain => "Kp",
             Self::DeadTime => "theta",
+            Self::Lag => "tau",
             Self::DeadTimeOverLag => "theta/tau",
         }
     }
@@ -75,7 +83,7 @@ impl Parameter {
             Self::S | Self::J => "%",
             Self::JOverS | Self::DeadTimeOverLag => "",
             Self::Kc => "%/PV unit",
-            Self::Ti | Self::DeadTime => "s",
+            Self::Ti | Self::DeadTime | Self::Lag => "s",
             Self::ProcessGain => "PV units/%",
         }
     }
@@ -106,6 +114,7 @@ impl Parameter {
             Self::Ti => kp / ki,
             Self::ProcessGain => return process_gain(&l.process),
             Self::DeadTime => l.process.dead_time(),
+            Self::Lag => return lag(&l.process),
             Self::DeadTimeOverLag => l.process.dead_time() / lag(&l.process)?,
         };
         value.is_finite().then_some(value)
@@ -141,12 +150,42 @@ impl Parameter {
                 l.process = Process::transfer_function(&num, &den, l.process.dead_time())?;
             }
             Self::DeadTime => l.process = Process::transfer_function(&num, &den, value)?,
+            Self::Lag => {
+                let lag = lag(&l.process).ok_or_else(|| none("lag"))?;
+                let factor = positive("sum of lags", value)? / lag;
+                // Each power of s brings the factor once more.
+                let mut power = 1.0;
+                let mut den: Vec<f64> = den.into_iter().rev().collect();
+                for c in &mut den {
+                    *c *= power;
+                    power *= factor;
+                }
+                den.reverse();
+                l.process = Process::transfer_function(&num, &den, l.process.dead_time())?;
+            }
             Self::DeadTimeOverLag => {
                 let lag = lag(&l.process).ok_or_else(|| none("lag"))?;
                 l.process = Process::transfer_function(&num, &den, value * lag)?;
             }
         }
         Ok(l)
+    }
+
+    /// The parameter that this one is a multiple of; itself if it is none.
+    fn base(self) -> Self {
+        match self {
+            Self::JOverS => Self::J,
+            Self::DeadTimeOverLag => Self::DeadTime,
+            other => other,
+        }
+    }
+
+    /// Its name and unit, such as `J (%)`.
+    pub fn label(self) -> String {
+        match self.unit() {
+            "" => self.name().to_owned(),
+            unit => format!("{} ({unit})", self.name()),
+        }
     }
 }
 
@@ -158,7 +197,7 @@ fn process_gain(process: &Process) -> Option<f64> {
     (gain.is_finite() && gain != 0.0).then_some(gain)
 }
 
-/// The sum of the lags: `(a1 - b1 / b0 a0) / a0` would count a lead too, which is no lag here.
+/// The sum of the lags; `None` of a process that integrates.
 fn lag(process: &Process) -> Option<f64> {
     let (_, den) = process.coefficients();
     let [.., a1, a0] = den[..] else { return None };
@@ -193,6 +232,20 @@ impl Axis {
         let last = (points - 1) as f64;
         let at = |k: usize| from + (to - from) * (k as f64 / last);
         Ok(Self { parameter, values: (0..points).map(at).collect() })
+    }
+
+    /// Halfway between neighbours, and as far on the other side of the first and the last.
+    fn sides(&self) -> Vec<f64> {
+        let v = &self.values;
+        let Some(last) = v.len().checked_sub(1) else { return vec![] };
+        let half = |k: usize| v.get(k + 1).zip(v.get(k)).map_or(0.5, |(b, a)| 0.5 * (b - a));
+        (0..=v.len())
+            .map(|k| match k {
+                0 => v[0] - half(0),
+                k if k > last => v[last] + half(last.saturating_sub(1)),
+                k => v[k] - half(k - 1),
+            })
+            .collect()
     }
 }
 
@@ -258,12 +311,13 @@ impl Map {
     /// Computes a map; its points in parallel, the same on any number of threads.
     ///
     /// # Errors
-    /// If both axes vary the same parameter, or one that the loop does not have.
+    /// If both axes vary the same parameter, be it as a ratio, or one that the loop does not have.
     pub fn of(l: &ContinuousLoop, x: Axis, y: Axis, method: Method) -> Result<Self> {
-        if x.parameter == y.parameter {
+        if x.parameter.base() == y.parameter.base() {
             return Err(Error::Inconsistent(format!(
-                "both axes of the map are {}; a map needs two parameters",
-                x.parameter.name()
+                "the axes of the map are {} and {}, which vary the same thing; a map needs two parameters",
+                x.parameter.name(),
+                y.parameter.name()
             )));
         }
         for axis in [&x, &y] {
@@ -279,11 +333,14 @@ impl Map {
             }
         }
         let across = x.values.len();
+        // A ratio is set last, to what it is a ratio to.
+        let place = |axis: &Axis| Parameter::ALL.iter().position(|p| *p == axis.parameter);
+        let x_first = place(&x) < place(&y);
         let point = |k: usize| {
-            let with = y
-                .parameter
-                .set(l, y.values[k / across])
-                .and_then(|l| x.parameter.set(&l, x.values[k % across]));
+            let (x, y) = ((&x, x.values[k % across]), (&y, y.values[k / across]));
+            let (first, last) = if x_first { (x, y) } else { (y, x) };
+            let with =
+                first.0.parameter.set(l, first.1).and_then(|l| last.0.parameter.set(&l, last.1));
             match with {
                 Ok(l) => Point::of(&l, method),
                 Err(error) => Point::Unknown { reason: error.to_string() },
@@ -299,16 +356,28 @@ impl Map {
         (column < across).then(|| self.points.get(row * across + column)).flatten()
     }
 
-    /// Where cycling ends: for every row, the values of `x` halfway between two neighbours of which one has a
-    /// cycle and the other has none, with the value of `y`.
-    pub fn boundary(&self) -> Vec<(f64, f64)> {
+    /// Where cycling ends: the sides between two points next to each other of which one has a cycle and the
+    /// other is known to have none. A point reaches halfway to its neighbours; each side goes from one of its
+    /// corners, `(x, y)`, to the other.
+    pub fn boundary(&self) -> Vec<[(f64, f64); 2]> {
+        let ends = |a: Option<&Point>, b: Option<&Point>| {
+            matches!(
+                (a, b),
+                (Some(Point::Cycle { .. }), Some(Point::NoCycle { .. }))
+                    | (Some(Point::NoCycle { .. }), Some(Point::Cycle { .. }))
+            )
+        };
+        let (x, y) = (self.x.sides(), self.y.sides());
         let mut boundary = vec![];
-        for (row, y) in self.points.chunks_exact(self.x.values.len()).zip(&self.y.values) {
-            for (pair, x) in row.windows(2).zip(self.x.values.windows(2)) {
-                if let (Point::Cycle { .. }, Point::NoCycle { .. })
-                | (Point::NoCycle { .. }, Point::Cycle { .. }) = (&pair[0], &pair[1])
-                {
-                    boundary.push((0.5 * (x[0] + x[1]), *y));
+        for row in 0..self.y.values.len() {
+            for column in 0..self.x.values.len() {
+                let here = self.at(column, row);
+                let (right, above) = (x[column + 1], y[row + 1]);
+                if ends(here, self.at(column + 1, row)) {
+                    boundary.push([(right, y[row]), (right, above)]);
+                }
+                if ends(here, self.at(column, row + 1)) {
+                    boundary.push([(x[column], above), (right, above)]);
                 }
             }
         }
@@ -329,16 +398,20 @@ pub struct Sensitivity {
     pub half_pp: Swing,
 }
 
-/// The sensitivities of the exact cycle of a loop to every parameter that it has and that is not 0; those at
-/// which the cycle ends or cannot be found are left out.
+/// The sensitivities of the exact cycle of a loop to every parameter that it has and that is not 0; ratios, which
+/// say nothing new, and those at which the cycle ends or cannot be found are left out. Without a cycle there
+/// are none.
 ///
 /// # Errors
-/// If a loop beside this one cannot be computed.
+/// If the loop cannot be computed exactly.
 pub fn sensitivities(l: &ContinuousLoop) -> Result<Vec<Sensitivity>> {
     /// Relative step to either side.
     const STEP: f64 = 1e-4;
     let mut found = vec![];
-    for parameter in Parameter::ALL {
+    if attractor(l, Method::Exact)?.is_err() {
+        return Ok(found);
+    }
+    for parameter in Parameter::ALL.into_iter().filter(|each| each.base() == *each) {
         let Some(value) = parameter.of(l).filter(|value| *value != 0.0) else { continue };
         let beside = |factor: f64| -> Option<Cycle> {
             let l = parameter.set(l, value * factor).ok()?;
@@ -360,4 +433,222 @@ pub fn sensitivities(l: &ContinuousLoop) -> Result<Vec<Sensitivity>> {
         });
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::Controller;
+    use crate::limit_cycle::CancelledLoop;
+    use crate::valve::Model;
+
+    fn looped(controller: (f64, f64), process: Process, s: f64, j: f64) -> ContinuousLoop {
+        let controller = Controller::pi(controller.0, controller.1).unwrap();
+        ContinuousLoop::new(controller, process, Model::TwoPhase, Bands::from_s_j(s, j).unwrap())
+    }
+
+    fn paper() -> ContinuousLoop {
+        looped((1.1, 2.5), Process::first_order(1.5, 5.93, 1.07).unwrap(), 5.0, 3.0)
+    }
+
+    fn axis(parameter: Parameter, from: f64, to: f64, points: usize) -> Axis {
+        Axis::even(parameter, from, to, points).unwrap()
+    }
+
+    fn of(l: &ContinuousLoop, parameter: Parameter) -> Sensitivity {
+        let all = sensitivities(l).unwrap();
+        all.into_iter().find(|each| each.parameter == parameter).unwrap()
+    }
+
+    #[test]
+    fn a_parameter_that_was_set_is_there_and_nothing_else_has_changed() {
+        let second = Process::second_order(2.0, 8.0, 4.0, 3.0).unwrap();
+        for l in [paper(), looped((0.5, 9.0), second, 4.0, 1.0)] {
+            for parameter in Parameter::ALL {
+                let before = parameter.of(&l).unwrap();
+                let with = parameter.set(&l, 1.25 * before).unwrap();
+                assert!((parameter.of(&with).unwrap() / before - 1.25).abs() < 1e-12);
+                for other in Parameter::ALL {
+                    let ratio = other.of(&with).unwrap() / other.of(&l).unwrap();
+                    let expected = match (parameter, other) {
+                        _ if other.base() == parameter.base() => 1.25,
+                        (Parameter::S, Parameter::JOverS)
+                        | (Parameter::Lag, Parameter::DeadTimeOverLag) => 0.8,
+                        _ => 1.0,
+                    };
+                    assert!((ratio - expected).abs() < 1e-12, "{parameter:?}, {other:?}: {ratio}");
+                }
+                assert_eq!(Parameter::by_name(parameter.name()).unwrap(), parameter);
+            }
+        }
+        let message = Parameter::by_name("K").unwrap_err().to_string();
+        assert!(message.contains("theta/tau"), "{message}");
+    }
+
+    #[test]
+    fn what_a_loop_lacks_is_not_there() {
+        let integrator = looped((0.4, 2.0), Process::integrator(1.0, 0.0).unwrap(), 5.0, 2.0);
+        assert_eq!(Parameter::Lag.of(&integrator), None);
+        assert!(Parameter::Lag.set(&integrator, 2.0).is_err());
+        assert_eq!(Parameter::ProcessGain.of(&integrator), Some(1.0));
+        let p = ContinuousLoop { controller: Controller::p(2.0).unwrap(), ..paper() };
+        assert_eq!(Parameter::Ti.of(&p), None);
+        assert_eq!(Parameter::Ti.of(&Parameter::Ti.set(&p, 4.0).unwrap()), Some(4.0));
+        assert!(Parameter::Ti.set(&p, 0.0).is_err() && Parameter::S.set(&p, f64::NAN).is_err());
+    }
+
+    #[test]
+    fn sensitivities_are_the_slopes_of_the_closed_form() {
+        let process = Process::first_order(3.0, 10.0, 10.0).unwrap();
+        let l = looped((0.2, 10.0), process, 5.0, 2.0);
+        let closed = |s: f64, j: f64, kc: f64, kp: f64| {
+            let known = CancelledLoop {
+                process_gain: kp,
+                controller_gain: kc,
+                time_constant_s: 10.0,
+                dead_time_s: 10.0,
+            };
+            known.cycle(Bands::from_s_j(s, j).unwrap()).unwrap()
+        };
+        let near = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
+        };
+        // By hand, with q = 0.6: a = J / (2 - q), T = 4 theta + 2 (S / a - q (1 - q) - q^2 / 2) / kappa.
+        let (s, j, q, kappa) = (5.0, 2.0, 0.6, 0.06);
+        let (a, cycle) = (j / (2.0 - q), closed(s, j, 0.2, 3.0));
+        let by_s = of(&l, Parameter::S);
+        near(by_s.period, 2.0 * s / (kappa * a * cycle.period_s));
+        near(by_s.half_pp.vp, 0.0);
+        near(by_s.half_pp.op, 0.5 * s / cycle.op);
+        let by_j = of(&l, Parameter::J);
+        near(by_j.period, -2.0 * s / (kappa * a * cycle.period_s));
+        near(by_j.half_pp.vp, 1.0);
+        near(by_j.half_pp.op, (a - 0.5 * j) / cycle.op);
+        // Kc leaves the closed form valid, as Ti stays.
+        let slope = |of: fn(&crate::limit_cycle::CancelledCycle) -> f64| {
+            let (low, high) = (closed(s, j, 0.2 * 0.9999, 3.0), closed(s, j, 0.2 * 1.0001, 3.0));
+            (of(&high) / of(&low)).ln() / (1.0001_f64 / 0.9999).ln()
+        };
+        let by_kc = of(&l, Parameter::Kc);
+        near(by_kc.period, slope(|c| c.period_s));
+        near(by_kc.half_pp.op, slope(|c| c.op));
+        near(by_kc.half_pp.vp, slope(|c| c.vp));
+        near(by_kc.half_pp.vp, q / (2.0 - q));
+    }
+
+    #[test]
+    fn sensitivities_know_the_units_of_the_loop() {
+        let second = Process::second_order(2.0, 8.0, 4.0, 3.0).unwrap();
+        for l in [paper(), looped((0.5, 9.0), second, 4.0, 3.0)] {
+            let by = |parameter| of(&l, parameter);
+            let zero = |value: f64| assert!(value.abs() < 2e-6, "{value}");
+            let (s, j) = (by(Parameter::S), by(Parameter::J));
+            zero(s.period + j.period);
+            zero(s.half_pp.op + j.half_pp.op - 1.0);
+            zero(s.half_pp.vp + j.half_pp.vp - 1.0);
+            zero(s.half_pp.pv + j.half_pp.pv - 1.0);
+            let times = [Parameter::Ti, Parameter::DeadTime, Parameter::Lag].map(by);
+            zero(times.iter().map(|t| t.period).sum::<f64>() - 1.0);
+            zero(times.iter().map(|t| t.half_pp.op).sum());
+            zero(times.iter().map(|t| t.half_pp.pv).sum());
+            // OP and VP know the product of the gains alone.
+            let (kc, kp) = (by(Parameter::Kc), by(Parameter::ProcessGain));
+            zero(kc.period - kp.period);
+            zero(kc.half_pp.op - kp.half_pp.op);
+            zero(kp.half_pp.pv - kc.half_pp.pv - 1.0);
+        }
+    }
+
+    #[test]
+    fn a_loop_that_comes_to_rest_has_no_sensitivities() {
+        let quiet = ContinuousLoop { bands: Bands::from_s_j(5.0, 0.0).unwrap(), ..paper() };
+        assert_eq!(sensitivities(&quiet).unwrap(), []);
+        let chen = ContinuousLoop { model: Model::Chen, ..paper() };
+        assert!(sensitivities(&chen).is_err());
+    }
+
+    #[test]
+    fn a_map_is_the_cycles_of_its_loops() {
+        let (s, ratio) = (axis(Parameter::S, 2.0, 8.0, 4), axis(Parameter::JOverS, 0.2, 1.0, 3));
+        let map = Map::of(&paper(), s.clone(), ratio.clone(), Method::Exact).unwrap();
+        let turned = Map::of(&paper(), ratio, s, Method::Exact).unwrap();
+        for row in 0..3 {
+            let (period, first) = map.at(0, row).unwrap().cycle().unwrap();
+            for column in 0..4 {
+                let point = map.at(column, row).unwrap();
+                assert_eq!(Some(point), turned.at(row, column));
+                let (s, j) = (map.x.values[column], map.x.values[column] * map.y.values[row]);
+                let l = ContinuousLoop { bands: Bands::from_s_j(s, j).unwrap(), ..paper() };
+                assert_eq!(*point, Point::of(&l, Method::Exact));
+                // With J / S the period stays, and the PV grows with S.
+                let (t, half_pp) = point.cycle().unwrap();
+                assert!((t / period - 1.0).abs() < 1e-9);
+                assert!((half_pp.pv / s / (first.pv / 2.0) - 1.0).abs() < 1e-9);
+            }
+        }
+        assert_eq!((map.at(4, 0), map.at(0, 3)), (None, None));
+    }
+
+    #[test]
+    fn the_boundary_is_between_cycles_and_none() {
+        // Without a slip jump this loop comes to rest.
+        let (s, j) = (axis(Parameter::S, 1.0, 5.0, 5), axis(Parameter::J, 0.0, 4.0, 5));
+        let map = Map::of(&paper(), s.clone(), j.clone(), Method::Exact).unwrap();
+        let side = |s: &f64| [(s - 0.5, 0.5), (s + 0.5, 0.5)];
+        let expected: Vec<_> = map.x.values.iter().map(side).collect();
+        assert_eq!(map.boundary(), expected);
+        let turned = Map::of(&paper(), j, s, Method::Exact).unwrap();
+        let mirrored: Vec<_> = expected.iter().map(|side| side.map(|(s, j)| (j, s))).collect();
+        assert_eq!(turned.boundary(), mirrored);
+        assert!(matches!(map.at(0, 0), Some(Point::NoCycle { reason }) if !reason.is_empty()));
+    }
+
+    #[test]
+    fn what_is_not_known_is_said_so() {
+        let kc = axis(Parameter::Kc, -1.0, 1.0, 3);
+        let ti = axis(Parameter::Ti, -1.0, 1.0, 3);
+        let map = Map::of(&paper(), kc, ti, Method::Exact).unwrap();
+        for (column, row) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 2)] {
+            let point = map.at(column, row).unwrap();
+            assert!(
+                matches!(point, Point::Unknown { reason } if !reason.is_empty())
+                    || matches!(point, Point::NoCycle { .. }) && column == 0,
+                "{column}, {row}: {point:?}"
+            );
+        }
+        let chen = ContinuousLoop { model: Model::Chen, ..paper() };
+        let (s, j) = (axis(Parameter::S, 1.0, 5.0, 2), axis(Parameter::J, 0.0, 4.0, 2));
+        let map = Map::of(&chen, s, j, Method::Exact).unwrap();
+        assert!(map.points.iter().all(|point| matches!(point, Point::Unknown { .. })));
+        assert_eq!(map.boundary(), []);
+    }
+
+    #[test]
+    fn maps_are_the_same_on_any_number_of_threads() {
+        let of = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let (kc, ti) = (axis(Parameter::Kc, 0.2, 6.0, 9), axis(Parameter::Ti, 0.5, 20.0, 7));
+            pool.install(|| Map::of(&paper(), kc, ti, Method::Exact).unwrap())
+        };
+        let one = of(1);
+        assert_eq!(one, of(2));
+        assert_eq!(one, of(3));
+        assert!(one.points.iter().any(|point| point.cycle().is_some()));
+    }
+
+    #[test]
+    fn axes_that_make_no_map_are_refused() {
+        let of = |x, y| Map::of(&paper(), x, y, Method::Exact);
+        let even = |parameter| axis(parameter, 0.5, 1.0, 2);
+        assert!(of(even(Parameter::S), even(Parameter::S)).is_err());
+        assert!(of(even(Parameter::JOverS), even(Parameter::J)).is_err());
+        assert!(of(even(Parameter::DeadTime), even(Parameter::DeadTimeOverLag)).is_err());
+        let none = Axis { parameter: Parameter::S, values: vec![] };
+        assert!(of(none, even(Parameter::J)).is_err());
+        assert!(Axis::even(Parameter::S, 0.0, 1.0, 1).is_err());
+        assert!(Axis::even(Parameter::S, 0.0, f64::NAN, 3).is_err());
+        let integrator = looped((0.4, 2.0), Process::integrator(1.0, 0.0).unwrap(), 5.0, 2.0);
+        let lag = even(Parameter::DeadTimeOverLag);
+        assert!(Map::of(&integrator, lag, even(Parameter::S), Method::Exact).is_err());
+    }
 }

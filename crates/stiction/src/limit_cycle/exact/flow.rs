@@ -1,5 +1,6 @@
 //! The motion of the loop from event to event.
 
+use super::Trajectory;
 use super::number::Number;
 use super::plant::{Plant, STATES};
 use super::series::Series;
@@ -69,6 +70,42 @@ pub(super) struct Ranges {
     pub(super) pv: Range,
 }
 
+/// Signals over time, in the units of the plant.
+#[derive(Debug, Clone)]
+struct Record {
+    begin: f64,
+    interval: f64,
+    /// Of the samples, not counting those at events.
+    taken: usize,
+    trajectory: Trajectory,
+}
+
+impl Record {
+    fn take(&mut self, time: f64, op: f64, vp: f64, pv: f64) {
+        let into = &mut self.trajectory;
+        into.time_s.push(time - self.begin);
+        into.op.push(op);
+        into.vp.push(vp);
+        into.pv.push(pv);
+    }
+
+    /// Takes the samples within a stretch of `length` that begins at `time`, its end excluded.
+    fn sweep(&mut self, time: f64, length: f64, signals: [&Series<f64>; 3]) {
+        loop {
+            let s = self.begin + self.taken as f64 * self.interval - time;
+            if !(s < length) {
+                return;
+            }
+            self.taken += 1;
+            // The first is the slip itself.
+            if self.taken > 1 {
+                let [op, vp, pv] = signals.map(|signal| signal.at(s));
+                self.take(time + s, op, vp, pv);
+            }
+        }
+    }
+}
+
 /// What ended a stretch of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Event {
@@ -85,7 +122,7 @@ pub(super) enum Event {
 /// The motion of a loop.
 #[derive(Debug, Clone)]
 pub(super) struct Flow<'a, T> {
-    plant: &'a Plant,
+    pub(super) plant: &'a Plant,
     stem: Stem,
     pub(super) time: T,
     pub(super) state: [T; STATES],
@@ -104,6 +141,7 @@ pub(super) struct Flow<'a, T> {
     /// The last slip or stop.
     last_event: f64,
     pub(super) ranges: Option<Ranges>,
+    record: Option<Box<Record>>,
 }
 
 /// Beyond this, in units of `fs`, a motion diverges.
@@ -135,6 +173,7 @@ impl<'a, T: Number> Flow<'a, T> {
             steps,
             last_event: 0.0,
             ranges: None,
+            record: None,
         }
     }
 
@@ -149,6 +188,38 @@ impl<'a, T: Number> Flow<'a, T> {
         let empty = Range::EMPTY;
         self.ranges = Some(Ranges { op: empty, vp: empty, pv: empty });
         self.note_position();
+    }
+
+    /// Begins to record the signals, every `interval` and at events.
+    pub(super) fn record(&mut self, interval: f64) {
+        let begin = self.time.value();
+        let record = Record { begin, interval, taken: 0, trajectory: Trajectory::default() };
+        self.record = Some(Box::new(record));
+        self.take();
+    }
+
+    /// What was recorded, in units, `op_unit` percent to 1.
+    pub(super) fn recorded(self, op_unit: f64) -> Option<Trajectory> {
+        let plant = self.plant;
+        let Trajectory { time_s, op, vp, pv } = self.record?.trajectory;
+        let scaled = |values: Vec<f64>, unit: f64, rest: f64| -> Vec<f64> {
+            values.into_iter().map(|value| rest + unit * value).collect()
+        };
+        Some(Trajectory {
+            time_s: scaled(time_s, plant.time_s, 0.0),
+            op: scaled(op, op_unit, plant.op_rest),
+            vp: scaled(vp, op_unit, plant.op_rest),
+            pv: scaled(pv, plant.pv_unit, plant.pv_rest),
+        })
+    }
+
+    /// Records the present.
+    fn take(&mut self) {
+        let (time, op) = (self.time.value(), self.plant.op(&self.state).value());
+        let (vp, pv) = (self.position.value(), self.state[0].value());
+        if let Some(record) = &mut self.record {
+            record.take(time, op, vp, pv);
+        }
     }
 
     fn note_position(&mut self) {
@@ -180,6 +251,7 @@ impl<'a, T: Number> Flow<'a, T> {
         }
         self.last_event = self.time.value();
         self.note_position();
+        self.take();
     }
 
     fn stick(&mut self) {
@@ -301,6 +373,13 @@ impl<'a, T: Number> Flow<'a, T> {
             }
             self.position = vp.at(stretch);
         }
+        if let Some(record) = &mut self.record {
+            let vp = match following {
+                Some(offset) => op.plus(T::of(-offset)).values(),
+                None => Series::constant(self.position.value()),
+            };
+            record.sweep(self.time.value(), length, [&op.values(), &vp, &pv.values()]);
+        }
         if let Some(ranges) = &mut self.ranges {
             ranges.op.sweep(&op.values(), length);
             ranges.pv.sweep(&pv.values(), length);
@@ -311,11 +390,14 @@ impl<'a, T: Number> Flow<'a, T> {
         self.time = self.time + stretch;
         match event {
             None => (length, false),
-            Some(_) if self.motion != 0.0 => {
-                self.stick();
-                (length, false)
+            Some(_) => {
+                self.take();
+                let slips = self.motion == 0.0;
+                if !slips {
+                    self.stick();
+                }
+                (length, slips)
             }
-            Some(_) => (length, true),
         }
     }
 

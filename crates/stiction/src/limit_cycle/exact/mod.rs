@@ -246,15 +246,59 @@ pub fn cycle(l: &ContinuousLoop) -> Result<Outcome> {
     };
     let plant = Plant::new(l, unit)?;
     let mut search = Search::new(&plant, stem, unit);
+    let end = first_end(l, &mut search);
+    Ok(search.only(end))
+}
+
+/// Where the motion goes that starts near the equilibrium, or on the cycle where that is known.
+fn first_end(l: &ContinuousLoop, search: &mut Search<'_>) -> End {
     let (mut state, mut position) = search.first();
     if let (Stem::Follows { .. }, Some(closed)) =
-        (stem, CancelledLoop::of(l).and_then(|known| known.cycle(l.bands)))
+        (search.stem, CancelledLoop::of(l).and_then(|known| known.cycle(l.bands)))
     {
-        position = -closed.vp / unit;
-        state = plant.resting(position, position + 1.0);
+        position = -closed.vp / search.op_unit;
+        state = search.plant.resting(position, position + 1.0);
     }
-    let end = search.follow(state, position);
-    Ok(search.outcome(vec![end]))
+    search.follow(state, position)
+}
+
+/// One period of a motion.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trajectory {
+    /// Times since a slip upward, s; where the VP jumps, the same time stands twice.
+    pub time_s: Vec<f64>,
+    /// OP, percent.
+    pub op: Vec<f64>,
+    /// VP, percent.
+    pub vp: Vec<f64>,
+    /// PV, in its units.
+    pub pv: Vec<f64>,
+}
+
+/// The cycle in which a loop ends, as [`cycle`] finds it, over one period: at `samples` times equally far
+/// apart, and at every slip and every stop of the stem. `None` if it ends in none.
+///
+/// The values are those of the flow: exact at each time, not interpolated.
+///
+/// # Errors
+/// If `samples` is 0, or as [`cycle`].
+pub fn trajectory(l: &ContinuousLoop, samples: usize) -> Result<Option<(Cycle, Trajectory)>> {
+    if samples == 0 {
+        return Err(Error::Parameter {
+            name: "samples of a period",
+            value: 0.0,
+            allowed: "at least 1".to_owned(),
+        });
+    }
+    let Some((stem, unit)) = stem(l.model, l.bands)? else { return Ok(None) };
+    let plant = Plant::new(l, unit)?;
+    let mut search = Search::new(&plant, stem, unit);
+    let End::Orbit(index) = first_end(l, &mut search) else { return Ok(None) };
+    let found = &search.found[index];
+    let trajectory = found.trajectory(samples, unit).ok_or_else(|| {
+        Error::Inconsistent("the cycle was found, but could not be followed once around".to_owned())
+    })?;
+    Ok(Some((found.cycle.clone(), trajectory)))
 }
 
 /// All cycles that motions from near the equilibrium to far outside the friction bands meet.

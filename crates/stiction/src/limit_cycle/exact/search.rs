@@ -4,7 +4,7 @@ use super::super::Cycle;
 use super::flow::{Event, Flow, Stem};
 use super::orbit::{Orbit, PATIENCE, Shooting, State, measure};
 use super::plant::{Plant, STATES};
-use super::{NoCycle, Outcome};
+use super::{NoCycle, Outcome, Trajectory};
 use std::collections::VecDeque;
 
 /// Slips of a motion that is followed.
@@ -39,14 +39,32 @@ pub(super) struct Found<'a> {
     /// `None` if the motion settled on it but shooting does not apply.
     pub(super) orbit: Option<Orbit<'a>>,
     pub(super) cycle: Cycle,
+    /// The motion on it, a slip being due.
+    begin: Flow<'a, f64>,
+}
+
+impl Found<'_> {
+    /// The cycle once around, `op_unit` percent to 1.
+    pub(super) fn trajectory(&self, samples: usize, op_unit: f64) -> Option<Trajectory> {
+        let mut flow = self.begin.clone();
+        let period = self.cycle.period_s / flow.plant.time_s;
+        flow.record(period / samples as f64);
+        for _ in 0..self.cycle.slips {
+            flow.slip();
+            if flow.run_to_slip() != Event::Slips {
+                return None;
+            }
+        }
+        flow.recorded(op_unit)
+    }
 }
 
 /// The orbits of a loop, as far as they have been met.
 #[derive(Debug)]
 pub(super) struct Search<'a> {
-    plant: &'a Plant,
-    stem: Stem,
-    op_unit: f64,
+    pub(super) plant: &'a Plant,
+    pub(super) stem: Stem,
+    pub(super) op_unit: f64,
     pub(super) found: Vec<Found<'a>>,
 }
 
@@ -176,7 +194,8 @@ impl<'a> Search<'a> {
             }
         }
         let cycle = orbit.cycle(self.op_unit)?;
-        Some(self.keep(Found { orbit: Some(orbit), cycle }))
+        let begin = Flow::slipping(self.plant, self.stem, orbit.state, PATIENCE);
+        Some(self.keep(Found { orbit: Some(orbit), cycle, begin }))
     }
 
     /// Adds an orbit unless it is there; its index.
@@ -227,7 +246,7 @@ impl<'a> Search<'a> {
                 return End::Orbit(index);
             }
         }
-        let start = flow.time;
+        let begin = flow.clone();
         flow.watch();
         for _ in 0..lag {
             flow.slip();
@@ -235,12 +254,12 @@ impl<'a> Search<'a> {
                 return End::Unknown("a motion that repeated itself stopped doing so".to_owned());
             }
         }
-        let cycle = measure(self.plant, &flow, flow.time - start, mirrored, self.op_unit);
+        let cycle = measure(self.plant, &flow, flow.time - begin.time, mirrored, self.op_unit);
         let Some(mut cycle) = cycle else {
             return End::Unknown("a motion that repeats itself could not be measured".to_owned());
         };
         cycle.slips = lag * if mirrored { 2 } else { 1 };
-        End::Orbit(self.keep(Found { orbit: None, cycle }))
+        End::Orbit(self.keep(Found { orbit: None, cycle, begin }))
     }
 
     /// Where the motion begins that leads most loops to their cycle: stuck at half a jump below the
@@ -274,6 +293,15 @@ impl<'a> Search<'a> {
             }
         }
         all
+    }
+
+    /// The end of a single motion: what else was met on the way is left out.
+    pub(super) fn only(mut self, end: End) -> Outcome {
+        match end {
+            End::Orbit(index) => self.found = vec![self.found.swap_remove(index)],
+            End::Quiet(_) | End::Unknown(_) => self.found.clear(),
+        }
+        self.outcome(vec![end])
     }
 
     /// The orbits that are met on the way and `ends` of other motions, as an outcome.
