@@ -4,10 +4,11 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "valve",
     "stem",
     "simulate",
+    "limit-cycle",
     "population",
     "shift",
     "figures",
