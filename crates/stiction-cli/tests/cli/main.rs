@@ -5,6 +5,7 @@ mod diagnose;
 mod figures;
 mod history;
 mod inspect;
+mod limit_cycle;
 mod malformed;
 mod overrule;
 mod population;

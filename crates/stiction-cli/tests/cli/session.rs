@@ -4,10 +4,11 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "valve",
     "stem",
     "simulate",
+    "limit-cycle",
     "compensate",
     "what-if",
     "population",

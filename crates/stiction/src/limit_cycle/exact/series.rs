@@ -89,10 +89,15 @@ impl Series<f64> {
             power *= end;
             scaled
         }));
-        unit.rise_in_unit(40).map(|s| s * end)
+        let size: f64 = unit.0.iter().map(|c| c.abs()).sum();
+        if !(size > 0.0 && size.is_finite()) {
+            return None;
+        }
+        unit.rise_in_unit(40, 1e-18 * size).map(|s| s * end)
     }
 
-    fn rise_in_unit(&self, halvings: u32) -> Option<f64> {
+    /// `flat` is the size below which a part of the stretch has no shape that could be told from rounding.
+    fn rise_in_unit(&self, halvings: u32, flat: f64) -> Option<f64> {
         let c = &self.0;
         let range: f64 = c[1..].iter().map(|c| c.abs()).sum();
         if c[0].abs() > range {
@@ -103,7 +108,8 @@ impl Series<f64> {
             let rises = c[1] > 0.0 && c[0] <= 0.0 && self.at(1.0) > 0.0;
             return rises.then(|| self.root_in_unit());
         }
-        if halvings == 0 {
+        // Nothing proves anything of a part that is zero all over: halves of halves would be asked for ever.
+        if halvings == 0 || c[0].abs() + range <= flat {
             return (c[0] <= 0.0 && self.at(1.0) > 0.0).then_some(0.5);
         }
         let mut power = 1.0;
@@ -112,9 +118,9 @@ impl Series<f64> {
             power *= 0.5;
             scaled
         }));
-        left.rise_in_unit(halvings - 1)
+        left.rise_in_unit(halvings - 1, flat)
             .map(|s| 0.5 * s)
-            .or_else(|| left.from(1.0).rise_in_unit(halvings - 1).map(|s| 0.5 + 0.5 * s))
+            .or_else(|| left.from(1.0).rise_in_unit(halvings - 1, flat).map(|s| 0.5 + 0.5 * s))
     }
 
     /// The zero of a signal that rises all the way from 0 to 1: Newton's method, kept in a bracket.
@@ -140,5 +146,42 @@ impl Series<f64> {
             s = next;
         }
         s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(coefficients: &[f64]) -> Series<f64> {
+        let mut series = Series::constant(0.0);
+        series.0[..coefficients.len()].copy_from_slice(coefficients);
+        series
+    }
+
+    #[test]
+    fn a_rise_is_found_where_it_is() {
+        // (s - 0.25)(0.75 - s) rises at 0.25 and falls at 0.75; cubes rise flat.
+        assert!((series(&[-0.1875, 1.0, -1.0]).rises(1.0).unwrap() - 0.25).abs() < 1e-15);
+        assert!((series(&[-0.125, 0.75, -1.5, 1.0]).rises(1.0).unwrap() - 0.5).abs() < 1e-5);
+        assert_eq!(series(&[0.25, -1.0]).rises(1.0), None);
+        assert_eq!(series(&[-2.0, 1.0]).rises(1.0), None);
+    }
+
+    /// These once took 2^40 halves.
+    #[test]
+    fn what_touches_zero_or_is_nothing_has_no_rise() {
+        for none in [
+            &[0.0][..],
+            &[f64::NAN, 1.0],
+            &[f64::INFINITY],
+            &[f64::MIN_POSITIVE],
+            &[-f64::MIN_POSITIVE, f64::MIN_POSITIVE, -f64::MIN_POSITIVE],
+            // -(s - 0.3)^2, and its square.
+            &[-0.09, 0.6, -1.0],
+            &[-0.0081, 0.108, -0.54, 1.2, -1.0],
+        ] {
+            assert_eq!(series(none).rises(1.0), None, "{none:?}");
+        }
     }
 }
