@@ -9,10 +9,17 @@ use crate::valve::Model;
 /// Notes in every row what speaks against the action.
 ///
 /// Repair and positioner are no stopgaps: what they cost is not known here.
-pub(super) fn object(rows: &mut [Row], unstable: bool) {
+pub(super) fn object(rows: &mut [Row], window_s: f64, unstable: bool) {
     let Some(present) = as_it_is(rows).cloned() else { return };
     for row in rows.iter_mut().filter(|row| stopgap(row)) {
         row.against = against(row, &present);
+        if let Some(cycle) = row.cycle.cycle().filter(|cycle| 3.0 * cycle.period_s > window_s) {
+            row.against.push(format!(
+                "cycles every {} s, too slowly for what was measured in {} s",
+                short(cycle.period_s),
+                short(window_s)
+            ));
+        }
         if unstable && matches!(row.action, Action::Compensate(_)) {
             row.against.insert(0, "the loop is unstable without friction".to_owned());
         }

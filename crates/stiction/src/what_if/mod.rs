@@ -31,6 +31,7 @@
 //! window and load step together, worst > present / 1.25    a load step costs what is gained before it
 //! a step does not settle in every case            it lets go of the set point
 //! stem travel, worst > 3 times the present        it wears the valve
+//! its cycle is longer than a third of the window  what was measured is not its error
 //! the loop is unstable without friction           no compensator helps that
 //! ```
 //! An action may answer loads slower than the present loop and still gain. Then it is told how often loads may come:
@@ -412,7 +413,7 @@ pub fn what_if(
         }
     }
     let unstable = stability != Stability::Stable;
-    advice::object(&mut rows, unstable);
+    advice::object(&mut rows, protocol.window_s, unstable);
     rows.sort_by(|a, b| a.worst_error().total_cmp(&b.worst_error()));
     let period = rows.iter().find(|row| row.action == Action::AsItIs);
     let period = period.and_then(|row| row.cycle.cycle()).map(|cycle| cycle.period_s);
