@@ -38,10 +38,10 @@ pub fn confirming_test(subject: &Subject<'_>, s: Option<f64>) -> Option<Confirmi
     let wait_s = readable(wait_s);
     let noise = stretch.pv.as_deref().map(noise_std);
     let pv_change = stretch.pv.as_deref().and_then(|pv| {
-        // A cycle moves the valve by the OP's travel less the band.
-        let moved = travel - s.unwrap_or(0.0);
-        let change = step * span_without_tails(pv) / moved;
-        (moved > 0.1 * travel && change.is_finite() && change > 0.0).then_some(change)
+        // A cycle moves the valve by the OP's travel at most, and ends before the PV has answered in full:
+        // a step that the valve follows changes the PV by this much or more.
+        let change = step * span_without_tails(pv) / travel;
+        (change.is_finite() && change > 0.0).then_some(change)
     });
     let (first, back) = if up_first { ("up", "down") } else { ("down", "up") };
     let mut instructions = vec![
@@ -139,9 +139,9 @@ mod tests {
         let subject = Subject::new(&stretch, LoopType::Flow, Some(40.0));
         let test = confirming_test(&subject, Some(6.0)).unwrap();
         assert_eq!((test.step, test.steps, test.up_first, test.wait_s), (2.0, 5, true, 40.0));
-        // The PV's span over what the valve moved, for a step.
+        // The PV's span over the OP's travel, for a step.
         let change = test.pv_change.unwrap();
-        assert!((change / (2.0 * 6.0 / 2.0) - 1.0).abs() < 0.1, "{change}");
+        assert!((change / (2.0 * 6.0 / 8.0) - 1.0).abs() < 0.1, "{change}");
         assert!(test.instructions.len() >= 5);
         let high = self::stretch(4.0, 80.0);
         let subject = Subject::new(&high, LoopType::Flow, Some(40.0));

@@ -5,7 +5,7 @@
 //! by how many percent period and amplitudes change with a percent of each parameter.
 //!
 //! # Assumptions
-//! Those of [exact](super::exact) cycles, or of [harmonic balance](super::harmonic_balance), whichever is asked for.
+//! Those of [exact](super::exact) cycles, or of [harmonic balance](super::harmonic_balance()), whichever is asked for.
 //!
 //! # Equations
 //! The sensitivity of a quantity `q` of the cycle to a parameter `p` is `d ln q / d ln p`, by central differences

@@ -252,7 +252,7 @@ fn tuned(continuous: &ContinuousLoop, controller: &Controller) -> ContinuousLoop
 /// The cycle towards which a loop swings, by describing function; `None` if there is none.
 ///
 /// # Errors
-/// As [`harmonic_balance`].
+/// As [`harmonic_balance()`].
 pub fn by_describing_function(continuous: &ContinuousLoop) -> Result<Option<Cycle>> {
     Ok(harmonic_balance(continuous)?.attracting().cloned())
 }
