@@ -781,20 +781,20 @@ fn map_text(map: &Map) -> String {
         count("not known")
     ));
     let cycles: Vec<(f64, Swing)> = map.points.iter().filter_map(Point::cycle).collect();
-    let lines: [(&str, &str, fn(&(f64, Swing)) -> f64); 4] = [
-        ("period", " s", |c| c.0),
-        ("half peak-to-peak OP", " %", |c| c.1.op),
-        ("half peak-to-peak VP", " %", |c| c.1.vp),
-        ("half peak-to-peak PV", "", |c| c.1.pv),
-    ];
     if cycles.is_empty() {
         return format!("\n{out}");
     }
-    let rows = lines.map(|(name, unit, of)| {
+    let row = |name: &str, unit: &str, of: &dyn Fn(&(f64, Swing)) -> f64| {
         let low = cycles.iter().map(of).fold(f64::INFINITY, f64::min);
         let high = cycles.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
         [name.to_owned(), format!("{} to {}{unit}", digits(low), digits(high))]
-    });
+    };
+    let rows = [
+        row("period", " s", &|c| c.0),
+        row("half peak-to-peak OP", " %", &|c| c.1.op),
+        row("half peak-to-peak VP", " %", &|c| c.1.vp),
+        row("half peak-to-peak PV", "", &|c| c.1.pv),
+    ];
     out += &text::columns(&rows, &[false, false]);
     format!("\n{out}")
 }

@@ -119,7 +119,7 @@ use crate::bands::Bands;
 use crate::error::{Error, Result, finite};
 use crate::valve::{HeWang, Model};
 use flow::Stem;
-use orbit::Shooting;
+use orbit::{PATIENCE, Shooting};
 use plant::Plant;
 use search::{End, Search};
 use std::fmt;
@@ -347,7 +347,12 @@ pub fn member(l: &ContinuousLoop, offset: f64) -> Result<Outcome> {
         return nowhere("the symmetric member of the family was not found");
     };
     // From member to member, in strides that are halved where one fails.
-    let map = Shooting { slips: 2 * symmetric.map.slips, direction: 1.0, ..symmetric.map };
+    let map = Shooting {
+        slips: 2 * symmetric.map.slips,
+        direction: 1.0,
+        patience: PATIENCE,
+        ..symmetric.map
+    };
     let start = plant.op(&symmetric.state) - 1.0;
     let mut orbit = match map.orbit_at(&symmetric.state, Some(start)) {
         Some(orbit) => orbit,

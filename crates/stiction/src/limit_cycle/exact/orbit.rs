@@ -23,6 +23,8 @@ pub(super) struct Shooting<'a> {
     pub(super) slips: usize,
     /// Direction of the last: -1 if the orbit is its own mirror image and this is half of it.
     pub(super) direction: f64,
+    /// Steps of the flow that it may take.
+    pub(super) patience: usize,
 }
 
 /// A periodic orbit.
@@ -38,7 +40,7 @@ pub(super) struct Orbit<'a> {
 impl<'a> Shooting<'a> {
     /// The state at the last slip, turned so that the slip is upward.
     fn passage<T: Number>(&self, state: [T; STATES]) -> Option<[T; STATES]> {
-        let mut flow = Flow::slipping(self.plant, self.stem, state, PATIENCE);
+        let mut flow = Flow::slipping(self.plant, self.stem, state, self.patience);
         for _ in 0..self.slips {
             flow.slip();
             if flow.run_to_slip() != Event::Slips {

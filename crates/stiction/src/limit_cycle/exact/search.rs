@@ -31,6 +31,8 @@ struct Slip {
     direction: f64,
     time: f64,
     clean: bool,
+    /// Steps that the flow had left.
+    steps: usize,
 }
 
 /// An orbit and its cycle in units.
@@ -94,6 +96,7 @@ impl<'a> Search<'a> {
                 direction,
                 time: flow.time,
                 clean: flow.is_clean(),
+                steps: flow.steps,
             });
             past.truncate(2 * LONGEST + 2);
 
@@ -155,7 +158,7 @@ impl<'a> Search<'a> {
         let index = self.known(&last.state).map_or_else(
             || {
                 let direction = last.direction * past[lag].direction;
-                self.newton(&last.state, lag, direction)
+                self.newton(&last.state, lag, direction, past[lag].steps - last.steps)
             },
             Some,
         )?;
@@ -174,9 +177,17 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The index of the orbit to which Newton's method leads from `guess`.
-    pub(super) fn newton(&mut self, guess: &State, slips: usize, direction: f64) -> Option<usize> {
-        let map = Shooting { plant: self.plant, stem: self.stem, slips, direction };
+    /// The index of the orbit to which Newton's method leads from `guess`, from which the motion took `steps`
+    /// steps: an orbit near by takes about as many, and one that is being lost takes ever more.
+    pub(super) fn newton(
+        &mut self,
+        guess: &State,
+        slips: usize,
+        direction: f64,
+        steps: usize,
+    ) -> Option<usize> {
+        let patience = (10 * steps + 100).min(PATIENCE);
+        let map = Shooting { plant: self.plant, stem: self.stem, slips, direction, patience };
         let mut orbit = map.orbit(guess)?;
         // The shortest period, or half period, that it has.
         'shorter: for part in 1..slips {
@@ -242,7 +253,9 @@ impl<'a> Search<'a> {
     ) -> End {
         if past[0].clean && past[lag].clean {
             let direction = if mirrored { -1.0 } else { 1.0 };
-            if let Some(index) = self.newton(&past[0].state, lag, direction) {
+            if let Some(index) =
+                self.newton(&past[0].state, lag, direction, past[lag].steps - past[0].steps)
+            {
                 return End::Orbit(index);
             }
         }
