@@ -55,7 +55,7 @@ pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Fig
     };
     let pairs: Vec<(f64, f64)> = nominal.iter().copied().zip(worst.iter().copied()).collect();
     let (x, y, breaks) = span(&pairs);
-    let mut errors = Panel::new("mean control error (PV units)", "")
+    let mut errors = Panel::new("mean control error (PV units), with its rank", "")
         .x_range(-0.03 * widest, 1.12 * widest)
         .y_range(rows_high.0, rows_high.1)
         .y_scale(Scale::Names(names))
