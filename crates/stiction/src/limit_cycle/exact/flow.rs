@@ -4,6 +4,7 @@ use super::Trajectory;
 use super::number::Number;
 use super::plant::{Plant, STATES};
 use super::series::Series;
+use realfft::num_complex::Complex;
 use std::collections::VecDeque;
 
 /// How a stem behaves at a slip, in units of `fs`.
@@ -142,7 +143,16 @@ pub(super) struct Flow<'a, T> {
     last_event: f64,
     pub(super) ranges: Option<Ranges>,
     record: Option<Box<Record>>,
+    /// The states over the stretch under way.
+    course: Vec<Series<T>>,
 }
+
+/// Nodes and weights of Gauss's quadrature with six of them, on one side of the middle.
+const GAUSS: [(f64, f64); 3] = [
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_35),
+];
 
 /// Beyond this, in units of `fs`, a motion diverges.
 const FAR: f64 = 1e5;
@@ -174,6 +184,7 @@ impl<'a, T: Number> Flow<'a, T> {
             last_event: 0.0,
             ranges: None,
             record: None,
+            course: vec![Series::constant(T::of(0.0)); plant.order],
         }
     }
 
@@ -233,6 +244,18 @@ impl<'a, T: Number> Flow<'a, T> {
     pub(super) fn is_clean(&self) -> bool {
         self.motion == 0.0
             && self.time.value() - self.stuck_since.value() >= self.plant.dead_time * (1.0 - 1e-12)
+    }
+
+    /// Makes the motion larger by `factor`, its past included.
+    pub(super) fn enlarge(&mut self, factor: f64) {
+        self.state = self.state.map(|w| w * factor);
+        self.position = self.position * factor;
+        for piece in &mut self.past {
+            piece.vp = match &piece.vp {
+                Course::Held(position) => Course::Held(*position * factor),
+                Course::Following(series) => Course::Following(series.times(factor)),
+            };
+        }
     }
 
     /// The slip that is due.
@@ -314,6 +337,36 @@ impl<'a, T: Number> Flow<'a, T> {
         (vp, self.past.get(1).map(|next| next.start + delay))
     }
 
+    /// The integral of `e^(rate s) x` over the last dead time, the VP `x` having been that `s` ago.
+    pub(super) fn way(&self, rate: Complex<f64>) -> Complex<f64> {
+        let now = self.time.value();
+        let begin = now - self.plant.dead_time;
+        let mut sum = Complex::new(0.0, 0.0);
+        for (k, piece) in self.past.iter().enumerate() {
+            let start = piece.start.value();
+            let end = self.past.get(k + 1).map_or(now, |next| next.start.value());
+            let from = start.max(begin);
+            if !(end > from) {
+                continue;
+            }
+            let parts = (rate.norm() * (end - from)).ceil().max(1.0);
+            let half = 0.5 * (end - from) / parts;
+            for part in 0..parts as usize {
+                let middle = from + half * (2 * part + 1) as f64;
+                for (node, share) in GAUSS {
+                    for time in [middle - node * half, middle + node * half] {
+                        let vp = match &piece.vp {
+                            Course::Held(position) => position.value(),
+                            Course::Following(series) => series.values().at(time - start),
+                        };
+                        sum += (rate * (now - time)).exp() * (vp * share * half);
+                    }
+                }
+            }
+        }
+        sum
+    }
+
     /// One stretch without an event inside; its length, and whether a slip is due at its end.
     fn step(&mut self) -> (f64, bool) {
         let instant = self.plant.dead_time == 0.0;
@@ -323,9 +376,9 @@ impl<'a, T: Number> Flow<'a, T> {
             Stem::Follows { fd } if self.motion != 0.0 => Some(self.motion * fd),
             _ => None,
         };
-        let (op, pv, states) = self.expand(&seen, following.filter(|_| instant));
+        let op = self.expand(&seen, following.filter(|_| instant));
 
-        let mut length = 1.0;
+        let mut length = self.reach();
         if following.is_some() && !instant {
             length = self.plant.dead_time.min(length);
         }
@@ -344,7 +397,7 @@ impl<'a, T: Number> Flow<'a, T> {
             if let Some(s) = turning.values().rise(length) {
                 event = Some((s, turning));
             }
-        } else {
+        } else if op.range(length) + (op.0[0] + -self.position).value().abs() >= 1.0 {
             for direction in [1.0, -1.0] {
                 let excess = op.plus(-self.position).times(direction).plus(T::of(-1.0));
                 let within = event.map_or(length, |(s, _)| s);
@@ -378,14 +431,14 @@ impl<'a, T: Number> Flow<'a, T> {
                 Some(offset) => op.plus(T::of(-offset)).values(),
                 None => Series::constant(self.position.value()),
             };
-            record.sweep(self.time.value(), length, [&op.values(), &vp, &pv.values()]);
+            record.sweep(self.time.value(), length, [&op.values(), &vp, &self.course[0].values()]);
         }
         if let Some(ranges) = &mut self.ranges {
             ranges.op.sweep(&op.values(), length);
-            ranges.pv.sweep(&pv.values(), length);
+            ranges.pv.sweep(&self.course[0].values(), length);
         }
         for i in 0..self.plant.order {
-            self.state[i] = states[i].at(stretch);
+            self.state[i] = self.course[i].at(stretch);
         }
         self.time = self.time + stretch;
         match event {
@@ -401,22 +454,19 @@ impl<'a, T: Number> Flow<'a, T> {
         }
     }
 
-    /// OP, PV and states as power series; `closed` is how far a stem behind no dead time trails.
-    fn expand(
-        &self,
-        seen: &Course<T>,
-        closed: Option<f64>,
-    ) -> (Series<T>, Series<T>, [Series<T>; STATES]) {
+    /// The states as power series, into `course`, and the OP; `closed` is how far a stem behind no dead time
+    /// trails.
+    fn expand(&mut self, seen: &Course<T>, closed: Option<f64>) -> Series<T> {
         let zero = T::of(0.0);
         let plant = self.plant;
-        let mut states = [Series::constant(zero); STATES];
+        let n = plant.order;
         let mut op = Series::constant(zero);
         let mut w = self.state;
         for k in 0..=super::series::DEGREE {
             let u = plant.op(&w);
             op.0[k] = u;
-            for i in 0..plant.order {
-                states[i].0[k] = w[i];
+            for i in 0..n {
+                self.course[i].0[k] = w[i];
             }
             let input = match (closed, seen) {
                 (Some(offset), _) => u + T::of(if k == 0 { -offset } else { 0.0 }),
@@ -431,15 +481,33 @@ impl<'a, T: Number> Flow<'a, T> {
             };
             let mut next = w;
             let inverse = 1.0 / (k + 1) as f64;
-            for i in 0..plant.order {
+            for i in 0..n {
                 let mut sum = input * plant.b[i];
-                for j in 0..plant.order {
+                for j in 0..n {
                     sum = sum + w[j] * plant.a[i][j];
                 }
                 next[i] = sum * inverse;
             }
             w = next;
         }
-        (op, states[0], states)
+        op
+    }
+
+    /// How long a stretch the series in `course` are good for: at least 1, and longer where their last terms
+    /// say so.
+    fn reach(&self) -> f64 {
+        const LONGEST: f64 = 8.0;
+        // By then a term is below the rounding of a double, and those after it are smaller still.
+        const NOTHING: f64 = 1e-17;
+        let last = super::series::DEGREE;
+        let (mut size, mut before, mut end) = (1f64, 0f64, 0f64);
+        for state in &self.course {
+            size = size.max(state.0[0].size());
+            before = before.max(state.0[last - 1].size());
+            end = end.max(state.0[last].size());
+        }
+        let within = |term: f64, power: usize| (NOTHING * size / term).powf(1.0 / power as f64);
+        // A term of zero allows any length, and a NaN none beyond 1.
+        within(before, last - 1).min(within(end, last)).min(LONGEST).max(1.0)
     }
 }

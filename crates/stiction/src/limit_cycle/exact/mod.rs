@@ -38,7 +38,8 @@
 //! w(k+1) = (A w(k) + B x(k)) / (k + 1)
 //! ```
 //! cut after the 20th power. A stretch is at most 1 long in the unit of time above, so that what is cut
-//! off is of the order `1 / 21!`, which a double does not see. Stretches also end where the piece of the
+//! off is of the order `1 / 21!`, which a double does not see; it is longer where the last terms are
+//! below `1e-17` even so, as when only the slow modes are left. Stretches also end where the piece of the
 //! past that the process sees does. Without dead time a moving stem closes the loop, `x(k) = u(k)`
 //! but for the offset. An event is where a power series rises through zero; stretches are halved until
 //! the coefficients prove that there is none or one, and that one is found by Newton's method in a
@@ -67,16 +68,18 @@
 //! # Verdicts
 //! A motion is followed from slip to slip; now and then Newton's method is tried from where it is.
 //! It ends at an attracting cycle near by; at rest; with dead band alone, in strokes that shrink; in growth
-//! beyond 100,000 `fs`; or it is not known. As `|u - x| <= fs` along every motion, friction is a bounded
-//! disturbance of the linear loop, so that a loop diverges only if it is unstable without friction.
+//! that friction cannot undo; or it is not known. As `|u - x| <= fs` along every motion, friction is a bounded
+//! disturbance of the linear loop, so that a loop diverges only if it is unstable without friction, and
+//! does so once its fastest growing mode `z`, of rate `s` in `z' = s z - (u - x)`, exceeds all that `u - x`
+//! may still take from it: `1 / re s`, or less where it oscillates.
 //!
 //! # Limits
 //! * [`cycle`] gives the end of one motion: a loop may have other ends. [`cycles`] starts some tens of
 //!   motions of very different size; no finite number proves that there is nothing else. Unstable cycles
 //!   are those that Newton's method came across.
 //! * If the stem never rests for a dead time, the state at a slip is a function, not a vector: then a
-//!   cycle is found only by following the motion until it repeats itself to 1e-11; it
-//!   attracts, and its multipliers are not known.
+//!   cycle is found only by following the motion until it repeats itself to 1e-11, with
+//!   steps ahead where it creeps; it attracts, and its multipliers are not known.
 //! * A motion that slides to rest needs the OP never to turn; the least noise ends that, and the loop
 //!   then cycles after all.
 //! * What a sampled loop does differs in the order of its sample time, and not smoothly.
@@ -108,6 +111,7 @@
 //! ```
 
 mod flow;
+mod growth;
 mod number;
 mod orbit;
 mod plant;

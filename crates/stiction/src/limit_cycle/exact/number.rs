@@ -16,6 +16,9 @@ pub(super) trait Number:
 
     /// The number without its derivatives.
     fn value(self) -> f64;
+
+    /// The largest of the number and its derivatives, without sign.
+    fn size(self) -> f64;
 }
 
 impl Number for f64 {
@@ -27,6 +30,11 @@ impl Number for f64 {
     #[inline(always)]
     fn value(self) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn size(self) -> f64 {
+        self.abs()
     }
 }
 
@@ -46,6 +54,11 @@ impl<const K: usize> Number for Jet<K> {
     #[inline(always)]
     fn value(self) -> f64 {
         self.value
+    }
+
+    #[inline(always)]
+    fn size(self) -> f64 {
+        self.slope.iter().fold(self.value.abs(), |size, slope| size.max(slope.abs()))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::super::Cycle;
 use super::flow::{Event, Flow, Stem};
+use super::growth::Growth;
 use super::orbit::{Orbit, PATIENCE, Shooting, State, measure};
 use super::plant::{Plant, STATES};
 use super::{NoCycle, Outcome, Trajectory};
@@ -9,6 +10,8 @@ use std::collections::VecDeque;
 
 /// Slips of a motion that is followed.
 const SLIPS: usize = 600;
+/// Slips after which it is asked whether growth is beyond friction: most motions have ended by then.
+const GROWING: usize = 8;
 /// Slips of a period, or of half of it, at most.
 const LONGEST: usize = 12;
 
@@ -33,6 +36,45 @@ struct Slip {
     clean: bool,
     /// Steps that the flow had left.
     steps: usize,
+}
+
+/// How a motion creeps towards a cycle on which the stem never rests for a dead time, which
+/// is where Newton's method has no vector to work on.
+///
+/// There the stem stands further out at each slip, by a part of what is still missing that is about the same at
+/// each. So it is known how much is missing (Aitken's extrapolation), and the whole motion is made larger by that.
+/// What the enlarged motion lacks to be one of the loop's dies out in the next slips.
+#[derive(Debug, Default)]
+struct Creep {
+    /// How far out the stem stood, the latest last.
+    sizes: Vec<f64>,
+}
+
+impl Creep {
+    /// Slips between one enlargement and the next.
+    const PAUSE: usize = 8;
+
+    /// By how much to enlarge the motion, that stands `size` out at a slip.
+    fn ahead(&mut self, size: f64, clean: bool) -> Option<f64> {
+        if clean {
+            self.sizes.clear();
+        }
+        self.sizes.push(size);
+        let n = self.sizes.len();
+        if n < Self::PAUSE {
+            return None;
+        }
+        let gain = |k: usize| self.sizes[n - k] - self.sizes[n - k - 1];
+        let (ratio, before) = (gain(1) / gain(2), gain(2) / gain(3));
+        // Only approaches are shortened: with a ratio above 1 it would be an orbit that repels.
+        let steady = (ratio - before).abs() < 0.2 * (1.0 - ratio);
+        if !(ratio > 0.5 && ratio < 0.9999 && steady && gain(1).abs() > 1e-11 * size) {
+            return None;
+        }
+        let missing = gain(1) * ratio / (1.0 - ratio);
+        self.sizes.clear();
+        Some((1.0 + missing / size).clamp(0.5, 2.0))
+    }
 }
 
 /// An orbit and its cycle in units.
@@ -81,6 +123,8 @@ impl<'a> Search<'a> {
         let mut past: VecDeque<Slip> = VecDeque::with_capacity(2 * LONGEST + 2);
         let mut attempt = 2;
         let (mut size, mut falls) = (f64::INFINITY, 0);
+        let mut growth = None;
+        let mut creep = Creep::default();
         for n in 0..SLIPS {
             match flow.run_to_slip() {
                 Event::Slips => {}
@@ -110,6 +154,19 @@ impl<'a> Search<'a> {
                 && let Some((lag, mirrored)) = self.settled(&past)
             {
                 return self.keep_settled(flow, &past, lag, mirrored);
+            }
+            if n >= GROWING
+                && growth
+                    .get_or_insert_with(|| Growth::of(self.plant))
+                    .as_ref()
+                    .is_some_and(|growth| growth.is_certain(&flow))
+            {
+                return End::Quiet(NoCycle::Diverges);
+            }
+            if let Stem::Follows { .. } = self.stem
+                && let Some(factor) = creep.ahead(flow.position.abs(), flow.is_clean())
+            {
+                flow.enlarge(factor);
             }
             // Without a slip jump the stroke may shrink to nothing, ever more slowly.
             let now = flow.position.abs();

@@ -33,6 +33,11 @@ impl<T: Number> Series<T> {
         self
     }
 
+    /// How far the signal gets from where it is, at most, until `end`.
+    pub(super) fn range(&self, end: f64) -> f64 {
+        self.0[1..].iter().rev().fold(0.0, |sum, c| (sum + c.value().abs()) * end)
+    }
+
     /// `self + offset`.
     pub(super) fn plus(mut self, offset: T) -> Self {
         self.0[0] = self.0[0] + offset;
