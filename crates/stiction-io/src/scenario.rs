@@ -101,13 +101,26 @@ impl Scenario {
                 (text, Some(path.parent().unwrap_or(Path::new("."))))
             }
         };
-        let plain = Self::parse(&text, name, folder)?;
+        Self::parse_with(&text, name, folder, settings)
+    }
+
+    /// As [`parse`](Self::parse), with `settings` such as `valve.S=4` applied.
+    ///
+    /// # Errors
+    /// If it is not well formed, or a setting does not fit it.
+    pub fn parse_with(
+        text: &str,
+        origin: &str,
+        folder: Option<&Path>,
+        settings: &[String],
+    ) -> Result<Self> {
+        let plain = Self::parse(text, origin, folder)?;
         if settings.is_empty() {
             return Ok(plain);
         }
-        let changed = apply(&text, settings)?;
+        let changed = apply(text, settings)?;
         // The text was well formed before, so what is wrong now came with the settings.
-        Self::parse(&changed, name, folder).map_err(|e| match e {
+        Self::parse(&changed, origin, folder).map_err(|e| match e {
             Error::Scenario { message, .. } => {
                 Error::Setting { setting: settings.join(" --set "), message }
             }

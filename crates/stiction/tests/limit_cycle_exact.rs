@@ -315,26 +315,32 @@ fn disagreements(count: usize, starts: usize) -> Vec<String> {
         let fast = periods().fold(8.0 * l.process.dead_time(), f64::min);
         let mut list = vec![];
         for start in 0..starts {
-            let valve = Assembly::new(l.model.build(l.bands).unwrap());
-            let mut plant = ClosedLoop::new(l.controller.clone(), valve, l.process.clone());
             let s = l.bands.s();
-            plant.sample_time = fast / 1000.0;
             let size = 10f64.powf(dice.between(-1.0, 1.3));
-            plant.set_point = Signal::Constant(size * s * num[num.len() - 1].abs());
-            plant.load = vec![Signal::Steps(vec![
+            let set_point = Signal::Constant(size * s * num[num.len() - 1].abs());
+            let load = vec![Signal::Steps(vec![
                 (0.0, 0.0),
                 (scale * dice.between(0.1, 2.0), s * dice.between(-3.0, 3.0)),
             ])];
-            plant.samples = ((60.0 * scale) / plant.sample_time).min(3e6) as usize;
-            let run = plant.run().unwrap();
-            let n = run.op.len();
-            let half = |from: usize, to: usize| {
-                let part = &run.vp[from..to];
-                let high = part.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                0.5 * (high - part.iter().copied().fold(f64::INFINITY, f64::min))
+            // The VP's half peak-to-peak in the third and in the last quarter, and the period.
+            let simulated = |finer: f64, longer: f64| {
+                let valve = Assembly::new(l.model.build(l.bands).unwrap());
+                let mut plant = ClosedLoop::new(l.controller.clone(), valve, l.process.clone());
+                plant.sample_time = fast / (1000.0 * finer);
+                plant.set_point = set_point.clone();
+                plant.load = load.clone();
+                let samples = 60.0 * longer * scale / plant.sample_time;
+                plant.samples = samples.min(3e6 * finer * longer) as usize;
+                let run = plant.run().unwrap();
+                let n = run.op.len();
+                let half = |from: usize, to: usize| {
+                    let part = &run.vp[from..to];
+                    let high = part.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    0.5 * (high - part.iter().copied().fold(f64::INFINITY, f64::min))
+                };
+                (half(n / 2, 3 * n / 4), half(3 * n / 4, n), run.period_s())
             };
-            let (middle, late) = (half(n / 2, 3 * n / 4), half(3 * n / 4, n));
-            let agrees = match &outcome {
+            let agrees = |(middle, late, _): (f64, f64, Option<f64>)| match &outcome {
                 _ if !late.is_finite() || late > 1e4 * s => {
                     verdicts(&outcome).any(|v| v == NoCycle::Diverges)
                 }
@@ -346,13 +352,20 @@ fn disagreements(count: usize, starts: usize) -> Vec<String> {
                     .iter()
                     .any(|c| c.stable && (c.half_pp.vp / late - 1.0).abs() < 0.03),
             };
-            if !agrees {
+            // Near the stability limit amplitudes depend on the sample time; and a motion that decays may
+            // rest for longer than a quarter of the time: both are looked at again.
+            let mut run = simulated(1.0, 1.0);
+            for (finer, longer) in [(10.0, 1.0), (1.0, 8.0)] {
+                if !agrees(run) {
+                    run = simulated(finer, longer);
+                }
+            }
+            if !agrees(run) {
                 let cycles: Vec<_> =
                     outcome.cycles().iter().map(|c| (c.period_s, c.half_pp.vp, c.stable)).collect();
                 list.push(format!(
-                    "loop {i}, start {start}: VP half p-p {middle}, later {late}, period {:?}; \
+                    "loop {i}, start {start}: VP half p-p and period {run:?}; \
                      predicted {cycles:?}, {:?}; {l:?}",
-                    run.period_s(),
                     verdicts(&outcome).collect::<Vec<_>>()
                 ));
             }
@@ -384,7 +397,10 @@ fn verdicts_agree_with_long_simulations() {
 fn verdicts_on_200_loops_agree_with_50_long_simulations_each() {
     let list = disagreements(200, 50);
     println!("{} of 10,000 disagree:\n{}", list.len(), list.join("\n"));
-    assert!(list.len() <= 200);
+    // Known are 75, in five loops: one whose cycle is beyond what the search settles in, three with dead band
+    // alone whose strokes are so far apart that some simulations end at one, and one start of a loop near its
+    // stability limit, where the simulation would need a finer sample time.
+    assert!(list.len() <= 100);
 }
 
 #[test]

@@ -1,0 +1,72 @@
+//! Calls that take long: without the interpreter's lock, and such that Ctrl-C ends them.
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// How often signals are asked for and progress is told.
+const TICK: Duration = Duration::from_millis(50);
+
+/// How far a long call is, and whether anybody still waits for it.
+#[derive(Debug, Default)]
+pub struct Progress {
+    done: AtomicUsize,
+    given_up: AtomicBool,
+}
+
+impl Progress {
+    /// Counts one more item as done.
+    pub fn one(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Whether to stop, because the caller was interrupted.
+    pub fn is_given_up(&self) -> bool {
+        self.given_up.load(Ordering::Relaxed)
+    }
+}
+
+/// Computes on another thread, without the interpreter's lock. `told` is called with the number of items that are
+/// done whenever that has grown. An interrupt, or an exception in `told`, ends the call at once; the
+/// computation then ends as soon as it asks [`Progress::is_given_up`], or with its present item.
+pub fn long<T: Send + 'static>(
+    py: Python<'_>,
+    told: Option<&Bound<'_, PyAny>>,
+    compute: impl FnOnce(&Progress) -> T + Send + 'static,
+) -> PyResult<T> {
+    let progress = Arc::new(Progress::default());
+    let (sender, mut receiver) = channel();
+    let theirs = Arc::clone(&progress);
+    std::thread::Builder::new()
+        .name("stiction".to_owned())
+        .spawn(move || _ = sender.send(compute(&theirs)))
+        .map_err(|e| PyRuntimeError::new_err(format!("no thread could be started: {e}")))?;
+    let mut before = 0;
+    loop {
+        let waiting = &mut receiver;
+        let received = py.detach(move || waiting.recv_timeout(TICK));
+        let done = progress.done.load(Ordering::Relaxed);
+        let result = match told {
+            Some(told) if done > before => told.call1((done,)).map(|_| ()),
+            _ => Ok(()),
+        }
+        .and_then(|()| py.check_signals());
+        before = done;
+        if let Err(error) = result {
+            progress.given_up.store(true, Ordering::Relaxed);
+            return Err(error);
+        }
+        match received {
+            Ok(value) => return Ok(value),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err(
+                    "the computation ended by an internal error; please report it",
+                ));
+            }
+        }
+    }
+}

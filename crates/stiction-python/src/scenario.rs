@@ -1,0 +1,192 @@
+//! Scenarios: what to simulate, and what the cycles, compensators and actions of a loop are computed from.
+
+use crate::bands::Bands;
+use crate::dict::dict;
+use crate::errors::{refused, unread};
+use crate::long::long;
+use numpy::PyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyMapping, PyString};
+use stiction::closed_loop::{ClosedLoop, Run};
+use stiction_io::scenario::{self, System};
+
+/// What to simulate: a loop, a cascade, or a valve on a test signal. Made by `stiction.scenario`.
+#[pyclass(frozen, eq, module = "stiction", from_py_object)]
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario(pub stiction_io::Scenario);
+
+#[pymethods]
+impl Scenario {
+    /// What it shows, in one line.
+    #[getter]
+    fn title(&self) -> &str {
+        &self.0.title
+    }
+
+    /// Its TOML text, with all settings in it.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.0.text
+    }
+
+    /// What was given but has no effect, in sentences.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.0.notes.clone()
+    }
+
+    /// ``"closed loop"``, ``"cascade"`` or ``"open loop"``.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.0.system {
+            System::OpenLoop(_) => "open loop",
+            System::ClosedLoop(_) => "closed loop",
+            System::Cascade(_) => "cascade",
+        }
+    }
+
+    /// The name of its valve model.
+    #[getter]
+    fn model(&self) -> &'static str {
+        self.0.valve.0.describe().name
+    }
+
+    /// S and J of its valve.
+    #[getter]
+    fn bands(&self) -> Bands {
+        Bands(self.0.valve.1)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Scenario \"{}\" ({})>", self.0.title, self.kind())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (&str,))> {
+        let parse = py.import("stiction._core")?.getattr("scenario_parse")?;
+        Ok((parse, (&self.0.text,)))
+    }
+}
+
+impl Scenario {
+    /// Its control loop.
+    pub fn closed_loop(&self) -> PyResult<&ClosedLoop> {
+        match &self.0.system {
+            System::ClosedLoop(plant) => Ok(plant),
+            _ => Err(PyValueError::new_err(format!(
+                "scenario \"{}\" is {} {}, but must be a closed loop",
+                self.0.title,
+                if self.kind() == "open loop" { "an" } else { "a" },
+                self.kind()
+            ))),
+        }
+    }
+}
+
+/// The scenario of TOML text, or of the tables of one as a mapping, with settings by dotted key.
+#[pyfunction]
+#[pyo3(signature = (source, settings = None))]
+fn scenario_parse(
+    source: &Bound<'_, PyAny>,
+    settings: Option<&Bound<'_, PyMapping>>,
+) -> PyResult<Scenario> {
+    let text = match source.cast::<PyString>() {
+        Ok(text) => text.to_string(),
+        Err(_) => toml::to_string(&toml_value("the scenario", source)?)
+            .map_err(|e| PyValueError::new_err(e.to_string()))?,
+    };
+    let settings = assignments(settings)?;
+    stiction_io::Scenario::parse_with(&text, "scenario", None, &settings)
+        .map(Scenario)
+        .map_err(unread)
+}
+
+/// The built-in scenario of that name, or the one in that file, with settings by dotted key.
+#[pyfunction]
+#[pyo3(signature = (name, settings = None))]
+fn scenario_open(name: &str, settings: Option<&Bound<'_, PyMapping>>) -> PyResult<Scenario> {
+    stiction_io::Scenario::open(name, &assignments(settings)?).map(Scenario).map_err(unread)
+}
+
+/// Settings as the command line takes them.
+fn assignments(settings: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<String>> {
+    let Some(settings) = settings else { return Ok(vec![]) };
+    let mut all = vec![];
+    for pair in settings.items()?.iter() {
+        let (key, value): (String, Bound<'_, PyAny>) = pair.extract()?;
+        all.push(format!("{key}={}", toml_value(&key, &value)?));
+    }
+    Ok(all)
+}
+
+/// A Python value as TOML; `key` names it in errors.
+fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
+    if let Ok(table) = value.cast::<PyMapping>() {
+        let mut all = toml::Table::new();
+        for pair in table.items()?.iter() {
+            let (name, value): (String, Bound<'_, PyAny>) = pair.extract()?;
+            let value = toml_value(&format!("{key}.{name}"), &value)?;
+            all.insert(name, value);
+        }
+        return Ok(all.into());
+    }
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(text.to_string().into());
+    }
+    if let Ok(truth) = value.cast::<PyBool>() {
+        return Ok(truth.is_true().into());
+    }
+    if let Ok(number) = value.extract::<i64>() {
+        return Ok(number.into());
+    }
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(number.into());
+    }
+    let Ok(items) = value.try_iter() else {
+        return Err(PyTypeError::new_err(format!(
+            "{key} is a {}, but must be a number, text, truth value, sequence or mapping",
+            value.get_type().name()?
+        )));
+    };
+    items.map(|item| toml_value(key, &item?)).collect::<PyResult<Vec<_>>>().map(Into::into)
+}
+
+/// Names and titles of the built-in scenarios.
+#[pyfunction]
+fn scenario_names() -> Vec<(&'static str, String)> {
+    scenario::built_in().collect()
+}
+
+/// The signals of a run and what is measured on them.
+pub fn run_dict<'py>(py: Python<'py>, run: Run) -> PyResult<Bound<'py, PyDict>> {
+    let (period_s, growth) = (run.period_s(), run.growth());
+    let half_pp = [&run.op, &run.vp, &run.pv].map(|signal| run.half_pp(signal));
+    Ok(dict!(py,
+        "sample_time": run.sample_time,
+        "sp": PyArray1::from_vec(py, run.sp),
+        "pv": PyArray1::from_vec(py, run.pv),
+        "op": PyArray1::from_vec(py, run.op),
+        "vp": PyArray1::from_vec(py, run.vp),
+        "period_s": period_s,
+        "half_pp_op": half_pp[0],
+        "half_pp_vp": half_pp[1],
+        "half_pp_pv": half_pp[2],
+        "growth": growth,
+    ))
+}
+
+/// Simulates a closed loop.
+#[pyfunction]
+fn simulate_loop<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Bound<'py, PyDict>> {
+    let plant = scenario.closed_loop()?.clone();
+    let run = long(py, None, move |_| plant.run())?.map_err(refused)?;
+    run_dict(py, run)
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<Scenario>()?;
+    m.add_function(wrap_pyfunction!(scenario_parse, m)?)?;
+    m.add_function(wrap_pyfunction!(scenario_open, m)?)?;
+    m.add_function(wrap_pyfunction!(scenario_names, m)?)?;
+    m.add_function(wrap_pyfunction!(simulate_loop, m)?)
+}

@@ -1,0 +1,218 @@
+//! Valve models, sample by sample and over arrays.
+
+use crate::arguments::{finite, mismatch, number};
+use crate::bands::Bands;
+use crate::dict::dict;
+use crate::errors::refused;
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use stiction::valve::{Assembly, Direction, Model, Start, StemLag, Valve as _};
+
+/// Samples between two looks for a signal.
+const STRIDE: usize = 1 << 20;
+
+/// A sticking valve that follows its controller output (OP) sample by sample.
+///
+/// Parameters
+/// ----------
+/// S : float
+///     Stick band plus dead band, percent of span.
+/// J : float
+///     Slip jump, percent of span.
+/// model : str, default "two-phase"
+///     Name of a valve model, see `valve_models`.
+/// position : float, default 0
+///     Valve position (VP) to begin with, percent of span.
+/// op : float, optional
+///     OP before the first sample, percent of span; by default `position`.
+/// direction : {1, -1}, default 1
+///     Direction of the last motion.
+/// moving : bool, default False
+///     Whether the stem is moving in that direction to begin with.
+/// limits : tuple of float, optional
+///     Lowest and highest OP and VP, percent of span, such as ``(0, 100)``; by default none.
+/// lag_s : float, default 0
+///     Time constant of a first-order lag of the stem, s.
+/// sample_time : float, optional
+///     Time between samples, s; needed with `lag_s` only.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If a value is out of its range, or there is no such model.
+///
+/// Examples
+/// --------
+/// >>> import stiction
+/// >>> valve = stiction.Valve(S=5, J=2, position=50)
+/// >>> valve.step(54)
+/// 52.5
+/// >>> valve.position
+/// 52.5
+#[pyclass(module = "stiction", subclass)]
+#[derive(Debug, Clone)]
+pub struct Valve {
+    assembly: Assembly,
+    start: Start,
+    model: Model,
+    /// S and J.
+    #[pyo3(get)]
+    bands: Bands,
+}
+
+#[pymethods]
+impl Valve {
+    #[new]
+    #[pyo3(signature = (S, J, *, model = None, position = None, op = None, direction = None,
+                        moving = false, limits = None, lag_s = None, sample_time = None),
+           text_signature = "(S, J, *, model='two-phase', position=0.0, op=None, direction=1, \
+                             moving=False, limits=None, lag_s=0.0, sample_time=None)")]
+    #[expect(non_snake_case, reason = "the field's names")]
+    #[expect(clippy::too_many_arguments, reason = "keywords of one constructor")]
+    fn new(
+        S: &Bound<'_, PyAny>,
+        J: &Bound<'_, PyAny>,
+        model: Option<&Bound<'_, PyAny>>,
+        position: Option<&Bound<'_, PyAny>>,
+        op: Option<&Bound<'_, PyAny>>,
+        direction: Option<&Bound<'_, PyAny>>,
+        moving: bool,
+        limits: Option<&Bound<'_, PyAny>>,
+        lag_s: Option<&Bound<'_, PyAny>>,
+        sample_time: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let bands = stiction::Bands::from_s_j(number("S", S)?, number("J", J)?).map_err(refused)?;
+        let model = match model {
+            None => Model::TwoPhase,
+            Some(name) => {
+                let known: &str =
+                    name.extract().map_err(|_| mismatch("model", name, "the name of a model"))?;
+                Model::by_name(known).map_err(refused)?
+            }
+        };
+        let mut assembly = Assembly::new(model.build(bands).map_err(refused)?);
+        if let Some(limits) = limits {
+            let (low, high) = limits
+                .extract()
+                .map_err(|_| mismatch("limits", limits, "a pair of numbers such as (0, 100)"))?;
+            assembly = assembly.with_limits(low, high).map_err(refused)?;
+        }
+        let lag_s = lag_s.map_or(Ok(0.0), |value| finite("lag_s", value))?;
+        if lag_s != 0.0 {
+            let Some(sample_time) = sample_time else {
+                return Err(PyValueError::new_err(
+                    "lag_s needs sample_time, the time between samples in s",
+                ));
+            };
+            let sample_time = finite("sample_time", sample_time)?;
+            assembly = assembly.with_lag(StemLag::new(lag_s, sample_time).map_err(refused)?);
+        }
+        let direction = match direction.map_or(Ok(1.0), |value| number("direction", value))? {
+            1.0 => Direction::Up,
+            -1.0 => Direction::Down,
+            sign => {
+                let words = format!("direction is {sign}, but must be 1 or -1");
+                return Err(PyValueError::new_err(words));
+            }
+        };
+        let position = position.map_or(Ok(0.0), |value| finite("position", value))?;
+        let op = op.map_or(Ok(position), |value| finite("op", value))?;
+        let start = Start { position, op, direction, moving };
+        assembly.restart(start);
+        Ok(Self { assembly, start, model, bands: Bands(bands) })
+    }
+
+    /// The name of its model.
+    #[getter]
+    fn model(&self) -> &'static str {
+        self.model.describe().name
+    }
+
+    /// The present valve position, percent of span.
+    #[getter]
+    fn position(&self) -> f64 {
+        self.assembly.position()
+    }
+
+    /// Follow the OP by one sample.
+    ///
+    /// Parameters
+    /// ----------
+    /// op : float
+    ///     The new OP, percent of span.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     The valve position, percent of span.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If `op` is not finite.
+    #[pyo3(signature = (op))]
+    fn step(&mut self, op: &Bound<'_, PyAny>) -> PyResult<f64> {
+        Ok(self.assembly.step(finite("op", op)?))
+    }
+
+    /// Begin again from where it began.
+    fn restart(&mut self) {
+        self.assembly.restart(self.start);
+    }
+
+    /// Follows all of `op`.
+    fn _follow<'py>(
+        &mut self,
+        py: Python<'py>,
+        op: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let op = op.as_slice()?;
+        // Refused as a whole: after an error the valve has not moved.
+        if let Some(index) = op.iter().position(|value| !value.is_finite()) {
+            let value = op[index];
+            return Err(refused(stiction::Error::NonFinite { signal: "op", index, value }));
+        }
+        let mut vp = vec![0.0; op.len()];
+        for (op, vp) in op.chunks(STRIDE).zip(vp.chunks_mut(STRIDE)) {
+            py.detach(|| self.assembly.run(op, vp)).map_err(refused)?;
+            py.check_signals()?;
+        }
+        Ok(PyArray1::from_vec(py, vp))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Valve(S={:?}, J={:?}, model=\"{}\", position={:?})",
+            self.bands.0.s(),
+            self.bands.0.j(),
+            self.model(),
+            self.position()
+        )
+    }
+}
+
+/// Names and descriptions of the valve models.
+#[pyfunction]
+fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    Model::ALL
+        .iter()
+        .map(|model| {
+            let description = model.describe();
+            Ok(dict!(py,
+                "name": description.name,
+                "aliases": description.aliases,
+                "summary": description.summary,
+                "citation": description.citation,
+                "uses_s": description.uses_s,
+                "uses_j": description.uses_j,
+            ))
+        })
+        .collect()
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<Valve>()?;
+    m.add_function(wrap_pyfunction!(valve_models, m)?)
+}

@@ -1,0 +1,19 @@
+"""Sticking control valves: models with known truth, the loops around them, and the diagnosis of recorded loops.
+
+Controller output (OP), valve position (VP), S (stick band plus dead band) and J (slip jump) are in percent of
+span, times in seconds, the process value (PV) in its own units. Everything is computed by the Rust library of
+the same name; the same input gives the same numbers there, here and on the command line.
+
+Examples
+--------
+>>> import stiction
+>>> stiction.valve([50, 52, 54, 55, 53], S=5, J=2)
+array([50. , 50. , 52.5, 53.5, 53.5])
+"""
+
+from stiction import loops, valves
+from stiction._core import __version__
+from stiction.loops import *
+from stiction.valves import *
+
+__all__ = ["__version__", *loops.__all__, *valves.__all__]

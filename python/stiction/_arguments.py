@@ -1,0 +1,50 @@
+"""Arguments, refused by name."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable
+from typing import Any
+
+__all__: list[str] = []
+
+
+def number(name: str, value: Any) -> float:
+    """Give `value` as a float, or say that it is no number."""
+    if isinstance(value, (str, bytes)):
+        raise TypeError(f"{name} must be a number, but its type is {type(value).__name__}")
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, but its type is {type(value).__name__}") from None
+
+
+def integer(name: str, value: Any, least: int = 0) -> int:
+    """Give `value` as an int of at least `least`."""
+    try:
+        whole = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, but its type is {type(value).__name__}") from None
+    if whole < least:
+        raise ValueError(f"{name} is {whole}, but must be at least {least}")
+    return whole
+
+
+def optional(name: str, value: Any) -> float | None:
+    """Give `value` as a float, or None as it is."""
+    return None if value is None else number(name, value)
+
+
+def text(name: str, value: Any) -> str:
+    """Give `value` if it is text."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a string, but its type is {type(value).__name__}")
+    return value
+
+
+def choice(name: str, value: Any, known: Iterable[str]) -> str:
+    """Give `value` if it is one of `known`."""
+    known = list(known)
+    if text(name, value) not in known:
+        raise ValueError(f"{name} is {value!r}, but must be one of {', '.join(map(repr, known))}")
+    return str(value)

@@ -1,0 +1,161 @@
+"""Valve models: from controller output (OP) to valve position (VP), both in percent of span."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from stiction import _core
+from stiction._arrays import Array, Samples, samples
+from stiction._core import Bands
+from stiction._result import Result, result
+
+__all__ = ["Bands", "Valve", "ValveModel", "valve", "valve_models"]
+
+
+class Valve(_core.Valve):
+    __doc__ = _core.Valve.__doc__
+
+    def follow(self, op: Samples) -> Array:
+        """Follow a series of OP from the present state on.
+
+        Parameters
+        ----------
+        op : array_like
+            OP, percent of span, one-dimensional and finite.
+
+        Returns
+        -------
+        ndarray
+            The valve position after each sample, percent of span.
+
+        Raises
+        ------
+        TypeError
+            If `op` holds no real numbers.
+        ValueError
+            If a sample is not finite; then the valve has not moved.
+
+        Examples
+        --------
+        >>> import stiction
+        >>> stiction.Valve(S=5, J=2, position=50).follow([52, 54, 55])
+        array([50. , 52.5, 53.5])
+        """
+        return self._follow(samples("op", op))
+
+
+def valve(
+    op: Samples,
+    S: float,
+    J: float,
+    *,
+    model: str = "two-phase",
+    position: float | None = None,
+    direction: Literal[1, -1] = 1,
+    moving: bool = False,
+    limits: tuple[float, float] | None = None,
+    lag_s: float = 0.0,
+    sample_time: float | None = None,
+) -> Array:
+    """Give the valve position that follows a series of OP.
+
+    Parameters
+    ----------
+    op : array_like
+        OP, percent of span, one-dimensional and finite.
+    S : float
+        Stick band plus dead band, percent of span.
+    J : float
+        Slip jump, percent of span.
+    model : str, default "two-phase"
+        Name of a valve model, see `valve_models`.
+    position : float, optional
+        Valve position to begin with, percent of span; by default the first OP.
+    direction : {1, -1}, default 1
+        Direction of the last motion before.
+    moving : bool, default False
+        Whether the stem is moving in that direction to begin with.
+    limits : tuple of float, optional
+        Lowest and highest OP and VP, percent of span; by default none.
+    lag_s : float, default 0
+        Time constant of a first-order lag of the stem, s.
+    sample_time : float, optional
+        Time between samples, s; needed with `lag_s` only.
+
+    Returns
+    -------
+    ndarray
+        The valve position, percent of span, one for each sample of `op`.
+
+    Raises
+    ------
+    TypeError
+        If `op` holds no real numbers.
+    ValueError
+        If a value is out of its range, or there is no such model.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.valve([50, 52, 54, 55, 53], S=5, J=2)
+    array([50. , 50. , 52.5, 53.5, 53.5])
+    """
+    signal = samples("op", op)
+    if position is None:
+        # One that is not finite is refused where all samples are looked at.
+        position = float(signal[0]) if len(signal) and np.isfinite(signal[0]) else 0.0
+    return Valve(
+        S,
+        J,
+        model=model,
+        position=position,
+        direction=direction,
+        moving=moving,
+        limits=limits,
+        lag_s=lag_s,
+        sample_time=sample_time,
+    )._follow(signal)
+
+
+@result
+class ValveModel(Result):
+    """A published valve model.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    aliases : list of str
+        Other names it is found by.
+    summary : str
+        What it does, in a line.
+    citation : str
+        Where it was published.
+    uses_s, uses_j : bool
+        Whether S and J matter to it.
+    """
+
+    name: str
+    aliases: list[str]
+    summary: str
+    citation: str
+    uses_s: bool
+    uses_j: bool
+
+
+def valve_models() -> list[ValveModel]:
+    """List the valve models.
+
+    Returns
+    -------
+    list of ValveModel
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [model.name for model in stiction.valve_models()][:3]
+    ['two-phase', 'choudhury', 'kano']
+    """
+    return [ValveModel(**model) for model in _core.valve_models()]

@@ -1,0 +1,84 @@
+"""The valve models, against the reference and against each other."""
+
+import pickle
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pytest
+import stiction
+
+OP = [50.0, 52.0, 54.0, 55.0, 53.0]
+VP = [50.0, 50.0, 52.5, 53.5, 53.5]
+
+
+@pytest.mark.parametrize(
+    "op",
+    [
+        OP,
+        tuple(OP),
+        np.array(OP),
+        np.array(OP, dtype=np.float32),
+        np.array(OP, dtype=np.int32),
+        np.repeat(OP, 2)[::2],
+        pd.Series(OP),
+        pl.Series(OP),
+        pa.array(OP),
+        pa.chunked_array([OP[:2], OP[2:]]),
+    ],
+    ids=lambda op: f"{type(op).__module__}.{type(op).__name__}",
+)
+def test_it_takes_whatever_holds_numbers(op):
+    assert stiction.valve(op, S=5, J=2).tolist() == VP
+
+
+def test_sample_by_sample_and_all_at_once_are_the_same():
+    rng = np.random.default_rng(1)
+    op = 50 + np.cumsum(rng.normal(size=2000))
+    for model in stiction.valve_models():
+        valve = stiction.Valve(S=5, J=2, model=model.name, position=op[0])
+        single = [valve.step(u) for u in op]
+        assert stiction.valve(op, S=5, J=2, model=model.name).tolist() == single
+        valve.restart()
+        assert valve.follow(op).tolist() == single
+
+
+def test_a_refused_series_leaves_the_valve_where_it_is():
+    valve = stiction.Valve(S=5, J=2, position=50)
+    with pytest.raises(ValueError, match="sample 1 of op is NaN"):
+        valve.follow([60, float("nan")])
+    assert valve.position == 50
+
+
+def test_bands_are_values():
+    bands = stiction.Bands(S=5, J=3)
+    assert (bands.fs, bands.fd) == (4, 1)
+    assert bands == stiction.Bands.from_fs_fd(fs=4, fd=1) == pickle.loads(pickle.dumps(bands))
+
+
+@pytest.mark.parametrize(
+    "call, error, words",
+    [
+        (lambda: stiction.valve(OP, S=-1, J=2), ValueError, "S is -1, but must be a finite number of at least 0"),
+        (lambda: stiction.valve(OP, S=5, J="2"), TypeError, "J must be a number"),
+        (lambda: stiction.valve(OP, S=5, J=2, model="x"), ValueError, 'no valve model named "x"; known are'),
+        (lambda: stiction.valve(OP, S=5, J=2, model=3), TypeError, "model must be the name of a model"),
+        (lambda: stiction.valve(OP, S=5, J=2, limits=5), TypeError, "limits must be a pair of numbers"),
+        (lambda: stiction.valve(OP, S=5, J=2, limits=(9, 1)), ValueError, "limit of the valve is 9"),
+        (lambda: stiction.valve(OP, S=5, J=2, direction=0), ValueError, "direction is 0, but must be 1 or -1"),
+        (lambda: stiction.valve(OP, S=5, J=2, lag_s=1), ValueError, "lag_s needs sample_time"),
+        (lambda: stiction.valve([OP], S=5, J=2), ValueError, r"op has the shape \(1, 5\)"),
+        (lambda: stiction.valve(["a"], S=5, J=2), TypeError, "op must hold real numbers"),
+        (lambda: stiction.valve([1j], S=5, J=2), TypeError, "op must hold real numbers"),
+        (lambda: stiction.valve(pa.array(["a"]), S=5, J=2), TypeError, "op must hold numbers"),
+        (lambda: stiction.valve([[1], [1, 2]], S=5, J=2), TypeError, "op must be a one-dimensional array"),
+        (lambda: stiction.valve([np.inf], S=5, J=2), ValueError, "sample 0 of op is inf"),
+        (lambda: stiction.Valve(S=5, J=2, position=np.nan), ValueError, "position is NaN"),
+        (lambda: stiction.Valve(S=5, J=2).step("a"), TypeError, "op must be a number"),
+        (lambda: stiction.Bands.from_fs_fd(1, 2), ValueError, "fd is 2, but must be between -1 and fs = 1"),
+    ],
+)
+def test_bad_arguments_are_refused_by_name(call, error, words):
+    with pytest.raises(error, match=words):
+        call()
