@@ -8,10 +8,10 @@ import numpy as np
 
 from stiction import _core
 from stiction._arrays import Array, Samples, samples
-from stiction._core import Bands
+from stiction._core import Bands, Table
 from stiction._result import Result, result
 
-__all__ = ["Bands", "Valve", "ValveModel", "valve", "valve_models"]
+__all__ = ["Bands", "Table", "Valve", "ValveModel", "valve", "valve_models", "valve_table"]
 
 
 class Valve(_core.Valve):
@@ -159,3 +159,19 @@ def valve_models() -> list[ValveModel]:
     ['two-phase', 'choudhury', 'kano']
     """
     return [ValveModel(**model) for model in _core.valve_models()]
+
+
+def valve_table() -> Table:
+    """Give the valve models as an Arrow table.
+
+    Returns
+    -------
+    Table
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.valve_table()["name"][:3]
+    ['two-phase', 'choudhury', 'kano']
+    """
+    return _core.valve_table()

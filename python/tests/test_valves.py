@@ -51,6 +51,14 @@ def test_a_refused_series_leaves_the_valve_where_it_is():
     assert valve.position == 50
 
 
+def test_tables_go_to_whoever_speaks_arrow():
+    table = stiction.valve_table()
+    assert pl.DataFrame(table)["name"].to_list() == table["name"] == pa.table(table)["name"].to_pylist()
+    assert len(table) == len(stiction.valve_models()) and set(table.to_dict()) == set(table.column_names)
+    with pytest.raises(KeyError, match="there is no column"):
+        table["nothing"]
+
+
 def test_bands_are_values():
     bands = stiction.Bands(S=5, J=3)
     assert (bands.fs, bands.fd) == (4, 1)

@@ -10,6 +10,7 @@ mod dict;
 mod errors;
 mod long;
 mod scenario;
+mod table;
 mod valve;
 
 use pyo3::prelude::*;
@@ -21,6 +22,7 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::register(m)?;
     bands::register(m)?;
     scenario::register(m)?;
+    table::register(m)?;
     valve::register(m)?;
     // The package says what is public.
     m.delattr("__all__")

@@ -4,6 +4,7 @@ use crate::arguments::{finite, mismatch, number};
 use crate::bands::Bands;
 use crate::dict::dict;
 use crate::errors::refused;
+use crate::table::{Table, flags, texts};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -212,7 +213,21 @@ fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         .collect()
 }
 
+/// The valve models as a table.
+#[pyfunction]
+fn valve_table() -> PyResult<Table> {
+    let all: Vec<_> = Model::ALL.iter().map(|model| model.describe()).collect();
+    Table::of(vec![
+        texts("name", all.iter().map(|d| Some(d.name))),
+        texts("summary", all.iter().map(|d| Some(d.summary))),
+        texts("citation", all.iter().map(|d| Some(d.citation))),
+        flags("uses_s", all.iter().map(|d| Some(d.uses_s))),
+        flags("uses_j", all.iter().map(|d| Some(d.uses_j))),
+    ])
+}
+
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Valve>()?;
-    m.add_function(wrap_pyfunction!(valve_models, m)?)
+    m.add_function(wrap_pyfunction!(valve_models, m)?)?;
+    m.add_function(wrap_pyfunction!(valve_table, m)?)
 }

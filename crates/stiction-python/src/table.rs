@@ -1,0 +1,122 @@
+//! Tables that leave through the Arrow capsule interface.
+
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow_schema::{Field, Schema};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3_arrow::PyTable;
+use std::sync::Arc;
+
+/// A column: its name and its values.
+pub type Column = (&'static str, ArrayRef);
+
+/// Numbers; `None` is null.
+pub fn numbers(name: &'static str, values: impl IntoIterator<Item = Option<f64>>) -> Column {
+    (name, Arc::new(values.into_iter().collect::<Float64Array>()))
+}
+
+/// Whole numbers; `None` is null.
+pub fn counts(name: &'static str, values: impl IntoIterator<Item = Option<i64>>) -> Column {
+    (name, Arc::new(values.into_iter().collect::<Int64Array>()))
+}
+
+/// Text; `None` is null.
+pub fn texts<T: AsRef<str>>(
+    name: &'static str,
+    values: impl IntoIterator<Item = Option<T>>,
+) -> Column {
+    (name, Arc::new(values.into_iter().collect::<StringArray>()))
+}
+
+/// Truth values; `None` is null.
+pub fn flags(name: &'static str, values: impl IntoIterator<Item = Option<bool>>) -> Column {
+    (name, Arc::new(values.into_iter().collect::<BooleanArray>()))
+}
+
+/// A table of named columns, for any library that speaks the Arrow capsule interface.
+///
+/// ``polars.DataFrame(table)``, ``pyarrow.table(table)`` and, from pandas 3, ``pandas.DataFrame.from_arrow(table)``
+/// take it as it is.
+#[pyclass(frozen, module = "stiction", mapping)]
+#[derive(Debug)]
+pub struct Table(RecordBatch);
+
+impl Table {
+    /// The table of these columns, all of one length.
+    pub fn of(columns: Vec<Column>) -> PyResult<Self> {
+        let fields: Vec<Field> = columns
+            .iter()
+            .map(|(name, values)| Field::new(*name, values.data_type().clone(), true))
+            .collect();
+        let values = columns.into_iter().map(|(_, values)| values).collect();
+        RecordBatch::try_new(Arc::new(Schema::new(fields)), values)
+            .map(Self)
+            .map_err(|e| PyValueError::new_err(e.to_string()))
+    }
+}
+
+#[pymethods]
+impl Table {
+    /// Names of the columns, in their order.
+    #[getter]
+    fn column_names(&self) -> Vec<String> {
+        self.0.schema().fields().iter().map(|field| field.name().clone()).collect()
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.num_rows()
+    }
+
+    /// The values of a column as a list.
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let Some(column) = self.0.column_by_name(name) else {
+            return Err(PyKeyError::new_err(format!(
+                "there is no column \"{name}\"; there are {}",
+                self.column_names().join(", ")
+            )));
+        };
+        let any = column.as_any();
+        if let Some(values) = any.downcast_ref::<Float64Array>() {
+            return Ok(values.iter().collect::<Vec<_>>().into_pyobject(py)?.into_any());
+        }
+        if let Some(values) = any.downcast_ref::<Int64Array>() {
+            return Ok(values.iter().collect::<Vec<_>>().into_pyobject(py)?.into_any());
+        }
+        if let Some(values) = any.downcast_ref::<BooleanArray>() {
+            return Ok(values.iter().collect::<Vec<_>>().into_pyobject(py)?.into_any());
+        }
+        let texts = any.downcast_ref::<StringArray>().map(|texts| texts.iter().collect::<Vec<_>>());
+        Ok(texts.into_pyobject(py)?.into_any())
+    }
+
+    /// The columns as lists, by name.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
+        let all = pyo3::types::PyDict::new(py);
+        for name in self.column_names() {
+            all.set_item(&name, self.__getitem__(py, &name)?)?;
+        }
+        Ok(all)
+    }
+
+    #[pyo3(signature = (requested_schema = None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let table = PyTable::try_new(vec![self.0.clone()], self.0.schema())?;
+        Bound::new(py, table)?.call_method1("__arrow_c_stream__", (requested_schema,))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Table of {} rows: {}>", self.0.num_rows(), self.column_names().join(", "))
+    }
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<Table>()
+}

@@ -1,0 +1,29 @@
+"""What all plots have in common. Matplotlib is imported when a plot is asked for, not before."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__: list[str] = []
+
+
+def pyplot() -> Any:
+    """Give ``matplotlib.pyplot``, or say how to install it."""
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        raise ImportError("plots need Matplotlib: pip install stiction[plot]") from None
+    return plt
+
+
+def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) -> list[Any]:
+    """Give `rows` axes above each other: `ax` (one, or as many) if given, else new ones."""
+    if ax is None:
+        plt = pyplot()
+        size = (8.0, max(3.5, height * rows))
+        _, made = plt.subplots(rows, 1, sharex=sharex, figsize=size, squeeze=False, layout="constrained")
+        return list(made[:, 0])
+    given = list(ax) if hasattr(ax, "__len__") else [ax]
+    if len(given) != rows:
+        raise ValueError(f"ax holds {len(given)} axes, but {rows} are needed")
+    return given
