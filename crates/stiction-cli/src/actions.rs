@@ -1,4 +1,4 @@
-//! What the commands on actions share: which loop, the table of measures, its JSON and its CSV.
+//! What the commands on scenarios and actions share: which scenario, which loop, the table of measures, its JSON and its CSV.
 
 use crate::text;
 use anyhow::{Context, Result, bail};
@@ -8,6 +8,13 @@ use stiction::closed_loop::ClosedLoop;
 use stiction::compensate::{Options, Outcome, Row};
 use stiction::detect::Number;
 use stiction_io::scenario::{Scenario, System};
+
+/// The scenario of that name or file with its settings; what of it has no effect is told.
+pub fn scenario(name: &str, settings: &[String]) -> Result<Scenario> {
+    let scenario = Scenario::open(name, settings)?;
+    scenario.notes.iter().for_each(crate::output::note);
+    Ok(scenario)
+}
 
 /// The single loop that a scenario simulates.
 pub fn single_loop<'a>(name: &str, scenario: &'a Scenario) -> Result<&'a ClosedLoop> {

@@ -8,7 +8,6 @@ use std::path::PathBuf;
 use stiction::Bands;
 use stiction::compensate::{Comparison, Knowledge, Method, Row, compare, run as play};
 use stiction::what_if::{self, knowledge};
-use stiction_io::scenario::Scenario;
 
 /// Put compensators between the controller and the sticking valve of a loop, and measure what they do.
 ///
@@ -74,10 +73,7 @@ pub fn run(args: Args) -> Result<()> {
     if methods.is_empty() {
         methods = Method::ALL.to_vec();
     }
-    let scenario = Scenario::open(name, &args.set)?;
-    for note in &scenario.notes {
-        output::note(note);
-    }
+    let scenario = actions::scenario(name, &args.set)?;
     let plant = actions::single_loop(name, &scenario)?;
     let (model, bands) = scenario.valve;
     let mut options = what_if::Options::suiting(plant, model, bands)?.protocol;

@@ -1,6 +1,6 @@
 //! `stiction limit-cycle`: the cycle of a loop, predicted instead of simulated.
 
-use crate::{output, text, valve};
+use crate::{actions, output, text, valve};
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Parser, ValueEnum};
 use serde_json::{Value, json};
@@ -13,7 +13,7 @@ use stiction::limit_cycle::map::{Axis, Map, Parameter, Point, Sensitivity, sensi
 use stiction::limit_cycle::tuning::{self, Assessment, Grid, Retuning};
 use stiction::limit_cycle::{ContinuousLoop, Cycle, Method, Swing, attractor};
 use stiction::valve::Model;
-use stiction_io::scenario::{Scenario, System};
+use stiction_io::scenario::System;
 use stiction_io::table;
 use stiction_report::limit_cycle::{self as pictures, Quantity};
 use stiction_report::nyquist::nyquist;
@@ -179,10 +179,7 @@ pub fn run(args: Args) -> Result<()> {
 
 /// Title and loop of a scenario, and a word on what of it has no part in a limit cycle.
 fn of_scenario(name: &str, settings: &[String]) -> Result<(String, ContinuousLoop)> {
-    let scenario = Scenario::open(name, settings)?;
-    for note in &scenario.notes {
-        output::note(note);
-    }
+    let scenario = actions::scenario(name, settings)?;
     let system = match &scenario.system {
         System::ClosedLoop(system) => system,
         System::OpenLoop(_) => bail!(

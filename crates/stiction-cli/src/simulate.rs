@@ -1,6 +1,6 @@
 //! `stiction simulate`: scenarios.
 
-use crate::output;
+use crate::{actions, output};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use serde_json::{Value, json};
@@ -74,10 +74,7 @@ pub fn run(args: Args) -> Result<()> {
         return Ok(());
     }
     let name = args.scenario.context("no scenario")?;
-    let scenario = Scenario::open(&name, &args.set)?;
-    for note in &scenario.notes {
-        output::note(note);
-    }
+    let scenario = actions::scenario(&name, &args.set)?;
     if args.print {
         return output::write(None, scenario.text.as_bytes());
     }

@@ -48,10 +48,7 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let scenario = Scenario::open(&args.scenario, &args.set)?;
-    for note in &scenario.notes {
-        output::note(note);
-    }
+    let scenario = actions::scenario(&args.scenario, &args.set)?;
     let plant = actions::single_loop(&args.scenario, &scenario)?;
     let (model, bands) = scenario.valve;
     let mut options = Options::suiting(plant, model, bands)?;

@@ -508,6 +508,7 @@ impl<'a, T: Number> Flow<'a, T> {
         }
         let within = |term: f64, power: usize| (NOTHING * size / term).powf(1.0 / power as f64);
         // A term of zero allows any length, and a NaN none beyond 1.
-        within(before, last - 1).min(within(end, last)).min(LONGEST).max(1.0)
+        let reach = within(before, last - 1).min(within(end, last));
+        if reach > 1.0 { reach.min(LONGEST) } else { 1.0 }
     }
 }

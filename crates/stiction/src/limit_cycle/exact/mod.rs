@@ -76,7 +76,9 @@
 //! # Limits
 //! * [`cycle`] gives the end of one motion: a loop may have other ends. [`cycles`] starts some tens of
 //!   motions of very different size; no finite number proves that there is nothing else. Unstable cycles
-//!   are those that Newton's method came across.
+//!   are those that Newton's method came across. In 19 of 60 random loops a cycle and a motion to rest both
+//!   attract; between beginnings that end differently, halved 30 times, no orbit was met: what parts them is
+//!   whether the OP ever turns, not an orbit that repels.
 //! * If the stem never rests for a dead time, the state at a slip is a function, not a vector: then a
 //!   cycle is found only by following the motion until it repeats itself to 1e-11, with
 //!   steps ahead where it creeps; it attracts, and its multipliers are not known.
