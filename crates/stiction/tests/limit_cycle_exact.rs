@@ -267,9 +267,7 @@ fn cycles_of_second_order_loops_are_those_simulated() {
 #[test]
 #[ignore = "takes minutes"]
 fn cycles_of_200_second_order_loops_are_those_simulated() {
-    // One loop, of which a period leaves 0.9 of a deviation, is off by 1.09e-4, all others by less
-    // than 1e-4: the events of the simulation fall on samples, and finer ones need gigabytes.
-    cycles_are_those_simulated(200, 1.5e-4);
+    cycles_are_those_simulated(200, 1e-4);
 }
 
 /// A loop of any sort: of first or second order or integrating, sluggish or unstable.

@@ -1,0 +1,40 @@
+//! What `python/benchmarks/overhead.py` compares Python with: the same two computations, in Rust.
+//! Prints the best times, s, of a valve over a million samples, its result allocated each time, and of a diagnosis.
+use std::hint::black_box;
+use std::time::Instant;
+use stiction::Bands;
+use stiction::diagnose::{Options, diagnose};
+use stiction::valve::{Assembly, Model, Start, Valve};
+use stiction_io::{ReadOptions, reading};
+
+fn best(mut run: impl FnMut(), times: usize) -> f64 {
+    let timed = |_| {
+        let begin = Instant::now();
+        run();
+        begin.elapsed().as_secs_f64()
+    };
+    (0..times).map(timed).fold(f64::INFINITY, f64::min)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let op: Vec<f64> = (0..1_000_000).map(|k| 50.0 + 12.0 * (f64::from(k) * 0.011).sin()).collect();
+    let mut valve = Assembly::new(Model::TwoPhase.build(Bands::from_s_j(5.0, 2.0)?)?);
+    let follow = best(
+        || {
+            valve.restart(Start::at_rest(50.0));
+            let mut vp = vec![0.0; op.len()];
+            valve.run(black_box(&op), &mut vp).expect("the OP is finite");
+            black_box(vp);
+        },
+        50,
+    );
+    let path = std::env::args().nth(1).ok_or("which recording?")?;
+    let recordings = reading::read(path.as_ref(), &ReadOptions::default())?.recordings;
+    let options = Options::default();
+    let diagnosis = best(
+        || _ = black_box(diagnose(black_box(&recordings[0]), &options).expect("it has a grid")),
+        100,
+    );
+    println!("{follow:e} {diagnosis:e}");
+    Ok(())
+}
