@@ -12,7 +12,7 @@ from stiction import _core
 from stiction._arguments import callback, number
 from stiction._arrays import Array
 from stiction._core import Scenario, Table
-from stiction._plots import axes
+from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, result
 
 __all__ = [
@@ -137,8 +137,8 @@ class Run(Result):
         list of matplotlib Axes
         """
         above, below = axes(ax, 2)
-        _plot_pv(above, self.time_s, self.sp, self.pv, "PV, SP (PV units)")
-        _plot_valve(below, self.time_s, self.op, self.vp)
+        pv_over_time(above, self.time_s, self.sp, self.pv)
+        valve_over_time(below, self.time_s, self.op, self.vp)
         return [above, below]
 
 
@@ -186,9 +186,9 @@ class CascadeRun(Result):
         list of matplotlib Axes
         """
         master, slave, valve = axes(ax, 3)
-        _plot_pv(master, self.time_s, self.sp, self.pv, "master: PV, SP (PV units)")
-        _plot_pv(slave, self.time_s, self.slave.sp, self.slave.pv, "slave: PV, SP (PV units)")
-        _plot_valve(valve, self.time_s, self.slave.op, self.slave.vp)
+        pv_over_time(master, self.time_s, self.sp, self.pv, "master: PV, SP (PV units)")
+        pv_over_time(slave, self.time_s, self.slave.sp, self.slave.pv, "slave: PV, SP (PV units)")
+        valve_over_time(valve, self.time_s, self.slave.op, self.slave.vp)
         return [master, slave, valve]
 
 
@@ -243,8 +243,7 @@ class OpenLoopRun(Result):
         list of matplotlib Axes
         """
         over_time, characteristic = axes(ax, 2, sharex=False, height=3.0)
-        _plot_valve(over_time, self.time_s, self.op, self.vp)
-        over_time.set_xlabel("time (s)")
+        valve_over_time(over_time, self.time_s, self.op, self.vp)
         characteristic.plot(self.op, self.vp, color="C3")
         characteristic.set_xlabel("OP (% of span)")
         characteristic.set_ylabel("VP (% of span)")
@@ -425,21 +424,6 @@ def _times(signal: Array, sample_time: float) -> Array:
 
 def _signals(run: Run) -> list[tuple[str, Array]]:
     return [("time_s", run.time_s), ("sp", run.sp), ("pv", run.pv), ("op", run.op), ("vp", run.vp)]
-
-
-def _plot_pv(ax: Any, time_s: Array, sp: Array, pv: Array, label: str) -> None:
-    ax.plot(time_s, pv, color="C2", label="PV")
-    ax.plot(time_s, sp, color="k", linestyle="--", linewidth=1, label="SP")
-    ax.set_ylabel(label)
-    ax.legend(loc="upper right")
-
-
-def _plot_valve(ax: Any, time_s: Array, op: Array, vp: Array) -> None:
-    ax.plot(time_s, op, color="C0", label="OP")
-    ax.plot(time_s, vp, color="C3", label="VP")
-    ax.set_xlabel("time (s)")
-    ax.set_ylabel("OP, VP (% of span)")
-    ax.legend(loc="upper right")
 
 
 # Under another name where a parameter is called `scenario`.

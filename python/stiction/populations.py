@@ -11,7 +11,7 @@ from stiction import _core
 from stiction._arguments import callback, integer, text
 from stiction._arrays import Array
 from stiction._core import POPULATION_VERSION, Table
-from stiction._plots import axes
+from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, result
 
 __all__ = ["POPULATION_VERSION", "Member", "Population", "Truth", "population", "population_kinds"]
@@ -114,18 +114,9 @@ class Member(Result):
         list of matplotlib Axes
         """
         above, below = axes(ax, 2)
-        if self.pv is not None:
-            above.plot(self.time_s, self.pv, color="C2", label="PV")
-        if self.sp is not None:
-            above.plot(self.time_s, self.sp, color="k", linestyle="--", linewidth=1, label="SP")
-        above.set_ylabel("PV, SP (PV units)")
-        above.set_title(f"{self.name}: {self.truth.kind}, S = {self.truth.S:.3g} %, J = {self.truth.J:.3g} %")
-        below.plot(self.time_s, self.op, color="C0", label="OP")
-        below.plot(self.time_s, self.vp, color="C3", label="VP (true)")
-        below.set_ylabel("OP, VP (% of span)")
-        below.set_xlabel("time (s)")
-        for each in (above, below):
-            each.legend(loc="upper right")
+        pv_over_time(above, self.time_s, self.sp, self.pv)
+        valve_over_time(below, self.time_s, self.op, self.vp)
+        above.set_title(f"{self.name}: {self.truth.kind}", loc="left")
         return [above, below]
 
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from stiction import _core
 from stiction._arguments import integer, number
 from stiction._arrays import Array, Samples, samples
-from stiction._plots import axes
+from stiction._plots import axes, legend
 from stiction._result import Result, result
 
 __all__ = [
@@ -201,7 +201,7 @@ class CrossCorrelation(Result):
         only.plot(self.lags, self.values, color="C0", label="cross-correlation")
         only.set_xlabel("lag (samples)")
         only.set_ylabel("coefficient (-)")
-        only.legend(loc="upper right")
+        legend(only)
         return only
 
 
@@ -269,7 +269,7 @@ class Periodogram(Result):
         only.semilogy(self.frequency[1:], self.power[1:], color="C0", label="periodogram")
         only.set_xlabel("frequency (cycles per sample)")
         only.set_ylabel("power (squared units)")
-        only.legend(loc="upper right")
+        legend(only)
         return only
 
 

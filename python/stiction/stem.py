@@ -10,7 +10,7 @@ from stiction import _core
 from stiction._arguments import number, optional
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
-from stiction._plots import axes
+from stiction._plots import axes, legend, valve_over_time
 from stiction._result import Result, result
 
 __all__ = [
@@ -113,19 +113,17 @@ class StemResponse(Result):
         list of matplotlib Axes
         """
         above, below = axes(ax, 2)
-        if self.op is not None:
-            above.plot(self.time_s, self.op, color="C0", label="OP")
-        above.plot(self.time_s, self.vp, color="C3", label="VP")
+        valve_over_time(above, self.time_s, self.op, self.vp, "OP (%), VP (% of stroke)")
+        above.set_xlabel("")
         slips = [event for event in self.events if event.kind == "slip"]
         if slips:
             times, places = [event.time_s for event in slips], [event.vp for event in slips]
             above.plot(times, places, "k.", markersize=5, label="slip")
-        above.set_ylabel("OP (%), VP (% of stroke)")
+            legend(above)
         below.plot(self.time_s, self.friction_n, color="C1", label="friction")
         below.set_ylabel("friction force (N)")
         below.set_xlabel("time (s)")
-        for each in (above, below):
-            each.legend(loc="upper right")
+        legend(below)
         return [above, below]
 
 

@@ -61,7 +61,7 @@ def test_a_member_is_a_result():
     columns = [name for name in ("time_s", "sp", "pv", "op", "vp") if getattr(loop, name) is not None]
     assert loop.to_table().column_names == columns
     above, below = loop.plot()
-    assert loop.truth.kind in above.get_title() and below.get_legend() and "(s)" in below.get_xlabel()
+    assert loop.truth.kind in above.get_title(loc="left") and below.get_legend() and "(s)" in below.get_xlabel()
 
 
 def test_progress_moves_a_bar():
