@@ -15,7 +15,7 @@ use stiction::population::{self, Kind, Simulated, Truth, VERSION};
 const CHUNK: u64 = 64;
 
 /// The loops of a population.
-#[pyclass(frozen, module = "stiction")]
+#[pyclass(frozen, module = "stiction._core")]
 #[derive(Debug)]
 pub struct Loops(Vec<Simulated>);
 
