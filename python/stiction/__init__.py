@@ -11,9 +11,19 @@ Examples
 array([50. , 50. , 52.5, 53.5, 53.5])
 """
 
-from stiction import loops, valves
+from stiction import loops, populations, series, stem, valves
 from stiction._core import __version__
 from stiction.loops import *
+from stiction.populations import *
+from stiction.series import *
+from stiction.stem import *
 from stiction.valves import *
 
-__all__ = ["__version__", *loops.__all__, *valves.__all__]
+__all__ = [
+    "__version__",
+    *loops.__all__,
+    *populations.__all__,
+    *series.__all__,
+    *stem.__all__,
+    *valves.__all__,
+]

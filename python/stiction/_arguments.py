@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, cast
 
 __all__: list[str] = []
 
@@ -48,3 +48,10 @@ def choice(name: str, value: Any, known: Iterable[str]) -> str:
     if text(name, value) not in known:
         raise ValueError(f"{name} is {value!r}, but must be one of {', '.join(map(repr, known))}")
     return str(value)
+
+
+def callback(name: str, value: Any) -> Callable[[int], object] | None:
+    """Give `value` if it can be called, or is None."""
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} must be callable, but its type is {type(value).__name__}")
+    return cast("Callable[[int], object] | None", value)

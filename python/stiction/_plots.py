@@ -27,3 +27,28 @@ def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) ->
     if len(given) != rows:
         raise ValueError(f"ax holds {len(given)} axes, but {rows} are needed")
     return given
+
+
+def legend(ax: Any) -> None:
+    """Put the legend above the axes, where it hides nothing; titles are put to the left."""
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
+
+
+def valve_over_time(ax: Any, time_s: Any, op: Any, vp: Any, label: str = "OP, VP (% of span)") -> None:
+    """Plot OP, unless it is None, and VP."""
+    ax.plot(time_s, vp, color="C3", label="VP")
+    if op is not None:
+        ax.plot(time_s, op, color="C0", linestyle="--", linewidth=1.2, label="OP")
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel(label)
+    legend(ax)
+
+
+def pv_over_time(ax: Any, time_s: Any, sp: Any, pv: Any, label: str = "PV, SP (PV units)") -> None:
+    """Plot SP and PV, unless they are None."""
+    if pv is not None:
+        ax.plot(time_s, pv, color="C2", label="PV")
+    if sp is not None:
+        ax.plot(time_s, sp, color="k", linestyle="--", linewidth=1.0, label="SP")
+    ax.set_ylabel(label)
+    legend(ax)

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from os import PathLike, fspath
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from stiction import _core
+from stiction._arguments import callback, number
 from stiction._arrays import Array
-from stiction._core import Scenario
+from stiction._core import Scenario, Table
+from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, result
 
-__all__ = ["Run", "Scenario", "scenario", "scenarios", "simulate"]
+__all__ = [
+    "CascadeRun",
+    "OpenLoopRun",
+    "Run",
+    "Scenario",
+    "Sweep",
+    "scenario",
+    "scenarios",
+    "signal",
+    "simulate",
+    "sweep",
+]
 
 ScenarioLike: TypeAlias = "Scenario | str | PathLike[str] | Mapping[str, Any]"
 """A scenario, the name of a built-in one, the path of a TOML file, or its tables as a mapping."""
@@ -53,10 +66,15 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
     >>> round(stiction.simulate(sticky).period_s, 3)
     18.024
     """
+    if settings is not None and not isinstance(settings, Mapping):
+        raise TypeError(f"settings must be a mapping, but its type is {type(settings).__name__}")
     if isinstance(source, Scenario):
         return _core.scenario_parse(source.text, settings)
     if isinstance(source, Mapping):
         return _core.scenario_parse(source, settings)
+    if not isinstance(source, (str, PathLike)):
+        kind = type(source).__name__
+        raise TypeError(f"source must be a scenario, its name, path or tables, but its type is {kind}")
     return _core.scenario_open(fspath(source), settings)
 
 
@@ -94,13 +112,148 @@ class Run(Result):
     @property
     def time_s(self) -> Array:
         """Times of the samples, s."""
-        return np.arange(len(self.op), dtype=np.float64) * np.float64(self.sample_time)
+        return _times(self.op, self.sample_time)
+
+    def to_table(self) -> Table:
+        """Give the signals as an Arrow table.
+
+        Returns
+        -------
+        Table
+            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp``.
+        """
+        return _core.number_table(_signals(self))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Plot SP and PV, and OP and VP, over time.
+
+        Parameters
+        ----------
+        ax : sequence of matplotlib Axes, optional
+            Two axes to draw on; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib Axes
+        """
+        above, below = axes(ax, 2)
+        pv_over_time(above, self.time_s, self.sp, self.pv)
+        valve_over_time(below, self.time_s, self.op, self.vp)
+        return [above, below]
+
+
+@result
+class CascadeRun(Result):
+    """What a simulated cascade did: a slave loop under a master.
+
+    Attributes
+    ----------
+    slave : Run
+        The slave loop, with the sticking valve; its set point is what the master asked for.
+    sp, pv : ndarray
+        Set point and measured process value of the master, in its PV units, at the samples of the slave.
+    """
+
+    slave: Run
+    sp: Array
+    pv: Array
+
+    @property
+    def time_s(self) -> Array:
+        """Times of the samples, s."""
+        return self.slave.time_s
+
+    def to_table(self) -> Table:
+        """Give the signals as an Arrow table.
+
+        Returns
+        -------
+        Table
+            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp`` of the slave, and ``master_sp``, ``master_pv``.
+        """
+        return _core.number_table([*_signals(self.slave), ("master_sp", self.sp), ("master_pv", self.pv)])
+
+    def plot(self, ax: Any = None) -> Any:
+        """Plot set points and PVs of master and slave, and OP and VP, over time.
+
+        Parameters
+        ----------
+        ax : sequence of matplotlib Axes, optional
+            Three axes to draw on; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib Axes
+        """
+        master, slave, valve = axes(ax, 3)
+        pv_over_time(master, self.time_s, self.sp, self.pv, "master: PV, SP (PV units)")
+        pv_over_time(slave, self.time_s, self.slave.sp, self.slave.pv, "slave: PV, SP (PV units)")
+        valve_over_time(valve, self.time_s, self.slave.op, self.slave.vp)
+        return [master, slave, valve]
+
+
+@result
+class OpenLoopRun(Result):
+    """What a valve did on a test signal, without a loop around it.
+
+    Attributes
+    ----------
+    sample_time : float
+        Time between samples, s; sample ``k`` is at time ``k * sample_time``.
+    op, vp : ndarray
+        Controller output and valve position, percent of span.
+    period_s : float or None
+        Period of the VP in the second half, s; None if it has none.
+    half_pp_op, half_pp_vp : float
+        Half of the peak-to-peak range in the second half, percent of span.
+    """
+
+    sample_time: float
+    op: Array
+    vp: Array
+    period_s: float | None
+    half_pp_op: float
+    half_pp_vp: float
+
+    @property
+    def time_s(self) -> Array:
+        """Times of the samples, s."""
+        return _times(self.op, self.sample_time)
+
+    def to_table(self) -> Table:
+        """Give the signals as an Arrow table.
+
+        Returns
+        -------
+        Table
+            Columns ``time_s``, ``op``, ``vp``.
+        """
+        return _core.number_table([("time_s", self.time_s), ("op", self.op), ("vp", self.vp)])
+
+    def plot(self, ax: Any = None) -> Any:
+        """Plot OP and VP over time, and the VP against the OP.
+
+        Parameters
+        ----------
+        ax : sequence of matplotlib Axes, optional
+            Two axes to draw on, of which the x axes are not shared; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib Axes
+        """
+        over_time, characteristic = axes(ax, 2, sharex=False, height=3.0)
+        valve_over_time(over_time, self.time_s, self.op, self.vp)
+        characteristic.plot(self.op, self.vp, color="C3")
+        characteristic.set_xlabel("OP (% of span)")
+        characteristic.set_ylabel("VP (% of span)")
+        return [over_time, characteristic]
 
 
 def simulate(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None
-) -> Run:
-    """Simulate a control loop.
+) -> Run | CascadeRun | OpenLoopRun:
+    """Simulate a control loop, a cascade, or a valve on a test signal.
 
     Parameters
     ----------
@@ -111,12 +264,14 @@ def simulate(
 
     Returns
     -------
-    Run
+    Run, CascadeRun or OpenLoopRun
+        By the scenario's `kind`: ``"closed loop"``, ``"cascade"`` or ``"open loop"``. Of an unstable loop
+        signals may end as infinite or NaN.
 
     Raises
     ------
     ValueError
-        If the scenario is not well formed, or no closed loop.
+        If the scenario is not well formed.
 
     Examples
     --------
@@ -124,8 +279,132 @@ def simulate(
     >>> run = stiction.simulate("paper/closed-loop", {"valve.S": 5})
     >>> run.half_pp_vp > 1
     True
+    >>> cascade = stiction.simulate("paper/flow-cascade")
+    >>> len(cascade.pv) == len(cascade.slave.vp)
+    True
     """
-    return Run(**_core.simulate_loop(_scenario(scenario, settings)))
+    parsed = _scenario(scenario, settings)
+    found = _core.simulate(parsed)
+    if parsed.kind == "closed loop":
+        return Run(**found)
+    if parsed.kind == "cascade":
+        return CascadeRun(slave=Run(**found.pop("slave")), **found)
+    return OpenLoopRun(**found)
+
+
+@result
+class Sweep(Result):
+    """What many loops did over the last half of their samples, one entry a loop, in their order.
+
+    Attributes
+    ----------
+    S, J : ndarray
+        Bands of the valves, percent of span.
+    period_s : ndarray
+        Mean time between upward crossings of the set point by the PV, s; NaN if there are fewer than three.
+    half_pp_op, half_pp_vp : ndarray
+        Half of the peak-to-peak range of OP and VP, percent of span.
+    half_pp_pv : ndarray
+        Half of the peak-to-peak range of the PV, in its units.
+    error_mean, error_rms, error_abs : ndarray
+        Mean, root mean square and mean absolute control error SP - PV, in PV units.
+    travel_per_s : ndarray
+        Way travelled by the valve, percent of span per second.
+    """
+
+    S: Array
+    J: Array
+    period_s: Array
+    half_pp_op: Array
+    half_pp_vp: Array
+    half_pp_pv: Array
+    error_mean: Array
+    error_rms: Array
+    error_abs: Array
+    travel_per_s: Array
+
+    def to_table(self) -> Table:
+        """Give it as an Arrow table.
+
+        Returns
+        -------
+        Table
+            A row a loop, with the attributes as columns.
+        """
+        return _core.number_table(list(self.to_dict().items()))
+
+
+def sweep(
+    scenarios: Iterable[ScenarioLike], *, progress: Callable[[int], object] | None = None
+) -> Sweep:
+    """Simulate many control loops, several at a time on every core, and keep their statistics.
+
+    The same on any number of cores. Loops of equal duration and sample time that follow each other are fastest.
+
+    Parameters
+    ----------
+    scenarios : iterable of Scenario, str, path or mapping
+        Closed loops, see `stiction.scenario`.
+    progress : callable, optional
+        Called now and then with the number of loops done.
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    ValueError
+        If a scenario is not well formed, or no closed loop.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> loops = [stiction.scenario("paper/closed-loop", {"valve.J": J}) for J in (1, 2, 4)]
+    >>> done = stiction.sweep(loops)
+    >>> done.period_s.round(2)
+    array([32.62, 22.52, 15.3 ])
+    """
+    if isinstance(scenarios, (str, Mapping)) or not isinstance(scenarios, Iterable):
+        kind = type(scenarios).__name__
+        raise TypeError(f"scenarios must be a sequence of scenarios, but its type is {kind}")
+    parsed = [each if isinstance(each, Scenario) else scenario(each) for each in scenarios]
+    return Sweep(**_core.sweep(parsed, callback("progress", progress)))
+
+
+def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> Array:
+    """Give the samples of a test signal.
+
+    Parameters
+    ----------
+    table : mapping
+        The signal as a scenario describes it, such as ``{"signal": "ramp", "mean": 50, "amplitude": 15,
+        "period": 60}``. Signals are constant, sine, ramp, square, steps, line, staircase, noise and
+        random-walk; ``docs/scenarios.md`` of the project lists their keys.
+    sample_time : float
+        Time between samples, s.
+    duration : float
+        Duration, s.
+
+    Returns
+    -------
+    ndarray
+        The samples, from time 0 on.
+
+    Raises
+    ------
+    ValueError
+        If there is no such signal, or a value is out of its range.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.signal({"signal": "ramp", "amplitude": 2, "period": 8}, sample_time=1, duration=8)
+    array([ 0.,  1.,  2.,  1.,  0., -1., -2., -1.])
+    """
+    if not isinstance(table, Mapping):
+        raise TypeError(f"table must be a mapping, but its type is {type(table).__name__}")
+    return _core.signal(table, number("sample_time", sample_time), number("duration", duration))
 
 
 def scenarios() -> dict[str, str]:
@@ -137,6 +416,14 @@ def scenarios() -> dict[str, str]:
         Titles by name.
     """
     return dict(_core.scenario_names())
+
+
+def _times(signal: Array, sample_time: float) -> Array:
+    return np.arange(len(signal), dtype=np.float64) * np.float64(sample_time)
+
+
+def _signals(run: Run) -> list[tuple[str, Array]]:
+    return [("time_s", run.time_s), ("sp", run.sp), ("pv", run.pv), ("op", run.op), ("vp", run.vp)]
 
 
 # Under another name where a parameter is called `scenario`.

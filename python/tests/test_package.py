@@ -57,6 +57,10 @@ def test_modules_say_what_they_are():
         assert module.__all__, module.__name__
 
 
+def test_no_name_hides_another():
+    assert len(stiction.__all__) == len(set(stiction.__all__))
+
+
 def test_everything_public_is_at_the_top():
     optional = {"stiction.control", "stiction.sklearn", "stiction.plotting"}
     for module in _modules():

@@ -8,6 +8,7 @@ import polars as pl
 import pyarrow as pa
 import pytest
 import stiction
+from reference import table
 
 OP = [50.0, 52.0, 54.0, 55.0, 53.0]
 VP = [50.0, 50.0, 52.5, 53.5, 53.5]
@@ -42,6 +43,16 @@ def test_sample_by_sample_and_all_at_once_are_the_same():
         assert stiction.valve(op, S=5, J=2, model=model.name).tolist() == single
         valve.restart()
         assert valve.follow(op).tolist() == single
+
+
+@pytest.mark.parametrize("model", ["kano", "choudhury", "twophase", "xch", "he", "stenman", "backlash"])
+def test_models_reproduce_the_reference(model):
+    rows = table("open_loop_models.csv.gz")
+    for S, J in ((5, 0), (5, 2), (5, 5), (5, 7), (2, 1), (10, 3)):
+        for name in np.unique(rows["input"]):
+            here = rows["input"] == name
+            found = stiction.valve(rows["u"][here], S=S, J=J, model=model, position=0)
+            assert np.array_equal(found, rows[f"{model}_S{S}_J{J}"][here])
 
 
 def test_a_refused_series_leaves_the_valve_where_it_is():

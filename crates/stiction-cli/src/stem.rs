@@ -92,11 +92,7 @@ pub fn run(args: Args) -> Result<()> {
     let pressure = PressureSignal::from_points(points.collect())?;
     let start = match args.start {
         Some(percent) => parameters.position_m(percent),
-        None => {
-            let balance = parameters.net_force_n(pressure.first_pa(), 0.0);
-            let position = balance / parameters.spring_n_per_m;
-            if parameters.end_stops { position.max(0.0).min(parameters.stroke_m) } else { position }
-        }
+        None => parameters.balance_m(pressure.first_pa()),
     };
     let response = stem.simulate(&pressure, StemStart::at_rest(start), &times)?;
 

@@ -9,7 +9,10 @@ mod bands;
 mod dict;
 mod errors;
 mod long;
+mod population;
 mod scenario;
+mod series;
+mod stem;
 mod table;
 mod valve;
 
@@ -21,7 +24,10 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     arrays::register(m)?;
     bands::register(m)?;
+    population::register(m)?;
     scenario::register(m)?;
+    series::register(m)?;
+    stem::register(m)?;
     table::register(m)?;
     valve::register(m)?;
     // The package says what is public.

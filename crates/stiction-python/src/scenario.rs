@@ -8,7 +8,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyMapping, PyString};
-use stiction::closed_loop::{ClosedLoop, Run};
+use stiction::closed_loop::{self, ClosedLoop, Run, Statistics};
 use stiction_io::scenario::{self, System};
 
 /// What to simulate: a loop, a cascade, or a valve on a test signal. Made by `stiction.scenario`.
@@ -175,12 +175,106 @@ pub fn run_dict<'py>(py: Python<'py>, run: Run) -> PyResult<Bound<'py, PyDict>> 
     ))
 }
 
-/// Simulates a closed loop.
+/// Simulates a scenario, of whatever kind it is.
 #[pyfunction]
-fn simulate_loop<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Bound<'py, PyDict>> {
-    let plant = scenario.closed_loop()?.clone();
-    let run = long(py, None, move |_| plant.run())?.map_err(refused)?;
-    run_dict(py, run)
+fn simulate<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Bound<'py, PyDict>> {
+    match scenario.0.system.clone() {
+        System::ClosedLoop(plant) => {
+            let run = long(py, None, move |_| plant.run())?.map_err(refused)?;
+            run_dict(py, run)
+        }
+        System::Cascade(plant) => {
+            let run = long(py, None, move |_| plant.run())?.map_err(refused)?;
+            Ok(dict!(py,
+                "slave": run_dict(py, run.slave)?,
+                "sp": PyArray1::from_vec(py, run.sp),
+                "pv": PyArray1::from_vec(py, run.pv),
+            ))
+        }
+        System::OpenLoop(valve) => {
+            let run = long(py, None, move |_| valve.run())?.map_err(refused)?;
+            let period_s = run.period_s();
+            let half_pp = [&run.op, &run.vp].map(|signal| run.half_pp(signal));
+            Ok(dict!(py,
+                "sample_time": run.sample_time,
+                "op": PyArray1::from_vec(py, run.op),
+                "vp": PyArray1::from_vec(py, run.vp),
+                "period_s": period_s,
+                "half_pp_op": half_pp[0],
+                "half_pp_vp": half_pp[1],
+            ))
+        }
+    }
+}
+
+/// Loops simulated between two looks for an interrupt.
+const CHUNK: usize = 256;
+
+/// Statistics of many closed loops. Those that follow each other with the same number of samples are
+/// swept together.
+#[pyfunction]
+#[pyo3(signature = (scenarios, told = None))]
+fn sweep<'py>(
+    py: Python<'py>,
+    scenarios: Vec<Scenario>,
+    told: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let loops: Vec<ClosedLoop> =
+        scenarios.iter().map(|s| s.closed_loop().cloned()).collect::<PyResult<_>>()?;
+    let all = long(py, told, move |progress| {
+        let mut all = Vec::with_capacity(loops.len());
+        for alike in loops.chunk_by(|a, b| a.samples == b.samples) {
+            for chunk in alike.chunks(CHUNK) {
+                if progress.is_given_up() {
+                    return Ok(all);
+                }
+                all.extend(closed_loop::sweep(chunk)?);
+                chunk.iter().for_each(|_| progress.one());
+            }
+        }
+        Ok(all)
+    })?
+    .map_err(refused)?;
+    let column =
+        |of: fn(&Statistics) -> f64| PyArray1::from_vec(py, all.iter().map(of).collect::<Vec<_>>());
+    let band = |of: fn(&stiction::Bands) -> f64| {
+        PyArray1::from_vec(py, scenarios.iter().map(|s| of(&s.0.valve.1)).collect::<Vec<_>>())
+    };
+    Ok(dict!(py,
+        "S": band(stiction::Bands::s),
+        "J": band(stiction::Bands::j),
+        "period_s": column(|s| s.period_s.unwrap_or(f64::NAN)),
+        "half_pp_op": column(|s| s.op_half_pp),
+        "half_pp_vp": column(|s| s.vp_half_pp),
+        "half_pp_pv": column(|s| s.pv_half_pp),
+        "error_mean": column(|s| s.error_mean),
+        "error_rms": column(|s| s.error_rms),
+        "error_abs": column(|s| s.error_abs),
+        "travel_per_s": column(|s| s.travel_per_s),
+    ))
+}
+
+/// Samples of a signal that is given as the tables of scenarios give it.
+#[pyfunction]
+fn signal<'py>(
+    py: Python<'py>,
+    table: &Bound<'py, PyMapping>,
+    sample_time: f64,
+    duration: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let ideal = toml::Table::from_iter([("model".to_owned(), "ideal".into())]);
+    let whole = toml::Table::from_iter([
+        ("sample_time".to_owned(), sample_time.into()),
+        ("duration".to_owned(), duration.into()),
+        ("input".to_owned(), toml_value("table", table)?),
+        ("valve".to_owned(), ideal.into()),
+    ]);
+    let scenario = stiction_io::Scenario::parse(&whole.to_string(), "signal", None);
+    let System::OpenLoop(valve) = scenario.map_err(unread)?.system else {
+        return Err(PyValueError::new_err("table is no signal"));
+    };
+    let sample = move |_: &_| valve.input.sample(valve.sample_time, valve.samples);
+    Ok(PyArray1::from_vec(py, long(py, None, sample)?.map_err(refused)?))
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -188,5 +282,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(scenario_parse, m)?)?;
     m.add_function(wrap_pyfunction!(scenario_open, m)?)?;
     m.add_function(wrap_pyfunction!(scenario_names, m)?)?;
-    m.add_function(wrap_pyfunction!(simulate_loop, m)?)
+    m.add_function(wrap_pyfunction!(simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(sweep, m)?)?;
+    m.add_function(wrap_pyfunction!(signal, m)?)
 }

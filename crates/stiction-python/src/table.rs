@@ -2,6 +2,7 @@
 
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{Field, Schema};
+use numpy::PyReadonlyArray1;
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3_arrow::PyTable;
@@ -117,6 +118,21 @@ impl Table {
     }
 }
 
+/// A table of columns of numbers; NaN is null.
+#[pyfunction]
+fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<Table> {
+    let mut all: Vec<(String, ArrayRef)> = vec![];
+    for (name, values) in columns {
+        let values = values.as_slice()?.iter().map(|v| Some(*v).filter(|v| !v.is_nan()));
+        all.push((name, Arc::new(values.collect::<Float64Array>())));
+    }
+    let columns = all.into_iter().map(|(name, values)| (name, values, true));
+    RecordBatch::try_from_iter_with_nullable(columns)
+        .map(Table)
+        .map_err(|e| PyValueError::new_err(e.to_string()))
+}
+
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Table>()
+    m.add_class::<Table>()?;
+    m.add_function(wrap_pyfunction!(number_table, m)?)
 }

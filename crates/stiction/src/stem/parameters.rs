@@ -65,6 +65,12 @@ impl StemParameters {
     pub fn net_force_n(&self, pressure_pa: f64, position_m: f64) -> f64 {
         self.area_m2 * pressure_pa - self.spring_n_per_m * position_m - self.preload_n
     }
+
+    /// Where spring and pressure balance, m, between the end stops if there are any.
+    pub fn balance_m(&self, pressure_pa: f64) -> f64 {
+        let position_m = self.net_force_n(pressure_pa, 0.0) / self.spring_n_per_m;
+        if self.end_stops { position_m.max(0.0).min(self.stroke_m) } else { position_m }
+    }
 }
 
 /// A valve whose parameters have a name.

@@ -1,0 +1,244 @@
+"""Simulated loops with known truth, to train and to measure methods on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, overload
+
+import numpy as np
+
+from stiction import _core
+from stiction._arguments import callback, integer, text
+from stiction._arrays import Array
+from stiction._core import POPULATION_VERSION, Table
+from stiction._plots import axes, pv_over_time, valve_over_time
+from stiction._result import Result, result
+
+__all__ = ["POPULATION_VERSION", "Member", "Population", "Truth", "population", "population_kinds"]
+
+
+@result
+class Truth(Result):
+    """What is true of a simulated loop.
+
+    Attributes
+    ----------
+    kind : str
+        What it has that others have not, one of `population_kinds`.
+    sticks : bool
+        Whether its valve is at fault: it sticks or is stuck.
+    visible : bool
+        Whether the record can show the fault; False of healthy valves.
+    model : str or None
+        Model of a sticking or stuck valve; None of a healthy one.
+    S : float
+        Stick band plus dead band, percent of span; of a healthy valve its harmless dead band, of a stuck one 200.
+    J : float
+        Slip jump, percent of span.
+    slips : int
+        How often the stem of a sticking valve began to move within the record.
+    facts : dict
+        What else was drawn, and what came of it, by name; ``docs/population.md`` of the project explains it.
+        Times are in seconds, PVs in percent of the transmitter's span.
+    """
+
+    kind: str
+    sticks: bool
+    visible: bool
+    model: str | None
+    S: float
+    J: float
+    slips: int
+    facts: dict[str, float | int | bool | str]
+
+
+@result
+class Member(Result):
+    """A simulated loop: what a plant would have recorded, and what is true of it.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    loop_type : str
+        What it controls.
+    sample_time : float
+        Time between samples, s.
+    op : ndarray
+        Recorded controller output, percent.
+    pv : ndarray or None
+        Recorded process value.
+    sp : ndarray or None
+        Recorded set point, in units of the PV; None where it is not recorded.
+    vp : ndarray
+        True valve position, percent; no plant would have recorded it.
+    truth : Truth
+        What is true of it.
+    """
+
+    name: str
+    loop_type: str
+    sample_time: float
+    op: Array
+    pv: Array | None
+    sp: Array | None
+    vp: Array
+    truth: Truth
+
+    @property
+    def time_s(self) -> Array:
+        """Times of the samples, s."""
+        return np.arange(len(self.op), dtype=np.float64) * np.float64(self.sample_time)
+
+    def to_table(self) -> Table:
+        """Give the signals as an Arrow table.
+
+        Returns
+        -------
+        Table
+            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp``; without those that are not recorded.
+        """
+        signals = {"time_s": self.time_s, "sp": self.sp, "pv": self.pv, "op": self.op, "vp": self.vp}
+        return _core.number_table([(name, x) for name, x in signals.items() if x is not None])
+
+    def plot(self, ax: Any = None) -> Any:
+        """Plot SP and PV, and OP and true VP, over time.
+
+        Parameters
+        ----------
+        ax : sequence of matplotlib Axes, optional
+            Two axes to draw on; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib Axes
+        """
+        above, below = axes(ax, 2)
+        pv_over_time(above, self.time_s, self.sp, self.pv)
+        valve_over_time(below, self.time_s, self.op, self.vp)
+        above.set_title(f"{self.name}: {self.truth.kind}", loc="left")
+        return [above, below]
+
+
+class Population(Sequence[Member]):
+    """Simulated loops, as `population` makes them: a sequence of `Member`.
+
+    Parameters
+    ----------
+    loops : object
+        The loops, made by `population`.
+    """
+
+    __slots__ = ("_loops",)
+
+    def __init__(self, loops: _core.Loops) -> None:
+        self._loops = loops
+
+    def __len__(self) -> int:
+        return len(self._loops)
+
+    @overload
+    def __getitem__(self, index: int) -> Member: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Member]: ...
+    def __getitem__(self, index: int | slice) -> Member | list[Member]:
+        # A range knows what indices and slices mean.
+        where = range(len(self))[index]
+        return self._member(where) if isinstance(where, int) else [self._member(k) for k in where]
+
+    def _member(self, index: int) -> Member:
+        found = self._loops.member(index)
+        return Member(truth=Truth(**found.pop("truth")), **found)
+
+    def truth(self) -> Table:
+        """Give what is true of the loops as an Arrow table.
+
+        Returns
+        -------
+        Table
+            A row a loop: ``name``, the attributes of `Truth`, and its facts.
+        """
+        return self._loops.truth()
+
+    def __repr__(self) -> str:
+        return f"<Population of {len(self)} loops>"
+
+
+def population(
+    n: int,
+    seed: int = 1,
+    *,
+    kind: str | None = None,
+    first: int = 0,
+    progress: Callable[[int], object] | None = None,
+) -> Population:
+    """Simulate loops with known truth, on all cores.
+
+    A loop depends on its seed and number alone, so that a large population can be made in parts. What is drawn
+    is told in ``docs/population.md`` of the project, its version is `POPULATION_VERSION`.
+
+    Parameters
+    ----------
+    n : int
+        Number of loops, at least 1.
+    seed : int, default 1
+        Seed of the population.
+    kind : str, optional
+        Loops of this kind only, see `population_kinds`; of the seeds from `seed` on.
+    first : int, default 0
+        Number of the first loop.
+    progress : callable, optional
+        Called now and then with the number of loops done.
+
+    Returns
+    -------
+    Population
+
+    Raises
+    ------
+    ValueError
+        If there is no such kind, or a number is out of its range.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> loops = stiction.population(3, seed=7)
+    >>> [loop.truth.sticks for loop in loops] == loops.truth()["sticks"]
+    True
+    >>> stiction.population(1, seed=7, first=2)[0].op.tolist() == loops[2].op.tolist()
+    True
+    """
+    return Population(
+        _core.population_loops(
+            _large("n", n, 1),
+            _large("seed", seed),
+            None if kind is None else text("kind", kind),
+            _large("first", first),
+            callback("progress", progress),
+        )
+    )
+
+
+def population_kinds() -> dict[str, float]:
+    """List the kinds of simulated loops.
+
+    Returns
+    -------
+    dict
+        Shares of the population by name; they add up to 1.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.population_kinds()["sticky valve"]
+    0.45
+    """
+    return dict(_core.population_kinds())
+
+
+def _large(name: str, value: Any, least: int = 0) -> int:
+    """Give a whole number of 64 bits."""
+    whole = integer(name, value, least)
+    if whole >= 1 << 64:
+        raise ValueError(f"{name} is {whole}, but must be below 2**64")
+    return whole

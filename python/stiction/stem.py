@@ -1,0 +1,429 @@
+"""The physical valve: a mass on a spring, moved by air pressure against friction."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from stiction import _core
+from stiction._arguments import number, optional
+from stiction._arrays import Array, Samples, samples
+from stiction._core import Bands, Table
+from stiction._plots import axes, legend, valve_over_time
+from stiction._result import Result, result
+
+__all__ = [
+    "FrictionLaw",
+    "Stem",
+    "StemEquivalent",
+    "StemEvent",
+    "StemResponse",
+    "StemSet",
+    "StemValve",
+    "friction_laws",
+    "stem_sets",
+]
+
+
+@result
+class StemEvent(Result):
+    """Something that happened to a stem.
+
+    Attributes
+    ----------
+    time_s : float
+        When, s; located, not rounded to a sample.
+    kind : {"slip", "stop", "reversal", "end stop"}
+        What: it broke away, came to rest, turned without a rest, or met an end stop.
+    direction : {1, -1}
+        Direction of the motion that begins (slip, reversal) or ends (stop, end stop).
+    vp : float
+        Where, percent of stroke.
+    position_m : float
+        Where, m.
+    """
+
+    time_s: float
+    kind: Literal["slip", "stop", "reversal", "end stop"]
+    direction: Literal[1, -1]
+    vp: float
+    position_m: float
+
+
+@result
+class StemResponse(Result):
+    """How a stem moved.
+
+    Attributes
+    ----------
+    time_s : ndarray
+        Times of the samples, s.
+    op : ndarray or None
+        Controller output at those times, percent; None if a pressure was given.
+    pressure_pa : ndarray
+        Acting air pressure, Pa.
+    vp : ndarray
+        Position, percent of stroke.
+    position_m : ndarray
+        Position, m.
+    velocity_m_per_s : ndarray
+        Velocity, m/s.
+    friction_n : ndarray
+        Friction force, N; positive if it holds back upward motion.
+    slips, stops : int
+        How often the stem broke away, and came to rest.
+    events : list of StemEvent
+        All events, in order of time.
+    """
+
+    time_s: Array
+    op: Array | None
+    pressure_pa: Array
+    vp: Array
+    position_m: Array
+    velocity_m_per_s: Array
+    friction_n: Array
+    slips: int
+    stops: int
+    events: list[StemEvent]
+
+    def to_table(self) -> Table:
+        """Give the samples as an Arrow table.
+
+        Returns
+        -------
+        Table
+            Columns ``time_s``, ``op`` if one was given, ``pressure_pa``, ``vp``, ``position_m``,
+            ``velocity_m_per_s`` and ``friction_n``.
+        """
+        columns = {name: value for name, value in self.to_dict().items() if isinstance(value, np.ndarray)}
+        return _core.number_table(list(columns.items()))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Plot OP and VP, and the friction force, over time; slips are marked.
+
+        Parameters
+        ----------
+        ax : sequence of matplotlib Axes, optional
+            Two axes to draw on; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib Axes
+        """
+        above, below = axes(ax, 2)
+        valve_over_time(above, self.time_s, self.op, self.vp, "OP (%), VP (% of stroke)")
+        above.set_xlabel("")
+        slips = [event for event in self.events if event.kind == "slip"]
+        if slips:
+            times, places = [event.time_s for event in slips], [event.vp for event in slips]
+            above.plot(times, places, "k.", markersize=5, label="slip")
+            legend(above)
+        below.plot(self.time_s, self.friction_n, color="C1", label="friction")
+        below.set_ylabel("friction force (N)")
+        below.set_xlabel("time (s)")
+        legend(below)
+        return [above, below]
+
+
+@result
+class StemEquivalent(Result):
+    """A stem in the terms of the data-driven models: ``S = (Fs + Fc) / k``, ``J = (Fs - Fc) / k``.
+
+    It holds for motion so slow that inertia and viscous friction do not matter.
+
+    Attributes
+    ----------
+    bands : Bands
+        S and J in percent of stroke.
+    signal_bands : Bands
+        S and J in percent of the pressure signal.
+    fs_m, fd_m : float
+        Static and dynamic friction band ``Fs / k`` and ``Fc / k``, m.
+    S_m, J_m : float
+        Stick band plus dead band, and slip jump, m.
+    damping_ratio : float
+        ``Fv / (2 sqrt(k M))``.
+    overshoot : float
+        The first slip covers so many times J; 1 without overshoot.
+    viscous_lag_s : float
+        ``Fv / k``, s.
+    sliding : {"smooth", "rippling", "staircase"}
+        How it moves under a slow ramp: goes on, goes on with a swinging velocity, or stops again and again.
+    """
+
+    bands: Bands
+    signal_bands: Bands
+    fs_m: float
+    fd_m: float
+    S_m: float
+    J_m: float
+    damping_ratio: float
+    overshoot: float
+    viscous_lag_s: float
+    sliding: Literal["smooth", "rippling", "staircase"]
+
+
+class Stem(_core.Stem):
+    __doc__ = _core.Stem.__doc__
+
+    def equivalent(self) -> StemEquivalent:
+        """Give the stem in the terms of the data-driven models.
+
+        Returns
+        -------
+        StemEquivalent
+
+        Examples
+        --------
+        >>> import stiction
+        >>> round(stiction.Stem("cts").equivalent().bands.J, 3)
+        5.343
+        """
+        return StemEquivalent(**self._equivalent())
+
+    def follow(
+        self,
+        op: Samples,
+        *,
+        sample_time: float | None = None,
+        time_s: Samples | None = None,
+        held: bool = False,
+        position: float | None = None,
+        acting_pa: float | None = None,
+        relaxed: bool = False,
+    ) -> StemResponse:
+        """Follow a controller output from rest.
+
+        Parameters
+        ----------
+        op : array_like
+            OP, percent, finite; it goes straight between its samples.
+        sample_time : float, optional
+            Time between samples, s.
+        time_s : array_like, optional
+            In its place, the times of the samples, s, ascending; two at the same time make a jump.
+        held : bool, default False
+            Whether each sample is held for the sample time instead.
+        position : float, optional
+            Where it begins, percent of stroke; by default where spring and pressure balance.
+        acting_pa : float, optional
+            Air pressure to begin with, Pa, if the stem has an air lag; by default the first demanded one.
+        relaxed : bool, default False
+            Whether the bristles of Dahl, LuGre and GMS friction begin relaxed, or carrying the net force.
+
+        Returns
+        -------
+        StemResponse
+
+        Raises
+        ------
+        ValueError
+            If a value is out of its range, or the solver cannot go on.
+
+        Examples
+        --------
+        >>> import stiction
+        >>> response = stiction.Stem("cts").follow([0, 100, 0], sample_time=100)
+        >>> response.slips, round(response.events[0].time_s, 3)
+        (2, 38.407)
+        """
+        signal = samples("op", op)
+        if (sample_time is None) == (time_s is None):
+            raise ValueError("give either sample_time or time_s")
+        if sample_time is None:
+            if held:
+                raise ValueError("held needs sample_time, the time for which each sample is held")
+            times = _times(time_s, signal, "op")
+        else:
+            sample_time = number("sample_time", sample_time)
+            if not sample_time > 0:
+                raise ValueError(f"sample_time is {sample_time} s, but must be above 0")
+            times = np.arange(len(signal), dtype=np.float64) * np.float64(sample_time)
+        found = self._follow(
+            signal,
+            times,
+            False,
+            sample_time if held else None,
+            times,
+            optional("position", position),
+            optional("acting_pa", acting_pa),
+            bool(relaxed),
+        )
+        return _response(found, signal)
+
+    def follow_pressure(
+        self,
+        pressure_pa: Samples,
+        time_s: Samples,
+        *,
+        at_s: Samples | None = None,
+        position: float | None = None,
+        acting_pa: float | None = None,
+        relaxed: bool = False,
+    ) -> StemResponse:
+        """Follow an air pressure from rest.
+
+        Parameters
+        ----------
+        pressure_pa : array_like
+            Demanded pressure, Pa, finite; it goes straight between its samples.
+        time_s : array_like
+            Times of the samples, s, ascending; two at the same time make a jump.
+        at_s : array_like, optional
+            Times at which to sample the response, s, ascending and within `time_s`; by default `time_s`.
+        position, acting_pa, relaxed
+            As for `follow`.
+
+        Returns
+        -------
+        StemResponse
+
+        Raises
+        ------
+        ValueError
+            If a value is out of its range, or the solver cannot go on.
+
+        Examples
+        --------
+        >>> import stiction
+        >>> response = stiction.Stem("cts").follow_pressure([0, 68_948], [0, 100], at_s=[50, 100])
+        >>> response.vp.round(2)
+        array([15.  , 56.69])
+        """
+        signal = samples("pressure_pa", pressure_pa)
+        times = _times(time_s, signal, "pressure_pa")
+        found = self._follow(
+            signal,
+            times,
+            True,
+            None,
+            times if at_s is None else samples("at_s", at_s),
+            optional("position", position),
+            optional("acting_pa", acting_pa),
+            bool(relaxed),
+        )
+        return _response(found, None)
+
+
+class StemValve(_core.StemValve):
+    __doc__ = _core.StemValve.__doc__
+
+    def follow(self, op: Samples) -> Array:
+        """Follow a series of OP from the present state on.
+
+        Parameters
+        ----------
+        op : array_like
+            OP, percent.
+
+        Returns
+        -------
+        ndarray
+            The position at the end of each sample, percent of stroke.
+
+        Raises
+        ------
+        ValueError
+            If a sample is not finite, or the solver cannot go on.
+
+        Examples
+        --------
+        >>> import stiction
+        >>> valve = stiction.StemValve(stiction.Stem("usp"), sample_time=0.1, position=50)
+        >>> len(valve.follow([50, 60, 70]))
+        3
+        """
+        return np.array([self.step(each) for each in samples("op", op)], dtype=np.float64)
+
+
+@result
+class StemSet(Result):
+    """A valve whose parameters have a name.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    summary : str
+        What it is, in a line.
+    source : str
+        Where the numbers come from, and whether that was verified.
+    friction : str
+        Its friction law.
+    parameters : dict
+        Parameters of stem and friction by name, units in the names.
+    """
+
+    name: str
+    summary: str
+    source: str
+    friction: str
+    parameters: dict[str, float | bool]
+
+
+def stem_sets() -> list[StemSet]:
+    """List the sets of parameters.
+
+    Returns
+    -------
+    list of StemSet
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [each.name for each in stiction.stem_sets()][:3]
+    ['cts', 'cts-stribeck', 'usp']
+    """
+    return [StemSet(**each) for each in _core.stem_sets()]
+
+
+@result
+class FrictionLaw(Result):
+    """A friction law.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    summary : str
+        What it is, in a line.
+    source : str
+        Where it was published; recalled, not verified, unless said otherwise.
+    parameters : list of str
+        Names of its parameters, units in them.
+    """
+
+    name: str
+    summary: str
+    source: str
+    parameters: list[str]
+
+
+def friction_laws() -> list[FrictionLaw]:
+    """List the friction laws.
+
+    Returns
+    -------
+    list of FrictionLaw
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [law.name for law in stiction.friction_laws()]
+    ['classical', 'karnopp', 'dahl', 'lugre', 'gms', 'armstrong']
+    """
+    return [FrictionLaw(**each) for each in _core.friction_laws()]
+
+
+def _times(time_s: Samples, signal: Array, name: str) -> Array:
+    times = samples("time_s", time_s)
+    if len(times) != len(signal):
+        raise ValueError(f"time_s has {len(times)} samples, but {name} has {len(signal)}")
+    return times
+
+
+def _response(found: dict[str, Any], op: Array | None) -> StemResponse:
+    events = [StemEvent(**event) for event in found.pop("events")]
+    return StemResponse(op=op, events=events, **found)
