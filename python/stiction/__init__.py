@@ -11,9 +11,19 @@ Examples
 array([50. , 50. , 52.5, 53.5, 53.5])
 """
 
-from stiction import loops, valves
+from stiction import compensation, cycles, loops, valves, whatif
 from stiction._core import __version__
+from stiction.compensation import *
+from stiction.cycles import *
 from stiction.loops import *
 from stiction.valves import *
+from stiction.whatif import *
 
-__all__ = ["__version__", *loops.__all__, *valves.__all__]
+__all__ = [
+    "__version__",
+    *compensation.__all__,
+    *cycles.__all__,
+    *loops.__all__,
+    *valves.__all__,
+    *whatif.__all__,
+]

@@ -15,7 +15,7 @@ from stiction._result import Result, result
 
 __all__ = ["Run", "Scenario", "scenario", "scenarios", "simulate"]
 
-ScenarioLike: TypeAlias = "Scenario | str | PathLike[str] | Mapping[str, Any]"
+ScenarioLike: TypeAlias = Scenario | str | PathLike[str] | Mapping[str, Any]
 """A scenario, the name of a built-in one, the path of a TOML file, or its tables as a mapping."""
 
 

@@ -6,12 +6,15 @@
 mod arguments;
 mod arrays;
 mod bands;
+mod compensation;
+mod cycles;
 mod dict;
 mod errors;
 mod long;
 mod scenario;
 mod table;
 mod valve;
+mod whatif;
 
 use pyo3::prelude::*;
 
@@ -21,9 +24,12 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     arrays::register(m)?;
     bands::register(m)?;
+    compensation::register(m)?;
+    cycles::register(m)?;
     scenario::register(m)?;
     table::register(m)?;
     valve::register(m)?;
+    whatif::register(m)?;
     // The package says what is public.
     m.delattr("__all__")
 }
