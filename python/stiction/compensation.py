@@ -179,7 +179,7 @@ class CompensatedRun(Result):
         valve.set_xlabel("time (s)")
         for each in (process, valve):
             each.axvline(self.at_s, color="C3", linestyle="--", label="switched on")
-            each.legend(loc="upper right", fontsize="small")
+            _plots.legend_above(each)
         return [process, valve]
 
 
@@ -453,7 +453,7 @@ def _bars(rows: Sequence[Any], ax: Any) -> Any:
         each.set_yticks(places, names)
         each.invert_yaxis()
         each.set_xlabel(label)
-    error.legend(loc="lower right", fontsize="small")
+    _plots.legend_above(error)
     return [error, travel]
 
 

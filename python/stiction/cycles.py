@@ -280,7 +280,7 @@ class Trajectory(Result):
         process.set_ylabel("PV")
         process.set_xlabel("time (s)")
         for each in (valve, process):
-            each.legend(loc="upper right")
+            _plots.legend_above(each)
         return [valve, process]
 
     def plot_phase(self, ax: Any = None) -> Any:
@@ -302,7 +302,7 @@ class Trajectory(Result):
         process.set_ylabel("PV")
         process.set_xlabel("OP (%)")
         for each in (valve, process):
-            each.legend(loc="upper left")
+            _plots.legend_above(each)
         return [valve, process]
 
 
@@ -343,7 +343,9 @@ def limit_cycle_trajectory(
     return Trajectory(**{**found, "cycle": Cycle(**found["cycle"])})
 
 
-def describing_function(amplitude: Samples, S: float, J: float, *, model: str = "two-phase") -> ComplexArray:
+def describing_function(
+    amplitude: Samples, S: float, J: float, *, model: str = "two-phase", slips: int | None = None
+) -> ComplexArray:
     """Give the describing function N(X) of a sticking valve.
 
     It is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in the steady motion
@@ -360,18 +362,21 @@ def describing_function(amplitude: Samples, S: float, J: float, *, model: str = 
     model : str, default "two-phase"
         Name of a valve model, see `valve_models`.
 
+    slips : int, optional
+        How often the stem slips in one direction, where a valve may do so more or less often under the same sine,
+        as He's, He and Wang's and Stenman's; by default the fewest times.
+
     Returns
     -------
     ndarray of complex
-        N(X); 0 where the sine is too small to move the valve, see `least_amplitude`. Where a valve may slip
-        more or less often under the same sine, with the fewest slips.
+        N(X); 0 where the sine is too small to move the valve, see `least_amplitude`.
 
     Raises
     ------
     TypeError
         If `amplitude` holds no real numbers.
     ValueError
-        If an amplitude is not positive, or there is no such model.
+        If an amplitude is not positive, the valve does not slip so often under it, or there is no such model.
 
     Notes
     -----
@@ -384,7 +389,8 @@ def describing_function(amplitude: Samples, S: float, J: float, *, model: str = 
     array([0.9148-0.1751j])
     """
     sines = samples("amplitude", amplitude)
-    return _core.describing_function(sines, number("S", S), number("J", J), text("model", model))
+    stroke = None if slips is None else integer("slips", slips, 1)
+    return _core.describing_function(sines, number("S", S), number("J", J), text("model", model), stroke)
 
 
 def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
@@ -448,6 +454,8 @@ class FrequencyResponse(Result):
         Frequencies of the cycles by harmonic balance, rad/s.
     crossings : ndarray of complex
         L at them, where it meets ``-1/N(X)``.
+    crossing_slips : list of int
+        How often the stem slips in one direction in them.
     model : str
         The valve model.
     bands : Bands
@@ -466,6 +474,7 @@ class FrequencyResponse(Result):
     peak_frequency: float
     crossing_omega: Array
     crossings: ComplexArray
+    crossing_slips: list[int]
     model: str
     bands: Bands
 
@@ -483,9 +492,6 @@ class FrequencyResponse(Result):
         """
         (ax,) = _plots.axes(ax, height=5.0)
         S, J = self.bands.S, self.bands.J
-        least = max(_core.least_amplitude(S, J, self.model), 1e-3)
-        amplitude = least * (1 + np.geomspace(1e-5, 1e3, 2000))
-        valve = -1 / _core.describing_function(amplitude, S, J, self.model)
         marks = np.concatenate([self.crossings, [-1, 0]])
         low, high = marks.real.min(), marks.real.max()
         left, right = marks.imag.min(), marks.imag.max()
@@ -493,7 +499,17 @@ class FrequencyResponse(Result):
         ax.axhline(0, color="0.8", linewidth=0.8)
         ax.axvline(0, color="0.8", linewidth=0.8)
         ax.plot(self.loop_gain.real, self.loop_gain.imag, color="k", label="L(jω)")
-        ax.plot(valve.real, valve.imag, color="C1", label=f"−1/N(X), S = {S:g} %, J = {J:g} %")
+        # A valve that climbs stairs has a curve for every number of slips.
+        most = max([1, *self.crossing_slips])
+        for slips in range(1, most + 1):
+            branch = _core.describing_function_branch(S, J, self.model, slips)
+            if branch is None:
+                break
+            low_x, high_x = max(branch[0], 1e-3), min(branch[1], 1e4 * max(branch[0], 1e-3))
+            amplitude = low_x + (high_x - low_x) * np.geomspace(1e-9, 1, 2000)
+            valve = -1 / _core.describing_function(amplitude, S, J, self.model, slips)
+            label = f"−1/N(X), S = {S:g} %, J = {J:g} %" if slips == 1 else f"the same, {slips} slips a stroke"
+            ax.plot(valve.real, valve.imag, color=f"C{slips}", label=label)
         ax.plot(-1, 0, "k+", markersize=10, label="−1")
         if len(self.crossings):
             ax.plot(self.crossings.real, self.crossings.imag, "o", color="C3", label="cycle by harmonic balance")

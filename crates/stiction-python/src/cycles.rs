@@ -174,20 +174,36 @@ fn valve_of(model: &str, s: f64, j: f64) -> PyResult<DescribingFunction> {
     DescribingFunction::new(model, bands).map_err(refused)
 }
 
-/// N(X); 0 where the valve stays stuck.
+/// N(X); 0 where the valve stays stuck. With so many slips a stroke, or with the fewest.
 #[pyfunction]
+#[pyo3(signature = (amplitude, s, j, model, slips = None))]
 fn describing_function<'py>(
     py: Python<'py>,
     amplitude: PyReadonlyArray1<'py, f64>,
     s: f64,
     j: f64,
     model: &str,
+    slips: Option<usize>,
 ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
     let valve = valve_of(model, s, j)?;
     let amplitude = amplitude.as_slice()?;
-    let gain = |x: &f64| Ok(valve.at(*x)?.gain().unwrap_or_default());
+    let gain = |x: &f64| match slips {
+        Some(slips) => valve.with_slips(slips, *x),
+        None => Ok(valve.at(*x)?.gain().unwrap_or_default()),
+    };
     let gains: stiction::Result<Vec<_>> = py.detach(|| amplitude.iter().map(gain).collect());
     Ok(PyArray1::from_vec(py, gains.map_err(refused)?))
+}
+
+/// The amplitudes between which a valve slips so often a stroke.
+#[pyfunction]
+fn describing_function_branch(
+    s: f64,
+    j: f64,
+    model: &str,
+    slips: usize,
+) -> PyResult<Option<(f64, f64)>> {
+    Ok(valve_of(model, s, j)?.branch(slips).map(|branch| (branch.from, branch.to)))
 }
 
 /// The amplitude above which a motion sustains itself.
@@ -223,8 +239,8 @@ fn frequency_response<'py>(
     let (margins, stability) = py.detach(|| (response.margins(), response.stability()));
     // What harmonic balance cannot answer has no crossings to show.
     let balance = py.detach(|| harmonic_balance(&l));
-    let crossings: Vec<f64> =
-        balance.iter().flat_map(|b| b.cycles()).map(|cycle| TAU / cycle.period_s).collect();
+    let cycles: Vec<&Cycle> = balance.iter().flat_map(|balance| balance.cycles()).collect();
+    let crossings: Vec<f64> = cycles.iter().map(|cycle| TAU / cycle.period_s).collect();
     let over = |of: &dyn Fn(f64) -> Complex64, omega: &[f64]| {
         PyArray1::from_vec(py, omega.iter().map(|w| of(*w)).collect())
     };
@@ -233,6 +249,7 @@ fn frequency_response<'py>(
         "process_gain": over(&|w| response.process_at(w), &omega),
         "crossings": over(&|w| response.at(w), &crossings),
         "crossing_omega": PyArray1::from_vec(py, crossings),
+        "crossing_slips": cycles.iter().map(|cycle| cycle.slips / 2).collect::<Vec<_>>(),
         "omega": PyArray1::from_vec(py, omega),
         "stability": match stability {
             Stability::Stable => "stable",
@@ -482,6 +499,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(limit_cycle_member, m)?)?;
     m.add_function(wrap_pyfunction!(limit_cycle_trajectory, m)?)?;
     m.add_function(wrap_pyfunction!(describing_function, m)?)?;
+    m.add_function(wrap_pyfunction!(describing_function_branch, m)?)?;
     m.add_function(wrap_pyfunction!(least_amplitude, m)?)?;
     m.add_function(wrap_pyfunction!(frequency_response, m)?)?;
     m.add_function(wrap_pyfunction!(loop_parameters, m)?)?;

@@ -270,7 +270,7 @@ impl Given<'_> {
 
     fn samples(&mut self, name: &'static str, automatic: usize) -> Result<usize> {
         let value = self.or(name, automatic as f64);
-        let ok = value >= 1.0 && value <= 1e9 && value.fract() == 0.0;
+        let ok = (1.0..=1e9).contains(&value) && value.fract() == 0.0;
         Ok(require(name, value, ok, "a whole number of samples, at least 1")? as usize)
     }
 
