@@ -152,27 +152,31 @@ def test_results_travel(paper):
     assert [row["action"] for row in found.to_dict()["rows"]] == ["as it is"]
 
 
+def knock(scenario=PAPER, **keywords):
+    return stiction.compensate(scenario, method="knocker", **keywords)
+
+
 @pytest.mark.parametrize(
     "call, error, words",
     [
         (lambda: stiction.compensate(PAPER, method="x"), ValueError, 'no compensator named "x"; known are'),
         (lambda: stiction.compensate(PAPER, method=3), TypeError, "method must be a string"),
-        (lambda: stiction.compensate(PAPER, method="knocker", parameters=[1]), TypeError, "parameters must be a mapping"),
+        (lambda: knock(parameters=[1]), TypeError, "parameters must be a mapping"),
         (
-            lambda: stiction.compensate(PAPER, method="knocker", parameters={"x": 1}),
+            lambda: knock(parameters={"x": 1}),
             ValueError,
             'no parameter of this compensator named "x"; known are amplitude, width, period',
         ),
         (
-            lambda: stiction.compensate(PAPER, method="knocker", parameters={"width": 1.5}),
+            lambda: knock(parameters={"width": 1.5}),
             ValueError,
             "width is 1.5, but must be a whole number",
         ),
-        (lambda: stiction.compensate(PAPER, method="knocker", parameters={"width": "a"}), TypeError, "width must be a number"),
-        (lambda: stiction.compensate(PAPER, method="knocker", S=-1), ValueError, "S is -1"),
-        (lambda: stiction.compensate(PAPER, method="knocker", at_s=math.inf), ValueError, "a run of inf s"),
-        (lambda: stiction.compensate(PAPER, method="knocker", window_s=0), ValueError, "window"),
-        (lambda: stiction.compensate("paper/open-loop-stiction", method="knocker"), ValueError, "must be a closed loop"),
+        (lambda: knock(parameters={"width": "a"}), TypeError, "width must be a number"),
+        (lambda: knock(S=-1), ValueError, "S is -1"),
+        (lambda: knock(at_s=math.inf), ValueError, "a run of inf s"),
+        (lambda: knock(window_s=0), ValueError, "window"),
+        (lambda: knock("paper/open-loop-stiction"), ValueError, "must be a closed loop"),
         (lambda: stiction.compare_compensators(PAPER, methods="knocker"), TypeError, "methods must be a sequence"),
         (lambda: stiction.compare_compensators(PAPER, methods=[3]), TypeError, "a name in methods must be a string"),
         (lambda: stiction.compare_compensators(PAPER, methods=["x"]), ValueError, "no compensator named"),

@@ -22,10 +22,8 @@ STICKY = {"valve.S": 5, "valve.J": 3}
 
 def table(name):
     with open(FIXTURES / name, newline="") as file:
-        return [
-            {key: float(value) if key not in {"loop", "behaviour", "single_slip_valid"} else value for key, value in row.items()}
-            for row in csv.DictReader(file)
-        ]
+        rows = list(csv.DictReader(file))
+    return [{k: v if k == "single_slip_valid" else float(v) for k, v in row.items()} for row in rows]
 
 
 def looped(row, model):

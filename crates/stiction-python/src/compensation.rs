@@ -29,13 +29,15 @@ fn compensators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
 
 /// The protocol that suits the loop, with what was asked otherwise, and what is taken to be known of it.
 fn suiting(
+    py: Python<'_>,
     scenario: &Scenario,
     bands: (Option<f64>, Option<f64>),
     times: [Option<f64>; 3],
 ) -> PyResult<(Options, Knowledge)> {
     let plant = scenario.closed_loop()?;
     let (model, own) = scenario.0.valve;
-    let mut options = what_if::Options::suiting(plant, model, own).map_err(refused)?.protocol;
+    let mut options =
+        py.detach(|| what_if::Options::suiting(plant, model, own)).map_err(refused)?.protocol;
     let fields = [&mut options.from_s, &mut options.settle_s, &mut options.window_s];
     for (field, given) in fields.into_iter().zip(times) {
         *field = given.unwrap_or(*field);
@@ -78,11 +80,11 @@ fn compensate_loop<'py>(
     window_s: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let method = Method::by_name(method).map_err(refused)?;
-    let (options, known) = suiting(scenario, (s, j), [at_s, settle_s, window_s])?;
+    let (options, known) = suiting(py, scenario, (s, j), [at_s, settle_s, window_s])?;
     let mut plant = scenario.closed_loop()?.clone();
     let [from, to, ..] = options.times();
     let samples = (to / plant.sample_time - 1e-9).ceil();
-    if !(samples >= 1.0 && samples <= 1e8) {
+    if !(1.0..=1e8).contains(&samples) {
         return Err(PyValueError::new_err(format!(
             "a run of {to} s is {samples} samples, but must be 1 to 100 million"
         )));
@@ -190,7 +192,7 @@ fn compare_compensators<'py>(
     at_s: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let methods = methods.map_or(Ok(Method::ALL.to_vec()), |names| methods_of(&names))?;
-    let (options, known) = suiting(scenario, (s, j), [at_s, None, None])?;
+    let (options, known) = suiting(py, scenario, (s, j), [at_s, None, None])?;
     let plant = scenario.closed_loop()?.clone();
     let compare = move || compensate::compare(&plant, &known, &methods, &options);
     let found = long(py, None, move |_| compare())?.map_err(refused)?;

@@ -27,7 +27,7 @@ fn what_if_loop<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let plant = scenario.closed_loop()?.clone();
     let (model, bands) = scenario.0.valve;
-    let mut options = Options::suiting(&plant, model, bands).map_err(refused)?;
+    let mut options = py.detach(|| Options::suiting(&plant, model, bands)).map_err(refused)?;
     let usual = options.repaired;
     let (s, j) = (repaired_s.unwrap_or(usual.s()), repaired_j.unwrap_or(usual.j()));
     options.repaired = Bands::from_s_j(s, j).map_err(refused)?;
