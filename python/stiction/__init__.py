@@ -11,19 +11,25 @@ Examples
 array([50. , 50. , 52.5, 53.5, 53.5])
 """
 
-from stiction import loops, populations, series, stem, valves
+from stiction import compensation, cycles, loops, populations, series, stem, valves, whatif
 from stiction._core import __version__
+from stiction.compensation import *
+from stiction.cycles import *
 from stiction.loops import *
 from stiction.populations import *
 from stiction.series import *
 from stiction.stem import *
 from stiction.valves import *
+from stiction.whatif import *
 
 __all__ = [
     "__version__",
+    *compensation.__all__,
+    *cycles.__all__,
     *loops.__all__,
     *populations.__all__,
     *series.__all__,
     *stem.__all__,
     *valves.__all__,
+    *whatif.__all__,
 ]

@@ -28,7 +28,7 @@ __all__ = [
     "sweep",
 ]
 
-ScenarioLike: TypeAlias = "Scenario | str | PathLike[str] | Mapping[str, Any]"
+ScenarioLike: TypeAlias = Scenario | str | PathLike[str] | Mapping[str, Any]
 """A scenario, the name of a built-in one, the path of a TOML file, or its tables as a mapping."""
 
 

@@ -6,6 +6,8 @@
 mod arguments;
 mod arrays;
 mod bands;
+mod compensation;
+mod cycles;
 mod dict;
 mod errors;
 mod long;
@@ -15,6 +17,7 @@ mod series;
 mod stem;
 mod table;
 mod valve;
+mod whatif;
 
 use pyo3::prelude::*;
 
@@ -25,11 +28,14 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::register(m)?;
     bands::register(m)?;
     population::register(m)?;
+    compensation::register(m)?;
+    cycles::register(m)?;
     scenario::register(m)?;
     series::register(m)?;
     stem::register(m)?;
     table::register(m)?;
     valve::register(m)?;
+    whatif::register(m)?;
     // The package says what is public.
     m.delattr("__all__")
 }

@@ -163,6 +163,13 @@ impl Valve {
         self.assembly.restart(self.start);
     }
 
+    /// Position, OP, direction and whether it moves, with which a new valve goes on as this one; `None` if it
+    /// remembers more.
+    fn _state(&self) -> Option<(f64, f64, f64, bool)> {
+        let Start { position, op, direction, moving } = self.assembly.state()?;
+        Some((position, op, direction.sign(), moving))
+    }
+
     /// Follows all of `op`.
     fn _follow<'py>(
         &mut self,
