@@ -63,11 +63,11 @@ def test_the_trace_reproduces_the_reference():
 
 def test_each_kind_has_its_result():
     loop = stiction.simulate("paper/closed-loop", {"duration": 100})
-    cascade = stiction.simulate("paper/flow-cascade")
-    valve = stiction.simulate("paper/open-loop-high")
+    cascade = stiction.simulate_cascade("paper/flow-cascade")
+    valve = stiction.simulate_open_loop("paper/open-loop-high")
     assert [type(run) for run in (loop, cascade, valve)] == [stiction.Run, stiction.CascadeRun, stiction.OpenLoopRun]
     assert valve.period_s is None and valve.half_pp_op == pytest.approx(15, abs=0.1)
-    assert np.array_equal(valve.vp, stiction.simulate("paper/open-loop-high").vp)
+    assert np.array_equal(valve.vp, stiction.simulate_open_loop("paper/open-loop-high").vp)
     for run, columns in (
         (loop, ["time_s", "sp", "pv", "op", "vp"]),
         (cascade, ["time_s", "sp", "pv", "op", "vp", "master_sp", "master_pv"]),
@@ -190,7 +190,7 @@ def test_plots_have_names_units_and_legends():
         _, given = plt.subplots(count)
         assert stiction.simulate(name).plot(given) == list(given)
     with pytest.raises(ValueError, match="ax holds 2 axes, but 3 are needed"):
-        stiction.simulate("paper/flow-cascade").plot(plt.subplots(2)[1])
+        stiction.simulate_cascade("paper/flow-cascade").plot(plt.subplots(2)[1])
     plt.close("all")
 
 
