@@ -11,9 +11,25 @@ Examples
 array([50. , 50. , 52.5, 53.5, 53.5])
 """
 
-from stiction import loops, valves
+from stiction import detection, diagnosis, identification, loops, oscillations, recordings, valves, weighing
 from stiction._core import __version__
+from stiction.detection import *
+from stiction.diagnosis import *
+from stiction.identification import *
 from stiction.loops import *
+from stiction.oscillations import *
+from stiction.recordings import *
 from stiction.valves import *
+from stiction.weighing import *
 
-__all__ = ["__version__", *loops.__all__, *valves.__all__]
+__all__ = [
+    "__version__",
+    *detection.__all__,
+    *diagnosis.__all__,
+    *identification.__all__,
+    *loops.__all__,
+    *oscillations.__all__,
+    *recordings.__all__,
+    *valves.__all__,
+    *weighing.__all__,
+]

@@ -6,9 +6,14 @@
 mod arguments;
 mod arrays;
 mod bands;
+mod detectors;
+mod diagnosis;
 mod dict;
 mod errors;
+mod identification;
 mod long;
+mod oscillation;
+mod recordings;
 mod scenario;
 mod table;
 mod valve;
@@ -21,6 +26,11 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     arrays::register(m)?;
     bands::register(m)?;
+    detectors::register(m)?;
+    diagnosis::register(m)?;
+    identification::register(m)?;
+    oscillation::register(m)?;
+    recordings::register(m)?;
     scenario::register(m)?;
     table::register(m)?;
     valve::register(m)?;
