@@ -118,7 +118,7 @@ def read(
         loop_type=loop_type,
         bad_text=bad_text,
     )
-    return _core.read_recordings(fspath(path), told)
+    return _core.read_recordings(_path("path", path), told)
 
 
 def recording(
@@ -493,7 +493,7 @@ def _told(
     if step is not None and not 0 < step < np.inf:
         raise ValueError(f"sample_time is {step:g}, but must be a finite number above 0")
     return {
-        "mapping": None if mapping is None else fspath(mapping),
+        "mapping": None if mapping is None else _path("mapping", mapping),
         "columns": [f"{role}={text(f'columns[{role!r}]', name)}" for role, name in (columns or {}).items()],
         "zone": None if zone is None else text("zone", zone),
         "time_format": None if time_format is None else text("time_format", time_format),
@@ -504,6 +504,13 @@ def _told(
         "loop_type": None if loop_type is None else text("loop_type", loop_type),
         "bad_text": [text("bad_text", word) for word in ([bad_text] if isinstance(bad_text, str) else bad_text)],
     }
+
+
+def _path(name: str, path: Any) -> str:
+    """Give the path of a file."""
+    if not isinstance(path, (str, PathLike)):
+        raise TypeError(f"{name} must be a path, but its type is {type(path).__name__}")
+    return str(fspath(path))
 
 
 def _range(name: str, ends: Any) -> tuple[float, float] | None:
@@ -545,7 +552,9 @@ def _of_table(table: Any, told: dict[str, Any]) -> list[Recording]:
     if hasattr(table, "__arrow_c_stream__"):
         try:
             return _core.recordings_of_arrow("table", table, told)
-        except ImportError:  # Older pandas exports with pyarrow only.
+        except (TypeError, ValueError, OSError):
+            raise
+        except Exception:  # Older pandas exports with pyarrow only; others export some types wrongly.
             pass
     names = table.keys() if isinstance(table, Mapping) else getattr(table, "columns", None)
     if names is None:

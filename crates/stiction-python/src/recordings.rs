@@ -489,7 +489,9 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
         DataType::Dictionary(..) => {
             let dictionary = array.as_any_dictionary();
             let known = cells(dictionary.values(), name)?;
-            let places = dictionary.normalized_keys();
+            // Of no value there is no place: all are null.
+            let places =
+                if known.is_empty() { vec![0; array.len()] } else { dictionary.normalized_keys() };
             let at = |i: usize| (!array.is_null(i)).then(|| places[i]);
             match known {
                 Cells::Text(known) => Cells::Text(
