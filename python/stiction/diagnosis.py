@@ -507,7 +507,7 @@ class Diagnosis(Result):
             middle.plot(stretch.time_s, stretch.vp, color="C3", label="VP")
             if stretch.pv is None:
                 below.plot(stretch.op, stretch.vp, linewidth=0.8, label="VP")
-        says = "" if self.verdict.probability is None else f" ({100 * self.verdict.probability:.0f} %)"
+        says = "" if self.verdict.probability is None else f", {100 * self.verdict.probability:.1f} %"
         above.set_title(f"{self.name}: {self.verdict.class_}{says}")
         above.set(xlabel="time (s)", ylabel="PV (its units)")
         middle.set(xlabel="time (s)", ylabel="OP (% of span)")

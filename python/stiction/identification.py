@@ -258,7 +258,7 @@ class HammersteinFit(Result):
         matplotlib.axes.Axes
         """
         [made] = _plots.axes(ax)
-        made.plot(self.profile_S, self.profile_gain, ".-", label=f"{self.method}, {self.model} valve")
+        made.plot(self.profile_S, self.profile_gain, "o", label=f"{self.method}, {self.model} valve")
         made.axhline(self.threshold, color="grey", linestyle=":", label="threshold")
         made.axvline(self.S, color="C1", linestyle="--", label=f"S = {self.S:.2f} %")
         made.set(xlabel="S (% of span)", ylabel="gain (-)")

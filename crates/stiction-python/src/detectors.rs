@@ -20,7 +20,7 @@ pub type Signal<'py> = PyReadonlyArray1<'py, f64>;
 /// All detectors.
 #[pyfunction]
 fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let of = |detector: &Box<dyn Detector>| {
+    let of = |detector: &dyn Detector| {
         let method = detector.method();
         let parameters: Vec<_> =
             detector.parameters().iter().map(|p| (p.name, p.value, p.unit)).collect();
@@ -50,7 +50,7 @@ fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
             "parameters": parameters,
         ))
     };
-    detect::all().iter().map(of).collect()
+    detect::all().iter().map(|detector| of(&**detector)).collect()
 }
 
 /// A stretch of signals of one length, all finite.
@@ -107,14 +107,14 @@ fn detect_stiction(
             Some(period) => Some(period / sample_time),
             None => stiction::diagnose::subject(&stretch, loop_type).period,
         };
-        let judge = |detector: &Box<dyn Detector>| {
+        let judge = |detector: &dyn Detector| {
             let subject = Subject::new(&stretch, loop_type, period);
             (!progress.is_given_up()).then(|| {
-                let finding = detect::judge(&**detector, &subject);
+                let finding = detect::judge(detector, &subject);
                 document::Detector::new(&finding, &detector.parameters())
             })
         };
-        detectors.par_iter().filter_map(judge).collect::<Vec<_>>()
+        detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
     })?;
     findings.iter().map(json).collect()
 }
