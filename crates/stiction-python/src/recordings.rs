@@ -360,7 +360,7 @@ fn read_recordings(py: Python<'_>, path: PathBuf, told: Told) -> PyResult<Vec<Re
         .map_err(unread)
 }
 
-/// The recordings in a table, with a name and a start that stand for what it says, if any.
+/// The recordings in a table.
 fn of_columns(
     py: Python<'_>,
     origin: &str,
