@@ -256,9 +256,7 @@ def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind:
     """Simulate a scenario of that kind; of another, name the function for it."""
     parsed = _scenario(scenario, settings)
     if parsed.kind != kind:
-        known = {"closed loop": "simulate",
-    "simulate_cascade",
-    "simulate_open_loop", "cascade": "simulate_cascade", "open loop": "simulate_open_loop"}
+        known = {"closed loop": "simulate", "cascade": "simulate_cascade", "open loop": "simulate_open_loop"}
         raise ValueError(
             f'the scenario "{parsed.title}" is of the kind "{parsed.kind}", but must be "{kind}";'
             f" `{known[parsed.kind]}` simulates it"
