@@ -177,8 +177,10 @@ impl Valve {
         op: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let op = op.as_slice()?;
-        // Refused as a whole: after an error the valve has not moved.
-        if let Some(index) = op.iter().position(|value| !value.is_finite()) {
+        // Refused as a whole: after an error the valve has not moved. Of a single stride the valve sees to that.
+        if op.len() > STRIDE
+            && let Some(index) = op.iter().position(|value| !value.is_finite())
+        {
             let value = op[index];
             return Err(refused(stiction::Error::NonFinite { signal: "op", index, value }));
         }
