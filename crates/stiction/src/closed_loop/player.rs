@@ -141,7 +141,11 @@ impl Player {
         let Some((valve, rest)) =
             memory.split_first_chunk::<7>().filter(|_| memory.len() == expected)
         else {
-            return Err(Error::Length { name: "memory of the loop", found: memory.len(), expected });
+            return Err(Error::Length {
+                name: "memory of the loop",
+                found: memory.len(),
+                expected,
+            });
         };
         self.valve_mut().recall(valve);
         let mut rest = rest.iter().copied();
