@@ -11,19 +11,52 @@ Examples
 array([50. , 50. , 52.5, 53.5, 53.5])
 """
 
-from stiction import loops, populations, series, stem, valves
+from stiction import (
+    compensation,
+    cycles,
+    detection,
+    diagnosis,
+    identification,
+    loops,
+    oscillations,
+    populations,
+    recordings,
+    series,
+    stem,
+    valves,
+    weighing,
+    whatif,
+)
 from stiction._core import __version__
+from stiction.compensation import *
+from stiction.cycles import *
+from stiction.detection import *
+from stiction.diagnosis import *
+from stiction.identification import *
 from stiction.loops import *
+from stiction.oscillations import *
 from stiction.populations import *
+from stiction.recordings import *
 from stiction.series import *
 from stiction.stem import *
 from stiction.valves import *
+from stiction.weighing import *
+from stiction.whatif import *
 
 __all__ = [
     "__version__",
+    *compensation.__all__,
+    *cycles.__all__,
+    *detection.__all__,
+    *diagnosis.__all__,
+    *identification.__all__,
     *loops.__all__,
+    *oscillations.__all__,
     *populations.__all__,
+    *recordings.__all__,
     *series.__all__,
     *stem.__all__,
     *valves.__all__,
+    *weighing.__all__,
+    *whatif.__all__,
 ]

@@ -16,6 +16,12 @@ def pyplot() -> Any:
     return plt
 
 
+def legend_above(ax: Any) -> None:
+    """Put the legend where it hides nothing."""
+    columns = max(1, len(ax.get_legend_handles_labels()[0]))
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, frameon=False, fontsize="small")
+
+
 def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) -> list[Any]:
     """Give `rows` axes above each other: `ax` (one, or as many) if given, else new ones."""
     if ax is None:

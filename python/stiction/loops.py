@@ -25,10 +25,12 @@ __all__ = [
     "scenarios",
     "signal",
     "simulate",
+    "simulate_cascade",
+    "simulate_open_loop",
     "sweep",
 ]
 
-ScenarioLike: TypeAlias = "Scenario | str | PathLike[str] | Mapping[str, Any]"
+ScenarioLike: TypeAlias = Scenario | str | PathLike[str] | Mapping[str, Any]
 """A scenario, the name of a built-in one, the path of a TOML file, or its tables as a mapping."""
 
 
@@ -250,10 +252,20 @@ class OpenLoopRun(Result):
         return [over_time, characteristic]
 
 
-def simulate(
-    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None
-) -> Run | CascadeRun | OpenLoopRun:
-    """Simulate a control loop, a cascade, or a valve on a test signal.
+def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind: str) -> dict[str, Any]:
+    """Simulate a scenario of that kind; of another, name the function for it."""
+    parsed = _scenario(scenario, settings)
+    if parsed.kind != kind:
+        known = {"closed loop": "simulate", "cascade": "simulate_cascade", "open loop": "simulate_open_loop"}
+        raise ValueError(
+            f'the scenario "{parsed.title}" is of the kind "{parsed.kind}", but must be "{kind}";'
+            f" `{known[parsed.kind]}` simulates it"
+        )
+    return _core.simulate(parsed)
+
+
+def simulate(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> Run:
+    """Simulate a control loop.
 
     Parameters
     ----------
@@ -264,14 +276,13 @@ def simulate(
 
     Returns
     -------
-    Run, CascadeRun or OpenLoopRun
-        By the scenario's `kind`: ``"closed loop"``, ``"cascade"`` or ``"open loop"``. Of an unstable loop
-        signals may end as infinite or NaN.
+    Run
+        Of an unstable loop signals may end as infinite or NaN.
 
     Raises
     ------
     ValueError
-        If the scenario is not well formed.
+        If the scenario is not well formed, or of another kind.
 
     Examples
     --------
@@ -279,17 +290,69 @@ def simulate(
     >>> run = stiction.simulate("paper/closed-loop", {"valve.S": 5})
     >>> run.half_pp_vp > 1
     True
-    >>> cascade = stiction.simulate("paper/flow-cascade")
+    """
+    return Run(**_simulated(scenario, settings, "closed loop"))
+
+
+def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> CascadeRun:
+    """Simulate a slave loop under a master.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        What to simulate, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+
+    Returns
+    -------
+    CascadeRun
+        The signals of the master, and the run of its slave.
+
+    Raises
+    ------
+    ValueError
+        If the scenario is not well formed, or of another kind.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> cascade = stiction.simulate_cascade("paper/flow-cascade")
     >>> len(cascade.pv) == len(cascade.slave.vp)
     True
     """
-    parsed = _scenario(scenario, settings)
-    found = _core.simulate(parsed)
-    if parsed.kind == "closed loop":
-        return Run(**found)
-    if parsed.kind == "cascade":
-        return CascadeRun(slave=Run(**found.pop("slave")), **found)
-    return OpenLoopRun(**found)
+    found = _simulated(scenario, settings, "cascade")
+    return CascadeRun(slave=Run(**found.pop("slave")), **found)
+
+
+def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> OpenLoopRun:
+    """Simulate a valve on a test signal.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        What to simulate, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+
+    Returns
+    -------
+    OpenLoopRun
+        OP and VP over time.
+
+    Raises
+    ------
+    ValueError
+        If the scenario is not well formed, or of another kind.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate_open_loop("paper/open-loop-high")
+    >>> len(run.op) == len(run.vp)
+    True
+    """
+    return OpenLoopRun(**_simulated(scenario, settings, "open loop"))
 
 
 @result

@@ -63,11 +63,11 @@ def test_the_trace_reproduces_the_reference():
 
 def test_each_kind_has_its_result():
     loop = stiction.simulate("paper/closed-loop", {"duration": 100})
-    cascade = stiction.simulate("paper/flow-cascade")
-    valve = stiction.simulate("paper/open-loop-high")
+    cascade = stiction.simulate_cascade("paper/flow-cascade")
+    valve = stiction.simulate_open_loop("paper/open-loop-high")
     assert [type(run) for run in (loop, cascade, valve)] == [stiction.Run, stiction.CascadeRun, stiction.OpenLoopRun]
     assert valve.period_s is None and valve.half_pp_op == pytest.approx(15, abs=0.1)
-    assert np.array_equal(valve.vp, stiction.simulate("paper/open-loop-high").vp)
+    assert np.array_equal(valve.vp, stiction.simulate_open_loop("paper/open-loop-high").vp)
     for run, columns in (
         (loop, ["time_s", "sp", "pv", "op", "vp"]),
         (cascade, ["time_s", "sp", "pv", "op", "vp", "master_sp", "master_pv"]),
@@ -174,7 +174,7 @@ def test_signals(table, expected):
 
 def test_a_signal_is_the_input_of_a_scenario():
     noise = {"signal": "noise", "sd": 2, "seed": 7}
-    run = stiction.simulate(
+    run = stiction.simulate_open_loop(
         {"input": noise, "valve": {"model": "ideal"}, "sample_time": 0.5, "duration": 100}
     )
     assert np.array_equal(run.op, stiction.signal(noise, sample_time=0.5, duration=100))
@@ -183,14 +183,19 @@ def test_a_signal_is_the_input_of_a_scenario():
 def test_plots_have_names_units_and_legends():
     import matplotlib.pyplot as plt
 
-    for name, count in (("paper/closed-loop", 2), ("paper/flow-cascade", 3), ("paper/open-loop-high", 2)):
-        made = stiction.simulate(name).plot()
+    runs = (
+        (stiction.simulate("paper/closed-loop"), 2),
+        (stiction.simulate_cascade("paper/flow-cascade"), 3),
+        (stiction.simulate_open_loop("paper/open-loop-high"), 2),
+    )
+    for run, count in runs:
+        made = run.plot()
         assert len(made) == count and made[-1].get_xlabel() and all(ax.get_ylabel() for ax in made)
         assert made[0].get_legend()
         _, given = plt.subplots(count)
-        assert stiction.simulate(name).plot(given) == list(given)
+        assert run.plot(given) == list(given)
     with pytest.raises(ValueError, match="ax holds 2 axes, but 3 are needed"):
-        stiction.simulate("paper/flow-cascade").plot(plt.subplots(2)[1])
+        stiction.simulate_cascade("paper/flow-cascade").plot(plt.subplots(2)[1])
     plt.close("all")
 
 
@@ -198,6 +203,9 @@ def test_plots_have_names_units_and_legends():
     "call, error, words",
     [
         (lambda: stiction.simulate(3), TypeError, "source must be a scenario, its name, path or tables"),
+        (lambda: stiction.simulate("paper/flow-cascade"), ValueError, "`simulate_cascade` simulates it"),
+        (lambda: stiction.simulate_cascade(PAPER), ValueError, "`simulate` simulates it"),
+        (lambda: stiction.simulate_open_loop(PAPER), ValueError, "`simulate` simulates it"),
         (lambda: stiction.simulate("nothing"), ValueError, 'no scenario file or built-in scenario "nothing"'),
         (lambda: stiction.simulate(PAPER, 3), TypeError, "settings must be a mapping"),
         (lambda: stiction.simulate(PAPER, {"valve.S": -1}), ValueError, "S is -1"),

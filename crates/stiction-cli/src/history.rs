@@ -166,15 +166,7 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
             let stretch = diagnosis.stretch()?;
             let (from, duration) = (stretch.from, stretch.duration());
             let point = Point::new(diagnosis, &source.file, origin + from, duration);
-            let observation = Observation {
-                time: origin + from + duration / 2.0,
-                class: diagnosis.verdict.class,
-                probability: diagnosis.verdict.probability,
-                s: diagnosis.stiction.s,
-                j: diagnosis.stiction.j,
-                weight: 1.0,
-            };
-            Some((point, observation))
+            Some((point, diagnosis.observation(origin)?))
         })
         .collect();
     seen.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));

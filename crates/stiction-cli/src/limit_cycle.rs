@@ -191,17 +191,7 @@ fn of_scenario(name: &str, settings: &[String]) -> Result<(String, ContinuousLoo
         ),
     };
     let (model, bands) = scenario.valve;
-    let aside =
-        ["valve.K", "valve.lag", "valve.limits", "valve.rest_tolerance", "controller.limits"];
-    let aside: Vec<String> = scenario
-        .settings()
-        .into_iter()
-        .map(|(key, ..)| key)
-        .filter(|key| {
-            let table = key.split('.').next().unwrap_or_default();
-            aside.contains(&key.as_str()) || ["noise", "measurement", "resolution"].contains(&table)
-        })
-        .collect();
+    let aside = scenario.no_part_in_cycles();
     if !aside.is_empty() {
         output::note(format!("these have no part in the prediction: {}", aside.join(", ")));
     }

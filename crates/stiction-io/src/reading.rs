@@ -25,6 +25,8 @@ pub enum Format {
     Parquet,
     /// MATLAB, in any of its versions.
     Matlab,
+    /// No file, but a table in memory.
+    Memory,
 }
 
 impl Format {
@@ -34,6 +36,7 @@ impl Format {
             Self::Csv(_) => "CSV",
             Self::Parquet => "Parquet",
             Self::Matlab => "MATLAB",
+            Self::Memory => "table in memory",
         }
     }
 }
@@ -54,7 +57,7 @@ pub struct TimeColumn {
 pub struct Reading {
     /// The file, as it is named in messages.
     pub origin: String,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of its bytes, in hexadecimal; empty for a table in memory.
     pub sha256: String,
     /// Its format.
     pub format: Format,
@@ -94,6 +97,15 @@ pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Readin
     build(format, &sheets, notes, sha256, origin, options)
 }
 
+/// Reads recordings from a table in memory, whose origin names it in errors, and a loop that has no other name.
+///
+/// # Errors
+/// As for [`parse`], but for the format.
+pub fn of_sheet(sheet: Sheet, options: &ReadOptions) -> Result<Reading> {
+    let origin = sheet.origin.clone();
+    build(Format::Memory, &[sheet], vec![], String::new(), &origin, options)
+}
+
 /// Reads recordings from the sheets of a file.
 fn build(
     format: Format,
@@ -105,7 +117,7 @@ fn build(
 ) -> Result<Reading> {
     let mark = match format {
         Format::Csv(dialect) => dialect.decimal_mark,
-        Format::Parquet | Format::Matlab => DecimalMark::Point,
+        Format::Parquet | Format::Matlab | Format::Memory => DecimalMark::Point,
     };
     let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);

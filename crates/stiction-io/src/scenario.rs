@@ -161,6 +161,20 @@ impl Scenario {
         settings.retain(|(key, ..)| key != "title");
         settings
     }
+
+    /// Keys of settings that have no part in a limit cycle as it is predicted, in continuous time, without
+    /// noise and far from the limits.
+    pub fn no_part_in_cycles(&self) -> Vec<String> {
+        const KEYS: [&str; 5] =
+            ["valve.K", "valve.lag", "valve.limits", "valve.rest_tolerance", "controller.limits"];
+        const TABLES: [&str; 3] = ["noise", "measurement", "resolution"];
+        let keys = self.settings().into_iter().map(|(key, ..)| key);
+        keys.filter(|key| {
+            let table = key.split('.').next().unwrap_or_default();
+            KEYS.contains(&key.as_str()) || TABLES.contains(&table)
+        })
+        .collect()
+    }
 }
 
 fn collect(

@@ -6,15 +6,23 @@
 mod arguments;
 mod arrays;
 mod bands;
+mod compensation;
+mod cycles;
+mod detectors;
+mod diagnosis;
 mod dict;
 mod errors;
+mod identification;
 mod long;
+mod oscillation;
 mod population;
+mod recordings;
 mod scenario;
 mod series;
 mod stem;
 mod table;
 mod valve;
+mod whatif;
 
 use pyo3::prelude::*;
 
@@ -25,11 +33,19 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::register(m)?;
     bands::register(m)?;
     population::register(m)?;
+    compensation::register(m)?;
+    cycles::register(m)?;
+    detectors::register(m)?;
+    diagnosis::register(m)?;
+    identification::register(m)?;
+    oscillation::register(m)?;
+    recordings::register(m)?;
     scenario::register(m)?;
     series::register(m)?;
     stem::register(m)?;
     table::register(m)?;
     valve::register(m)?;
+    whatif::register(m)?;
     // The package says what is public.
     m.delattr("__all__")
 }

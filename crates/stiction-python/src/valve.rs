@@ -163,6 +163,13 @@ impl Valve {
         self.assembly.restart(self.start);
     }
 
+    /// Position, OP, direction and whether it moves, with which a new valve goes on as this one; `None` if it
+    /// remembers more.
+    fn _state(&self) -> Option<(f64, f64, f64, bool)> {
+        let Start { position, op, direction, moving } = self.assembly.state()?;
+        Some((position, op, direction.sign(), moving))
+    }
+
     /// Follows all of `op`.
     fn _follow<'py>(
         &mut self,
@@ -170,8 +177,10 @@ impl Valve {
         op: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let op = op.as_slice()?;
-        // Refused as a whole: after an error the valve has not moved.
-        if let Some(index) = op.iter().position(|value| !value.is_finite()) {
+        // Refused as a whole: after an error the valve has not moved. Of a single stride the valve sees to that.
+        if op.len() > STRIDE
+            && let Some(index) = op.iter().position(|value| !value.is_finite())
+        {
             let value = op[index];
             return Err(refused(stiction::Error::NonFinite { signal: "op", index, value }));
         }

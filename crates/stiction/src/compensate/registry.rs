@@ -5,7 +5,7 @@ use super::{
     Compensator, ConstantReinforcement, Correction, IntegralDeadZone, IntegralLimit, Knocker,
     Knowledge, ModifiedTwoMove, Moves, SixMove, Supervised, ThreeMove, TwoMove,
 };
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, require};
 
 /// A method of compensation, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -143,30 +143,77 @@ impl Method {
     /// # Errors
     /// If S, J or the noise is negative or not finite, or the sample time not positive.
     pub fn automatic(self, known: &Knowledge) -> Result<Box<dyn Compensator>> {
+        self.with(known, &[])
+    }
+
+    /// As [`automatic`](Self::automatic), but for the parameters that are given by the names under which
+    /// [`Compensator::parameters`] tells them.
+    ///
+    /// ```
+    /// use stiction::closed_loop::Controller;
+    /// use stiction::compensate::{Knowledge, Method};
+    /// let known = Knowledge::new(5.0, Some(3.0), Controller::pi(1.1, 2.5)?, 0.1);
+    /// let knocker = Method::Knocker.with(&known, &[("width", 1.0)])?;
+    /// assert_eq!(knocker.parameters()[1].value, 1.0);
+    /// assert_eq!(knocker.parameters()[0].value, 2.5);
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`automatic`](Self::automatic), or if the method has no such parameter, or not with that value.
+    pub fn with(self, known: &Knowledge, given: &[(&str, f64)]) -> Result<Box<dyn Compensator>> {
+        let mut given = Given { given, asked: vec![] };
+        let compensator = self.chosen(known, &mut given)?;
+        given.all_were_asked_for()?;
+        Ok(compensator)
+    }
+
+    fn chosen(self, known: &Knowledge, given: &mut Given<'_>) -> Result<Box<dyn Compensator>> {
         let figures = Figures::of(known)?;
         let Figures { bands, sample_time, settle_s, memory, .. } = figures;
         let gain = figures.gain.abs();
-        let moves =
-            Moves { hold_s: sample_time, settle_s, memory_s: 4.0 * settle_s, ..Moves::new(bands) };
-        let correction = Correction {
-            gain: figures.gain,
-            memory,
-            pace: 0.5,
-            zone: 0.01 * bands.s() * gain + figures.noise_of_mean(),
-        };
-        let knocker = Knocker { amplitude: 0.5 * bands.s(), ..Knocker::default() };
-        match self {
-            Self::Knocker => knocker.start(),
-            Self::ConstantReinforcement => {
-                ConstantReinforcement { amplitude: 0.5 * bands.s() }.start()
+        let automatic = Moves { hold_s: sample_time, ..Moves::new(bands) };
+        let moves = |given: &mut Given<'_>| {
+            let settle_s = given.or("settle", settle_s);
+            Moves {
+                steady_op: given.find("steady OP"),
+                reach: given.or("reach", automatic.reach),
+                hold_s: given.or("hold", automatic.hold_s),
+                settle_s,
+                memory_s: 4.0 * settle_s,
+                ..automatic
             }
-            Self::TwoMove => TwoMove { moves }.start(),
-            Self::ThreeMove => ThreeMove { moves }.start(),
-            Self::SixMove => SixMove { moves, correction }.start(),
-            Self::ModifiedTwoMove => ModifiedTwoMove { moves, correction }.start(),
+        };
+        let correction = |given: &mut Given<'_>| Correction {
+            gain: given.or("gain", figures.gain),
+            memory: given.or("memory", memory),
+            pace: given.or("pace", 0.5),
+            zone: given.or("zone", 0.01 * bands.s() * gain + figures.noise_of_mean()),
+        };
+        let knocker = |given: &mut Given<'_>| {
+            let usual = Knocker::default();
+            Knocker {
+                amplitude: given.or("amplitude", 0.5 * bands.s()),
+                width: given.samples("width", usual.width)?,
+                period: given.samples("period", usual.period)?,
+            }
+            .start()
+        };
+        match self {
+            Self::Knocker => knocker(given),
+            Self::ConstantReinforcement => {
+                ConstantReinforcement { amplitude: given.or("amplitude", 0.5 * bands.s()) }.start()
+            }
+            Self::TwoMove => TwoMove { moves: moves(given) }.start(),
+            Self::ThreeMove => ThreeMove { moves: moves(given) }.start(),
+            Self::SixMove => SixMove { moves: moves(given), correction: correction(given) }.start(),
+            Self::ModifiedTwoMove => {
+                ModifiedTwoMove { moves: moves(given), correction: correction(given) }.start()
+            }
             Self::IntegralDeadZone => {
                 let half_a_slip = (0.5 * bands.j()).max(0.1 * bands.s());
-                IntegralDeadZone { zone: gain * half_a_slip + 3.0 * known.noise_sd }.start()
+                let zone = given.or("zone", gain * half_a_slip + 3.0 * known.noise_sd);
+                IntegralDeadZone { zone }.start()
             }
             Self::IntegralLimit => {
                 let loop_gain = (gain * known.controller.gains().0).abs();
@@ -177,24 +224,64 @@ impl Method {
                 } else {
                     left.max(0.05 * bands.s()).min(0.25 * bands.s())
                 };
-                let (agree, memory_s) = (moves.agree, moves.memory_s);
-                IntegralLimit { half_width, steady_op: None, agree, memory_s }.start()
+                IntegralLimit {
+                    half_width: given.or("half-width", half_width),
+                    steady_op: given.find("steady OP"),
+                    agree: automatic.agree,
+                    memory_s: 4.0 * settle_s,
+                }
+                .start()
             }
             Self::Supervised => {
                 // Where nothing sticks, a knocker that does nothing, almost never at rest.
                 let wake = (0.1 * bands.s() * gain).max(f64::MIN_POSITIVE);
-                let filter_s = 5.0 * sample_time;
+                let filter_s = given.or("filter", 5.0 * sample_time);
                 // White noise of standard deviation 1 leaves about sqrt(Ts / 2 Tf) behind the filter.
-                let noise = 3.0 * known.noise_sd * (0.5 * sample_time / filter_s).sqrt();
+                let left = (0.5 * sample_time / filter_s).sqrt().min(1.0);
+                let noise = 3.0 * known.noise_sd * left;
                 Supervised {
-                    inner: knocker.start()?,
-                    wake: wake + noise,
-                    quiet: 0.75 * wake + noise,
-                    dwell_s: 0.2 * figures.lag_s,
+                    inner: knocker(given)?,
+                    wake: given.or("wake", wake + noise),
+                    quiet: given.or("quiet", 0.75 * wake + noise),
+                    dwell_s: given.or("dwell", 0.2 * figures.lag_s),
                     filter_s,
                 }
                 .start()
             }
+        }
+    }
+}
+
+/// Parameters that were given, and those that a method has.
+struct Given<'a> {
+    given: &'a [(&'a str, f64)],
+    asked: Vec<&'static str>,
+}
+
+impl Given<'_> {
+    fn find(&mut self, name: &'static str) -> Option<f64> {
+        self.asked.push(name);
+        self.given.iter().find(|each| each.0 == name).map(|each| each.1)
+    }
+
+    fn or(&mut self, name: &'static str, automatic: f64) -> f64 {
+        self.find(name).unwrap_or(automatic)
+    }
+
+    fn samples(&mut self, name: &'static str, automatic: usize) -> Result<usize> {
+        let value = self.or(name, automatic as f64);
+        let ok = (1.0..=1e9).contains(&value) && value.fract() == 0.0;
+        Ok(require(name, value, ok, "a whole number of samples, at least 1")? as usize)
+    }
+
+    fn all_were_asked_for(&self) -> Result<()> {
+        match self.given.iter().find(|each| !self.asked.contains(&each.0)) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::UnknownName {
+                family: "parameter of this compensator",
+                name: (*name).to_owned(),
+                known: self.asked.join(", "),
+            }),
         }
     }
 }

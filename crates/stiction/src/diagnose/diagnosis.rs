@@ -2,6 +2,7 @@
 
 use super::confirm::confirming_test;
 use super::definitions::definitions;
+use super::history::Observation;
 use super::quantify;
 use super::verdict::{Stiction, Verdict, VerdictClass, Votes, conclude};
 use super::weighing::Weighing;
@@ -149,6 +150,20 @@ impl Diagnosis {
         class - 0.999 * self.verdict.probability.unwrap_or(share)
     }
 
+    /// What it says of its valve in the middle of the judged stretch, with `origin` the time of zero of its clock;
+    /// `None` if no stretch was judged.
+    pub fn observation(&self, origin: f64) -> Option<Observation> {
+        let stretch = self.stretch()?;
+        Some(Observation {
+            time: origin + stretch.from + stretch.duration() / 2.0,
+            class: self.verdict.class,
+            probability: self.verdict.probability,
+            s: self.stiction.s,
+            j: self.stiction.j,
+            weight: 1.0,
+        })
+    }
+
     /// What the detectors looked at, for plots of their evidence.
     pub fn subject(&self) -> Option<Subject<'_>> {
         let stretch = self.stretch()?;
@@ -162,6 +177,37 @@ fn dominant<'a>(
 ) -> Option<(&'static str, &'a Oscillation)> {
     let (error, op) = (error.map(|o| ("error", o)), op.map(|o| ("OP", o)));
     [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
+}
+
+/// The oscillations of the control error, where there is a PV, and of the OP.
+fn oscillations(stretch: &Stretch) -> (Option<Oscillation>, Oscillation) {
+    let error = Subject::new(stretch, LoopType::Unknown, None).error().map(|e| e.values.clone());
+    let error = error.map(|error| oscillation::analyse(&error, stretch.sample_time));
+    (error, oscillation::analyse(&stretch.op, stretch.sample_time))
+}
+
+/// A stretch as a diagnosis shows it to the detectors: with the period of the oscillation that speaks for the
+/// loop, if one is found.
+pub fn subject(stretch: &Stretch, loop_type: LoopType) -> Subject<'_> {
+    let (error, op) = oscillations(stretch);
+    Subject::new(stretch, loop_type, period(dominant(error.as_ref(), Some(&op)), stretch))
+}
+
+/// Whether a recording can answer, by the stretch that a diagnosis would judge.
+///
+/// # Errors
+/// As for [`Grid::of`].
+pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> {
+    let grid = Grid::of(recording, options)?;
+    let period = grid.longest().and_then(|s| subject(s, recording.loop_type).period);
+    Ok(assessed(recording, &grid, period))
+}
+
+fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> Fitness {
+    match grid.longest() {
+        Some(stretch) => fitness::assess(recording, grid, stretch, period),
+        None => Fitness::of(vec![no_stretch(grid)]),
+    }
 }
 
 /// The period of an oscillation that was found, in samples.
@@ -186,18 +232,14 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let judged = stretch
         .and_then(|longest| grid.stretches.iter().position(|each| std::ptr::eq(each, longest)));
 
-    let op_oscillation = stretch.map(|s| oscillation::analyse(&s.op, s.sample_time));
-    let error_oscillation = stretch.and_then(|stretch| {
-        let error = Subject::new(stretch, loop_type, None).error()?.values.clone();
-        Some(oscillation::analyse(&error, stretch.sample_time))
+    let (error_oscillation, op_oscillation) = stretch.map_or((None, None), |stretch| {
+        let (error, op) = oscillations(stretch);
+        (error, Some(op))
     });
     let dominant = dominant(error_oscillation.as_ref(), op_oscillation.as_ref());
     let period = stretch.and_then(|stretch| period(dominant, stretch));
 
-    let fitness = match stretch {
-        Some(stretch) => fitness::assess(recording, &grid, stretch, period),
-        None => Fitness::of(vec![no_stretch(&grid)]),
-    };
+    let fitness = assessed(recording, &grid, period);
     let findings: Vec<Finding> = match stretch {
         Some(stretch) => {
             let subject = Subject::new(stretch, loop_type, period);

@@ -19,7 +19,7 @@ mod weighing;
 
 pub use crate::fusion::{Cause, Estimate};
 pub use confirm::confirming_test;
-pub use diagnosis::{Detectors, Diagnosis, Options, Window, diagnose};
+pub use diagnosis::{Detectors, Diagnosis, Options, Window, diagnose, fitness, subject};
 pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use repair::{Contrast, Outcome, Repair, repair};

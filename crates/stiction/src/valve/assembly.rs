@@ -88,6 +88,22 @@ impl Assembly {
         (self.limits.is_none() && self.lag.is_none()).then_some(&self.model)
     }
 
+    /// The state from which [`Valve::restart`] makes it go on as it does now; `None` if it remembers more: a
+    /// lag does, and Kano's and Choudhury's models do.
+    ///
+    /// ```
+    /// use stiction::valve::{Assembly, Model, Valve};
+    /// let build = || Model::TwoPhase.build(stiction::Bands::from_s_j(5.0, 2.0)?).map(Assembly::new);
+    /// let (mut valve, mut resumed) = (build()?, build()?);
+    /// valve.step(4.0);
+    /// resumed.restart(valve.state().expect("a two-phase valve has one"));
+    /// assert_eq!(resumed.step(5.0), valve.step(5.0));
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    pub fn state(&self) -> Option<Start> {
+        self.bare_model()?.state()
+    }
+
     /// The bare model, if there is nothing before or behind it; otherwise itself.
     pub(crate) fn into_bare_model(self) -> std::result::Result<AnyModel, Box<Self>> {
         if self.bare_model().is_some() { Ok(self.model) } else { Err(Box::new(self)) }

@@ -1,7 +1,11 @@
 //! The two-layer binary tree of Chen, Tan and Huang.
 
+<<<<<<< HEAD
 use super::memory::{Memory, Remember};
 use super::{Start, Valve};
+=======
+use super::{Direction, Start, Valve};
+>>>>>>> main
 use crate::bands::Bands;
 
 /// Chen, Tan and Huang's two-layer binary tree model, as recalled: its chart was not at hand.
@@ -38,6 +42,13 @@ impl Chen {
     /// A valve with these friction bands, stuck at 0.
     pub fn new(bands: Bands) -> Self {
         Self { bands, position: 0.0, op: 0.0, motion: 0.0 }
+    }
+
+    /// The state from which [`Valve::restart`] makes it go on as it does now.
+    pub(crate) fn state(&self) -> Start {
+        let direction = if self.motion < 0.0 { Direction::Down } else { Direction::Up };
+        let moving = self.motion != 0.0;
+        Start { position: self.position, op: self.op, direction, moving }
     }
 }
 

@@ -190,6 +190,21 @@ macro_rules! with_model {
     };
 }
 
+impl AnyModel {
+    /// The state from which [`Valve::restart`] makes it go on as it does now; `None` if it remembers more.
+    pub(crate) fn state(&self) -> Option<Start> {
+        match self {
+            Self::TwoPhase(valve) => Some(valve.state()),
+            Self::Chen(valve) => Some(valve.state()),
+            Self::Choudhury(_) | Self::Kano(_) => None,
+            // All that they remember is where they are.
+            Self::He(_) | Self::HeWang(_) | Self::Stenman(_) | Self::Play(_) | Self::Ideal(_) => {
+                Some(Start::at_rest(self.position()))
+            }
+        }
+    }
+}
+
 impl Valve for AnyModel {
     #[inline]
     fn step(&mut self, op: f64) -> f64 {

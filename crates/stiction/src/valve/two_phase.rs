@@ -1,7 +1,7 @@
 //! The two-phase model: stuck, or moving.
 
 use super::memory::{Memory, Remember};
-use super::{Start, Valve};
+use super::{Direction, Start, Valve};
 use crate::bands::Bands;
 use crate::error::{Result, non_negative, positive};
 
@@ -72,6 +72,13 @@ impl TwoPhase {
     /// Whether the stem moved at the last sample.
     pub fn is_moving(&self) -> bool {
         self.motion != 0.0
+    }
+
+    /// The state from which [`Valve::restart`] makes it go on as it does now.
+    pub(crate) fn state(&self) -> Start {
+        let direction = if self.motion < 0.0 { Direction::Down } else { Direction::Up };
+        let moving = self.motion != 0.0;
+        Start { position: self.position, op: self.op, direction, moving }
     }
 }
 

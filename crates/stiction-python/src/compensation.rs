@@ -1,0 +1,251 @@
+//! Compensators: one on a loop, or all side by side.
+
+use crate::dict::dict;
+use crate::errors::refused;
+use crate::long::long;
+use crate::scenario::{Scenario, run_dict};
+use crate::table::{Table, counts, flags, numbers, texts};
+use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use stiction::compensate::{self, CompensatedRun, Knowledge, Measures, Method, Options, Outcome};
+use stiction::detect::Number;
+use stiction::what_if::{self, knowledge};
+
+/// Names and descriptions of the compensators.
+#[pyfunction]
+fn compensators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let each = |method: &Method| {
+        let description = method.describe();
+        Ok(dict!(py,
+            "name": description.name,
+            "summary": description.summary,
+            "citation": description.citation,
+        ))
+    };
+    Method::ALL.iter().map(each).collect()
+}
+
+/// The protocol that suits the loop, with what was asked otherwise, and what is taken to be known of it.
+fn suiting(
+    py: Python<'_>,
+    scenario: &Scenario,
+    bands: (Option<f64>, Option<f64>),
+    times: [Option<f64>; 3],
+) -> PyResult<(Options, Knowledge)> {
+    let plant = scenario.closed_loop()?;
+    let (model, own) = scenario.0.valve;
+    let mut options =
+        py.detach(|| what_if::Options::suiting(plant, model, own)).map_err(refused)?.protocol;
+    let fields = [&mut options.from_s, &mut options.settle_s, &mut options.window_s];
+    for (field, given) in fields.into_iter().zip(times) {
+        *field = given.unwrap_or(*field);
+    }
+    let assumed = stiction::Bands::from_s_j(bands.0.unwrap_or(own.s()), bands.1.unwrap_or(own.j()));
+    Ok((options, knowledge(plant, assumed.map_err(refused)?)))
+}
+
+fn parameter_dicts<'py>(py: Python<'py>, all: &[Number]) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let each = |n: &Number| Ok(dict!(py, "name": n.name, "value": n.value, "unit": n.unit));
+    all.iter().map(each).collect()
+}
+
+fn measures_dict<'py>(py: Python<'py>, m: &Measures) -> PyResult<Bound<'py, PyDict>> {
+    Ok(dict!(py,
+        "iae_per_s": m.iae_per_s,
+        "pv_std": m.pv_std,
+        "op_travel_per_s": m.op_travel_per_s,
+        "vp_travel_per_s": m.vp_travel_per_s,
+        "reversals_per_h": m.reversals_per_h,
+        "half_pp_op": m.op_half_pp,
+        "half_pp_vp": m.vp_half_pp,
+        "half_pp_pv": m.pv_half_pp,
+    ))
+}
+
+/// A compensator on a loop, and the loop without it.
+#[pyfunction]
+#[pyo3(signature = (scenario, method, parameters, s = None, j = None, at_s = None, settle_s = None, window_s = None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of one function")]
+fn compensate_loop<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    method: &str,
+    parameters: Vec<(String, f64)>,
+    s: Option<f64>,
+    j: Option<f64>,
+    at_s: Option<f64>,
+    settle_s: Option<f64>,
+    window_s: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let method = Method::by_name(method).map_err(refused)?;
+    let (options, known) = suiting(py, scenario, (s, j), [at_s, settle_s, window_s])?;
+    let mut plant = scenario.closed_loop()?.clone();
+    let [from, to, ..] = options.times();
+    let samples = (to / plant.sample_time - 1e-9).ceil();
+    if !(1.0..=1e8).contains(&samples) {
+        return Err(PyValueError::new_err(format!(
+            "a run of {to} s is {samples} samples, but must be 1 to 100 million"
+        )));
+    }
+    plant.samples = samples as usize;
+    let given: Vec<(&str, f64)> = parameters.iter().map(|(name, v)| (&name[..], *v)).collect();
+    let mut compensator = method.with(&known, &given).map_err(refused)?;
+    let parameters = compensator.parameters();
+    let at_s = options.from_s;
+    let mut play = move || -> stiction::Result<[(CompensatedRun, Measures); 2]> {
+        let mut run = |from_s: f64| {
+            let played = compensate::run(&plant, compensator.as_mut(), from_s)?;
+            let measures = Measures::of(&played, from, to)?;
+            Ok((played, measures))
+        };
+        Ok([run(at_s)?, run(f64::INFINITY)?])
+    };
+    let [(with, measures), (without, measures_without)] =
+        long(py, None, move |_| play())?.map_err(refused)?;
+    Ok(dict!(py,
+        "method": method.describe().name,
+        "parameters": parameter_dicts(py, &parameters)?,
+        "at_s": at_s,
+        "settle_s": options.settle_s,
+        "window_s": options.window_s,
+        "run": run_dict(py, with.run)?,
+        "signal": PyArray1::from_vec(py, with.signal),
+        "without": run_dict(py, without.run)?,
+        "measures": measures_dict(py, &measures)?,
+        "measures_without": measures_dict(py, &measures_without)?,
+    ))
+}
+
+fn outcome_dict<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyDict>> {
+    Ok(dict!(py,
+        "s_factor": outcome.case.s_factor,
+        "j_factor": outcome.case.j_factor,
+        "noise": outcome.case.noise,
+        "measures": measures_dict(py, &outcome.measures)?,
+        "set_point_iae_per_s": outcome.set_point_iae_per_s,
+        "load_iae_per_s": outcome.load_iae_per_s,
+        "set_point_settling_s": outcome.set_point_settling_s,
+        "load_settling_s": outcome.load_settling_s,
+    ))
+}
+
+/// An action with all its cases.
+pub fn row_dict<'py>(
+    py: Python<'py>,
+    action: &str,
+    row: &compensate::Row,
+) -> PyResult<Bound<'py, PyDict>> {
+    let outcomes = row.outcomes.iter().map(|outcome| outcome_dict(py, outcome));
+    Ok(dict!(py,
+        "action": action,
+        "parameters": parameter_dicts(py, &row.parameters)?,
+        "error": row.nominal().measures.iae_per_s,
+        "worst_error": error(row),
+        "outcomes": outcomes.collect::<PyResult<Vec<_>>>()?,
+    ))
+}
+
+/// What actions are ranked by.
+fn error(row: &compensate::Row) -> f64 {
+    row.worst(|outcome| outcome.measures.iae_per_s)
+}
+
+/// What all actions went through.
+pub fn protocol_dict<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py, PyDict>> {
+    Ok(dict!(py,
+        "at_s": options.from_s,
+        "settle_s": options.settle_s,
+        "window_s": options.window_s,
+        "step_s": options.step_s,
+        "set_point_step": options.set_point_step,
+        "load_step": options.load_step,
+        "settling_band": options.settling_band,
+        "error": options.error,
+        "noise_sd": options.noise_sd,
+        "seed": options.seed,
+    ))
+}
+
+/// Methods by name, each once; all of them if none is named.
+pub fn methods_of(names: &[String]) -> PyResult<Vec<Method>> {
+    let mut methods = vec![];
+    for name in names {
+        let method = Method::by_name(name).map_err(refused)?;
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    Ok(methods)
+}
+
+/// Compensators side by side.
+#[pyfunction]
+#[pyo3(signature = (scenario, methods = None, s = None, j = None, at_s = None))]
+fn compare_compensators<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    methods: Option<Vec<String>>,
+    s: Option<f64>,
+    j: Option<f64>,
+    at_s: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let methods = methods.map_or(Ok(Method::ALL.to_vec()), |names| methods_of(&names))?;
+    let (options, known) = suiting(py, scenario, (s, j), [at_s, None, None])?;
+    let plant = scenario.closed_loop()?.clone();
+    let compare = move || compensate::compare(&plant, &known, &methods, &options);
+    let found = long(py, None, move |_| compare())?.map_err(refused)?;
+    if !found.rows[0].nominal().measures.iae_per_s.is_finite() {
+        return Err(PyValueError::new_err(
+            "the loop grows without bound; lower the gain of its controller, or limit its output",
+        ));
+    }
+    let mut rows: Vec<&compensate::Row> = found.rows.iter().collect();
+    rows.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    let rows = rows.into_iter().map(|row| {
+        let action = row.method.map_or("as it is", |method| method.describe().name);
+        let dict = row_dict(py, action, row)?;
+        dict.set_item("reduction", found.reduction(row))?;
+        Ok(dict)
+    });
+    Ok(dict!(py,
+        "rows": rows.collect::<PyResult<Vec<_>>>()?,
+        "protocol": protocol_dict(py, &options)?,
+    ))
+}
+
+/// A row for every case of every action.
+#[pyfunction]
+fn actions_table(
+    rank: Vec<i64>,
+    action: Vec<String>,
+    case: Vec<(f64, f64, bool)>,
+    measures: Vec<[f64; 7]>,
+    settling_s: Vec<[Option<f64>; 2]>,
+) -> PyResult<Table> {
+    let measure = |name, k: usize| numbers(name, measures.iter().map(|row| Some(row[k])));
+    Table::of(vec![
+        counts("rank", rank.into_iter().map(Some)),
+        texts("action", action.into_iter().map(Some)),
+        numbers("s_factor", case.iter().map(|case| Some(case.0))),
+        numbers("j_factor", case.iter().map(|case| Some(case.1))),
+        flags("noise", case.iter().map(|case| Some(case.2))),
+        measure("iae_per_s", 0),
+        measure("pv_std", 1),
+        measure("op_travel_per_s", 2),
+        measure("vp_travel_per_s", 3),
+        measure("reversals_per_h", 4),
+        numbers("set_point_settling_s", settling_s.iter().map(|row| row[0])),
+        numbers("load_settling_s", settling_s.iter().map(|row| row[1])),
+        measure("set_point_iae_per_s", 5),
+        measure("load_iae_per_s", 6),
+    ])
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(compensators, m)?)?;
+    m.add_function(wrap_pyfunction!(compensate_loop, m)?)?;
+    m.add_function(wrap_pyfunction!(compare_compensators, m)?)?;
+    m.add_function(wrap_pyfunction!(actions_table, m)?)
+}

@@ -1,0 +1,513 @@
+//! Limit cycles of a loop, predicted instead of simulated, and what they depend on.
+
+use crate::bands::Bands;
+use crate::dict::dict;
+use crate::errors::refused;
+use crate::long::long;
+use crate::scenario::Scenario;
+use crate::table::{Table, counts, numbers, texts};
+use numpy::{Complex64, PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::f64::consts::TAU;
+use stiction::closed_loop::Controller;
+use stiction::limit_cycle::exact::{self, Outcome};
+use stiction::limit_cycle::harmonic_balance::{Balance, harmonic_balance};
+use stiction::limit_cycle::map::{self, Axis, Map, Parameter, Point};
+use stiction::limit_cycle::tuning::{self, Assessment, Grid, Retuning};
+use stiction::limit_cycle::{
+    ContinuousLoop, Cycle, DescribingFunction, FrequencyResponse, Method, Stability, attractor,
+};
+use stiction::valve::Model;
+
+/// The scenario's loop in continuous time.
+fn continuous(scenario: &Scenario) -> PyResult<ContinuousLoop> {
+    let (model, bands) = scenario.0.valve;
+    ContinuousLoop::of(scenario.closed_loop()?, model, bands).map_err(refused)
+}
+
+fn method_of(name: &str) -> Method {
+    if name == "exact" { Method::Exact } else { Method::DescribingFunction }
+}
+
+fn name_of(method: Method) -> &'static str {
+    match method {
+        Method::Exact => "exact",
+        Method::DescribingFunction => "describing-function",
+    }
+}
+
+/// A cycle.
+pub fn cycle_dict<'py>(py: Python<'py>, cycle: &Cycle) -> PyResult<Bound<'py, PyDict>> {
+    Ok(dict!(py,
+        "method": name_of(cycle.method),
+        "period_s": cycle.period_s,
+        "half_pp_op": cycle.half_pp.op,
+        "half_pp_vp": cycle.half_pp.vp,
+        "half_pp_pv": cycle.half_pp.pv,
+        "middle_op": cycle.middle.op,
+        "middle_vp": cycle.middle.vp,
+        "middle_pv": cycle.middle.pv,
+        "stable": cycle.stable,
+        "multipliers": PyArray1::from_vec(py, cycle.multipliers.clone()),
+        "slips": cycle.slips,
+    ))
+}
+
+/// What a search has found.
+#[derive(Default)]
+struct Found {
+    unknown: bool,
+    cycles: Vec<Cycle>,
+    reasons: Vec<String>,
+}
+
+impl Found {
+    fn of(l: &ContinuousLoop, method: Method, all: bool) -> stiction::Result<Self> {
+        Ok(match method {
+            Method::Exact if all => exact::cycles(l)?.into(),
+            Method::Exact => exact::cycle(l)?.into(),
+            Method::DescribingFunction => match harmonic_balance(l)? {
+                Balance::None(reason) => {
+                    Self { reasons: vec![reason.to_string()], ..Self::default() }
+                }
+                Balance::Cycles(cycles) if all => Self { cycles, ..Self::default() },
+                Balance::Cycles(cycles) => match cycles.into_iter().find(|cycle| cycle.stable) {
+                    Some(cycle) => Self { cycles: vec![cycle], ..Self::default() },
+                    None => Self {
+                        reasons: vec!["its cycles do not attract".to_owned()],
+                        ..Self::default()
+                    },
+                },
+            },
+        })
+    }
+
+    fn dict<'py>(
+        self,
+        py: Python<'py>,
+        scenario: &Scenario,
+        method: Method,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let cycles = self.cycles.iter().map(|cycle| cycle_dict(py, cycle));
+        Ok(dict!(py,
+            "method": name_of(method),
+            "state": match (self.unknown, self.cycles.is_empty()) {
+                (true, _) => "not known",
+                (_, true) => "no cycle",
+                (_, false) => "cycle",
+            },
+            "cycles": cycles.collect::<PyResult<Vec<_>>>()?,
+            "reasons": self.reasons,
+            "no_part": scenario.0.no_part_in_cycles(),
+        ))
+    }
+}
+
+impl From<Outcome> for Found {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Cycles { cycles, beside, unsettled } => {
+                let beside = beside.iter().map(ToString::to_string);
+                Self { unknown: false, cycles, reasons: beside.chain(unsettled).collect() }
+            }
+            Outcome::None { reasons } => Self {
+                reasons: reasons.iter().map(ToString::to_string).collect(),
+                ..Self::default()
+            },
+            Outcome::NotFound { reason } => {
+                Self { unknown: true, reasons: vec![reason], ..Self::default() }
+            }
+        }
+    }
+}
+
+/// The cycle in which a loop ends, or all that are found.
+#[pyfunction]
+fn limit_cycle<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    method: &str,
+    all: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (l, method) = (continuous(scenario)?, method_of(method));
+    let found = long(py, None, move |_| Found::of(&l, method, all))?.map_err(refused)?;
+    found.dict(py, scenario, method)
+}
+
+/// The member of a family of cycles.
+#[pyfunction]
+fn limit_cycle_member<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    offset: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let l = continuous(scenario)?;
+    let found = long(py, None, move |_| exact::member(&l, offset))?.map_err(refused)?;
+    Found::from(found).dict(py, scenario, Method::Exact)
+}
+
+/// The exact cycle over one period.
+#[pyfunction]
+fn limit_cycle_trajectory<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    samples: usize,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let l = continuous(scenario)?;
+    let set_point = l.operating_point().map_err(refused)?.pv;
+    let found = long(py, None, move |_| exact::trajectory(&l, samples))?.map_err(refused)?;
+    let Some((cycle, orbit)) = found else { return Ok(None) };
+    Ok(Some(dict!(py,
+        "cycle": cycle_dict(py, &cycle)?,
+        "time_s": PyArray1::from_vec(py, orbit.time_s),
+        "op": PyArray1::from_vec(py, orbit.op),
+        "vp": PyArray1::from_vec(py, orbit.vp),
+        "pv": PyArray1::from_vec(py, orbit.pv),
+        "set_point": set_point,
+    )))
+}
+
+fn valve_of(model: &str, s: f64, j: f64) -> PyResult<DescribingFunction> {
+    let bands = stiction::Bands::from_s_j(s, j).map_err(refused)?;
+    let model = Model::by_name(model).map_err(refused)?;
+    DescribingFunction::new(model, bands).map_err(refused)
+}
+
+/// N(X); 0 where the valve stays stuck. With so many slips a stroke, or with the fewest.
+#[pyfunction]
+#[pyo3(signature = (amplitude, s, j, model, slips = None))]
+fn describing_function<'py>(
+    py: Python<'py>,
+    amplitude: PyReadonlyArray1<'py, f64>,
+    s: f64,
+    j: f64,
+    model: &str,
+    slips: Option<usize>,
+) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+    let valve = valve_of(model, s, j)?;
+    let amplitude = amplitude.as_slice()?;
+    let gain = |x: &f64| match slips {
+        Some(slips) => valve.with_slips(slips, *x),
+        None => Ok(valve.at(*x)?.gain().unwrap_or_default()),
+    };
+    let gains: stiction::Result<Vec<_>> = py.detach(|| amplitude.iter().map(gain).collect());
+    Ok(PyArray1::from_vec(py, gains.map_err(refused)?))
+}
+
+/// The amplitudes between which a valve slips so often a stroke.
+#[pyfunction]
+fn describing_function_branch(
+    s: f64,
+    j: f64,
+    model: &str,
+    slips: usize,
+) -> PyResult<Option<(f64, f64)>> {
+    Ok(valve_of(model, s, j)?.branch(slips).map(|branch| (branch.from, branch.to)))
+}
+
+/// The amplitude above which a motion sustains itself.
+#[pyfunction]
+fn least_amplitude(s: f64, j: f64, model: &str) -> PyResult<f64> {
+    Ok(valve_of(model, s, j)?.least_amplitude())
+}
+
+/// Frequencies at which something is to be seen of L.
+fn usual_frequencies(response: &FrequencyResponse) -> stiction::Result<Vec<f64>> {
+    const POINTS: i32 = 1_000;
+    const LARGE: f64 = 50.0;
+    let at = |gain: f64| response.crossovers(gain);
+    let low = at(LARGE)?.first().copied().unwrap_or(1e-3);
+    let high = at(1.0 / LARGE)?.last().copied().unwrap_or(1e3 * low).max(10.0 * low);
+    Ok((0..POINTS).map(|k| low * (high / low).powf(f64::from(k) / f64::from(POINTS - 1))).collect())
+}
+
+/// The loop without its valve over frequency.
+#[pyfunction]
+#[pyo3(signature = (scenario, omega = None))]
+fn frequency_response<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    omega: Option<PyReadonlyArray1<'py, f64>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let l = continuous(scenario)?;
+    let response = FrequencyResponse::of(&l).map_err(refused)?;
+    let omega = match omega {
+        Some(omega) => omega.as_slice()?.to_vec(),
+        None => usual_frequencies(&response).map_err(refused)?,
+    };
+    let (margins, stability) = py.detach(|| (response.margins(), response.stability()));
+    // What harmonic balance cannot answer has no crossings to show.
+    let balance = py.detach(|| harmonic_balance(&l));
+    let cycles: Vec<&Cycle> = balance.iter().flat_map(|balance| balance.cycles()).collect();
+    let crossings: Vec<f64> = cycles.iter().map(|cycle| TAU / cycle.period_s).collect();
+    let over = |of: &dyn Fn(f64) -> Complex64, omega: &[f64]| {
+        PyArray1::from_vec(py, omega.iter().map(|w| of(*w)).collect())
+    };
+    Ok(dict!(py,
+        "loop_gain": over(&|w| response.at(w), &omega),
+        "process_gain": over(&|w| response.process_at(w), &omega),
+        "crossings": over(&|w| response.at(w), &crossings),
+        "crossing_omega": PyArray1::from_vec(py, crossings),
+        "crossing_slips": cycles.iter().map(|cycle| cycle.slips / 2).collect::<Vec<_>>(),
+        "omega": PyArray1::from_vec(py, omega),
+        "stability": match stability {
+            Stability::Stable => "stable",
+            Stability::Marginal => "marginal",
+            Stability::Unstable => "unstable",
+        },
+        "gain_crossover": margins.gain_crossover,
+        "phase_margin": margins.phase_margin,
+        "ultimate_frequency": margins.ultimate_frequency,
+        "gain_margin": margins.gain_margin,
+        "peak_sensitivity": margins.peak_sensitivity,
+        "peak_frequency": margins.peak_frequency,
+        "model": l.model.describe().name,
+        "bands": Bands(l.bands),
+    ))
+}
+
+/// Names and units of the parameters that a map can vary.
+#[pyfunction]
+fn loop_parameters() -> Vec<(&'static str, &'static str)> {
+    Parameter::ALL.iter().map(|each| (each.name(), each.unit())).collect()
+}
+
+/// The cycles over two parameters. `told` gets the number of points that are done.
+#[pyfunction]
+#[pyo3(signature = (scenario, x, y, method, told = None))]
+fn limit_cycle_map<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    x: (String, Vec<f64>),
+    y: (String, Vec<f64>),
+    method: &str,
+    told: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (l, method) = (continuous(scenario)?, method_of(method));
+    let axis = |(name, values): (String, Vec<f64>)| -> PyResult<Axis> {
+        Ok(Axis { parameter: Parameter::by_name(&name).map_err(refused)?, values })
+    };
+    let (x, y): (Axis, Axis) = (axis(x)?, axis(y)?);
+    let map = long(py, told, move |progress| {
+        // Row by row, so that it can be told how far it is, and given up.
+        let mut points = vec![];
+        for value in &y.values {
+            if progress.is_given_up() {
+                break;
+            }
+            let row = Axis { values: vec![*value], ..y };
+            points.extend(Map::of(&l, x.clone(), row, method)?.points);
+            x.values.iter().for_each(|_| progress.one());
+        }
+        Ok(Map { x, y, method, points })
+    })?
+    .map_err(refused)?;
+    let column =
+        |of: fn(&Point) -> f64| PyArray1::from_vec(py, map.points.iter().map(of).collect());
+    let half_pp = |of: fn(&Point) -> Option<f64>| {
+        PyArray1::from_vec(py, map.points.iter().map(|p| of(p).unwrap_or(f64::NAN)).collect())
+    };
+    let boundary = map.boundary();
+    let ends = boundary.iter().flatten().flat_map(|(x, y)| [*x, *y]).collect();
+    Ok(dict!(py,
+        "x_name": map.x.parameter.name(),
+        "x_unit": map.x.parameter.unit(),
+        "x": PyArray1::from_slice(py, &map.x.values),
+        "y_name": map.y.parameter.name(),
+        "y_unit": map.y.parameter.unit(),
+        "y": PyArray1::from_slice(py, &map.y.values),
+        "method": name_of(map.method),
+        "state": map.points.iter().map(state).collect::<Vec<_>>(),
+        "reason": map.points.iter().map(reason).collect::<Vec<_>>(),
+        "period_s": half_pp(|p| Some(p.cycle()?.0)),
+        "half_pp_op": half_pp(|p| Some(p.cycle()?.1.op)),
+        "half_pp_vp": half_pp(|p| Some(p.cycle()?.1.vp)),
+        "half_pp_pv": half_pp(|p| Some(p.cycle()?.1.pv)),
+        "slips": column(|p| if let Point::Cycle { slips, .. } = p { *slips as f64 } else { f64::NAN }),
+        "boundary": PyArray1::from_vec(py, ends),
+    ))
+}
+
+fn state(point: &Point) -> &'static str {
+    match point {
+        Point::Cycle { .. } => "cycle",
+        Point::NoCycle { .. } => "no cycle",
+        Point::Unknown { .. } => "not known",
+    }
+}
+
+fn reason(point: &Point) -> &str {
+    match point {
+        Point::Cycle { .. } => "",
+        Point::NoCycle { reason } | Point::Unknown { reason } => reason,
+    }
+}
+
+/// A row for every point of a map.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "columns")]
+fn limit_cycle_map_table(
+    x_name: &str,
+    y_name: &str,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    state: Vec<String>,
+    reason: Vec<String>,
+    period_s: Vec<f64>,
+    half_pp: [Vec<f64>; 3],
+    slips: Vec<f64>,
+) -> PyResult<Table> {
+    let name = |name: &str| Parameter::by_name(name).map(Parameter::name).map_err(refused);
+    let known =
+        |values: Vec<f64>| values.into_iter().map(|value| (!value.is_nan()).then_some(value));
+    let [op, vp, pv] = half_pp;
+    Table::of(vec![
+        numbers(name(x_name)?, x.into_iter().map(Some)),
+        numbers(name(y_name)?, y.into_iter().map(Some)),
+        texts("state", state.into_iter().map(Some)),
+        numbers("period_s", known(period_s)),
+        numbers("half_pp_op", known(op)),
+        numbers("half_pp_vp", known(vp)),
+        numbers("half_pp_pv", known(pv)),
+        counts("slips", known(slips).map(|slips| slips.map(|slips| slips as i64))),
+        texts("reason", reason.into_iter().map(|reason| (!reason.is_empty()).then_some(reason))),
+    ])
+}
+
+/// By how many percent the exact cycle answers to a percent of each parameter.
+#[pyfunction]
+fn sensitivities<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let l = continuous(scenario)?;
+    let found = long(py, None, move |_| map::sensitivities(&l))?.map_err(refused)?;
+    let each = |each: map::Sensitivity| {
+        Ok(dict!(py,
+            "parameter": each.parameter.name(),
+            "unit": each.parameter.unit(),
+            "value": each.value,
+            "period": each.period,
+            "half_pp_op": each.half_pp.op,
+            "half_pp_vp": each.half_pp.vp,
+            "half_pp_pv": each.half_pp.pv,
+        ))
+    };
+    found.into_iter().map(each).collect()
+}
+
+fn tuning_dict<'py>(py: Python<'py>, controller: &Controller) -> PyResult<Bound<'py, PyDict>> {
+    let (kp, ki, kd) = controller.gains();
+    Ok(dict!(py,
+        "kc": kp,
+        "ti": (ki != 0.0).then(|| kp / ki),
+        "td": if kd == 0.0 { 0.0 } else { kd / kp },
+    ))
+}
+
+/// Skogestad's tuning of the process of a scenario.
+#[pyfunction]
+#[pyo3(signature = (scenario, tc = None))]
+fn simc<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    tc: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let process = &scenario.closed_loop()?.process;
+    let tc = tc.unwrap_or(process.dead_time());
+    tuning_dict(py, &tuning::simc(process, tc).map_err(refused)?)
+}
+
+/// The lambda tuning of the process of a scenario.
+#[pyfunction]
+fn lambda_tuning<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    time_constant_s: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let process = &scenario.closed_loop()?.process;
+    tuning_dict(py, &tuning::lambda(process, time_constant_s).map_err(refused)?)
+}
+
+/// IAE after a step of the load by 1 percent, without friction.
+#[pyfunction]
+fn load_step_iae(py: Python<'_>, scenario: &Scenario) -> PyResult<f64> {
+    let l = continuous(scenario)?;
+    long(py, None, move |_| tuning::load_step_iae(&l))?.map_err(refused)
+}
+
+fn assessment_dict<'py>(py: Python<'py>, found: &Assessment) -> PyResult<Bound<'py, PyDict>> {
+    let cycle = found.cycle.as_ref().map(|cycle| cycle_dict(py, cycle)).transpose()?;
+    Ok(dict!(py,
+        "tuning": tuning_dict(py, &found.controller)?,
+        "ms": found.peak_sensitivity,
+        "load_iae": found.load_iae,
+        "cycle": cycle,
+    ))
+}
+
+/// What a search for another tuning has found.
+pub fn retuning_dict<'py>(
+    py: Python<'py>,
+    found: &Retuning,
+    ms: f64,
+    at_edge: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    Ok(dict!(py,
+        "present": assessment_dict(py, &found.present)?,
+        "best": assessment_dict(py, &found.best)?,
+        "ms_bound": ms,
+        "pv_ratio": found.swing_ratio(),
+        "iae_ratio": found.iae_ratio(),
+        "robust_tunings": found.robust,
+        "unjudged_tunings": found.unjudged,
+        "at_edge": at_edge,
+    ))
+}
+
+/// The robust tuning with the least swing of the PV. `told` gets the number of tunings that were judged.
+#[pyfunction]
+#[pyo3(signature = (scenario, ms, method, within, points, told = None))]
+fn retune<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    ms: f64,
+    method: &str,
+    within: f64,
+    points: usize,
+    told: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (l, method) = (continuous(scenario)?, method_of(method));
+    let grid = Grid::about(&l.controller, within, points).map_err(refused)?;
+    let tried = grid.clone();
+    let found = long(py, told, move |progress| {
+        let cycle = |l: &ContinuousLoop| {
+            if progress.is_given_up() {
+                return Err(stiction::Error::Inconsistent("interrupted".to_owned()));
+            }
+            let cycle = attractor(l, method).map(Result::ok);
+            progress.one();
+            cycle
+        };
+        tuning::least_swing(&l, &tried, ms, cycle)
+    })?
+    .map_err(refused)?;
+    let at_edge = tuning::at_edge(&found.best.controller, &grid);
+    retuning_dict(py, &found, ms, at_edge)
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(limit_cycle, m)?)?;
+    m.add_function(wrap_pyfunction!(limit_cycle_member, m)?)?;
+    m.add_function(wrap_pyfunction!(limit_cycle_trajectory, m)?)?;
+    m.add_function(wrap_pyfunction!(describing_function, m)?)?;
+    m.add_function(wrap_pyfunction!(describing_function_branch, m)?)?;
+    m.add_function(wrap_pyfunction!(least_amplitude, m)?)?;
+    m.add_function(wrap_pyfunction!(frequency_response, m)?)?;
+    m.add_function(wrap_pyfunction!(loop_parameters, m)?)?;
+    m.add_function(wrap_pyfunction!(limit_cycle_map, m)?)?;
+    m.add_function(wrap_pyfunction!(limit_cycle_map_table, m)?)?;
+    m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
+    m.add_function(wrap_pyfunction!(simc, m)?)?;
+    m.add_function(wrap_pyfunction!(lambda_tuning, m)?)?;
+    m.add_function(wrap_pyfunction!(load_step_iae, m)?)?;
+    m.add_function(wrap_pyfunction!(retune, m)?)
+}

@@ -1,0 +1,125 @@
+//! The published detectors.
+
+use crate::diagnosis::json;
+use crate::dict::dict;
+use crate::errors::refused;
+use crate::long::long;
+use crate::oscillation::all_finite;
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use stiction::Error;
+use stiction::detect::{self, Applies, Decides, Detector, Needs, Subject};
+use stiction::recording::{LoopType, Stretch};
+use stiction_report::document;
+
+/// Signals as Python gives them.
+pub type Signal<'py> = PyReadonlyArray1<'py, f64>;
+
+/// All detectors.
+#[pyfunction]
+fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let of = |detector: &dyn Detector| {
+        let method = detector.method();
+        let parameters: Vec<_> =
+            detector.parameters().iter().map(|p| (p.name, p.value, p.unit)).collect();
+        Ok(dict!(py,
+            "name": method.name,
+            "title": method.title,
+            "source": method.source,
+            "statistic": method.statistic,
+            "rule": method.rule,
+            "family": method.family.name(),
+            "applies": match method.applies {
+                Applies::AnyLoop => "any loop",
+                Applies::SelfRegulating => "self-regulating loops",
+                Applies::Integrating => "integrating loops",
+            },
+            "decides": match method.decides {
+                Decides::Stiction => "stiction",
+                Decides::Nonlinearity => "nonlinearity",
+            },
+            "needs": match method.needs {
+                Needs::Op => "OP",
+                Needs::OpAndPv => "OP and PV",
+                Needs::Error => "PV",
+                Needs::OpAndVp => "OP and VP",
+            },
+            "explains_oscillation": method.explains_oscillation,
+            "parameters": parameters,
+        ))
+    };
+    detect::all().iter().map(|detector| of(&**detector)).collect()
+}
+
+/// A stretch of signals of one length, all finite.
+pub fn stretch(
+    op: &Signal<'_>,
+    pv: Option<Signal<'_>>,
+    sp: Option<Signal<'_>>,
+    vp: Option<Signal<'_>>,
+    sample_time: f64,
+) -> PyResult<Stretch> {
+    let op = op.as_slice()?.to_vec();
+    all_finite("op", &op)?;
+    let other = |name: &'static str, signal: Option<Signal<'_>>| -> PyResult<Option<Vec<f64>>> {
+        let Some(signal) = signal else { return Ok(None) };
+        let signal = signal.as_slice()?.to_vec();
+        if signal.len() != op.len() {
+            let (found, expected) = (signal.len(), op.len());
+            return Err(refused(Error::Length { name, found, expected }));
+        }
+        all_finite(name, &signal)?;
+        Ok(Some(signal))
+    };
+    let (pv, sp, vp) = (other("pv", pv)?, other("sp", sp)?, other("vp", vp)?);
+    Ok(Stretch { from: 0.0, sample_time, op, pv, sp, vp, bridged: 0 })
+}
+
+/// What detectors say of a stretch, as JSON; those of no name are all. Without a period the one of the dominant
+/// oscillation is taken.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "keywords of one function")]
+fn detect_stiction(
+    py: Python<'_>,
+    methods: Option<Vec<String>>,
+    op: Signal<'_>,
+    pv: Option<Signal<'_>>,
+    sp: Option<Signal<'_>>,
+    vp: Option<Signal<'_>>,
+    sample_time: f64,
+    period_s: Option<f64>,
+    loop_type: &str,
+) -> PyResult<Vec<String>> {
+    let detectors = match methods {
+        None => detect::all(),
+        Some(names) => names
+            .iter()
+            .map(|name| detect::by_name(name))
+            .collect::<stiction::Result<Vec<_>>>()
+            .map_err(refused)?,
+    };
+    let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
+    let stretch = stretch(&op, pv, sp, vp, sample_time)?;
+    let findings = long(py, None, move |progress| {
+        let period = match period_s {
+            Some(period) => Some(period / sample_time),
+            None => stiction::diagnose::subject(&stretch, loop_type).period,
+        };
+        let judge = |detector: &dyn Detector| {
+            let subject = Subject::new(&stretch, loop_type, period);
+            (!progress.is_given_up()).then(|| {
+                let finding = detect::judge(detector, &subject);
+                document::Detector::new(&finding, &detector.parameters())
+            })
+        };
+        detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
+    })?;
+    findings.iter().map(json).collect()
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(detector_methods, m)?)?;
+    m.add_function(wrap_pyfunction!(detect_stiction, m)?)
+}

@@ -1,0 +1,601 @@
+//! Recordings of loops: from files, from tables and from arrays.
+
+use crate::arrays;
+use crate::errors::{refused, unread};
+use crate::long::long;
+use arrow_array::cast::AsArray;
+use arrow_array::{Array, ArrayRef, RecordBatch};
+use arrow_schema::{DataType, TimeUnit};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3_arrow::PyTable;
+use pyo3_arrow::input::AnyRecordBatch;
+use std::path::PathBuf;
+use std::sync::Arc;
+use stiction::recording::{
+    self, Channel, GridOptions, LoopType, Mode, Modes, Quality, Range, RangeSource,
+};
+use stiction_io::sheet::{Cells, Column};
+use stiction_io::{ReadOptions, Reading, Sheet};
+use stiction_report::document::{self, Source};
+
+/// A loop as a plant recorded it: OP, and as far as they are known PV, SP, VP and mode.
+///
+/// Made by `stiction.read`, `stiction.recording` and `stiction.recording_from`. Every signal has its own times,
+/// because historians that store changes give each tag its own.
+#[pyclass(frozen, eq, module = "stiction", from_py_object)]
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    pub recording: Arc<recording::Recording>,
+    pub source: Source,
+}
+
+type Values<'py> = Bound<'py, PyArray1<f64>>;
+
+fn values<'py>(py: Python<'py>, channel: &Channel) -> Values<'py> {
+    PyArray1::from_slice(py, &channel.values)
+}
+
+#[pymethods]
+impl Recording {
+    /// Tag of the loop.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.recording.name
+    }
+
+    /// What it controls: a name of `stiction.loop_types`.
+    #[getter]
+    fn loop_type(&self) -> &'static str {
+        self.recording.loop_type.name()
+    }
+
+    /// Time zero of its clock, seconds since 1970-01-01 UTC; None if it is not known.
+    #[getter]
+    fn start(&self) -> Option<f64> {
+        self.recording.start
+    }
+
+    /// The file it was read from, as it was named.
+    #[getter]
+    fn file(&self) -> &str {
+        &self.source.file
+    }
+
+    /// SHA-256 of the bytes of that file; empty if it comes from none.
+    #[getter]
+    fn sha256(&self) -> &str {
+        &self.source.sha256
+    }
+
+    /// Unit of the PV, where the file names one.
+    #[getter]
+    fn pv_unit(&self) -> Option<&str> {
+        self.recording.pv.as_ref()?.unit.as_deref()
+    }
+
+    /// Times of the samples of OP, s on the recording's clock.
+    #[getter]
+    fn time_s<'py>(&self, py: Python<'py>) -> Values<'py> {
+        PyArray1::from_slice(py, &self.recording.op.time)
+    }
+
+    /// Controller output as it was recorded, percent of span unless it has another range; NaN is missing.
+    #[getter]
+    fn op<'py>(&self, py: Python<'py>) -> Values<'py> {
+        values(py, &self.recording.op)
+    }
+
+    /// Process value in its units, or None; NaN is missing.
+    #[getter]
+    fn pv<'py>(&self, py: Python<'py>) -> Option<Values<'py>> {
+        self.recording.pv.as_ref().map(|channel| values(py, channel))
+    }
+
+    /// Set point in units of the PV, or None; NaN is missing.
+    #[getter]
+    fn sp<'py>(&self, py: Python<'py>) -> Option<Values<'py>> {
+        self.recording.sp.as_ref().map(|channel| values(py, channel))
+    }
+
+    /// Measured valve position, percent of span unless it has another range, or None; NaN is missing.
+    #[getter]
+    fn vp<'py>(&self, py: Python<'py>) -> Option<Values<'py>> {
+        self.recording.vp.as_ref().map(|channel| values(py, channel))
+    }
+
+    /// What the reader wants the user to know, in sentences.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.recording.notes.clone()
+    }
+
+    /// Give the times of one signal.
+    ///
+    /// Parameters
+    /// ----------
+    /// signal : {"op", "pv", "sp", "vp"}
+    ///     The signal.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray or None
+    ///     Times of its samples, s on the recording's clock; None if it was not recorded.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If there is no such signal.
+    #[pyo3(signature = (signal))]
+    fn times<'py>(&self, py: Python<'py>, signal: &str) -> PyResult<Option<Values<'py>>> {
+        let recording = &*self.recording;
+        let channel = match signal {
+            "op" => Some(&recording.op),
+            "pv" => recording.pv.as_ref(),
+            "sp" => recording.sp.as_ref(),
+            "vp" => recording.vp.as_ref(),
+            other => {
+                let words = format!("signal is \"{other}\", but must be op, pv, sp or vp");
+                return Err(PyValueError::new_err(words));
+            }
+        };
+        Ok(channel.map(|channel| PyArray1::from_slice(py, &channel.time)))
+    }
+
+    /// Cut a long recording into windows.
+    ///
+    /// Parameters
+    /// ----------
+    /// window_s : float
+    ///     Length of a window, s; the last takes the rest, at least half a window.
+    ///
+    /// Returns
+    /// -------
+    /// list of Recording
+    ///     In order of time; the clock is kept.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the window is not above 0.
+    #[pyo3(signature = (window_s))]
+    fn split(&self, window_s: &Bound<'_, PyAny>) -> PyResult<Vec<Self>> {
+        let window = crate::arguments::number("window_s", window_s)?;
+        let parts = self.recording.split(window).map_err(refused)?;
+        Ok(parts.into_iter().map(|part| Self::new(part, self.source.clone())).collect())
+    }
+
+    fn __repr__(&self) -> String {
+        let recording = &*self.recording;
+        let signals: Vec<&str> = [
+            ("OP", true),
+            ("PV", recording.pv.is_some()),
+            ("SP", recording.sp.is_some()),
+            ("VP", recording.vp.is_some()),
+            ("mode", recording.mode.is_some()),
+        ]
+        .into_iter()
+        .filter_map(|(name, there)| there.then_some(name))
+        .collect();
+        format!(
+            "<Recording \"{}\" ({}) of {} samples: {}>",
+            recording.name,
+            self.loop_type(),
+            recording.op.values.len(),
+            signals.join(", ")
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Kept)> {
+        Ok((py.import("stiction._core")?.getattr("recording_kept")?, self.keep()))
+    }
+}
+
+/// A channel as plain values: times, values, qualities, unit, range.
+type KeptChannel = (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<(f64, f64, u8)>);
+/// A recording as plain values.
+type Kept = (
+    (String, String, Option<f64>, Vec<String>, String, String),
+    Vec<Option<KeptChannel>>,
+    Option<(Vec<f64>, Vec<u8>)>,
+);
+
+const QUALITIES: [Quality; 4] = [Quality::Good, Quality::Uncertain, Quality::Bad, Quality::Missing];
+const MODES: [Mode; 4] = [Mode::Automatic, Mode::Cascade, Mode::Manual, Mode::Other];
+const SOURCES: [RangeSource; 3] =
+    [RangeSource::Given, RangeSource::Metadata, RangeSource::Estimated];
+
+/// The place of `item` in `all`, which holds every one there is.
+fn place<T: PartialEq>(all: &[T], item: &T) -> u8 {
+    all.iter().position(|each| each == item).unwrap_or(0) as u8
+}
+
+fn keep_channel(channel: &Channel) -> KeptChannel {
+    (
+        channel.time.clone(),
+        channel.values.clone(),
+        channel.quality.iter().map(|quality| place(&QUALITIES, quality)).collect(),
+        channel.unit.clone(),
+        channel.range.map(|range| (range.low, range.high, place(&SOURCES, &range.source))),
+    )
+}
+
+fn kept_channel(name: &'static str, kept: KeptChannel) -> stiction::Result<Channel> {
+    let (time, values, quality, unit, range) = kept;
+    let quality = quality.into_iter().map(|place| QUALITIES[usize::from(place) % 4]).collect();
+    let mut channel = Channel::with_quality(name, time, values, quality)?;
+    channel.unit = unit;
+    let range =
+        range.map(|(low, high, place)| Range::new(low, high, SOURCES[usize::from(place) % 3]));
+    channel.range = range.transpose()?;
+    Ok(channel)
+}
+
+impl Recording {
+    pub fn new(recording: recording::Recording, source: Source) -> Self {
+        Self { recording: Arc::new(recording), source }
+    }
+
+    fn keep(&self) -> Kept {
+        let recording = &*self.recording;
+        let channels = [
+            Some(&recording.op),
+            recording.pv.as_ref(),
+            recording.sp.as_ref(),
+            recording.vp.as_ref(),
+        ];
+        let modes = recording.mode.as_ref().map(|modes| {
+            (modes.time.clone(), modes.modes.iter().map(|mode| place(&MODES, mode)).collect())
+        });
+        (
+            (
+                recording.name.clone(),
+                recording.loop_type.name().to_owned(),
+                recording.start,
+                recording.notes.clone(),
+                self.source.file.clone(),
+                self.source.sha256.clone(),
+            ),
+            channels.into_iter().map(|channel| channel.map(keep_channel)).collect(),
+            modes,
+        )
+    }
+}
+
+/// A recording that was pickled.
+#[pyfunction]
+fn recording_kept(
+    about: (String, String, Option<f64>, Vec<String>, String, String),
+    channels: Vec<Option<KeptChannel>>,
+    mode: Option<(Vec<f64>, Vec<u8>)>,
+) -> PyResult<Recording> {
+    let (name, loop_type, start, notes, file, sha256) = about;
+    let mut channels = channels.into_iter();
+    let mut next = |name: &'static str| {
+        channels.next().flatten().map(|kept| kept_channel(name, kept)).transpose().map_err(refused)
+    };
+    let op = next("OP")?.ok_or_else(|| PyValueError::new_err("there is no OP"))?;
+    let recording = recording::Recording {
+        name,
+        loop_type: LoopType::by_name(&loop_type).map_err(refused)?,
+        start,
+        op,
+        pv: next("PV")?,
+        sp: next("SP")?,
+        vp: next("VP")?,
+        mode: mode.map(|(time, modes)| Modes {
+            time,
+            modes: modes.into_iter().map(|place| MODES[usize::from(place) % 4]).collect(),
+        }),
+        notes,
+    };
+    Ok(Recording::new(recording, Source { file, sha256 }))
+}
+
+/// What the user says of a file or table.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Told {
+    mapping: Option<PathBuf>,
+    /// `ROLE=COLUMN`.
+    columns: Vec<String>,
+    zone: Option<String>,
+    time_format: Option<String>,
+    sample_time: Option<f64>,
+    op_range: Option<(f64, f64)>,
+    pv_range: Option<(f64, f64)>,
+    vp_range: Option<(f64, f64)>,
+    loop_type: Option<String>,
+    bad_text: Vec<String>,
+}
+
+impl Told {
+    /// The options, what is told here before what the mapping file says.
+    fn options(self) -> PyResult<ReadOptions> {
+        let wrong = |name: &str, words: String| PyValueError::new_err(format!("{name}: {words}"));
+        let mut options = match &self.mapping {
+            Some(path) => ReadOptions::read(path).map_err(unread)?,
+            None => ReadOptions::default(),
+        };
+        for column in &self.columns {
+            options.map.push(column.parse().map_err(|words| wrong("columns", words))?);
+        }
+        if let Some(zone) = &self.zone {
+            options.zone = Some(zone.parse().map_err(|words| wrong("zone", words))?);
+        }
+        if let Some(format) = &self.time_format {
+            options.time_format =
+                Some(format.parse().map_err(|words| wrong("time_format", words))?);
+        }
+        if let Some(name) = &self.loop_type {
+            options.all.loop_type = Some(LoopType::by_name(name).map_err(refused)?);
+        }
+        options.bad_text.extend(self.bad_text);
+        options.sample_time = self.sample_time.or(options.sample_time);
+        options.all.op_range = self.op_range.or(options.all.op_range);
+        options.all.pv_range = self.pv_range.or(options.all.pv_range);
+        options.all.vp_range = self.vp_range.or(options.all.vp_range);
+        Ok(options)
+    }
+}
+
+/// The recordings of a reading, each with what is to be said of all.
+fn recordings(reading: Reading) -> Vec<Recording> {
+    let Reading { origin, sha256, recordings, notes, .. } = reading;
+    let source = Source { file: origin, sha256 };
+    let all = recordings.into_iter().map(|mut recording| {
+        recording.notes.splice(0..0, notes.iter().cloned());
+        Recording::new(recording, source.clone())
+    });
+    all.collect()
+}
+
+/// The recordings in a file.
+#[pyfunction]
+fn read_recordings(py: Python<'_>, path: PathBuf, told: Told) -> PyResult<Vec<Recording>> {
+    let options = told.options()?;
+    long(py, None, move |_| stiction_io::reading::read(&path, &options))?
+        .map(recordings)
+        .map_err(unread)
+}
+
+/// The recordings in a table.
+fn of_columns(
+    py: Python<'_>,
+    origin: &str,
+    columns: Vec<Column>,
+    told: Told,
+) -> PyResult<Vec<Recording>> {
+    let options = told.options()?;
+    let sheet = Sheet { origin: origin.to_owned(), columns, ..Sheet::default() };
+    long(py, None, move |_| stiction_io::reading::of_sheet(sheet, &options))?
+        .map(recordings)
+        .map_err(unread)
+}
+
+/// A column of numbers, texts, or times with whether they are UTC.
+#[derive(FromPyObject)]
+enum Given<'py> {
+    Numbers(PyReadonlyArray1<'py, f64>),
+    Times(PyReadonlyArray1<'py, f64>, bool),
+    Text(Vec<String>),
+}
+
+/// The recordings in named columns of equal length.
+#[pyfunction]
+fn recordings_of_columns(
+    py: Python<'_>,
+    origin: &str,
+    columns: Vec<(String, Given<'_>)>,
+    told: Told,
+) -> PyResult<Vec<Recording>> {
+    let column = |(name, given): (String, Given<'_>)| -> PyResult<Column> {
+        let cells = match given {
+            Given::Numbers(numbers) => Cells::Numbers(numbers.as_slice()?.to_vec()),
+            Given::Times(seconds, utc) => {
+                Cells::Times { seconds: seconds.as_slice()?.to_vec(), utc }
+            }
+            Given::Text(texts) => Cells::Text(texts),
+        };
+        Ok(Column { name, unit: None, cells })
+    };
+    let columns = columns.into_iter().map(column).collect::<PyResult<Vec<_>>>()?;
+    if let Some(odd) = columns.iter().find(|each| each.cells.len() != columns[0].cells.len()) {
+        return Err(PyValueError::new_err(format!(
+            "{} has {} values, but {} has {}",
+            odd.name,
+            odd.cells.len(),
+            columns[0].name,
+            columns[0].cells.len()
+        )));
+    }
+    of_columns(py, origin, columns, told)
+}
+
+/// The recordings in a table that speaks the Arrow capsule interface.
+#[pyfunction]
+fn recordings_of_arrow(
+    py: Python<'_>,
+    origin: &str,
+    table: AnyRecordBatch,
+    told: Told,
+) -> PyResult<Vec<Recording>> {
+    let (batches, schema) = PyTable::into_inner(table.into_table()?);
+    let column = |(place, field): (usize, &Arc<arrow_schema::Field>)| -> PyResult<Column> {
+        let name = field.name().trim().to_owned();
+        let mut cells = cells(&arrow_array::new_empty_array(field.data_type()), &name)?;
+        for batch in &batches {
+            let more = self::cells(RecordBatch::column(batch, place), &name)?;
+            match (&mut cells, more) {
+                (Cells::Numbers(all), Cells::Numbers(more)) => all.extend(more),
+                (Cells::Text(all), Cells::Text(more)) => all.extend(more),
+                (Cells::Times { seconds, .. }, Cells::Times { seconds: more, .. }) => {
+                    seconds.extend(more);
+                }
+                // All batches are of one type.
+                _ => {}
+            }
+        }
+        Ok(Column { name, unit: field.metadata().get("unit").cloned(), cells })
+    };
+    let columns = schema.fields().iter().enumerate().map(column).collect::<PyResult<Vec<_>>>()?;
+    of_columns(py, origin, columns, told)
+}
+
+/// Seconds of whole numbers in a unit of time, NaN for null.
+fn seconds(array: &ArrayRef, unit: TimeUnit) -> Vec<f64> {
+    let per_second = match unit {
+        TimeUnit::Second => 1.0,
+        TimeUnit::Millisecond => 1e3,
+        TimeUnit::Microsecond => 1e6,
+        TimeUnit::Nanosecond => 1e9,
+    };
+    let data = array.to_data();
+    let whole: &[i64] = &data.buffers()[0].typed_data()[data.offset()..][..data.len()];
+    let second = |(i, value): (usize, &i64)| match array.is_null(i) {
+        true => f64::NAN,
+        false => *value as f64 / per_second,
+    };
+    whole.iter().enumerate().map(second).collect()
+}
+
+/// An Arrow array as the cells of a column; text that is null is empty.
+fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
+    if let Some(numbers) = arrays::numbers(array) {
+        return Ok(Cells::Numbers(numbers));
+    }
+    let texts = |texts: &mut dyn Iterator<Item = Option<&str>>| {
+        Cells::Text(texts.map(|text| text.unwrap_or_default().trim().to_owned()).collect())
+    };
+    Ok(match array.data_type() {
+        DataType::Utf8 => texts(&mut array.as_string::<i32>().iter()),
+        DataType::LargeUtf8 => texts(&mut array.as_string::<i64>().iter()),
+        DataType::Utf8View => texts(&mut array.as_string_view().iter()),
+        DataType::Boolean => {
+            let number = |value: Option<bool>| value.map_or(f64::NAN, f64::from);
+            Cells::Numbers(array.as_boolean().iter().map(number).collect())
+        }
+        DataType::Timestamp(unit, zone) => {
+            Cells::Times { seconds: seconds(array, *unit), utc: zone.is_some() }
+        }
+        DataType::Duration(unit) => Cells::Numbers(seconds(array, *unit)),
+        DataType::Date32 => {
+            let days = array.as_primitive::<arrow_array::types::Date32Type>();
+            let seconds =
+                days.iter().map(|day| day.map_or(f64::NAN, |day| f64::from(day) * 86_400.0));
+            Cells::Times { seconds: seconds.collect(), utc: false }
+        }
+        DataType::Dictionary(..) => {
+            let dictionary = array.as_any_dictionary();
+            let known = cells(dictionary.values(), name)?;
+            // Of no value there is no place: all are null.
+            let places =
+                if known.is_empty() { vec![0; array.len()] } else { dictionary.normalized_keys() };
+            let at = |i: usize| (!array.is_null(i)).then(|| places[i]);
+            match known {
+                Cells::Text(known) => Cells::Text(
+                    (0..array.len())
+                        .map(|i| at(i).map_or(String::new(), |k| known[k].clone()))
+                        .collect(),
+                ),
+                Cells::Numbers(known) => Cells::Numbers(
+                    (0..array.len()).map(|i| at(i).map_or(f64::NAN, |k| known[k])).collect(),
+                ),
+                Cells::Times { seconds, utc } => Cells::Times {
+                    seconds: (0..array.len())
+                        .map(|i| at(i).map_or(f64::NAN, |k| seconds[k]))
+                        .collect(),
+                    utc,
+                },
+            }
+        }
+        other => {
+            return Err(PyTypeError::new_err(format!(
+                "column \"{name}\" holds {other}, but must hold numbers, text or times; leave it out"
+            )));
+        }
+    })
+}
+
+/// The same recording with another name, and with another start of its clock.
+#[pyfunction]
+#[pyo3(signature = (recording, name, start, of_tag))]
+fn recording_renamed(
+    recording: &Recording,
+    name: Option<String>,
+    start: Option<f64>,
+    of_tag: bool,
+) -> Recording {
+    let mut renamed = (*recording.recording).clone();
+    renamed.start = start.or(renamed.start);
+    if let Some(name) = name {
+        if of_tag {
+            renamed.loop_type = LoopType::of_tag(&name);
+        }
+        renamed.name = name;
+    }
+    Recording::new(renamed, recording.source.clone())
+}
+
+/// Whether a recording can answer, as JSON.
+#[pyfunction]
+fn recording_fitness(
+    py: Python<'_>,
+    recording: &Recording,
+    sample_time: Option<f64>,
+) -> PyResult<String> {
+    let recording = Arc::clone(&recording.recording);
+    let options = GridOptions { sample_time };
+    let fitness = long(py, None, move |_| stiction::diagnose::fitness(&recording, &options))?;
+    crate::diagnosis::json(&document::Fitness::from(&fitness.map_err(refused)?))
+}
+
+/// The stretches of a recording on a regular grid.
+#[pyfunction]
+fn recording_stretches<'py>(
+    py: Python<'py>,
+    recording: &Recording,
+    sample_time: Option<f64>,
+) -> PyResult<Vec<Bound<'py, pyo3::types::PyDict>>> {
+    let recording = Arc::clone(&recording.recording);
+    let options = GridOptions { sample_time };
+    let grid = long(py, None, move |_| recording::Grid::of(&recording, &options))?;
+    let stretches = grid.map_err(refused)?.stretches;
+    stretches.iter().map(|stretch| stretch_dict(py, stretch)).collect()
+}
+
+/// The signals of a stretch.
+pub fn stretch_dict<'py>(
+    py: Python<'py>,
+    stretch: &recording::Stretch,
+) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
+    let array = |values: &Option<Vec<f64>>| values.as_ref().map(|v| PyArray1::from_slice(py, v));
+    Ok(crate::dict::dict!(py,
+        "time_s": PyArray1::from_vec(py, stretch.times()),
+        "sample_time": stretch.sample_time,
+        "op": PyArray1::from_slice(py, &stretch.op),
+        "pv": array(&stretch.pv),
+        "sp": array(&stretch.sp),
+        "vp": array(&stretch.vp),
+        "bridged": stretch.bridged,
+    ))
+}
+
+/// Names of the types of loops.
+#[pyfunction]
+fn loop_types() -> Vec<&'static str> {
+    LoopType::NAMES.map(|(name, _)| name).to_vec()
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<Recording>()?;
+    m.add_function(wrap_pyfunction!(recording_kept, m)?)?;
+    m.add_function(wrap_pyfunction!(read_recordings, m)?)?;
+    m.add_function(wrap_pyfunction!(recordings_of_columns, m)?)?;
+    m.add_function(wrap_pyfunction!(recordings_of_arrow, m)?)?;
+    m.add_function(wrap_pyfunction!(recording_renamed, m)?)?;
+    m.add_function(wrap_pyfunction!(recording_fitness, m)?)?;
+    m.add_function(wrap_pyfunction!(recording_stretches, m)?)?;
+    m.add_function(wrap_pyfunction!(loop_types, m)?)
+}

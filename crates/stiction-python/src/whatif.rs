@@ -1,0 +1,91 @@
+//! What repair, retuning, a compensator or a positioner would make of a loop.
+
+use crate::compensation::{methods_of, protocol_dict, row_dict};
+use crate::cycles::{cycle_dict, retuning_dict};
+use crate::dict::dict;
+use crate::errors::refused;
+use crate::long::long;
+use crate::scenario::Scenario;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use stiction::Bands;
+use stiction::diagnose::ConfirmingTest;
+use stiction::limit_cycle::tuning::{Grid, at_edge};
+use stiction::what_if::{self, Options, Prediction, Row};
+
+/// Everything that could be done, ranked.
+#[pyfunction]
+#[pyo3(signature = (scenario, repaired_s = None, repaired_j = None, positioner_gain = None, ms = None, methods = None))]
+fn what_if_loop<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    repaired_s: Option<f64>,
+    repaired_j: Option<f64>,
+    positioner_gain: Option<f64>,
+    ms: Option<f64>,
+    methods: Option<Vec<String>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let plant = scenario.closed_loop()?.clone();
+    let (model, bands) = scenario.0.valve;
+    let mut options = py.detach(|| Options::suiting(&plant, model, bands)).map_err(refused)?;
+    let usual = options.repaired;
+    let (s, j) = (repaired_s.unwrap_or(usual.s()), repaired_j.unwrap_or(usual.j()));
+    options.repaired = Bands::from_s_j(s, j).map_err(refused)?;
+    options.positioner_gain = positioner_gain.unwrap_or(options.positioner_gain);
+    options.most_sensitive = ms.unwrap_or(options.most_sensitive);
+    if let Some(names) = methods {
+        options.methods = methods_of(&names)?;
+    }
+    let asked = options.clone();
+    let controller = plant.controller.clone();
+    let found = long(py, None, move |_| what_if::what_if(&plant, model, bands, &asked))?;
+    let found = found.map_err(refused)?;
+    let rows = found.rows.iter().map(|row| action_dict(py, row)).collect::<PyResult<Vec<_>>>()?;
+    let retuning = match &found.retuning {
+        Err(_) => None,
+        Ok(retuning) => {
+            let edge = Grid::about(&controller, options.retuned_within, 2)
+                .is_ok_and(|grid| at_edge(&retuning.best.controller, &grid));
+            Some(retuning_dict(py, retuning, options.most_sensitive, edge)?)
+        }
+    };
+    Ok(dict!(py,
+        "rows": rows,
+        "interim": found.interim().map(|row| row.action.name()),
+        "recommendation": &found.recommendation,
+        "assumptions": &found.assumptions,
+        "manual_test": found.confirm.as_ref().map(|test| test_dict(py, test)).transpose()?,
+        "retuning": retuning,
+        "no_retuning": found.retuning.as_ref().err(),
+        "protocol": protocol_dict(py, &options.protocol)?,
+    ))
+}
+
+fn action_dict<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> {
+    let dict = row_dict(py, row.action.name(), &row.played)?;
+    let (state, reason) = match &row.cycle {
+        Prediction::Cycle(_) => ("cycle", ""),
+        Prediction::NoCycle(reason) => ("no cycle", &reason[..]),
+        Prediction::Unknown(reason) => ("not known", &reason[..]),
+    };
+    dict.set_item("against", &row.against)?;
+    dict.set_item("state", state)?;
+    dict.set_item("reason", reason)?;
+    dict.set_item("cycle", row.cycle.cycle().map(|cycle| cycle_dict(py, cycle)).transpose()?)?;
+    Ok(dict)
+}
+
+fn test_dict<'py>(py: Python<'py>, test: &ConfirmingTest) -> PyResult<Bound<'py, PyDict>> {
+    Ok(dict!(py,
+        "step": test.step,
+        "steps": test.steps,
+        "direction": if test.up_first { "up" } else { "down" },
+        "wait_s": test.wait_s,
+        "pv_change": test.pv_change,
+        "instructions": &test.instructions,
+    ))
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(what_if_loop, m)?)
+}

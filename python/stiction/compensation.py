@@ -1,0 +1,522 @@
+"""Compensators: what can be put between a controller and a sticking valve until the valve is repaired.
+
+Compensation treats a symptom. It mostly trades the swing of the PV for travel of the stem, and so for wear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from stiction import _core, _plots
+from stiction._arguments import number, optional, text
+from stiction._arrays import Array
+from stiction._core import Table
+from stiction._result import Result, result
+from stiction.loops import Run, ScenarioLike
+from stiction.loops import scenario as _scenario
+
+__all__ = [
+    "CompensatedRun",
+    "Compensator",
+    "CompensatorComparison",
+    "CompensatorRow",
+    "Measures",
+    "Outcome",
+    "Parameter",
+    "Protocol",
+    "compare_compensators",
+    "compensate",
+    "compensators",
+]
+
+
+@result
+class Compensator(Result):
+    """A published or practised compensator.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    summary : str
+        What it does, in a line.
+    citation : str
+        Where it comes from.
+    """
+
+    name: str
+    summary: str
+    citation: str
+
+
+def compensators() -> list[Compensator]:
+    """List the compensators.
+
+    Returns
+    -------
+    list of Compensator
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [each.name for each in stiction.compensators()][:2]
+    ['knocker', 'constant-reinforcement']
+    """
+    return [Compensator(**each) for each in _core.compensators()]
+
+
+@result
+class Parameter(Result):
+    """A number that an action works with.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    value : float
+        Its value.
+    unit : str
+        Its unit; empty of a number without one.
+    """
+
+    name: str
+    value: float
+    unit: str
+
+
+@result
+class Measures(Result):
+    """What a loop did in a window, in numbers that can be compared.
+
+    Attributes
+    ----------
+    iae_per_s : float
+        Integral of the absolute control error per second, its mean, in PV units.
+    pv_std : float
+        Standard deviation of the PV, in its units.
+    op_travel_per_s : float
+        Way of the signal that the valve receives, percent per second.
+    vp_travel_per_s : float
+        Way of the stem, percent per second: what wears packing and seat.
+    reversals_per_h : float
+        Reversals of the stem per hour.
+    half_pp_op, half_pp_vp, half_pp_pv : float
+        Half of the peak-to-peak range: of the signal that the valve receives and of the VP in percent of span,
+        of the PV in its units.
+    """
+
+    iae_per_s: float
+    pv_std: float
+    op_travel_per_s: float
+    vp_travel_per_s: float
+    reversals_per_h: float
+    half_pp_op: float
+    half_pp_vp: float
+    half_pp_pv: float
+
+
+@result
+class CompensatedRun(Result):
+    """A loop with a compensator and without it.
+
+    Attributes
+    ----------
+    method : str
+        The compensator.
+    parameters : list of Parameter
+        What it worked with.
+    at_s : float
+        When it was switched on, s.
+    settle_s, window_s : float
+        How long it was then left alone, and how long it was measured, s.
+    run : Run
+        The loop with it; its OP is what the controller gave.
+    signal : ndarray
+        What the valve received, percent of span.
+    without : Run
+        The loop without it.
+    measures, measures_without : Measures
+        Measures in the window, with it and without.
+    """
+
+    method: str
+    parameters: list[Parameter]
+    at_s: float
+    settle_s: float
+    window_s: float
+    run: Run
+    signal: Array
+    without: Run
+    measures: Measures
+    measures_without: Measures
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw PV, signal and valve position before and after the compensator is switched on.
+
+        Parameters
+        ----------
+        ax : sequence of two matplotlib axes, optional
+            Where to draw; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib axes
+        """
+        process, valve = _plots.axes(ax, 2)
+        time = self.run.time_s
+        shown = (time >= self.at_s - 0.4 * self.settle_s) & (time <= self.at_s + 0.5 * self.settle_s)
+        time = time[shown]
+        process.plot(time, self.without.pv[shown], color="0.7", label="PV without it")
+        process.plot(time, self.run.pv[shown], color="C2", label="PV")
+        process.plot(time, self.run.sp[shown], color="0.4", linestyle=":", label="SP")
+        process.set_ylabel("PV")
+        valve.plot(time, self.signal[shown], label="signal to the valve", linewidth=0.9)
+        valve.plot(time, self.run.vp[shown], label="VP")
+        valve.set_ylabel("signal, VP (%)")
+        valve.set_xlabel("time (s)")
+        for each in (process, valve):
+            each.axvline(self.at_s, color="C3", linestyle="--", label="switched on")
+            _plots.legend_above(each)
+        return [process, valve]
+
+
+def compensate(
+    scenario: ScenarioLike,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    method: str,
+    parameters: Mapping[str, float] | None = None,
+    S: float | None = None,
+    J: float | None = None,
+    at_s: float | None = None,
+    settle_s: float | None = None,
+    window_s: float | None = None,
+) -> CompensatedRun:
+    """Simulate a loop with a compensator between its controller and its valve, and without.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`; it lasts as long as is measured, whatever its duration.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    method : str
+        Name of a compensator, see `compensators`.
+    parameters : mapping, optional
+        Parameters by the names under which they are told in the result, such as ``{"amplitude": 2}``. Others
+        are chosen from what is known of valve and loop.
+    S, J : float, optional
+        What is assumed of the valve in choosing them, percent of span; by default what it has.
+    at_s : float, optional
+        When it is switched on, s; by default after ten cycles.
+    settle_s : float, optional
+        How long it is left alone before it is measured, s; by default ten cycles.
+    window_s : float, optional
+        How long it is measured, s; by default ten cycles.
+
+    Returns
+    -------
+    CompensatedRun
+
+    Raises
+    ------
+    TypeError
+        If `parameters` is no mapping to numbers.
+    ValueError
+        If there is no such compensator or parameter, a number is out of its range, or the scenario is no closed
+        loop.
+
+    Notes
+    -----
+    The knocker is Hägglund's, J. Process Control 12 (2002) 507; `compensators` tells where the others come from.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> done = stiction.compensate("paper/closed-loop", method="knocker", parameters={"width": 1})
+    >>> done.measures.pv_std < done.measures_without.pv_std
+    True
+    """
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise TypeError(f"parameters must be a mapping, but its type is {type(parameters).__name__}")
+    given = [(text("a name in parameters", k), number(k, v)) for k, v in (parameters or {}).items()]
+    found = _core.compensate_loop(
+        _scenario(scenario, settings),
+        text("method", method),
+        given,
+        optional("S", S),
+        optional("J", J),
+        optional("at_s", at_s),
+        optional("settle_s", settle_s),
+        optional("window_s", window_s),
+    )
+    return CompensatedRun(
+        **{
+            **found,
+            "parameters": [Parameter(**each) for each in found["parameters"]],
+            "run": Run(**found["run"]),
+            "without": Run(**found["without"]),
+            "measures": Measures(**found["measures"]),
+            "measures_without": Measures(**found["measures_without"]),
+        }
+    )
+
+
+@result
+class Outcome(Result):
+    """What came of an action in one case.
+
+    Attributes
+    ----------
+    s_factor, j_factor : float
+        Factors on the S and J that were assumed.
+    noise : bool
+        Whether noise was added to the PV.
+    measures : Measures
+        Measures in the window without changes.
+    set_point_iae_per_s, load_iae_per_s : float
+        Mean absolute control error in the time given to the set-point step and to the load step, in PV units.
+    set_point_settling_s, load_settling_s : float or None
+        Time to settle after the step, s; None if it did not.
+    """
+
+    s_factor: float
+    j_factor: float
+    noise: bool
+    measures: Measures
+    set_point_iae_per_s: float
+    load_iae_per_s: float
+    set_point_settling_s: float | None
+    load_settling_s: float | None
+
+
+@result
+class Protocol(Result):
+    """What every action goes through: a window without changes, a set-point step, a load step.
+
+    Attributes
+    ----------
+    at_s : float
+        When compensators are switched on, s.
+    settle_s : float
+        How long they are left alone before they are measured, s.
+    window_s : float
+        Length of the window, s.
+    step_s : float
+        Time given to each step, s.
+    set_point_step : float
+        Height of the set-point step, in PV units.
+    load_step : float
+        Height of the load step, percent.
+    settling_band : float
+        Control error within which the loop has settled, in PV units.
+    error : float
+        Relative error of the assumed S and J, both ways.
+    noise_sd : float
+        Standard deviation of the noise in the case with noise, in PV units.
+    seed : int
+        Its seed.
+    """
+
+    at_s: float
+    settle_s: float
+    window_s: float
+    step_s: float
+    set_point_step: float
+    load_step: float
+    settling_band: float
+    error: float
+    noise_sd: float
+    seed: int
+
+
+@result
+class CompensatorRow(Result):
+    """A compensator, or the loop as it is, in a comparison.
+
+    Attributes
+    ----------
+    action : str
+        Name of the compensator, or ``"as it is"``.
+    parameters : list of Parameter
+        What it worked with, nominally.
+    error : float
+        Mean absolute control error in the window, nominally, in PV units.
+    worst_error : float
+        The same in the worst of the cases without noise: the measure of the ranking.
+    reduction : float
+        By what it divides the standard deviation of the PV; infinite if nothing is left of it.
+    outcomes : list of Outcome
+        The nominal case first, then S and J wrong (less and less, less and more, more and less, more and more),
+        then with noise.
+    """
+
+    action: str
+    parameters: list[Parameter]
+    error: float
+    worst_error: float
+    reduction: float
+    outcomes: list[Outcome]
+
+
+@result
+class CompensatorComparison(Result):
+    """Compensators side by side.
+
+    Attributes
+    ----------
+    rows : list of CompensatorRow
+        The loop as it is and with each compensator, the least worst error first.
+    protocol : Protocol
+        What they went through.
+    """
+
+    rows: list[CompensatorRow]
+    protocol: Protocol
+
+    def to_table(self) -> Table:
+        """Give a row for every compensator and case.
+
+        Returns
+        -------
+        Table
+            Columns are rank, action, s_factor, j_factor, noise, the measures and settling times.
+        """
+        return _table(self.rows)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw control error and travel of the stem with every compensator, with S and J right and wrong.
+
+        Parameters
+        ----------
+        ax : sequence of two matplotlib axes, optional
+            Where to draw; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib axes
+        """
+        return _bars(self.rows, ax)
+
+
+def _row_parts(row: dict[str, Any]) -> dict[str, Any]:
+    """Give a row with typed results for its dictionaries."""
+    return {
+        **row,
+        "parameters": [Parameter(**each) for each in row["parameters"]],
+        "outcomes": [Outcome(**{**each, "measures": Measures(**each["measures"])}) for each in row["outcomes"]],
+    }
+
+
+def _table(rows: Sequence[Any]) -> Table:
+    """Give a table of rows with an action and its outcomes."""
+    cases = [(rank, row.action, outcome) for rank, row in enumerate(rows, 1) for outcome in row.outcomes]
+    return _core.actions_table(
+        [rank for rank, _, _ in cases],
+        [action for _, action, _ in cases],
+        [(o.s_factor, o.j_factor, o.noise) for _, _, o in cases],
+        [
+            [
+                o.measures.iae_per_s,
+                o.measures.pv_std,
+                o.measures.op_travel_per_s,
+                o.measures.vp_travel_per_s,
+                o.measures.reversals_per_h,
+                o.set_point_iae_per_s,
+                o.load_iae_per_s,
+            ]
+            for _, _, o in cases
+        ],
+        [[o.set_point_settling_s, o.load_settling_s] for _, _, o in cases],
+    )
+
+
+def _bars(rows: Sequence[Any], ax: Any) -> Any:
+    """Draw error and travel of every row; a line reaches over the cases without noise."""
+    error, travel = _plots.axes(ax, 2, sharex=False, height=max(2.0, 0.33 * len(rows)))
+    names = [row.action for row in rows]
+    places = np.arange(len(rows))
+    quantities = (
+        (error, "mean absolute control error (PV units)", "iae_per_s"),
+        (travel, "stem travel (%/s)", "vp_travel_per_s"),
+    )
+    for each, label, measure in quantities:
+        nominal = [getattr(row.outcomes[0].measures, measure) for row in rows]
+        quiet = [[getattr(o.measures, measure) for o in row.outcomes if not o.noise] for row in rows]
+        colours = ["0.6" if name == "as it is" else "C0" for name in names]
+        each.barh(places, nominal, color=colours, label="S and J known")
+        low, high = [min(values) for values in quiet], [max(values) for values in quiet]
+        each.hlines(places, low, high, color="k", linewidth=2, label="S and J wrong")
+        each.set_yticks(places, names)
+        each.invert_yaxis()
+        each.set_xlabel(label)
+    _plots.legend_above(error)
+    return [error, travel]
+
+
+def _names(name: str, values: Sequence[str] | None) -> list[str] | None:
+    if values is None:
+        return None
+    if isinstance(values, str):
+        raise TypeError(f"{name} must be a sequence of names, but its type is str")
+    return [text(f"a name in {name}", each) for each in values]
+
+
+def compare_compensators(
+    scenario: ScenarioLike,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    methods: Sequence[str] | None = None,
+    S: float | None = None,
+    J: float | None = None,
+    at_s: float | None = None,
+) -> CompensatorComparison:
+    """Set compensators side by side: with S and J right, wrong by half, and with noise.
+
+    Each goes through a window without changes, a set-point step and a load step.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    methods : sequence of str, optional
+        Names of compensators, see `compensators`; by default all.
+    S, J : float, optional
+        What is assumed of the valve, percent of span; by default what it has.
+    at_s : float, optional
+        When they are switched on, s; by default after ten cycles.
+
+    Returns
+    -------
+    CompensatorComparison
+
+    Raises
+    ------
+    TypeError
+        If `methods` is no sequence of names.
+    ValueError
+        If there is no such compensator, the scenario is no closed loop, or it grows without bound.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> found = stiction.compare_compensators("paper/closed-loop", methods=["knocker"])
+    >>> [row.action for row in found.rows]
+    ['knocker', 'as it is']
+    """
+    found = _core.compare_compensators(
+        _scenario(scenario, settings),
+        _names("methods", methods),
+        optional("S", S),
+        optional("J", J),
+        optional("at_s", at_s),
+    )
+    return CompensatorComparison(
+        rows=[CompensatorRow(**_row_parts(row)) for row in found["rows"]],
+        protocol=Protocol(**found["protocol"]),
+    )

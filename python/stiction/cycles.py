@@ -1,0 +1,1057 @@
+"""Limit cycles of a loop, predicted instead of simulated, and what they depend on.
+
+A loop is looked at in continuous time, at its last set point and load, without noise and far from the limits of
+its OP. Two methods find its cycles: ``"exact"``, by the flow of the loop from slip to slip, and
+``"describing-function"``, by harmonic balance, as if OP and VP were sines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stiction import _core, _plots
+from stiction._arguments import choice, integer, number, optional, text
+from stiction._arrays import Array, Samples, samples
+from stiction._core import Bands, Table
+from stiction._result import Result, result
+from stiction.loops import ScenarioLike
+from stiction.loops import scenario as _scenario
+
+__all__ = [
+    "Assessment",
+    "Cycle",
+    "FrequencyResponse",
+    "LimitCycleMap",
+    "LimitCycles",
+    "Retuning",
+    "Sensitivity",
+    "Trajectory",
+    "Tuning",
+    "describing_function",
+    "frequency_response",
+    "lambda_tuning",
+    "least_amplitude",
+    "limit_cycle",
+    "limit_cycle_map",
+    "limit_cycle_member",
+    "limit_cycle_trajectory",
+    "limit_cycles",
+    "load_step_iae",
+    "loop_parameters",
+    "retune",
+    "sensitivities",
+    "simc",
+]
+
+ComplexArray = npt.NDArray[np.complex128]
+
+METHODS = ("exact", "describing-function")
+
+
+@result
+class Cycle(Result):
+    """A limit cycle.
+
+    Attributes
+    ----------
+    method : str
+        How it was found: ``"exact"`` or ``"describing-function"``.
+    period_s : float
+        Period, s.
+    half_pp_op, half_pp_vp, half_pp_pv : float
+        Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units. By describing
+        function the VP is its fundamental.
+    middle_op, middle_vp, middle_pv : float
+        The middle between the extremes, in the same units.
+    stable : bool
+        Whether a motion beside it approaches it, or the family it belongs to.
+    multipliers : ndarray of complex
+        Floquet multipliers: how much of a small deviation is left after a period, the largest first. Empty
+        where the method knows none.
+    slips : int
+        How often the stem begins to move in a period.
+    """
+
+    method: str
+    period_s: float
+    half_pp_op: float
+    half_pp_vp: float
+    half_pp_pv: float
+    middle_op: float
+    middle_vp: float
+    middle_pv: float
+    stable: bool
+    multipliers: ComplexArray
+    slips: int
+
+
+@result
+class LimitCycles(Result):
+    """What a search for limit cycles has found.
+
+    Attributes
+    ----------
+    method : str
+        ``"exact"`` or ``"describing-function"``.
+    state : str
+        ``"cycle"``, ``"no cycle"`` or ``"not known"``.
+    cycles : list of Cycle
+        The cycles: exact ones with those that attract first, of describing functions the largest first.
+    reasons : list of str
+        Why there is no cycle, or why it is not known; beside cycles, how other motions end.
+    no_part : list of str
+        Keys of the scenario that have no part in the prediction.
+    """
+
+    method: str
+    state: str
+    cycles: list[Cycle]
+    reasons: list[str]
+    no_part: list[str]
+
+    @property
+    def cycle(self) -> Cycle | None:
+        """The first cycle that attracts, None if there is none."""
+        return next((cycle for cycle in self.cycles if cycle.stable), None)
+
+
+def _found(found: dict[str, Any]) -> LimitCycles:
+    return LimitCycles(**{**found, "cycles": [Cycle(**cycle) for cycle in found["cycles"]]})
+
+
+def limit_cycle(
+    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
+) -> LimitCycles:
+    """Predict the limit cycle in which a loop ends that starts near its equilibrium.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    method : {"exact", "describing-function"}, default "exact"
+        By the flow of the loop from slip to slip, or by harmonic balance.
+
+    Returns
+    -------
+    LimitCycles
+        With one cycle, or with the reason why there is none.
+
+    Raises
+    ------
+    ValueError
+        If the scenario is no closed loop, or not one that the method can treat; the message says why.
+
+    Notes
+    -----
+    The exact flow is solved by the method of steps (Hairer, Norsett, Wanner, 1993). Harmonic balance with
+    describing functions: Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658; whether its
+    cycles attract: Loeb (1956). It misses cycles that are far from a sine.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> found = stiction.limit_cycle("paper/closed-loop", {"valve.S": 5, "valve.J": 3})
+    >>> round(found.cycle.period_s, 4)
+    18.0437
+    >>> stiction.limit_cycle("paper/closed-loop", {"valve.J": 0}).state
+    'no cycle'
+    """
+    return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), False))
+
+
+def limit_cycles(
+    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
+) -> LimitCycles:
+    """Find all limit cycles of a loop, also those that do not attract.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    method : {"exact", "describing-function"}, default "exact"
+        By tens of motions from near the equilibrium to far outside the friction bands, or by harmonic balance.
+
+    Returns
+    -------
+    LimitCycles
+
+    Raises
+    ------
+    ValueError
+        If the scenario is no closed loop, or not one that the method can treat.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> found = stiction.limit_cycles("paper/closed-loop", method="describing-function")
+    >>> [cycle.stable for cycle in found.cycles]
+    [True]
+    """
+    return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), True))
+
+
+def limit_cycle_member(
+    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, offset: float
+) -> LimitCycles:
+    """Find a member of the family of cycles of a stem that moves in slips alone.
+
+    Valves after He, He and Wang, and Stenman have such a family: in which member a loop ends depends on where it
+    started.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    offset : float
+        How far the positions of the member lie above those of the symmetric one, percent of span.
+
+    Returns
+    -------
+    LimitCycles
+
+    Raises
+    ------
+    ValueError
+        If the valve model has no family of cycles.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> he = {"valve.model": "he", "valve.S": 5, "valve.J": 1}
+    >>> round(stiction.limit_cycle_member("paper/closed-loop", he, offset=0.1).cycle.period_s, 4)
+    49.6075
+    """
+    return _found(_core.limit_cycle_member(_scenario(scenario, settings), number("offset", offset)))
+
+
+@result
+class Trajectory(Result):
+    """An exact limit cycle over one period.
+
+    Attributes
+    ----------
+    cycle : Cycle
+        The cycle.
+    time_s : ndarray
+        Times since a slip upward, s; where the VP jumps, the same time stands twice.
+    op, vp : ndarray
+        OP and VP, percent of span, about the operating point of the loop.
+    pv : ndarray
+        PV about the operating point, in its units.
+    set_point : float
+        Set point about the operating point, in PV units.
+    """
+
+    cycle: Cycle
+    time_s: Array
+    op: Array
+    vp: Array
+    pv: Array
+    set_point: float
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw OP and VP, and the PV, over time.
+
+        Parameters
+        ----------
+        ax : sequence of two matplotlib axes, optional
+            Where to draw; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib axes
+        """
+        valve, process = _plots.axes(ax, 2)
+        valve.plot(self.time_s, self.op, label="OP")
+        valve.plot(self.time_s, self.vp, label="VP")
+        valve.set_ylabel("OP, VP (%)")
+        process.plot(self.time_s, self.pv, color="C2", label="PV")
+        process.axhline(self.set_point, color="0.5", linestyle=":", label="set point")
+        process.set_ylabel("PV")
+        process.set_xlabel("time (s)")
+        for each in (valve, process):
+            _plots.legend_above(each)
+        return [valve, process]
+
+    def plot_phase(self, ax: Any = None) -> Any:
+        """Draw VP and PV over OP.
+
+        Parameters
+        ----------
+        ax : sequence of two matplotlib axes, optional
+            Where to draw; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib axes
+        """
+        valve, process = _plots.axes(ax, 2)
+        valve.plot(self.op, self.vp, color="C1", label="VP")
+        valve.set_ylabel("VP (%)")
+        process.plot(self.op, self.pv, color="C2", label="PV")
+        process.set_ylabel("PV")
+        process.set_xlabel("OP (%)")
+        for each in (valve, process):
+            _plots.legend_above(each)
+        return [valve, process]
+
+
+def limit_cycle_trajectory(
+    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, samples: int = 1000
+) -> Trajectory:
+    """Give the exact limit cycle in which a loop ends over one period.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    samples : int, default 1000
+        Times in the period, equally far apart; slips and stops of the stem come on top of them. Values are exact
+        at each time, not interpolated.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ValueError
+        If the loop ends in no cycle (`limit_cycle` says why), or cannot be computed exactly.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> orbit = stiction.limit_cycle_trajectory("paper/closed-loop", samples=100)
+    >>> len(orbit.time_s) >= 100
+    True
+    """
+    found = _core.limit_cycle_trajectory(_scenario(scenario, settings), integer("samples", samples, 1))
+    if found is None:
+        raise ValueError("the loop ends in no limit cycle that could be followed; stiction.limit_cycle says why")
+    return Trajectory(**{**found, "cycle": Cycle(**found["cycle"])})
+
+
+def describing_function(
+    amplitude: Samples, S: float, J: float, *, model: str = "two-phase", slips: int | None = None
+) -> ComplexArray:
+    """Give the describing function N(X) of a sticking valve.
+
+    It is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in the steady motion
+    whose middle is that of the OP, in closed form.
+
+    Parameters
+    ----------
+    amplitude : array_like
+        Amplitudes X of the OP, percent of span, above 0.
+    S : float
+        Stick band plus dead band, percent of span.
+    J : float
+        Slip jump, percent of span.
+    model : str, default "two-phase"
+        Name of a valve model, see `valve_models`.
+
+    slips : int, optional
+        How often the stem slips in one direction, where a valve may do so more or less often under the same sine,
+        as He's, He and Wang's and Stenman's; by default the fewest times.
+
+    Returns
+    -------
+    ndarray of complex
+        N(X); 0 where the sine is too small to move the valve, see `least_amplitude`.
+
+    Raises
+    ------
+    TypeError
+        If `amplitude` holds no real numbers.
+    ValueError
+        If an amplitude is not positive, the valve does not slip so often under it, or there is no such model.
+
+    Notes
+    -----
+    Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658; derived anew for every model.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.describing_function([10], S=5, J=2).round(4)
+    array([0.9148-0.1751j])
+    """
+    sines = samples("amplitude", amplitude)
+    stroke = None if slips is None else integer("slips", slips, 1)
+    return _core.describing_function(sines, number("S", S), number("J", J), text("model", model), stroke)
+
+
+def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
+    """Give the amplitude of a sine of the OP above which the valve goes on moving.
+
+    Parameters
+    ----------
+    S : float
+        Stick band plus dead band, percent of span.
+    J : float
+        Slip jump, percent of span.
+    model : str, default "two-phase"
+        Name of a valve model, see `valve_models`.
+
+    Returns
+    -------
+    float
+        Percent of span.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its range, or there is no such model.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.least_amplitude(S=5, J=2)
+    2.5
+    """
+    return _core.least_amplitude(number("S", S), number("J", J), text("model", model))
+
+
+@result
+class FrequencyResponse(Result):
+    """The frequency response of a loop that is cut open where its valve is.
+
+    Attributes
+    ----------
+    omega : ndarray
+        Frequencies, rad/s.
+    loop_gain : ndarray of complex
+        L(jw), controller and process, with the sign for which ``L N = -1`` is the condition of a cycle.
+    process_gain : ndarray of complex
+        G(jw), from VP to PV, PV units per percent.
+    stability : str
+        Whether the loop would be ``"stable"``, ``"marginal"`` or ``"unstable"`` if the valve followed the OP.
+    gain_crossover : float or None
+        Where ``|L| = 1`` and the phase is nearest to -180 degrees, rad/s.
+    phase_margin : float or None
+        How far the phase is from -180 degrees there, rad.
+    ultimate_frequency : float or None
+        Where the loop would oscillate at the stability limit of its gain, rad/s.
+    gain_margin : float or None
+        The factor on the gain that leads there.
+    peak_sensitivity : float
+        Ms, the largest of ``|1 / (1 + L)|``.
+    peak_frequency : float
+        Where it is, rad/s.
+    crossing_omega : ndarray
+        Frequencies of the cycles by harmonic balance, rad/s.
+    crossings : ndarray of complex
+        L at them, where it meets ``-1/N(X)``.
+    crossing_slips : list of int
+        How often the stem slips in one direction in them.
+    model : str
+        The valve model.
+    bands : Bands
+        S and J of the valve.
+    """
+
+    omega: Array
+    loop_gain: ComplexArray
+    process_gain: ComplexArray
+    stability: str
+    gain_crossover: float | None
+    phase_margin: float | None
+    ultimate_frequency: float | None
+    gain_margin: float | None
+    peak_sensitivity: float
+    peak_frequency: float
+    crossing_omega: Array
+    crossings: ComplexArray
+    crossing_slips: list[int]
+    model: str
+    bands: Bands
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the Nyquist plot of the loop with ``-1/N(X)`` of its valve.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Where to draw; by default new ones.
+
+        Returns
+        -------
+        matplotlib axes
+        """
+        (ax,) = _plots.axes(ax, height=5.0)
+        S, J = self.bands.S, self.bands.J
+        marks = np.concatenate([self.crossings, [-1, 0]])
+        low, high = marks.real.min(), marks.real.max()
+        left, right = marks.imag.min(), marks.imag.max()
+        room = 0.3 * max(high - low, right - left)
+        ax.axhline(0, color="0.8", linewidth=0.8)
+        ax.axvline(0, color="0.8", linewidth=0.8)
+        ax.plot(self.loop_gain.real, self.loop_gain.imag, color="k", label="L(jω)")
+        # A valve that climbs stairs has a curve for every number of slips.
+        most = max([1, *self.crossing_slips])
+        for slips in range(1, most + 1):
+            branch = _core.describing_function_branch(S, J, self.model, slips)
+            if branch is None:
+                break
+            low_x, high_x = max(branch[0], 1e-3), min(branch[1], 1e4 * max(branch[0], 1e-3))
+            amplitude = low_x + (high_x - low_x) * np.geomspace(1e-9, 1, 2000)
+            valve = -1 / _core.describing_function(amplitude, S, J, self.model, slips)
+            label = f"−1/N(X), S = {S:g} %, J = {J:g} %" if slips == 1 else f"the same, {slips} slips a stroke"
+            ax.plot(valve.real, valve.imag, color=f"C{slips}", label=label)
+        ax.plot(-1, 0, "k+", markersize=10, label="−1")
+        if len(self.crossings):
+            ax.plot(self.crossings.real, self.crossings.imag, "o", color="C3", label="cycle by harmonic balance")
+        for omega, at in zip(self.crossing_omega, self.crossings, strict=True):
+            ax.annotate(
+                f"T = {2 * np.pi / omega:.3g} s", (at.real, at.imag), (8, -3), textcoords="offset points"
+            )
+        ax.set_xlim(low - room, high + room)
+        ax.set_ylim(left - room, right + room)
+        ax.set_xlabel("real part")
+        ax.set_ylabel("imaginary part")
+        ax.legend(loc="lower right")
+        return ax
+
+
+def frequency_response(
+    scenario: ScenarioLike,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    omega: Samples | None = None,
+) -> FrequencyResponse:
+    """Give the frequency response of a loop without its valve, its margins and its stability.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    omega : array_like, optional
+        Frequencies, rad/s; by default a thousand over the range in which L is between 50 and 1/50.
+
+    Returns
+    -------
+    FrequencyResponse
+
+    Raises
+    ------
+    TypeError
+        If `omega` holds no real numbers.
+    ValueError
+        If the scenario is no closed loop, or its gain is 0 or grows without bound with frequency.
+
+    Notes
+    -----
+    Margins after Åström and Hägglund, Advanced PID Control (2006); stability with dead time after Walton and
+    Marshall, IEE Proc. D 134 (1987) 101-107.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> response = stiction.frequency_response("paper/closed-loop")
+    >>> round(response.peak_sensitivity, 3), response.stability
+    (1.569, 'stable')
+    """
+    at = None if omega is None else samples("omega", omega)
+    return FrequencyResponse(**_core.frequency_response(_scenario(scenario, settings), at))
+
+
+@result
+class LimitCycleMap(Result):
+    """The limit cycles of a loop over two of its parameters.
+
+    Attributes
+    ----------
+    x_name, y_name : str
+        Names of the parameters, see `loop_parameters`.
+    x_unit, y_unit : str
+        Their units.
+    x, y : ndarray
+        Their values.
+    method : str
+        How the cycles were found.
+    state : ndarray of str
+        ``"cycle"``, ``"no cycle"`` or ``"not known"``; this and what follows has a row for each of `y` and a
+        column for each of `x`.
+    period_s : ndarray
+        Periods, s; NaN where there is no cycle, as in the other arrays.
+    half_pp_op, half_pp_vp, half_pp_pv : ndarray
+        Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units.
+    slips : ndarray
+        How often the stem begins to move in a period.
+    reason : ndarray of str
+        Why there is no cycle, or why it is not known.
+    boundary : ndarray
+        Where cycling ends: line segments as an array of shape ``(n, 2, 2)`` of their two ends ``(x, y)``, halfway
+        between points with and without a cycle.
+    """
+
+    x_name: str
+    y_name: str
+    x_unit: str
+    y_unit: str
+    x: Array
+    y: Array
+    method: str
+    state: npt.NDArray[np.str_]
+    period_s: Array
+    half_pp_op: Array
+    half_pp_vp: Array
+    half_pp_pv: Array
+    slips: Array
+    reason: npt.NDArray[np.str_]
+    boundary: Array
+
+    def to_table(self) -> Table:
+        """Give a row for every point.
+
+        Returns
+        -------
+        Table
+            Columns are the two parameters, state, period_s, half_pp_op, half_pp_vp, half_pp_pv, slips and reason.
+        """
+        columns, rows = np.meshgrid(self.x, self.y)
+        return _core.limit_cycle_map_table(
+            self.x_name,
+            self.y_name,
+            columns.ravel(),
+            rows.ravel(),
+            self.state.ravel().tolist(),
+            self.reason.ravel().tolist(),
+            self.period_s.ravel(),
+            [self.half_pp_op.ravel(), self.half_pp_vp.ravel(), self.half_pp_pv.ravel()],
+            self.slips.ravel(),
+        )
+
+    def plot(self, ax: Any = None, *, show: str = "pv") -> Any:
+        """Draw a quantity of the cycles over the two parameters, and where cycling ends.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Where to draw; by default new ones.
+        show : {"pv", "op", "vp", "period"}, default "pv"
+            Half of the peak-to-peak range of a signal, or the period.
+
+        Returns
+        -------
+        matplotlib axes
+        """
+        what = {
+            "pv": ("half peak-to-peak PV", self.half_pp_pv),
+            "op": ("half peak-to-peak OP (%)", self.half_pp_op),
+            "vp": ("half peak-to-peak VP (%)", self.half_pp_vp),
+            "period": ("period (s)", self.period_s),
+        }
+        label, values = what[choice("show", show, what)]
+        (ax,) = _plots.axes(ax, height=5.0)
+        ax.set_facecolor("0.9")
+        mesh = ax.pcolormesh(self.x, self.y, np.ma.masked_invalid(values), shading="nearest")
+        ax.figure.colorbar(mesh, ax=ax, label=label)
+        for k, ((x0, y0), (x1, y1)) in enumerate(self.boundary):
+            ax.plot([x0, x1], [y0, y1], color="C3", linewidth=2, label="" if k else "cycling ends here")
+        if (self.state != "cycle").any():
+            ax.fill_between([], [], [], color="0.9", label="no cycle, or not known")
+        for name, unit, put in ((self.x_name, self.x_unit, ax.set_xlabel), (self.y_name, self.y_unit, ax.set_ylabel)):
+            put(f"{name} ({unit})" if unit else name)
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend(loc="upper right")
+        return ax
+
+
+def loop_parameters() -> dict[str, str]:
+    """List the parameters of a loop that a map can vary.
+
+    Returns
+    -------
+    dict
+        Units by name: S, J, J/S, Kc, Ti, Kp (gain of the process), theta (its dead time), tau (sum of its lags)
+        and theta/tau.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.loop_parameters()["Ti"]
+    's'
+    """
+    return dict(_core.loop_parameters())
+
+
+def _axis(name: str, axis: Any) -> tuple[str, Array]:
+    try:
+        parameter, values = axis
+    except (TypeError, ValueError):
+        raise TypeError(f'{name} must be a pair of a name and values, such as ("Kc", [0.5, 1.0, 1.5])') from None
+    return text(f"the name in {name}", parameter), samples(f"the values in {name}", values)
+
+
+def limit_cycle_map(
+    scenario: ScenarioLike,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    x: tuple[str, Samples],
+    y: tuple[str, Samples],
+    method: str = "exact",
+    progress: Callable[[int], object] | None = None,
+) -> LimitCycleMap:
+    """Map the limit cycle in which a loop ends over two of its parameters.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    x, y : tuple of str and array_like
+        A parameter (see `loop_parameters`) and its values, such as ``("Kc", numpy.linspace(0.5, 2, 40))``; J stays
+        when S is varied, and the integral time when Kc is.
+    method : {"exact", "describing-function"}, default "exact"
+        How cycles are found.
+    progress : callable, optional
+        Called with the number of points that are done. An exception in it ends the computation.
+
+    Returns
+    -------
+    LimitCycleMap
+
+    Raises
+    ------
+    TypeError
+        If `x` or `y` is no such pair.
+    ValueError
+        If both vary the same thing, the loop has no such parameter, or the scenario is no closed loop.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> found = stiction.limit_cycle_map("paper/closed-loop", x=("J", [0, 2, 4]), y=("Kc", [0.8, 1.1]))
+    >>> found.state.tolist()
+    [['no cycle', 'cycle', 'cycle'], ['no cycle', 'cycle', 'cycle']]
+    """
+    across, up = _axis("x", x), _axis("y", y)
+    found = _core.limit_cycle_map(
+        _scenario(scenario, settings), across, up, choice("method", method, METHODS), progress
+    )
+    shape = (len(up[1]), len(across[1]))
+    for name in ("state", "reason", "period_s", "half_pp_op", "half_pp_vp", "half_pp_pv", "slips"):
+        found[name] = np.asarray(found[name]).reshape(shape)
+    found["boundary"] = found["boundary"].reshape(-1, 2, 2)
+    return LimitCycleMap(**found)
+
+
+@result
+class Sensitivity(Result):
+    """How a limit cycle answers to a parameter, in percent per percent.
+
+    Attributes
+    ----------
+    parameter : str
+        The parameter, see `loop_parameters`.
+    unit : str
+        Its unit.
+    value : float
+        Its value.
+    period : float
+        Of the period.
+    half_pp_op, half_pp_vp, half_pp_pv : float
+        Of half of the peak-to-peak ranges.
+    """
+
+    parameter: str
+    unit: str
+    value: float
+    period: float
+    half_pp_op: float
+    half_pp_vp: float
+    half_pp_pv: float
+
+
+def sensitivities(
+    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None
+) -> list[Sensitivity]:
+    """Tell by how many percent the exact limit cycle changes with a percent of each parameter.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+
+    Returns
+    -------
+    list of Sensitivity
+        One for every parameter that the loop has and that is not 0; none without a cycle.
+
+    Raises
+    ------
+    ValueError
+        If the scenario is no closed loop, or cannot be computed exactly.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [each.parameter for each in stiction.sensitivities("paper/closed-loop")]
+    ['S', 'J', 'Kc', 'Ti', 'Kp', 'theta', 'tau']
+    """
+    return [Sensitivity(**each) for each in _core.sensitivities(_scenario(scenario, settings))]
+
+
+@result
+class Tuning(Result):
+    """Settings of a controller in ISA form.
+
+    Attributes
+    ----------
+    kc : float
+        Gain, percent per PV unit.
+    ti : float or None
+        Integral time, s; None without integral action.
+    td : float
+        Derivative time, s.
+    """
+
+    kc: float
+    ti: float | None
+    td: float
+
+
+def simc(
+    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, tc: float | None = None
+) -> Tuning:
+    """Give Skogestad's PI tuning for the process of a loop.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`; its controller and valve do not matter.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    tc : float, optional
+        Time constant of the closed loop, s; by default the dead time, Skogestad's choice.
+
+    Returns
+    -------
+    Tuning
+
+    Raises
+    ------
+    ValueError
+        If the process is not of first order, of second order with real stable poles and no zero, or an
+        integrator; or `tc` plus dead time is not positive.
+
+    Notes
+    -----
+    Skogestad, J. Process Control 13 (2003) 291-309.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> tuning = stiction.simc("paper/closed-loop")
+    >>> round(tuning.kc, 4), round(tuning.ti, 4)
+    (1.8474, 5.93)
+    """
+    return Tuning(**_core.simc(_scenario(scenario, settings), optional("tc", tc)))
+
+
+def lambda_tuning(
+    scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, time_constant_s: float
+) -> Tuning:
+    """Give the PI tuning that cancels the pole of the process of a loop.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`; its controller and valve do not matter.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    time_constant_s : float
+        Lambda, the time constant of the closed loop, s.
+
+    Returns
+    -------
+    Tuning
+
+    Raises
+    ------
+    ValueError
+        If the process has no dominant time constant, or `time_constant_s` plus dead time is not positive.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> round(stiction.lambda_tuning("paper/closed-loop", time_constant_s=5.93).kc, 4)
+    0.5648
+    """
+    return Tuning(
+        **_core.lambda_tuning(_scenario(scenario, settings), number("time_constant_s", time_constant_s))
+    )
+
+
+def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> float:
+    """Give the integral of the absolute error after a step of the load while the valve follows the OP.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`; its valve does not matter.
+    settings : mapping, optional
+        Changes to it by dotted key.
+
+    Returns
+    -------
+    float
+        After a step of 1 percent, PV units times s.
+
+    Raises
+    ------
+    ValueError
+        If the loop is not stable, has no integral action or does not settle.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> round(stiction.load_step_iae("paper/closed-loop"), 2)
+    2.96
+    """
+    return _core.load_step_iae(_scenario(scenario, settings))
+
+
+@result
+class Assessment(Result):
+    """What a tuning is worth around a sticking valve.
+
+    Attributes
+    ----------
+    tuning : Tuning
+        The tuning.
+    ms : float
+        Ms, the peak of the sensitivity function; infinite if the loop is not stable.
+    load_iae : float or None
+        IAE after a step of the load by 1 percent, see `load_step_iae`.
+    cycle : Cycle or None
+        The limit cycle with the sticking valve; None if it has none.
+    """
+
+    tuning: Tuning
+    ms: float
+    load_iae: float | None
+    cycle: Cycle | None
+
+
+@result
+class Retuning(Result):
+    """The robust PI tuning with which the PV swings least, beside the present one.
+
+    Attributes
+    ----------
+    present, best : Assessment
+        The tuning that was given, and the best of those within the bound.
+    ms_bound : float
+        The bound on Ms.
+    pv_ratio : float or None
+        Swing of the PV over that with the present tuning; None if that is 0.
+    iae_ratio : float or None
+        What it costs: IAE of a load step over that with the present tuning.
+    robust_tunings : int
+        How many tunings were within the bound.
+    unjudged_tunings : int
+        Of how many of them the cycle could not be determined.
+    at_edge : bool
+        Whether the best lies at the end of what was searched: beyond there may be a better one.
+    """
+
+    present: Assessment
+    best: Assessment
+    ms_bound: float
+    pv_ratio: float | None
+    iae_ratio: float | None
+    robust_tunings: int
+    unjudged_tunings: int
+    at_edge: bool
+
+
+def _assessment(found: dict[str, Any]) -> Assessment:
+    cycle = found["cycle"]
+    return Assessment(
+        tuning=Tuning(**found["tuning"]),
+        ms=found["ms"],
+        load_iae=found["load_iae"],
+        cycle=None if cycle is None else Cycle(**cycle),
+    )
+
+
+def _retuning(found: dict[str, Any]) -> Retuning:
+    judged = {name: _assessment(found[name]) for name in ("present", "best")}
+    return Retuning(**{**found, **judged})
+
+
+def retune(
+    scenario: ScenarioLike,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    ms: float = 1.7,
+    method: str = "exact",
+    within: float = 5.0,
+    points: int = 21,
+    progress: Callable[[int], object] | None = None,
+) -> Retuning:
+    """Find the robust PI tuning in whose limit cycle the PV swings least, and what it costs.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    ms : float, default 1.7
+        Largest peak of the sensitivity function that is allowed, above 1.
+    method : {"exact", "describing-function"}, default "exact"
+        How cycles are found. The describing function is a poor guide where it finds none.
+    within : float, default 5
+        By which factor gain and integral time may differ from the present ones, above 1.
+    points : int, default 21
+        Gains, and as many integral times, that are tried before the search is refined.
+    progress : callable, optional
+        Called with the number of tunings that were judged. An exception in it ends the search.
+
+    Returns
+    -------
+    Retuning
+
+    Raises
+    ------
+    ValueError
+        If the scenario is no closed loop or has no integral action, no tuning is within the bound, or a number is
+        out of its range.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> found = stiction.retune("paper/closed-loop", method="describing-function", points=5)
+    >>> found.pv_ratio < 1
+    True
+    """
+    return _retuning(
+        _core.retune(
+            _scenario(scenario, settings),
+            number("ms", ms),
+            choice("method", method, METHODS),
+            number("within", within),
+            integer("points", points, 2),
+            progress,
+        )
+    )

@@ -1,0 +1,950 @@
+"""From a recording to a verdict with its evidence, and what several diagnoses of one valve say together."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from stiction import _core, _plots
+from stiction._arguments import number, optional, text
+from stiction._core import Recording, Table
+from stiction._result import Result, result
+from stiction.detection import Finding, _finding
+from stiction.oscillations import Oscillation, _oscillation
+from stiction.recordings import Fitness, Stretch, _checked, _fitness
+
+__all__ = [
+    "Alternative",
+    "ConfirmingTest",
+    "Contrast",
+    "Definition",
+    "Diagnosis",
+    "Drift",
+    "Estimate",
+    "History",
+    "Judged",
+    "Kpi",
+    "Mended",
+    "Observation",
+    "RepairEffect",
+    "Stiction",
+    "Verdict",
+    "Votes",
+    "Weighing",
+    "Window",
+    "combine",
+    "diagnose",
+    "diagnose_all",
+    "document",
+    "repair_effect",
+    "report",
+    "summary_table",
+]
+
+
+@result
+class Estimate(Result):
+    """A number with an interval.
+
+    Attributes
+    ----------
+    value : float
+        The best value.
+    low, high : float
+        Ends of its interval.
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+@result
+class Votes(Result):
+    """How the families of published methods voted, one vote each.
+
+    Attributes
+    ----------
+    sticks, does_not_stick : int
+        Families that say that the valve sticks, or does not.
+    undecided, abstains : int
+        Families that apply and are undecided, and those that abstain.
+    """
+
+    sticks: int
+    does_not_stick: int
+    undecided: int
+    abstains: int
+
+
+@result
+class Alternative(Result):
+    """A cause other than the concluded one.
+
+    Attributes
+    ----------
+    cause : str
+        The cause, such as ``"aggressive tuning"``.
+    likelihood : float
+        Its probability; together with that of sticking they add up to one.
+    because : str
+        What the data show of it, and how to tell it apart.
+    """
+
+    cause: str
+    likelihood: float
+    because: str
+
+
+@result
+class ConfirmingTest(Result):
+    """A test with the controller in manual that settles whether the valve sticks.
+
+    Attributes
+    ----------
+    step : float
+        Size of each step of the OP, percent of span.
+    steps : int
+        How many steps in one direction before they turn.
+    up_first : bool
+        Whether the first steps go up.
+    wait_s : float
+        How long to wait after each step, s.
+    pv_change : float or None
+        By how much the PV should change with one step if the valve follows, in its units.
+    instructions : list of str
+        What to do and what to look for, in order.
+    """
+
+    step: float
+    steps: int
+    up_first: bool
+    wait_s: float
+    pv_change: float | None
+    instructions: list[str]
+
+
+@result
+class Verdict(Result):
+    """The conclusion.
+
+    Attributes
+    ----------
+    class_ : {"sticks", "does not stick", "does not respond", "cannot tell"}
+        What was concluded.
+    probability : float or None
+        The probability that the valve sticks; None where there is none.
+    basis : str
+        What it rests on, such as ``"evidence in OP and PV"``.
+    votes : Votes
+        How the published methods voted.
+    reasons : list of str
+        Why.
+    contradictions : list of str
+        Evidence that speaks against it.
+    alternatives : list of Alternative
+        What else it could be, the likeliest first.
+    confirm : ConfirmingTest or None
+        The manual test that would settle it; None if none can be sized.
+    """
+
+    class_: str
+    probability: float | None
+    basis: str
+    votes: Votes
+    reasons: list[str]
+    contradictions: list[str]
+    alternatives: list[Alternative]
+    confirm: ConfirmingTest | None
+
+
+@result
+class Definition(Result):
+    """One of the numbers that are called "stiction in percent".
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    value : float or None
+        Its value; None where it cannot be measured.
+    unit : str
+        Its unit.
+    meaning : str
+        What it is, and by whom.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    meaning: str
+
+
+@result
+class Stiction(Result):
+    """How much a valve sticks.
+
+    Attributes
+    ----------
+    S : Estimate or None
+        Stick band plus dead band, percent of span.
+    J : Estimate or None
+        Slip jump, percent of span.
+    coverage : float or None
+        Nominal coverage of the intervals; None where they are not of that kind.
+    model : str or None
+        What S and J were found with.
+    why_not : str or None
+        Why a number is missing.
+    definitions : list of Definition
+        The competing definitions of "stiction in percent", side by side.
+    """
+
+    S: Estimate | None
+    J: Estimate | None
+    coverage: float | None
+    model: str | None
+    why_not: str | None
+    definitions: list[Definition]
+
+
+@result
+class Kpi(Result):
+    """A key figure of a loop.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    value : float or None
+        Its value; None where it cannot be computed.
+    unit : str
+        Its unit; empty for a ratio or a count.
+    meaning : str
+        What it is.
+    note : str or None
+        What was assumed, or why there is no value.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    meaning: str
+    note: str | None
+
+
+@result
+class Window(Result):
+    """What one window of the judged stretch says.
+
+    Attributes
+    ----------
+    from_s : float
+        Time of its first sample, s on the recording's clock.
+    duration_s : float
+        Its duration, s.
+    probability : float
+        The probability that the valve sticks.
+    S, J : Estimate or None
+        Percent of span; None where they could not be quantified.
+    """
+
+    from_s: float
+    duration_s: float
+    probability: float
+    S: Estimate | None
+    J: Estimate | None
+
+
+@result
+class Judged(Result):
+    """The part of a recording that was judged.
+
+    Attributes
+    ----------
+    from_s : float
+        Time of its first sample, s on the recording's clock.
+    duration_s : float
+        Its duration, s.
+    sample_time_s : float
+        Time between samples, s.
+    samples : int
+        Number of samples.
+    bridged : int
+        How many of them were bridged.
+    stretches : int
+        Out of how many stretches it was taken.
+    signals : list of str
+        The signals it has.
+    """
+
+    from_s: float
+    duration_s: float
+    sample_time_s: float
+    samples: int
+    bridged: int
+    stretches: int
+    signals: list[str]
+
+
+@result
+class Mended(Result):
+    """Something that had to be mended in the data.
+
+    Attributes
+    ----------
+    signal : str
+        The signal, or ``"time"``.
+    count : int
+        How many samples or steps.
+    first_s : float
+        The first place, s on the recording's clock.
+    done : str
+        What was done.
+    """
+
+    signal: str
+    count: int
+    first_s: float
+    done: str
+
+
+@result
+class Weighing(Result):
+    """The evidence that was weighed.
+
+    Attributes
+    ----------
+    probability : float
+        The probability that the valve is at fault: that it sticks or does not respond.
+    lines : dict
+        The probability that each line of evidence gives by itself.
+    causes : dict
+        The probability of every cause; they add up to one.
+    S : Estimate
+        S if the valve sticks, percent of span, with its 90 % interval, however wide.
+    J_over_S : Estimate
+        J over S if the valve sticks, with its 90 % interval, however wide.
+    features : dict
+        The numbers of the most typical window by name, see `evidence_features`; NaN where not measured.
+    """
+
+    probability: float
+    lines: dict[str, float]
+    causes: dict[str, float]
+    S: Estimate
+    J_over_S: Estimate
+    features: dict[str, float]
+
+
+@result
+class Observation(Result):
+    """What one recording, or one window, said of a valve.
+
+    Attributes
+    ----------
+    time_s : float
+        When, s on a clock that all observations share.
+    class_ : str
+        The conclusion, as in `Verdict`.
+    probability : float or None
+        The probability that the valve sticks.
+    S, J : Estimate or None
+        Percent of span, where they were quantified.
+    weight : float
+        How much it counts, such as its number of cycles.
+    """
+
+    time_s: float
+    class_: str
+    probability: float | None = None
+    S: Estimate | None = None
+    J: Estimate | None = None
+    weight: float = 1.0
+
+
+@result
+class Diagnosis(Result):
+    """Everything that was found out about one loop.
+
+    Attributes
+    ----------
+    name : str
+        Tag of the loop.
+    loop_type : str
+        What it controls.
+    verdict : Verdict
+        The conclusion.
+    stiction : Stiction
+        How much the valve sticks.
+    oscillation : Oscillation or None
+        The oscillation that speaks for the loop; None without a stretch to judge.
+    oscillating_signal : {"error", "OP"} or None
+        The signal it was found in.
+    fitness : Fitness
+        Whether the data can answer.
+    findings : dict of Finding
+        What each published method says, by its name.
+    kpis : dict of Kpi
+        Key figures of the loop by name.
+    windows : list of Window
+        The windows of the judged stretch that were weighed one by one, in order of time.
+    evidence : Weighing or None
+        The evidence that was weighed; None where nothing could be.
+    judged : Judged or None
+        The stretch that was judged; None if there is none.
+    repairs : list of Mended
+        What had to be mended in the data.
+    rank : float
+        Where the loop stands in a ranked list, the worst lowest.
+    notes : list of str
+        What the user should know.
+    """
+
+    name: str
+    loop_type: str
+    verdict: Verdict
+    stiction: Stiction
+    oscillation: Oscillation | None
+    oscillating_signal: str | None
+    fitness: Fitness
+    findings: dict[str, Finding]
+    kpis: dict[str, Kpi]
+    windows: list[Window]
+    evidence: Weighing | None
+    judged: Judged | None
+    repairs: list[Mended]
+    rank: float
+    notes: list[str]
+
+    @property
+    def stretch(self) -> Stretch | None:
+        """The signals that were judged, on a regular grid; None if there is no stretch in automatic."""
+        found = _kept(self).stretch()
+        return None if found is None else Stretch(**found)
+
+    @property
+    def observation(self) -> Observation | None:
+        """What it says of its valve in the middle of the stretch, s since 1970 if the start is known."""
+        seen = _kept(self).observation()
+        if seen is None:
+            return None
+        time, class_, probability, s, j, weight = seen
+        return Observation(
+            time_s=time,
+            class_=class_,
+            probability=probability,
+            S=None if s is None else _interval(s),
+            J=None if j is None else _interval(j),
+            weight=weight,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the diagnosis as the document that ``stiction diagnose --json`` prints.
+
+        Returns
+        -------
+        dict
+        """
+        return document([self])
+
+    def to_html(self) -> str:
+        """Give the report: one self-contained HTML page.
+
+        Returns
+        -------
+        str
+        """
+        return report([self])
+
+    def save_report(self, path: str | PathLike[str]) -> None:
+        """Write the report to a file.
+
+        Parameters
+        ----------
+        path : str or path
+            The file, usually ``.html``; one that is there is replaced.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        Path(path).write_text(self.to_html(), encoding="utf-8", newline="\n")
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw PV and SP over time, OP over time, and PV over OP.
+
+        Parameters
+        ----------
+        ax : sequence of three axes, optional
+            Where to draw; by default a new figure.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+
+        Raises
+        ------
+        ValueError
+            If there is no stretch to draw.
+        """
+        stretch = self.stretch
+        if stretch is None:
+            raise ValueError(f"loop {self.name} has no stretch in automatic to draw")
+        made = _plots.axes(ax, 3, sharex=False, height=3.0)
+        above, middle, below = made
+        if stretch.pv is not None:
+            above.plot(stretch.time_s, stretch.pv, label="PV")
+            if stretch.sp is not None:
+                above.plot(stretch.time_s, stretch.sp, "--", label="SP")
+            below.plot(stretch.op, stretch.pv, linewidth=0.8, label="PV")
+        middle.plot(stretch.time_s, stretch.op, color="C2", label="OP")
+        if stretch.vp is not None:
+            middle.plot(stretch.time_s, stretch.vp, color="C3", label="VP")
+            if stretch.pv is None:
+                below.plot(stretch.op, stretch.vp, linewidth=0.8, label="VP")
+        says = "" if self.verdict.probability is None else f", {100 * self.verdict.probability:.1f} %"
+        above.set_title(f"{self.name}: {self.verdict.class_}{says}")
+        above.set(xlabel="time (s)", ylabel="PV (its units)")
+        middle.set(xlabel="time (s)", ylabel="OP (% of span)")
+        below.set(xlabel="OP (% of span)", ylabel="PV (its units)" if stretch.pv is not None else "VP (% of span)")
+        for each in made:
+            if each.get_legend_handles_labels()[0]:
+                each.legend(loc="upper right")
+        return made
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The handle is made again from the recording when it is asked for.
+        return {key: value for key, value in self.__dict__.items() if key != "_handle"}
+
+
+def diagnose(
+    recording: Recording,
+    *,
+    loop_type: str | None = None,
+    detectors: str | Sequence[str] = "all",
+    sample_time: float | None = None,
+    dead_time: float | None = None,
+) -> Diagnosis:
+    """Diagnose a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording, see `read`, `recording` and `recording_from`.
+    loop_type : str, optional
+        What the loop controls, see `loop_types`; by default what the recording says.
+    detectors : {"all", "none"} or sequence of str, default "all"
+        Which published methods are asked. They cost most of the time; those that read a measured valve position
+        are always asked.
+    sample_time : float, optional
+        Time between samples of the grid, s; by default the commonest one of the recording.
+    dead_time : float, optional
+        Dead time of process and valve together, s, for the Harris index.
+
+    Returns
+    -------
+    Diagnosis
+        Also where the data cannot answer: it says so, and why.
+
+    Raises
+    ------
+    ValueError
+        If the recording cannot be brought onto a grid, or an option is out of its range.
+
+    Notes
+    -----
+    It computes on its own thread without the interpreter's lock, so several can run at once. A pickled diagnosis
+    keeps the recording; after unpickling, report, plot and table compute it once more.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> loop = stiction.recording(run.op, run.pv, run.sp, sample_time=1, name="FIC101")
+    >>> found = stiction.diagnose(loop, detectors="none")
+    >>> found.verdict.class_
+    'sticks'
+    >>> found.stiction.S.low < 4 < found.stiction.S.high
+    True
+    """
+    [diagnosis] = diagnose_all(
+        [_checked(recording)],
+        loop_type=loop_type,
+        detectors=detectors,
+        sample_time=sample_time,
+        dead_time=dead_time,
+    )
+    return diagnosis
+
+
+def diagnose_all(
+    recordings: Iterable[Recording],
+    *,
+    loop_type: str | None = None,
+    detectors: str | Sequence[str] = "all",
+    sample_time: float | None = None,
+    dead_time: float | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> list[Diagnosis]:
+    """Diagnose recordings on all processors.
+
+    Parameters
+    ----------
+    recordings : iterable of Recording
+        The recordings.
+    loop_type, detectors, sample_time, dead_time : optional
+        As in `diagnose`.
+    progress : callable, optional
+        Called with the number of recordings that are done whenever it has grown.
+
+    Returns
+    -------
+    list of Diagnosis
+        In the order of the recordings.
+
+    Raises
+    ------
+    ValueError
+        If a recording cannot be brought onto a grid, or an option is out of its range.
+    """
+    checked = [_checked(each, f"recordings[{place}]") for place, each in enumerate(recordings)]
+    if isinstance(detectors, str) and detectors not in {"all", "none"}:
+        raise ValueError(f"detectors is {detectors!r}, but must be 'all', 'none' or a sequence of names")
+    asked = {"all": None, "none": []}[detectors] if isinstance(detectors, str) else list(detectors)
+    told = {
+        "loop_type": None if loop_type is None else text("loop_type", loop_type),
+        "detectors": asked if asked is None else [text("detectors", name) for name in asked],
+        "sample_time": optional("sample_time", sample_time),
+        "dead_time": optional("dead_time", dead_time),
+    }
+    handles = _core.diagnose_recordings(checked, told, progress)
+    loops = json.loads(_core.diagnoses_json(handles))["loops"]
+    return [_diagnosis(*each, told) for each in zip(handles, loops, checked)]
+
+
+def document(diagnoses: Iterable[Diagnosis]) -> dict[str, Any]:
+    """Give diagnoses as the document that ``stiction diagnose --json`` prints.
+
+    Parameters
+    ----------
+    diagnoses : iterable of Diagnosis
+        The diagnoses.
+
+    Returns
+    -------
+    dict
+    """
+    made: dict[str, Any] = json.loads(_core.diagnoses_json(_all_kept(diagnoses)))
+    return made
+
+
+def report(diagnoses: Iterable[Diagnosis]) -> str:
+    """Give the report on diagnoses: one self-contained HTML page, the worst loop first.
+
+    Parameters
+    ----------
+    diagnoses : iterable of Diagnosis
+        The diagnoses.
+
+    Returns
+    -------
+    str
+    """
+    return _core.diagnoses_html(_all_kept(diagnoses))
+
+
+def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
+    """Give diagnoses as a table, one row a loop.
+
+    Parameters
+    ----------
+    diagnoses : iterable of Diagnosis
+        The diagnoses.
+
+    Returns
+    -------
+    Table
+        Its columns are named as those of ``stiction diagnose --csv``.
+    """
+    return _core.diagnoses_table(_all_kept(diagnoses))
+
+
+@result
+class Drift(Result):
+    """The drift of S.
+
+    Attributes
+    ----------
+    per_day : float
+        Growth of S as a share of itself, 1/day.
+    low, high : float
+        Ends of its 95 % interval.
+    p_value : float
+        Probability of as much if there were no drift, two-sided.
+    robust_per_day : float
+        The same by the median of the slopes of all pairs (Theil, 1950; Sen, 1968), 1/day.
+    robust_p_value : float
+        p-value of Mann and Kendall's test.
+    significant : bool
+        Whether both tests and both slopes say that S drifts.
+    """
+
+    per_day: float
+    low: float
+    high: float
+    p_value: float
+    robust_per_day: float
+    robust_p_value: float
+    significant: bool
+
+
+@result
+class History(Result):
+    """What observations of one valve say together.
+
+    Attributes
+    ----------
+    class_ : str
+        The conclusion, as in `Verdict`.
+    probability : float or None
+        The combined probability that the valve sticks.
+    observations : int
+        How many there are.
+    decided : int
+        How many of them decided, or have a probability.
+    drift : Drift or None
+        Whether S drifts; None with too few observations of S.
+    trend : str
+        What there is to say of the drift.
+    """
+
+    class_: str
+    probability: float | None
+    observations: int
+    decided: int
+    drift: Drift | None
+    trend: str
+
+
+def combine(observations: Iterable[Diagnosis | Observation]) -> History:
+    """Combine observations of one valve, in any order.
+
+    Parameters
+    ----------
+    observations : iterable of Diagnosis or Observation
+        What was seen of the valve; diagnoses without a judged stretch are left out.
+
+    Returns
+    -------
+    History
+
+    Raises
+    ------
+    ValueError
+        If a time or an S is not finite, a probability not between 0 and 1, or a weight below 0.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> seen = [stiction.Observation(time_s=t, class_="sticks", probability=0.8) for t in range(5)]
+    >>> stiction.combine(seen).class_
+    'sticks'
+    """
+    found = _core.observations_combined(_seen(observations))
+    drift = found.pop("drift")
+    return History(drift=None if drift is None else Drift(**drift), **found)
+
+
+@result
+class Contrast(Result):
+    """A quantity before and after a repair.
+
+    Attributes
+    ----------
+    before_count, after_count : int
+        Observations before and after that have it.
+    before, after : float
+        Its typical value before and after.
+    p_value : float
+        Probability of as large a difference by chance, two-sided.
+    delta : float
+        Cliff's delta: from -1, all fell, to 1, all rose.
+    significant : bool
+        Whether the difference is significant, being one of two that are tested.
+    """
+
+    before_count: int
+    after_count: int
+    before: float
+    after: float
+    p_value: float
+    delta: float
+    significant: bool
+
+
+@result
+class RepairEffect(Result):
+    """Before and after a repair.
+
+    Attributes
+    ----------
+    time_s : float
+        When it was, s on the clock of the observations.
+    outcome : {"worked", "helped", "no change", "worse", "cannot tell"}
+        What it did.
+    words : str
+        The same in a sentence.
+    before, after : int
+        Observations before and after it.
+    probability : Contrast or None
+        The probability that the valve sticks; None with too few observations.
+    S : Contrast or None
+        S in percent of span; None with too few observations.
+    """
+
+    time_s: float
+    outcome: str
+    words: str
+    before: int
+    after: int
+    probability: Contrast | None
+    S: Contrast | None
+
+
+def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float) -> RepairEffect:
+    """Compare observations of one valve before and after a repair.
+
+    Parameters
+    ----------
+    observations : iterable of Diagnosis or Observation
+        What was seen of the valve, in any order.
+    time_s : float
+        When it was repaired, s on the clock of the observations.
+
+    Returns
+    -------
+    RepairEffect
+
+    Raises
+    ------
+    ValueError
+        If the time is not finite, or as for `combine`.
+    """
+    found = _core.observations_repair(_seen(observations), number("time_s", time_s))
+    probability, s = found.pop("probability"), found.pop("S")
+    return RepairEffect(
+        probability=None if probability is None else Contrast(**probability),
+        S=None if s is None else Contrast(**s),
+        **found,
+    )
+
+
+def _estimate(found: dict[str, float] | None) -> Estimate | None:
+    return None if found is None else Estimate(**found)
+
+
+def _interval(found: tuple[float, float, float]) -> Estimate:
+    return Estimate(value=found[0], low=found[1], high=found[2])
+
+
+def _weighing(found: dict[str, Any]) -> Weighing:
+    return Weighing(
+        probability=found["probability"],
+        lines=dict(found["lines"]),
+        causes=dict(found["causes"]),
+        S=_interval(found["s"]),
+        J_over_S=_interval(found["j_over_s"]),
+        features=dict(found["features"]),
+    )
+
+
+def _diagnosis(handle: _core.Diagnosed, loop: dict[str, Any], recording: Recording, told: dict[str, Any]) -> Diagnosis:
+    verdict, stiction = loop["verdict"], loop["stiction"]
+    signal, oscillation = handle.oscillation() or (None, None)
+    weighing = handle.weighing()
+    confirm, judged = verdict["confirm"], loop["judged"]
+    made = Diagnosis(
+        name=loop["loop"],
+        loop_type=loop["type"],
+        verdict=Verdict(
+            class_=verdict["class"],
+            probability=verdict["probability"],
+            basis=verdict["basis"],
+            votes=Votes(**verdict["votes"]),
+            reasons=verdict["reasons"],
+            contradictions=verdict["contradictions"],
+            alternatives=[Alternative(**each) for each in verdict["alternatives"]],
+            confirm=None if confirm is None else ConfirmingTest(**confirm),
+        ),
+        stiction=Stiction(
+            S=_estimate(stiction.pop("S")),
+            J=_estimate(stiction.pop("J")),
+            definitions=[Definition(**each) for each in stiction.pop("definitions")],
+            **stiction,
+        ),
+        oscillation=None if oscillation is None else _oscillation(oscillation),
+        oscillating_signal=signal,
+        fitness=_fitness(loop["fitness"]),
+        findings={each["name"]: _finding(each) for each in loop["detectors"]},
+        kpis={each["name"]: Kpi(**each) for each in loop["kpis"]},
+        windows=[Window(S=_estimate(each.pop("S")), J=_estimate(each.pop("J")), **each) for each in loop["windows"]],
+        evidence=None if weighing is None else _weighing(weighing),
+        judged=None if judged is None else Judged(**judged),
+        repairs=[Mended(**each) for each in loop["repairs"]],
+        rank=handle.rank(),
+        notes=loop["notes"],
+    )
+    # Not fields: what report, plot and table need, and what that can be made of again.
+    object.__setattr__(made, "_handle", handle)
+    object.__setattr__(made, "_made_of", (recording, told))
+    return made
+
+
+def _kept(diagnosis: Diagnosis) -> _core.Diagnosed:
+    """Give the handle of a diagnosis; of one that was pickled it is computed again."""
+    if not isinstance(diagnosis, Diagnosis):
+        raise TypeError(f"diagnoses must hold Diagnosis only, but there is a {type(diagnosis).__name__}")
+    if "_handle" not in diagnosis.__dict__:
+        recording, told = diagnosis.__dict__["_made_of"]
+        [handle] = _core.diagnose_recordings([recording], told, None)
+        object.__setattr__(diagnosis, "_handle", handle)
+    handle = diagnosis.__dict__["_handle"]
+    assert isinstance(handle, _core.Diagnosed)
+    return handle
+
+
+def _all_kept(diagnoses: Iterable[Diagnosis]) -> list[_core.Diagnosed]:
+    if isinstance(diagnoses, Diagnosis):
+        raise TypeError("diagnoses must be several in a list, but is one")
+    return [_kept(each) for each in diagnoses]
+
+
+def _seen(observations: Iterable[Diagnosis | Observation]) -> list[Any]:
+    if isinstance(observations, (Diagnosis, Observation)):
+        raise TypeError("observations must be several in a list, but is one")
+    seen = []
+    for each in observations:
+        observation = each.observation if isinstance(each, Diagnosis) else each
+        if observation is None:
+            continue
+        if not isinstance(observation, Observation):
+            raise TypeError(
+                f"observations must hold Diagnosis or Observation only, but there is a {type(each).__name__}"
+            )
+        s, j = observation.S, observation.J
+        seen.append(
+            (
+                number("time_s", observation.time_s),
+                text("class_", observation.class_),
+                optional("probability", observation.probability),
+                None if s is None else (s.value, s.low, s.high),
+                None if j is None else (j.value, j.low, j.high),
+                number("weight", observation.weight),
+            )
+        )
+    return seen

@@ -1,0 +1,709 @@
+"""Models of process and valve fitted to recorded signals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stiction import _core, _plots
+from stiction._arguments import choice, integer, number, optional
+from stiction._arrays import Array, Samples, samples
+from stiction._core import Bands
+from stiction._result import Result, result
+from stiction.diagnosis import Estimate, _interval
+from stiction.oscillations import _period, _step
+
+__all__ = [
+    "ExtendedArx",
+    "FirstOrderFit",
+    "FittedNumber",
+    "HammersteinFit",
+    "PositionFit",
+    "PositionFits",
+    "StemFit",
+    "ValveEvidence",
+    "ValveFit",
+    "bands_of_cycle",
+    "fit_extended_arx",
+    "fit_first_order",
+    "fit_hammerstein",
+    "fit_position",
+    "fit_stem",
+    "weigh_valve",
+]
+
+
+@result
+class FirstOrderFit(Result):
+    """A process of first order with dead time, fitted to OP and PV.
+
+    Attributes
+    ----------
+    gain, gain_error : float
+        Units of PV per percent of the OP, of one that integrates per percent and s; and its standard error.
+    time_constant_s, time_constant_error_s : float or None
+        Time constant and its standard error, s; None of a process that integrates.
+    dead_time_s, dead_time_error_s : float
+        Dead time and its standard error, s.
+    delay : int
+        Samples from OP to PV.
+    explained : float
+        Share of the variance of the PV that is explained.
+    pv : ndarray
+        The PV as the model has it, in its units.
+    """
+
+    gain: float
+    gain_error: float
+    time_constant_s: float | None
+    time_constant_error_s: float | None
+    dead_time_s: float
+    dead_time_error_s: float
+    delay: int
+    explained: float
+    pv: Array
+
+
+def fit_first_order(
+    op: Samples,
+    pv: Samples,
+    *,
+    sample_time: float,
+    integrating: bool = False,
+    longest_delay: int = 40,
+) -> FirstOrderFit:
+    """Fit a process of first order with dead time by its output error (Ljung, 1999).
+
+    Parameters
+    ----------
+    op : array_like
+        Input: OP, or better the valve position, percent of span.
+    pv : array_like
+        Process value.
+    sample_time : float
+        Time between samples, s.
+    integrating : bool, default False
+        Whether the process integrates.
+    longest_delay : int, default 40
+        The longest delay tried, samples.
+
+    Returns
+    -------
+    FirstOrderFit
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If there are too few samples, a signal does not move, or the process cannot be identified.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("paper/closed-loop")
+    >>> fit = stiction.fit_first_order(run.vp[::10], run.pv[::10], sample_time=10 * run.sample_time)
+    >>> fit.explained > 0.99
+    True
+    """
+    found = _core.fit_fopdt(
+        samples("op", op),
+        samples("pv", pv),
+        _step(sample_time),
+        bool(integrating),
+        integer("longest_delay", longest_delay, 1),
+    )
+    return FirstOrderFit(**found)
+
+
+@result
+class ExtendedArx(Result):
+    """A linear model with a disturbance that wanders.
+
+    Attributes
+    ----------
+    past : list of float
+        Coefficients of the past two outputs.
+    taps : list of float
+        Coefficients of the two inputs.
+    error : float
+        Coefficient of the last innovation.
+    variance : float
+        Variance of the innovations.
+    log_likelihood : float
+        Logarithm of the likelihood, but for a constant.
+    samples : int
+        Innovations that count in it.
+    process, disturbance : ndarray
+        The parts of the input and of the disturbance in the output.
+    predicted : ndarray
+        The output less the innovations.
+    """
+
+    past: list[float]
+    taps: list[float]
+    error: float
+    variance: float
+    log_likelihood: float
+    samples: int
+    process: Array
+    disturbance: Array
+    predicted: Array
+
+
+def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float) -> ExtendedArx:
+    """Fit an extended ARX model (Karra and Karim, 2009).
+
+    Parameters
+    ----------
+    input, output : array_like
+        Signals of one length, both of the order of one, such as standardised ones.
+    delay : int
+        Samples from input to output, at least 1.
+    walk : float
+        How fast the disturbance may wander: variance of its steps over that of the innovations; 0 is not at all.
+
+    Returns
+    -------
+    ExtendedArx
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If the signals differ in length, are too short, or nothing can be fitted.
+    """
+    given = number("walk", walk)
+    if not 0 <= given < np.inf:
+        raise ValueError(f"walk is {given:g}, but must be a finite number of at least 0")
+    x, y = samples("input", input), samples("output", output)
+    if len(x) != len(y):
+        raise ValueError(f"input has {len(x)} samples, but output has {len(y)}")
+    found = _core.fit_earx(x, y, integer("delay", delay, 1), given)
+    if found is None:
+        raise ValueError("nothing can be fitted: there are too few samples, or they are not finite")
+    return ExtendedArx(**found)
+
+
+@result
+class HammersteinFit(Result):
+    """A valve model before a linear process, fitted to OP and PV.
+
+    Attributes
+    ----------
+    method : str
+        The method.
+    model : str
+        The valve model.
+    S, J : float
+        Percent of span.
+    sticks : bool
+        Whether the valve is said to stick.
+    gain : float
+        Logarithm of the mean square error with a valve that follows over that with this one.
+    threshold : float
+        Gain above which the valve is said to stick.
+    delay : int
+        Delay from valve to PV, samples of the fit.
+    profile_S, profile_gain : ndarray
+        S that were tried, ascending, percent of span, and their gain with the best J.
+    factor : int
+        Recorded samples to one of the fit.
+    first : int
+        First recorded sample of the fit.
+    op, vp : ndarray
+        OP and position of the valve, percent of span.
+    pv, fitted : ndarray
+        PV of mean 0 and variance 1, and as the fit has it.
+    cause : str or None
+        Of Karra and Karim's method, what makes the loop oscillate.
+    disturbance_share : float or None
+        Of that method, share of the disturbance in the variance of the PV.
+    disturbance : ndarray or None
+        Of that method, the part of the disturbance in the PV.
+    """
+
+    method: str
+    model: str
+    S: float
+    J: float
+    sticks: bool
+    gain: float
+    threshold: float
+    delay: int
+    profile_S: Array
+    profile_gain: Array
+    factor: int
+    first: int
+    op: Array
+    vp: Array
+    pv: Array
+    fitted: Array
+    cause: str | None
+    disturbance_share: float | None
+    disturbance: Array | None
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the gain over the S that were tried.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; by default a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        [made] = _plots.axes(ax)
+        made.plot(self.profile_S, self.profile_gain, "o", label=f"{self.method}, {self.model} valve")
+        made.axhline(self.threshold, color="grey", linestyle=":", label="threshold")
+        made.axvline(self.S, color="C1", linestyle="--", label=f"S = {self.S:.2f} %")
+        made.set(xlabel="S (% of span)", ylabel="gain (-)")
+        made.legend()
+        return made
+
+
+def fit_hammerstein(
+    op: Samples,
+    pv: Samples,
+    *,
+    sample_time: float,
+    method: str = "jelali",
+    period_s: float | None = None,
+    threshold: float | None = None,
+) -> HammersteinFit:
+    """Fit a valve model before a linear process to OP and PV of a loop that oscillates.
+
+    Parameters
+    ----------
+    op : array_like
+        Controller output, percent of span.
+    pv : array_like
+        Process value, of the same length.
+    sample_time : float
+        Time between samples, s.
+    method : {"srinivasan", "lee", "jelali", "karra-karim"}, default "jelali"
+        By Srinivasan et al. (2005), Lee et al. (2008), Jelali (2008) or Karra and Karim (2009).
+    period_s : float, optional
+        Period of the oscillation, s; by default that of the dominant one.
+    threshold : float, optional
+        Gain above which the valve is said to stick; by default the method's.
+
+    Returns
+    -------
+    HammersteinFit
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If a signal is of another length, not finite or does not move, if there is no period, or too few samples.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> fit = stiction.fit_hammerstein(run.op, run.pv, sample_time=1)
+    >>> fit.sticks, abs(fit.S - 4) < 0.5
+    (True, True)
+    """
+    known = ("srinivasan", "lee", "jelali", "karra-karim")
+    return HammersteinFit(
+        **_core.fit_hammerstein(
+            choice("method", method, known),
+            samples("op", op),
+            samples("pv", pv),
+            _step(sample_time),
+            _period(period_s),
+            optional("threshold", threshold),
+        )
+    )
+
+
+@result
+class ValveFit(Result):
+    """The process behind a valve of one model that sticks.
+
+    Attributes
+    ----------
+    model : str
+        The valve's model.
+    s_over_span : float
+        S as a share of the span of the OP without its slow part.
+    j_over_s : float
+        J as a share of S.
+    delay : int
+        Delay, samples.
+    mse : float
+        Mean square of what one-step prediction leaves, variances of the PV.
+    gain : float
+        Logarithm of the squares left by a valve that follows over those left by this one.
+    information : float
+        The same as Schwarz's criterion has it.
+    jump_gain : float
+        What the slip jump explains; near 0, J is not identified.
+    width : float
+        Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.
+    profile_s, profile_mse : ndarray
+        S that were tried, as shares of the span, and the least mean square over J and delay.
+    """
+
+    model: str
+    s_over_span: float
+    j_over_s: float
+    delay: int
+    mse: float
+    gain: float
+    information: float
+    jump_gain: float
+    width: float
+    profile_s: Array
+    profile_mse: Array
+
+
+@result
+class ValveEvidence(Result):
+    """How much better a sticking valve explains the PV than one that follows, with controls.
+
+    All gains are logarithms of ratios of squares left; 0 is no evidence.
+
+    Attributes
+    ----------
+    samples : int
+        Samples that were predicted.
+    op_span : float
+        Span of the OP without its slow part, standard deviations of the OP.
+    linear_mse : float
+        Mean square left behind a valve that follows, variances of the PV.
+    two_phase, he : ValveFit
+        Behind a two-phase valve, and behind one as He et al. (2007) have it.
+    best : str
+        The model of the one that predicts better.
+    kurtosis : float
+        Excess kurtosis of the error behind the better one.
+    forward_gain, reversed_gain : float
+        Gain of the first two-phase candidates, and in reversed time.
+    walk_gain : float
+        Gain if the disturbance is a random walk.
+    over_load : float
+        Evidence against a load that jumps when the model slips.
+    over_placebo : float
+        Evidence against the same valves under another OP.
+    output_error_gain : float
+        Gain without the PV's past.
+    over_sensor : float
+        Evidence against play in the sensor.
+    slip_rate : float
+        Slips a period.
+    slip_concentration : float
+        How much the error of the linear process gathers where slips arrive.
+    slip_removed : float
+        Share of the energy there that the sticking valve explains.
+    """
+
+    samples: int
+    op_span: float
+    linear_mse: float
+    two_phase: ValveFit
+    he: ValveFit
+    best: str
+    kurtosis: float
+    forward_gain: float
+    reversed_gain: float
+    walk_gain: float
+    over_load: float
+    over_placebo: float
+    output_error_gain: float
+    over_sensor: float
+    slip_rate: float
+    slip_concentration: float
+    slip_removed: float
+
+
+def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float | None = None) -> ValveEvidence:
+    """Weigh a sticking valve before a linear process against one that follows.
+
+    Parameters
+    ----------
+    op : array_like
+        Controller output, percent of span.
+    pv : array_like
+        Process value, of the same length.
+    sample_time : float
+        Time between samples, s.
+    period_s : float, optional
+        Period of the oscillation, s; by default that of the dominant one.
+
+    Returns
+    -------
+    ValveEvidence
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If a signal is of another length, not finite or does not move, if there is no period, or too few samples.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> evidence = stiction.weigh_valve(run.op, run.pv, sample_time=1)
+    >>> evidence.two_phase.gain > 0.1
+    True
+    """
+    found = _core.weigh_hammerstein(samples("op", op), samples("pv", pv), _step(sample_time), _period(period_s))
+    two_phase, he = ValveFit(**found.pop("two_phase")), ValveFit(**found.pop("he"))
+    return ValveEvidence(two_phase=two_phase, he=he, **found)
+
+
+@result
+class PositionFit(Result):
+    """A valve model fitted to a recorded position.
+
+    Attributes
+    ----------
+    model : str
+        The model.
+    bands : Bands
+        Its S and J, percent of span of the OP.
+    gain : float
+        Percent of VP per percent of the model's position.
+    offset : float
+        VP where the model's position is 0, percent of span.
+    delay : int
+        Samples by which VP is behind the model.
+    rmse : float
+        Root of the mean square error, percent of VP.
+    explained : float
+        Share of the variance of VP that is explained.
+    information : float
+        Schwarz's information; only differences mean something.
+    slips : int
+        How often the model slips.
+    vp : ndarray
+        VP as the model has it, percent of span.
+    """
+
+    model: str
+    bands: Bands
+    gain: float
+    offset: float
+    delay: int
+    rmse: float
+    explained: float
+    information: float
+    slips: int
+    vp: Array
+
+
+@result
+class PositionFits(Result):
+    """All valve models fitted to a recorded position.
+
+    Attributes
+    ----------
+    S, J : Estimate
+        Those of the best, percent of span, with the 90 % interval of a block bootstrap.
+    ranked : list of PositionFit
+        The fits, the best first.
+    """
+
+    S: Estimate
+    J: Estimate
+    ranked: list[PositionFit]
+
+
+def fit_position(op: Samples, vp: Samples) -> PositionFits:
+    """Fit all valve models to a recorded valve position.
+
+    Parameters
+    ----------
+    op : array_like
+        Controller output, percent of span.
+    vp : array_like
+        Measured valve position, percent of span, of the same length.
+
+    Returns
+    -------
+    PositionFits
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If the signals differ in length, are too short, not finite or do not move.
+
+    Examples
+    --------
+    >>> import numpy as np, stiction
+    >>> k = np.arange(1000)
+    >>> op = 50 + 8 * np.sin(0.045 * k) + 4 * np.sin(0.0173 * k)
+    >>> fits = stiction.fit_position(op, stiction.valve(op, S=5, J=2))
+    >>> fits.ranked[0].model, abs(fits.S.value - 5) < 0.3
+    ('two-phase', True)
+    """
+    found = _core.fit_valve_position(samples("op", op), samples("vp", vp))
+    return PositionFits(
+        S=_interval(found["s"]), J=_interval(found["j"]), ranked=[PositionFit(**each) for each in found["ranked"]]
+    )
+
+
+@result
+class FittedNumber(Result):
+    """A fitted number.
+
+    Attributes
+    ----------
+    value : float
+        The number.
+    deviation : float or None
+        Its standard deviation; None if the recording does not depend on it.
+    """
+
+    value: float
+    deviation: float | None
+
+
+@result
+class StemFit(Result):
+    """A stem with friction fitted to a recorded position.
+
+    Attributes
+    ----------
+    static_band : FittedNumber
+        Static friction over spring constant, percent of span of the OP.
+    coulomb_band : FittedNumber
+        Coulomb friction over spring constant, percent of span of the OP.
+    lag_s : FittedNumber
+        Viscous friction over spring constant, s.
+    bands : Bands
+        The S and J that follow, percent of span.
+    gain : float
+        Percent of VP per percent of the stem's position.
+    offset : float
+        VP where the stem's position is 0, percent of span.
+    rmse : float
+        Root of the mean square error, percent of VP.
+    explained : float
+        Share of the variance of VP that is explained.
+    information : float
+        Schwarz's information; only differences mean something.
+    slips : int
+        How often the stem slips against its last direction.
+    vp : ndarray
+        VP as the stem has it, percent of span.
+    data_driven : PositionFit
+        The best data-driven model on the same samples.
+    explains_better : bool
+        Whether Schwarz's information prefers the stem to that.
+    unidentified : list of str
+        What the recording does not say, and why.
+    """
+
+    static_band: FittedNumber
+    coulomb_band: FittedNumber
+    lag_s: FittedNumber
+    bands: Bands
+    gain: float
+    offset: float
+    rmse: float
+    explained: float
+    information: float
+    slips: int
+    vp: Array
+    data_driven: PositionFit
+    explains_better: bool
+    unidentified: list[str]
+
+
+def fit_stem(op: Samples, vp: Samples, *, sample_time: float) -> StemFit:
+    """Fit a stem with classical friction to a recorded valve position.
+
+    Parameters
+    ----------
+    op : array_like
+        Controller output, percent of span.
+    vp : array_like
+        Measured valve position, percent of span, of the same length.
+    sample_time : float
+        Time between samples, s.
+
+    Returns
+    -------
+    StemFit
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If the signals differ in length, are too short, not finite or do not move, or the stem hardly slips.
+    """
+    found = _core.fit_valve_stem(samples("op", op), samples("vp", vp), _step(sample_time))
+    for name in ("static_band", "coulomb_band", "lag_s"):
+        value, deviation = found[name]
+        found[name] = FittedNumber(value=value, deviation=deviation)
+    data_driven = PositionFit(**found.pop("data_driven"))
+    return StemFit(data_driven=data_driven, **found)
+
+
+def bands_of_cycle(
+    period_s: float,
+    op_amplitude: float,
+    *,
+    process_gain: float,
+    controller_gain: float,
+    time_constant_s: float,
+    dead_time_s: float,
+) -> Bands:
+    """Give S and J of a cycle in closed form, where loop and controller are known.
+
+    The process is of first order with dead time, and the integral time of the PI controller is its time constant.
+
+    Parameters
+    ----------
+    period_s : float
+        Period of the cycle, s.
+    op_amplitude : float
+        Half of the peak-to-peak value of the OP, percent of span.
+    process_gain : float
+        Units of PV per percent.
+    controller_gain : float
+        Percent per unit of PV.
+    time_constant_s : float
+        Time constant of the process and integral time, s.
+    dead_time_s : float
+        Dead time, s.
+
+    Returns
+    -------
+    Bands
+
+    Raises
+    ------
+    ValueError
+        If no valve makes such a cycle.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> known = dict(process_gain=3, controller_gain=0.2, time_constant_s=10, dead_time_s=10)
+    >>> bands = stiction.bands_of_cycle(218 / 3, 25 / 7, **known)
+    >>> round(bands.S, 6), round(bands.J, 6)
+    (5.0, 5.0)
+    """
+    return _core.cycle_bands(
+        number("period_s", period_s),
+        number("op_amplitude", op_amplitude),
+        number("process_gain", process_gain),
+        number("controller_gain", controller_gain),
+        number("time_constant_s", time_constant_s),
+        number("dead_time_s", dead_time_s),
+    )

@@ -1,0 +1,580 @@
+"""Recordings of loops: from files, tables and arrays, and whether they can answer."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from os import PathLike, fspath
+from typing import Any
+
+import numpy as np
+
+from stiction import _core
+from stiction._arguments import number, optional, text
+from stiction._arrays import Array, Samples, samples
+from stiction._core import Recording
+from stiction._result import Result, result
+
+__all__ = [
+    "Fitness",
+    "Measure",
+    "Recording",
+    "Stretch",
+    "fitness",
+    "loop_types",
+    "read",
+    "recording",
+    "recording_from",
+    "recordings_from",
+    "stretches",
+]
+
+
+def loop_types() -> list[str]:
+    """List what a loop can control.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.loop_types()[:3]
+    ['flow', 'level', 'pressure']
+    """
+    return _core.loop_types()
+
+
+def read(
+    path: str | PathLike[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    mapping: str | PathLike[str] | None = None,
+    zone: str | None = None,
+    time_format: str | None = None,
+    sample_time: float | None = None,
+    op_range: tuple[float, float] | None = None,
+    pv_range: tuple[float, float] | None = None,
+    vp_range: tuple[float, float] | None = None,
+    loop_type: str | None = None,
+    bad_text: Sequence[str] = (),
+) -> list[Recording]:
+    """Read the recordings in a CSV, Parquet or MATLAB file.
+
+    What columns and tags mean is recognised by their names; what is given goes first.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    columns : mapping, optional
+        Columns or tags by role, such as ``{"op": "OUT", "FIC101.pv": "10FT101"}``. Roles are op, pv, sp, vp,
+        mode, time, date, tag, value, quality, op_quality and so on, or ignore.
+    mapping : str or path, optional
+        A TOML file that says more of what the file holds.
+    zone : str, optional
+        Time zone of times without one, such as ``"Europe/Berlin"``.
+    time_format : str, optional
+        How times are written: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first,
+        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds, minutes, hours.
+    sample_time : float, optional
+        Time between rows, s, in place of a column of times.
+    op_range, pv_range, vp_range : tuple of float, optional
+        The values that are 0 % and 100 %.
+    loop_type : str, optional
+        What the loops control, see `loop_types`.
+    bad_text : sequence of str, optional
+        Words that stand for a bad value in the place of a number.
+
+    Returns
+    -------
+    list of Recording
+        The loops in the order of the file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If it cannot be understood; the message names row and column.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [loop] = stiction.read("samples/FIC101-sticky.csv")  # doctest: +SKIP
+    >>> loop  # doctest: +SKIP
+    <Recording "FIC101-sticky" (flow) of 2400 samples: OP, PV, SP>
+    """
+    told = _told(
+        columns=columns,
+        mapping=mapping,
+        zone=zone,
+        time_format=time_format,
+        sample_time=sample_time,
+        op_range=op_range,
+        pv_range=pv_range,
+        vp_range=vp_range,
+        loop_type=loop_type,
+        bad_text=bad_text,
+    )
+    return _core.read_recordings(_path("path", path), told)
+
+
+def recording(
+    op: Samples,
+    pv: Samples | None = None,
+    sp: Samples | None = None,
+    vp: Samples | None = None,
+    *,
+    sample_time: float | None = None,
+    time: Samples | None = None,
+    name: str = "loop",
+    loop_type: str | None = None,
+    start: float | None = None,
+    op_range: tuple[float, float] | None = None,
+    pv_range: tuple[float, float] | None = None,
+    vp_range: tuple[float, float] | None = None,
+) -> Recording:
+    """Make a recording of arrays.
+
+    Parameters
+    ----------
+    op : array_like
+        Controller output, percent of span unless `op_range` says otherwise. In all signals NaN is missing.
+    pv, sp : array_like, optional
+        Process value and set point, in units of the PV.
+    vp : array_like, optional
+        Measured valve position, percent of span unless `vp_range` says otherwise.
+    sample_time : float, optional
+        Time between samples, s. Either this or `time` is needed.
+    time : array_like, optional
+        Times of the samples: numbers in s, or ``datetime64`` in UTC.
+    name : str, default "loop"
+        Tag of the loop; if its letters tell by ISA-5.1 what the loop controls, that is its type.
+    loop_type : str, optional
+        What the loop controls, see `loop_types`.
+    start : float, optional
+        Time zero as seconds since 1970-01-01 UTC.
+    op_range, pv_range, vp_range : tuple of float, optional
+        The values that are 0 % and 100 %.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If signals differ in length or are empty, if neither or both of `sample_time` and `time` are given, or if
+        a value is infinite or out of its range.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> stiction.recording(run.op, run.pv, run.sp, sample_time=run.sample_time, name="FIC101")
+    <Recording "FIC101" (flow) of 2400 samples: OP, PV, SP>
+    """
+    if (sample_time is None) == (time is None):
+        raise ValueError("either sample_time or time must be given")
+    given: list[tuple[str, Any]] = []
+    time_format = None
+    if time is not None:
+        moments = _times("time", time)
+        time_format = None if isinstance(moments, tuple) else "seconds"
+        given.append(("time", moments))
+    for each, signal in (("op", op), ("pv", pv), ("sp", sp), ("vp", vp)):
+        if signal is not None:
+            given.append((each, _filled(each, samples(each, signal))))
+    told = _told(
+        columns={each: each for each, _ in given},
+        time_format=time_format,
+        sample_time=sample_time,
+        op_range=op_range,
+        pv_range=pv_range,
+        vp_range=vp_range,
+        loop_type=loop_type,
+    )
+    [made] = _core.recordings_of_columns("arrays", given, told)
+    start = None if start is None else number("start", start)
+    return _core.recording_renamed(made, text("name", name), start, loop_type is None)
+
+
+def recordings_from(
+    table: Any,
+    *,
+    columns: Mapping[str, str] | None = None,
+    mapping: str | PathLike[str] | None = None,
+    zone: str | None = None,
+    time_format: str | None = None,
+    sample_time: float | None = None,
+    op_range: tuple[float, float] | None = None,
+    pv_range: tuple[float, float] | None = None,
+    vp_range: tuple[float, float] | None = None,
+    loop_type: str | None = None,
+    bad_text: Sequence[str] = (),
+) -> list[Recording]:
+    """Make recordings of a table with the columns of one loop, of several, or of tags in rows.
+
+    What columns mean is recognised as in files.
+
+    Parameters
+    ----------
+    table : table
+        A table of pandas, polars, pyarrow or any other library that speaks the Arrow capsule interface, or a
+        mapping of columns by name. Null and NaN are missing; timestamps may be of any unit. A pandas index of
+        times is taken as the column of times.
+    columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
+        As in `read`.
+
+    Returns
+    -------
+    list of Recording
+        The loops in the order of their first columns.
+
+    Raises
+    ------
+    TypeError
+        If it is no table, or a column holds neither numbers nor text nor times.
+    ValueError
+        If it cannot be understood; the message names row and column.
+    """
+    told = _told(
+        columns=columns,
+        mapping=mapping,
+        zone=zone,
+        time_format=time_format,
+        sample_time=sample_time,
+        op_range=op_range,
+        pv_range=pv_range,
+        vp_range=vp_range,
+        loop_type=loop_type,
+        bad_text=bad_text,
+    )
+    return _of_table(table, told)
+
+
+def recording_from(
+    table: Any,
+    *,
+    time: str | None = None,
+    op: str | None = None,
+    pv: str | None = None,
+    sp: str | None = None,
+    vp: str | None = None,
+    mode: str | None = None,
+    name: str | None = None,
+    zone: str | None = None,
+    time_format: str | None = None,
+    sample_time: float | None = None,
+    op_range: tuple[float, float] | None = None,
+    pv_range: tuple[float, float] | None = None,
+    vp_range: tuple[float, float] | None = None,
+    loop_type: str | None = None,
+) -> Recording:
+    """Make a recording of a table with the columns of one loop.
+
+    Parameters
+    ----------
+    table : table
+        As in `recordings_from`.
+    time, op, pv, sp, vp, mode : str, optional
+        Names of columns; those that are not given are recognised by their names as in files.
+    name : str, optional
+        Tag of the loop; by default what the columns tell.
+    zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type : optional
+        As in `read`.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    TypeError
+        If it is no table, or a column holds neither numbers nor text nor times.
+    ValueError
+        If it cannot be understood, or holds several loops; see `recordings_from` for those.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> table = {"OUT": run.op, "MEAS": run.pv}
+    >>> stiction.recording_from(table, op="OUT", sample_time=1, name="FIC101")
+    <Recording "FIC101" (flow) of 2400 samples: OP, PV>
+    """
+    roles = {"time": time, "op": op, "pv": pv, "sp": sp, "vp": vp, "mode": mode}
+    told = _told(
+        columns={role: text(role, column) for role, column in roles.items() if column is not None},
+        zone=zone,
+        time_format=time_format,
+        sample_time=sample_time,
+        op_range=op_range,
+        pv_range=pv_range,
+        vp_range=vp_range,
+        loop_type=loop_type,
+    )
+    made = _of_table(table, told)
+    if len(made) != 1:
+        names = ", ".join(each.name for each in made)
+        raise ValueError(f"table holds the loops {names}; name the columns of one, or use recordings_from")
+    if name is None:
+        return made[0]
+    return _core.recording_renamed(made[0], text("name", name), None, loop_type is None)
+
+
+@result
+class Measure(Result):
+    """One thing that was measured about the data.
+
+    Attributes
+    ----------
+    name : str
+        What.
+    value : float or None
+        What was found; None where it could not be measured.
+    unit : str
+        Its unit; empty for a ratio.
+    caveat_at, unfit_at : float or None
+        Where caveats begin, and where the data become unfit.
+    class_ : {"fit", "caveats", "unfit"}
+        What follows of it.
+    reason : str
+        What it means.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    caveat_at: float | None
+    unfit_at: float | None
+    class_: str
+    reason: str
+
+
+@result
+class Fitness(Result):
+    """Whether the data can answer.
+
+    Attributes
+    ----------
+    class_ : {"fit", "caveats", "unfit"}
+        The worst class of the measures.
+    reasons : list of str
+        Why it is not fit, worst first.
+    measures : list of Measure
+        All that was measured.
+    """
+
+    class_: str
+    reasons: list[str]
+    measures: list[Measure]
+
+
+def fitness(recording: Recording, *, sample_time: float | None = None) -> Fitness:
+    """Tell whether a recording can answer.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    sample_time : float, optional
+        Time between samples of the grid, s; by default the commonest one of the recording.
+
+    Returns
+    -------
+    Fitness
+        That of the longest stretch in automatic.
+
+    Raises
+    ------
+    ValueError
+        If the recording cannot be brought onto a grid.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> stiction.fitness(stiction.recording(run.op, run.pv, sample_time=1)).class_
+    'fit'
+    """
+    sample_time = optional("sample_time", sample_time)
+    return _fitness(json.loads(_core.recording_fitness(_checked(recording), sample_time)))
+
+
+def _fitness(found: dict[str, Any]) -> Fitness:
+    measures = [Measure(class_=each.pop("class"), **each) for each in found["measures"]]
+    return Fitness(class_=found["class"], reasons=found["reasons"], measures=measures)
+
+
+@result
+class Stretch(Result):
+    """Part of a recording in automatic without gaps, on a regular grid.
+
+    Attributes
+    ----------
+    time_s : ndarray
+        Times of its samples, s on the recording's clock.
+    sample_time : float
+        Time between samples, s.
+    op : ndarray
+        Controller output, percent of span.
+    pv, sp : ndarray or None
+        Process value and set point, in units of the PV.
+    vp : ndarray or None
+        Measured valve position, percent of span.
+    bridged : int
+        How many of its samples were missing and bridged.
+    """
+
+    time_s: Array
+    sample_time: float
+    op: Array
+    pv: Array | None
+    sp: Array | None
+    vp: Array | None
+    bridged: int
+
+
+def stretches(recording: Recording, *, sample_time: float | None = None) -> list[Stretch]:
+    """Bring a recording onto a regular grid.
+
+    It is cut where the controller was not in command, and where more than three samples in a row are missing.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    sample_time : float, optional
+        Time between samples of the grid, s; by default the commonest one of the recording.
+
+    Returns
+    -------
+    list of Stretch
+        In order of time.
+
+    Raises
+    ------
+    ValueError
+        If the times make no sense.
+    """
+    found = _core.recording_stretches(_checked(recording), optional("sample_time", sample_time))
+    return [Stretch(**stretch) for stretch in found]
+
+
+def _checked(recording: Any, name: str = "recording") -> Recording:
+    """Give `recording` if it is one."""
+    if not isinstance(recording, Recording):
+        raise TypeError(f"{name} must be a Recording, but its type is {type(recording).__name__}")
+    return recording
+
+
+def _told(
+    *,
+    columns: Mapping[str, str] | None = None,
+    mapping: str | PathLike[str] | None = None,
+    zone: str | None = None,
+    time_format: str | None = None,
+    sample_time: float | None = None,
+    op_range: tuple[float, float] | None = None,
+    pv_range: tuple[float, float] | None = None,
+    vp_range: tuple[float, float] | None = None,
+    loop_type: str | None = None,
+    bad_text: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Check what is told of a file or table."""
+    if columns is not None and not isinstance(columns, Mapping):
+        raise TypeError(f"columns must be a mapping of roles to names, but its type is {type(columns).__name__}")
+    step = optional("sample_time", sample_time)
+    if step is not None and not 0 < step < np.inf:
+        raise ValueError(f"sample_time is {step:g}, but must be a finite number above 0")
+    return {
+        "mapping": None if mapping is None else _path("mapping", mapping),
+        "columns": [f"{role}={text(f'columns[{role!r}]', name)}" for role, name in (columns or {}).items()],
+        "zone": None if zone is None else text("zone", zone),
+        "time_format": None if time_format is None else text("time_format", time_format),
+        "sample_time": step,
+        "op_range": _range("op_range", op_range),
+        "pv_range": _range("pv_range", pv_range),
+        "vp_range": _range("vp_range", vp_range),
+        "loop_type": None if loop_type is None else text("loop_type", loop_type),
+        "bad_text": [text("bad_text", word) for word in ([bad_text] if isinstance(bad_text, str) else bad_text)],
+    }
+
+
+def _path(name: str, path: Any) -> str:
+    """Give the path of a file."""
+    if not isinstance(path, (str, PathLike)):
+        raise TypeError(f"{name} must be a path, but its type is {type(path).__name__}")
+    return str(fspath(path))
+
+
+def _range(name: str, ends: Any) -> tuple[float, float] | None:
+    """Give two numbers, the lower first."""
+    if ends is None:
+        return None
+    try:
+        low, high = ends
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a pair of numbers such as (0, 100)") from None
+    low, high = number(name, low), number(name, high)
+    if not -np.inf < low < high < np.inf:
+        raise ValueError(f"{name} is ({low:g}, {high:g}), but must be two finite numbers, the lower first")
+    return low, high
+
+
+def _filled(name: str, signal: Array) -> Array:
+    """Give `signal` if it has a sample."""
+    if len(signal) == 0:
+        raise ValueError(f"{name} is empty, but needs at least one sample")
+    return signal
+
+
+def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
+    """Give times in s; those of a calendar with whether they are UTC."""
+    array = np.asarray(values)
+    if array.dtype.kind != "M":
+        return samples(name, values)
+    nanoseconds = array.astype("datetime64[ns]")
+    seconds = nanoseconds.astype(np.int64).astype(np.float64) / 1e9
+    return np.where(np.isnat(nanoseconds), np.nan, seconds), True
+
+
+def _of_table(table: Any, told: dict[str, Any]) -> list[Recording]:
+    """Make recordings of whatever is a table."""
+    index: Any = getattr(table, "index", None)
+    if getattr(getattr(index, "dtype", None), "kind", None) == "M" or hasattr(index, "tz"):
+        table = table.reset_index(names=index.name or "time")
+    if hasattr(table, "__arrow_c_stream__"):
+        try:
+            return _core.recordings_of_arrow("table", table, told)
+        except (TypeError, ValueError, OSError):
+            raise
+        except Exception:  # Older pandas exports with pyarrow only; others export some types wrongly.
+            pass
+    names = table.keys() if isinstance(table, Mapping) else getattr(table, "columns", None)
+    if names is None:
+        raise TypeError(f"table must be a table or a mapping of columns, but its type is {type(table).__name__}")
+    given = [(str(name), _column(str(name), table[name])) for name in names]
+    if not given:
+        raise ValueError("table has no columns")
+    return _core.recordings_of_columns("table", given, told)
+
+
+def _column(name: str, values: Any) -> Any:
+    """Give a column as numbers, text or times."""
+    if hasattr(values, "__arrow_c_stream__") or hasattr(values, "__arrow_c_array__"):
+        try:
+            return samples(name, values)
+        except (TypeError, ImportError):
+            pass
+    array = np.asarray(values)
+    if array.dtype.kind == "M":
+        return _times(name, array)
+    if array.dtype.kind in "OUS":
+        return ["" if each is None or each != each else str(each) for each in array.tolist()]
+    return samples(name, array.astype(np.float64) if array.dtype.kind == "b" else array)

@@ -1,0 +1,244 @@
+"""Estimators for scikit-learn: diagnoses of recordings as a classifier and as a regressor.
+
+The model behind a verdict is frozen, so that fitting learns nothing: it only checks what it is given. These
+estimators are for scoring, comparing and chaining. The package does not import this module by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stiction._arguments import choice, number
+from stiction._arrays import Array
+from stiction._core import Recording
+from stiction.diagnosis import Diagnosis, diagnose_all
+from stiction.recordings import _checked
+
+try:
+    from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin
+    from sklearn.utils.validation import check_is_fitted
+except ImportError:
+    raise ImportError("stiction.sklearn needs scikit-learn: pip install stiction[sklearn]") from None
+
+__all__ = ["StictionDetector", "StictionQuantifier"]
+
+
+class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
+    """Whether valves stick, as a classifier of recordings.
+
+    Parameters
+    ----------
+    threshold : float, default 0.5
+        Probability from which a valve is said to stick.
+    undecided : float, default 0.5
+        Probability where a diagnosis has none and its verdict is that it cannot tell.
+    loop_type : str, optional
+        What the loops control; by default what the recordings say.
+
+    Attributes
+    ----------
+    classes_ : ndarray
+        ``[False, True]``: does not stick, sticks.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> from stiction.sklearn import StictionDetector
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> loops = [stiction.recording(run.op, run.pv, run.sp, sample_time=1)]
+    >>> StictionDetector().fit(loops).predict(loops)
+    array([ True])
+    """
+
+    def __init__(
+        self, threshold: float = 0.5, undecided: float = 0.5, loop_type: str | None = None
+    ) -> None:
+        self.threshold = threshold
+        self.undecided = undecided
+        self.loop_type = loop_type
+
+    def fit(self, X: Iterable[Recording], y: npt.ArrayLike | None = None) -> StictionDetector:
+        """Check recordings and labels; nothing is learnt.
+
+        Parameters
+        ----------
+        X : iterable of Recording
+            The recordings.
+        y : array_like, optional
+            Whether their valves stick: truth values, or 0 and 1.
+
+        Returns
+        -------
+        StictionDetector
+            Itself.
+
+        Raises
+        ------
+        TypeError
+            If `X` holds something else than recordings.
+        ValueError
+            If a parameter is out of its range, or a label is neither true nor false, or they are not as many.
+        """
+        for name in ("threshold", "undecided"):
+            given = number(name, getattr(self, name))
+            if not 0 <= given <= 1:
+                raise ValueError(f"{name} is {given:g}, but must be between 0 and 1")
+        labels = _same_length(_recordings(X), y)
+        if labels is not None and not np.isin(labels, [0, 1]).all():
+            raise ValueError("y must hold truth values, or 0 and 1, only")
+        self.classes_ = np.array([False, True])
+        return self
+
+    def predict_proba(self, X: Iterable[Recording]) -> Array:
+        """Give the probabilities of both classes.
+
+        Parameters
+        ----------
+        X : iterable of Recording
+            The recordings.
+
+        Returns
+        -------
+        ndarray
+            One row a recording: that its valve does not stick, that it does. Where a verdict has no probability,
+            it counts as sure, or as `undecided` if it cannot tell.
+        """
+        check_is_fitted(self)
+        p = np.array([self._probability(each) for each in _diagnoses(X, self.loop_type)], dtype=np.float64)
+        return np.column_stack([1 - p, p])
+
+    def predict(self, X: Iterable[Recording]) -> npt.NDArray[np.bool_]:
+        """Tell whether valves stick.
+
+        Parameters
+        ----------
+        X : iterable of Recording
+            The recordings.
+
+        Returns
+        -------
+        ndarray of bool
+        """
+        sticks: npt.NDArray[np.bool_] = self.predict_proba(X)[:, 1] >= self.threshold
+        return sticks
+
+    def _probability(self, diagnosis: Diagnosis) -> float:
+        verdict = diagnosis.verdict
+        if verdict.probability is not None:
+            return verdict.probability
+        return {"sticks": 1.0, "cannot tell": float(self.undecided)}.get(verdict.class_, 0.0)
+
+
+class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
+    """How much valves stick, as a regressor of recordings.
+
+    Parameters
+    ----------
+    quantity : {"S", "J"}, default "S"
+        What is predicted: stick band plus dead band, or slip jump.
+    loop_type : str, optional
+        What the loops control; by default what the recordings say.
+
+    Attributes
+    ----------
+    is_fitted_ : bool
+        True after `fit`.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> from stiction.sklearn import StictionQuantifier
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> loops = [stiction.recording(run.op, run.pv, run.sp, sample_time=1)]
+    >>> [[low, high]] = StictionQuantifier().fit(loops).predict_interval(loops)
+    >>> bool(low < 4 < high)
+    True
+    """
+
+    def __init__(self, quantity: str = "S", loop_type: str | None = None) -> None:
+        self.quantity = quantity
+        self.loop_type = loop_type
+
+    def fit(self, X: Iterable[Recording], y: npt.ArrayLike | None = None) -> StictionQuantifier:
+        """Check recordings and values; nothing is learnt.
+
+        Parameters
+        ----------
+        X : iterable of Recording
+            The recordings.
+        y : array_like, optional
+            Their true S or J, percent of span.
+
+        Returns
+        -------
+        StictionQuantifier
+            Itself.
+
+        Raises
+        ------
+        TypeError
+            If `X` holds something else than recordings.
+        ValueError
+            If there is no such quantity, or recordings and values are not as many.
+        """
+        choice("quantity", self.quantity, ("S", "J"))
+        _same_length(_recordings(X), y)
+        self.is_fitted_ = True
+        return self
+
+    def predict(self, X: Iterable[Recording]) -> Array:
+        """Estimate S or J.
+
+        Parameters
+        ----------
+        X : iterable of Recording
+            The recordings.
+
+        Returns
+        -------
+        ndarray
+            Percent of span; NaN where a diagnosis does not quantify it.
+        """
+        return self._estimates(X)[:, 0]
+
+    def predict_interval(self, X: Iterable[Recording]) -> Array:
+        """Give the intervals of the estimates.
+
+        Parameters
+        ----------
+        X : iterable of Recording
+            The recordings.
+
+        Returns
+        -------
+        ndarray
+            One row a recording: lower and upper end of the 90 % interval, percent of span; NaN as in `predict`.
+        """
+        return self._estimates(X)[:, 1:]
+
+    def _estimates(self, X: Iterable[Recording]) -> Array:
+        check_is_fitted(self)
+        found = [getattr(each.stiction, self.quantity) for each in _diagnoses(X, self.loop_type)]
+        rows = [(np.nan,) * 3 if each is None else (each.value, each.low, each.high) for each in found]
+        return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _recordings(X: Any) -> list[Recording]:
+    return [_checked(each, f"X[{place}]") for place, each in enumerate(X)]
+
+
+def _diagnoses(X: Any, loop_type: str | None) -> list[Diagnosis]:
+    return diagnose_all(_recordings(X), loop_type=loop_type, detectors="none")
+
+
+def _same_length(recordings: list[Recording], y: Any) -> npt.NDArray[Any] | None:
+    if y is None:
+        return None
+    given = np.asarray(y)
+    if given.shape != (len(recordings),):
+        raise ValueError(f"y has the shape {given.shape}, but X holds {len(recordings)} recordings")
+    return given

@@ -1,0 +1,223 @@
+"""What signals say about the valve, as numbers free of units, and the frozen model that weighs them."""
+
+from __future__ import annotations
+
+from stiction import _core
+from stiction._arrays import Samples, samples
+from stiction._result import Result, result
+from stiction.diagnosis import Estimate, _interval
+from stiction.oscillations import _step
+
+__all__ = [
+    "Evidence",
+    "Feature",
+    "VerdictModel",
+    "Weighed",
+    "evidence",
+    "evidence_features",
+    "verdict_model",
+    "weigh",
+]
+
+
+@result
+class Feature(Result):
+    """A number that evidence consists of.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    meaning : str
+        What it is.
+    line : str
+        The line of evidence it belongs to.
+    monotone : {1, 0, -1}
+        1 if more of it can only speak for stiction, -1 if only against, 0 if either.
+    op_only : bool
+        Whether it needs the OP only.
+    """
+
+    name: str
+    meaning: str
+    line: str
+    monotone: int
+    op_only: bool
+
+
+def evidence_features() -> list[Feature]:
+    """List the numbers that evidence consists of.
+
+    Returns
+    -------
+    list of Feature
+
+    Examples
+    --------
+    >>> import stiction
+    >>> len({feature.name for feature in stiction.evidence_features()}) > 100
+    True
+    """
+    return [Feature(**feature) for feature in _core.evidence_features()]
+
+
+@result
+class Evidence(Result):
+    """What a window of signals says.
+
+    Attributes
+    ----------
+    values : dict
+        The numbers by name, see `evidence_features`; NaN where one cannot be measured.
+    op_span : float
+        Span of the OP without its slow part, percent of span: the scale of S.
+    period_s : float
+        Dominant period, s.
+    op_only : bool
+        Whether it is of the OP alone.
+    """
+
+    values: dict[str, float]
+    op_span: float
+    period_s: float
+    op_only: bool
+
+
+def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, *, sample_time: float) -> Evidence:
+    """Measure the evidence in a window of signals.
+
+    Parameters
+    ----------
+    op : array_like
+        Controller output, percent of span. All signals are of one length and finite.
+    pv, sp : array_like, optional
+        Process value and set point, in units of the PV.
+    sample_time : float
+        Time between samples, s.
+
+    Returns
+    -------
+    Evidence
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If a signal is of another length or not finite, or there is nothing to measure.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> seen = stiction.evidence(run.op, run.pv, run.sp, sample_time=1)
+    >>> stiction.weigh(seen).probability > 0.9
+    True
+    """
+    found = _core.evidence_of(
+        samples("op", op),
+        None if pv is None else samples("pv", pv),
+        None if sp is None else samples("sp", sp),
+        _step(sample_time),
+    )
+    return Evidence(values=dict(found.pop("values")), **found)
+
+
+@result
+class Weighed(Result):
+    """What the frozen model makes of evidence.
+
+    Attributes
+    ----------
+    probability : float
+        The probability that the valve is at fault: that it sticks or does not respond.
+    lines : dict
+        The probability that each line of evidence gives by itself.
+    causes : dict
+        The probability of every cause; they add up to one.
+    S : Estimate
+        S if the valve sticks, percent of span, with its 90 % interval.
+    J_over_S : Estimate
+        J over S if the valve sticks, with its 90 % interval.
+    """
+
+    probability: float
+    lines: dict[str, float]
+    causes: dict[str, float]
+    S: Estimate
+    J_over_S: Estimate
+
+
+def weigh(evidence: Evidence) -> Weighed:
+    """Weigh evidence by the frozen model that verdicts rest on.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        As `stiction.evidence` measures it.
+
+    Returns
+    -------
+    Weighed
+
+    Raises
+    ------
+    ValueError
+        If a number is missing, or the span of the OP is not above 0.
+    """
+    if not isinstance(evidence, Evidence):
+        raise TypeError(f"evidence must be an Evidence, but its type is {type(evidence).__name__}")
+    names = [feature["name"] for feature in _core.evidence_features()]
+    missing = [name for name in names if name not in evidence.values]
+    if missing:
+        raise ValueError(f"evidence has no value of {', '.join(missing[:3])}")
+    values = [float(evidence.values[name]) for name in names]
+    found = _core.weigh_evidence(values, evidence.op_span, evidence.op_only)
+    return Weighed(
+        probability=found["probability"],
+        lines=dict(found["lines"]),
+        causes=dict(found["causes"]),
+        S=_interval(found["s"]),
+        J_over_S=_interval(found["j_over_s"]),
+    )
+
+
+@result
+class VerdictModel(Result):
+    """Where the frozen model comes from: enough to train it again.
+
+    Attributes
+    ----------
+    command : str
+        The command that trained it.
+    population : int
+        Version of the population it was trained on.
+    seed : int
+        Seed of that population.
+    trained : int
+        Members it was trained on.
+    calibrated : int
+        Members after those, on which calibration and intervals rest.
+    features : list of str
+        The numbers it was trained on, in their order.
+    coverage : float
+        Nominal coverage of its intervals.
+    """
+
+    command: str
+    population: int
+    seed: int
+    trained: int
+    calibrated: int
+    features: list[str]
+    coverage: float
+
+
+def verdict_model() -> VerdictModel:
+    """Tell where the frozen model comes from.
+
+    Returns
+    -------
+    VerdictModel
+    """
+    return VerdictModel(**_core.verdict_provenance())

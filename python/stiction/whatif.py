@@ -1,0 +1,216 @@
+"""What to do about a loop whose valve sticks: repair, retune, compensate, or put a positioner on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from stiction import _core
+from stiction._arguments import optional
+from stiction._core import Table
+from stiction._result import Result, result
+from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
+from stiction.cycles import Cycle, Retuning, _retuning
+from stiction.loops import ScenarioLike
+from stiction.loops import scenario as _scenario
+
+__all__ = ["Action", "ManualTest", "WhatIf", "what_if"]
+
+
+@result
+class Action(Result):
+    """What could be done, and what would become of the loop.
+
+    Attributes
+    ----------
+    action : str
+        ``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a compensator.
+    parameters : list of Parameter
+        What it worked with, nominally.
+    error : float
+        Mean absolute control error in the window, nominally, in PV units.
+    worst_error : float
+        The same in the worst of the cases without noise: the measure of the ranking.
+    outcomes : list of Outcome
+        The nominal case first, then S and J wrong, then with noise.
+    against : list of str
+        What speaks against it, each in a few words.
+    state : str
+        ``"cycle"``, ``"no cycle"`` or ``"not known"``: whether the loop that it leaves cycles.
+    reason : str
+        Why it does not, or why it is not known.
+    cycle : Cycle or None
+        The exact limit cycle of the loop that it leaves.
+    """
+
+    action: str
+    parameters: list[Parameter]
+    error: float
+    worst_error: float
+    outcomes: list[Outcome]
+    against: list[str]
+    state: str
+    reason: str
+    cycle: Cycle | None
+
+
+@result
+class ManualTest(Result):
+    """The test with the controller in manual that confirms a sticking valve.
+
+    Attributes
+    ----------
+    step : float
+        Height of a step of the OP, percent of span.
+    steps : int
+        Steps in one direction.
+    direction : str
+        ``"up"`` or ``"down"``: where to go first.
+    wait_s : float
+        How long to wait after each step, s.
+    pv_change : float or None
+        By how much the PV answers a step that the valve follows, in its units.
+    instructions : list of str
+        What to do, in sentences.
+    """
+
+    step: float
+    steps: int
+    direction: str
+    wait_s: float
+    pv_change: float | None
+    instructions: list[str]
+
+
+@result
+class WhatIf(Result):
+    """Everything that could be done, ranked, and what is recommended.
+
+    Attributes
+    ----------
+    rows : list of Action
+        The actions, the least worst error first.
+    interim : str or None
+        The action that is recommended until the valve is repaired, if one is.
+    recommendation : list of str
+        What to do, in sentences.
+    assumptions : list of str
+        What this rests on, in sentences.
+    manual_test : ManualTest or None
+        The test that confirms it first; None for a valve without friction.
+    retuning : Retuning or None
+        What retuning does and costs.
+    no_retuning : str or None
+        Why there is no other tuning.
+    protocol : Protocol
+        What the actions went through.
+    """
+
+    rows: list[Action]
+    interim: str | None
+    recommendation: list[str]
+    assumptions: list[str]
+    manual_test: ManualTest | None
+    retuning: Retuning | None
+    no_retuning: str | None
+    protocol: Protocol
+
+    def to_table(self) -> Table:
+        """Give a row for every action and case.
+
+        Returns
+        -------
+        Table
+            Columns are rank, action, s_factor, j_factor, noise, the measures and settling times.
+        """
+        return _table(self.rows)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw control error and travel of the stem with every action, with S and J right and wrong.
+
+        Parameters
+        ----------
+        ax : sequence of two matplotlib axes, optional
+            Where to draw; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib axes
+        """
+        return _bars(self.rows, ax)
+
+
+def what_if(
+    scenario: ScenarioLike,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    repaired_S: float | None = None,
+    repaired_J: float | None = None,
+    positioner_gain: float | None = None,
+    ms: float | None = None,
+    methods: Sequence[str] | None = None,
+) -> WhatIf:
+    """Ask what to do about a loop whose valve sticks.
+
+    Every action is simulated, with S and J right and wrong, and ranked by the mean control error in the worst
+    case.
+
+    Parameters
+    ----------
+    scenario : Scenario, str, path or mapping
+        A control loop, see `stiction.scenario`.
+    settings : mapping, optional
+        Changes to it by dotted key.
+    repaired_S, repaired_J : float, optional
+        S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or what the valve has if that is less.
+    positioner_gain : float, optional
+        Gain of a positioner; by default 10.
+    ms : float, optional
+        Bound on the peak of the sensitivity function of a retuned loop, above 1; by default 2.
+    methods : sequence of str, optional
+        Compensators to be tried, see `compensators`; by default all.
+
+    Returns
+    -------
+    WhatIf
+
+    Raises
+    ------
+    TypeError
+        If `methods` is no sequence of names.
+    ValueError
+        If the scenario is no closed loop, grows without bound, or a number is out of its range.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> found = stiction.what_if("paper/closed-loop", methods=[])
+    >>> found.rows[-1].action
+    'as it is'
+    >>> found.recommendation[1].startswith("Repair the valve")
+    True
+    """
+    bound = optional("ms", ms)
+    if bound is not None and not 1.0 < bound < float("inf"):
+        raise ValueError(f"ms is {bound:g}, but must be a finite number above 1")
+    found = _core.what_if_loop(
+        _scenario(scenario, settings),
+        optional("repaired_S", repaired_S),
+        optional("repaired_J", repaired_J),
+        optional("positioner_gain", positioner_gain),
+        bound,
+        _names("methods", methods),
+    )
+    test, retuning = found["manual_test"], found["retuning"]
+    return WhatIf(
+        **{
+            **found,
+            "rows": [
+                Action(**{**_row_parts(row), "cycle": None if row["cycle"] is None else Cycle(**row["cycle"])})
+                for row in found["rows"]
+            ],
+            "manual_test": None if test is None else ManualTest(**test),
+            "retuning": None if retuning is None else _retuning(retuning),
+            "protocol": Protocol(**found["protocol"]),
+        }
+    )

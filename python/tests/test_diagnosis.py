@@ -1,0 +1,263 @@
+"""Diagnoses: what the command line says, the same from every source and on every thread."""
+
+import json
+import os
+import pickle
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pytest
+import stiction
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+ROOT = Path(__file__).parents[2]
+SAMPLES = sorted((ROOT / "samples").glob("*IC*.csv"))
+STICKY = ROOT / "samples" / "FIC101-sticky.csv"
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    return [stiction.read(path)[0] for path in SAMPLES]
+
+
+@pytest.fixture(scope="module")
+def diagnoses(recordings):
+    return stiction.diagnose_all(recordings)
+
+
+@pytest.fixture(scope="module")
+def sticky(diagnoses):
+    return diagnoses[0]
+
+
+def _said(diagnosis):
+    """The document of a diagnosis, less where it comes from."""
+    [loop] = diagnosis.to_dict()["loops"]
+    return {key: value for key, value in loop.items() if key not in {"loop", "source"}}
+
+
+def test_the_truth_of_the_samples(diagnoses):
+    truth = pd.read_csv(ROOT / "samples" / "truth.csv").set_index("file")
+    assert len(diagnoses) == len(truth) == 5
+    for path, diagnosis in zip(SAMPLES, diagnoses):
+        wrong = "does not stick" if truth.loc[path.name, "label"] == "stiction" else "sticks"
+        assert diagnosis.verdict.class_ != wrong
+        s = diagnosis.stiction.S
+        assert s is None or s.low <= truth.loc[path.name, "S"] <= s.high
+
+
+def test_the_numbers_of_the_command_line(sticky):
+    # Those that the command line's own tests look for.
+    assert sticky.name == "FIC101-sticky" and sticky.loop_type == "flow" and sticky.fitness.class_ == "fit"
+    assert sticky.verdict.class_ == "sticks" and sticky.verdict.probability > 0.99
+    assert sticky.oscillating_signal == "error" and round(sticky.oscillation.period_s, 2) == 73.86
+    assert sticky.judged.samples == 2400 and sorted(sticky.judged.signals) == ["OP", "PV", "SP"]
+    assert sticky.findings["direct"].decision == "abstains"
+    assert sticky.verdict.confirm.step > 0 and sticky.verdict.confirm.instructions
+    assert abs(sticky.stiction.S.value - 4) < 0.5 and sticky.stiction.coverage == 0.9
+    assert sticky.kpis["Harris index"].value is not None
+    assert len(sticky.findings) == len(stiction.detectors()) >= 20
+
+
+def _command():
+    """The command line that was built beside this package, if there is one."""
+    for folder in (os.environ.get("CARGO_TARGET_DIR"), ROOT / "target"):
+        for profile in ("release", "debug"):
+            program = Path(folder or "", profile, "stiction")
+            if folder and program.exists():
+                return program
+    return None
+
+
+@pytest.mark.skipif(_command() is None, reason="the command line is not built")
+def test_the_document_is_that_of_the_command_line(diagnoses):
+    files = [str(path) for path in SAMPLES]
+    run = subprocess.run([_command(), "diagnose", *files, "--json"], capture_output=True, text=True, check=True)
+    assert stiction.document(diagnoses) == json.loads(run.stdout)
+
+
+def test_attributes_and_document_agree(diagnoses):
+    for diagnosis in diagnoses:
+        [loop] = diagnosis.to_dict()["loops"]
+        assert loop["verdict"]["class"] == diagnosis.verdict.class_
+        assert loop["verdict"]["probability"] == diagnosis.verdict.probability
+        assert loop["oscillation"]["period_s"] == diagnosis.oscillation.period_s
+        assert loop["stiction"]["S"] == (diagnosis.stiction.S and diagnosis.stiction.S.to_dict())
+        assert [each["statistic"] for each in loop["detectors"]] == [f.statistic for f in diagnosis.findings.values()]
+        for detector in loop["detectors"]:
+            assert len(detector["numbers"]) == len(diagnosis.findings[detector["name"]].numbers), detector["name"]
+        assert [each["from_s"] for each in loop["windows"]] == [window.from_s for window in diagnosis.windows]
+        assert len(loop["kpis"]) == len(diagnosis.kpis)
+
+
+def test_all_sources_give_the_same_diagnosis(sticky):
+    frame = pd.read_csv(STICKY)
+    signals = [frame[name].to_numpy() for name in ("op", "pv", "sp")]
+    made = [
+        stiction.recording_from(frame, name="FIC101"),
+        stiction.recording_from(pl.from_pandas(frame), name="FIC101"),
+        stiction.recording_from(pa.Table.from_pandas(frame), name="FIC101"),
+        stiction.recording_from(frame.to_dict(orient="list"), name="FIC101"),
+        stiction.recording(*signals, sample_time=1, name="FIC101"),
+        stiction.recording(*[pl.Series(signal) for signal in signals], time=frame["t"], name="FIC101"),
+    ]
+    for diagnosis in stiction.diagnose_all(made):
+        assert _said(diagnosis) == _said(sticky)
+
+
+def test_eight_threads_give_the_same(recordings, diagnoses):
+    with ThreadPoolExecutor(8) as threads:
+        again = list(threads.map(stiction.diagnose, recordings * 4))
+    expected = stiction.document(diagnoses)["loops"]
+    assert [stiction.document([each])["loops"][0] for each in again] == expected * 4
+
+
+def test_progress_is_told_and_can_stop(recordings):
+    told = []
+    stiction.diagnose_all(recordings, detectors="none", progress=told.append)
+    assert told and told == sorted(told) and told[-1] == 5
+
+    def stop(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        stiction.diagnose_all(recordings * 20, progress=stop)
+
+
+def test_detectors_can_be_left_out(recordings, sticky):
+    none = stiction.diagnose(recordings[0], detectors="none")
+    assert set(none.findings) == {"direct", "yamashita-vp"}
+    assert none.verdict.probability == sticky.verdict.probability
+    one = stiction.diagnose(recordings[0], detectors=["horch"])
+    assert one.findings["horch"].to_dict() == sticky.findings["horch"].to_dict()
+
+
+def test_the_detectors_say_the_same_alone(recordings, sticky):
+    stretch = sticky.stretch
+    signals = (stretch.op, stretch.pv, stretch.sp)
+    alone = stiction.detect_all(*signals, sample_time=1, loop_type="flow")
+    assert {k: v.to_dict() for k, v in alone.items()} == {k: v.to_dict() for k, v in sticky.findings.items()}
+    assert stiction.fitness(recordings[0]).to_dict() == sticky.fitness.to_dict()
+    assert stiction.oscillation(stretch.sp - stretch.pv, 1).to_dict() == sticky.oscillation.to_dict()
+    assert np.array_equal(recordings[0].op, stretch.op)
+
+
+def test_evidence_is_what_the_verdict_rests_on(recordings, sticky):
+    recording = recordings[0]
+    alone = stiction.weigh(stiction.evidence(recording.op, recording.pv, recording.sp, sample_time=1))
+    assert sticky.verdict.basis == "evidence in OP and PV"
+    assert abs(sum(sticky.evidence.causes.values()) - 1) < 1e-9
+    if len(sticky.windows) == 1:
+        assert alone.to_dict() == {k: v for k, v in sticky.evidence.to_dict().items() if k != "features"}
+    assert set(sticky.evidence.features) == {feature.name for feature in stiction.evidence_features()}
+
+
+def test_a_measured_position_decides():
+    run = stiction.simulate("samples/sticky-flow")
+    diagnosis = stiction.diagnose(stiction.recording(run.op, run.pv, run.sp, run.vp, sample_time=1))
+    assert diagnosis.verdict.basis == "measured valve position" and diagnosis.verdict.class_ == "sticks"
+    assert abs(diagnosis.stiction.S.value - 4) < 0.3 and abs(diagnosis.stiction.J.value - 2) < 0.3
+
+
+def test_what_cannot_answer_says_so():
+    dead = stiction.diagnose(stiction.recording(np.full(500, 50.0), np.full(500, 1.0), sample_time=1))
+    assert dead.verdict.class_ == "cannot tell" and dead.fitness.class_ == "unfit"
+    gone = stiction.diagnose(stiction.recording(np.full(500, 50.0), np.full(500, np.nan), sample_time=1))
+    assert gone.verdict.class_ == "cannot tell"
+    alone = stiction.diagnose(stiction.recording(50 + np.sin(np.arange(900) / 7), sample_time=1))
+    assert alone.findings["horch"].reason == "needs the PV, which is not recorded"
+
+
+def test_results_show_unpack_and_pickle(sticky):
+    assert repr(sticky).startswith("Diagnosis(name='FIC101-sticky', loop_type='flow', verdict=Verdict(")
+    name, loop_type, verdict, *_ = sticky
+    assert (name, loop_type, verdict) == (sticky.name, sticky.loop_type, sticky.verdict)
+    again = pickle.loads(pickle.dumps(sticky))
+    assert repr(again) == repr(sticky)
+    assert again.to_dict() == sticky.to_dict() and again.rank == sticky.rank
+
+
+def test_report_and_table(diagnoses, tmp_path):
+    path = tmp_path / "report.html"
+    diagnoses[0].save_report(path)
+    html = path.read_text(encoding="utf-8")
+    assert html == diagnoses[0].to_html() and "Diagnosis of FIC101-sticky" in html
+    assert "Diagnosis of 5 control loops" in stiction.report(diagnoses)
+    frame = pl.DataFrame(stiction.summary_table(diagnoses))
+    assert frame["loop"].to_list() == [diagnosis.name for diagnosis in diagnoses]
+    assert frame["probability"].to_list() == [diagnosis.verdict.probability for diagnosis in diagnoses]
+    assert frame["S"].to_list() == [d.stiction.S and d.stiction.S.value for d in diagnoses]
+    assert stiction.summary_table([])["loop"] == []
+
+
+def test_plots(sticky):
+    axes = sticky.plot()
+    assert [ax.get_xlabel() for ax in axes] == ["time (s)", "time (s)", "OP (% of span)"]
+    assert axes[0].get_legend() is not None and axes[0].get_title() == "FIC101-sticky: sticks, 99.8 %"
+    _, given = plt.subplots(3)
+    assert sticky.plot(given)[0] is given[0]
+    with pytest.raises(ValueError, match="ax holds 1 axes, but 3 are needed"):
+        sticky.plot(plt.gca())
+    plt.close("all")
+
+
+def test_histories(recordings):
+    windows = recordings[0].split(600)
+    diagnoses = stiction.diagnose_all(windows, detectors="none")
+    together = stiction.combine(diagnoses)
+    assert together.class_ == "sticks" and together.observations == len(windows) == 4
+    assert diagnoses[1].observation.time_s == 900
+    day = 86_400.0
+
+    def seen(k, s, p):
+        s = stiction.Estimate(value=s, low=0.9 * s, high=1.1 * s)
+        return stiction.Observation(time_s=k * day, class_="sticks" if p > 0.5 else "does not stick", probability=p, S=s)
+
+    drifting = stiction.combine([seen(k, 4 * 1.02**k, 0.95) for k in range(10)])
+    assert drifting.drift.significant and abs(drifting.drift.per_day - np.log(1.02)) < 1e-9
+    wobble = [1, 1.05, 0.97, 1.02, 0.99, 1.01]
+    repaired = [seen(k, 5 * w, 0.97) for k, w in enumerate(wobble)]
+    repaired += [seen(10 + k, 0.6 * w, 0.05 * w) for k, w in enumerate(wobble)]
+    effect = stiction.repair_effect(repaired, 8 * day)
+    assert (effect.outcome, effect.before, effect.after) == ("worked", 6, 6)
+    assert effect.S.significant and effect.S.before > effect.S.after
+    assert stiction.combine([]).class_ == "cannot tell"
+
+
+LOOP = stiction.recording(50 + np.sin(np.arange(300) / 7), np.cos(np.arange(300) / 7), sample_time=1)
+BAD = [
+    (lambda: stiction.diagnose("FIC101.csv"), TypeError, r"recording must be a Recording, but its type is str"),
+    (lambda: stiction.diagnose_all([LOOP, 3]), TypeError, r"recordings\[1\] must be a Recording"),
+    (lambda: stiction.diagnose(LOOP, detectors="some"), ValueError, "detectors is 'some', but must be 'all'"),
+    (lambda: stiction.diagnose(LOOP, detectors=["x"]), ValueError, 'no detector named "x"'),
+    (lambda: stiction.diagnose(LOOP, detectors=[3]), TypeError, "detectors must be a string"),
+    (lambda: stiction.diagnose(LOOP, loop_type="flo"), ValueError, 'no loop type named "flo"'),
+    (lambda: stiction.diagnose(LOOP, dead_time=-1), ValueError, "loop loop: the dead time is -1"),
+    (lambda: stiction.diagnose(LOOP, sample_time="1"), TypeError, "sample_time must be a number"),
+    (lambda: stiction.diagnose(LOOP, sample_time=0), ValueError, "the sample time is 0"),
+    (lambda: stiction.document(3), TypeError, "int"),
+    (lambda: stiction.document([3]), TypeError, "diagnoses must hold Diagnosis only, but there is a int"),
+    (lambda: stiction.combine([3]), TypeError, "observations must hold Diagnosis or Observation only"),
+    (lambda: stiction.combine(stiction.Observation(time_s=0, class_="sticks")), TypeError, "several in a list"),
+    (lambda: stiction.combine([stiction.Observation(time_s=0, class_="broken")]), ValueError, "broken"),
+    (
+        lambda: stiction.combine([stiction.Observation(time_s=0, class_="sticks", probability=2)]),
+        ValueError,
+        "probability",
+    ),
+    (lambda: stiction.repair_effect([], float("nan")), ValueError, "time of the repair"),
+]
+
+
+@pytest.mark.parametrize("call, error, words", BAD)
+def test_bad_arguments_are_refused_by_name(call, error, words):
+    with pytest.raises(error, match=words):
+        call()
