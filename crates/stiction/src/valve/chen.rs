@@ -1,11 +1,7 @@
 //! The two-layer binary tree of Chen, Tan and Huang.
 
-<<<<<<< HEAD
 use super::memory::{Memory, Remember};
-use super::{Start, Valve};
-=======
 use super::{Direction, Start, Valve};
->>>>>>> main
 use crate::bands::Bands;
 
 /// Chen, Tan and Huang's two-layer binary tree model, as recalled: its chart was not at hand.
