@@ -70,6 +70,7 @@ pub fn play(bytes: &[u8], unpacked: &[Unpacked]) {
         let status = one(&client, call, &mut bytes, &mut states, &mut time);
         assert!((0..=3).contains(&status), "{status} after call {call}");
         let logged = client.logged();
+        assert!(!logged.iter().any(|entry| entry.contains("defect")), "{logged:?}");
         assert!(
             client.instance.is_null() || (status == 0) == logged.is_empty(),
             "{status} with {logged:?}"
