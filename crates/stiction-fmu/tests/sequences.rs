@@ -6,7 +6,7 @@ use common::calls;
 use proptest::prelude::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn no_sequence_of_calls_does_harm(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
