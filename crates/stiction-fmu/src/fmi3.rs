@@ -244,11 +244,11 @@ macro_rules! none {
         pub unsafe extern "C" fn $name(
             instance: *mut c_void,
             references: *const u32,
-            n: usize,
+            count: usize,
             $($arg: $type),*
         ) -> c_int {
             // SAFETY: by the contract of an importer.
-            unsafe { none_of(instance, stringify!($name), references, n) }
+            unsafe { none_of(instance, stringify!($name), references, count) }
         }
     )*};
 }

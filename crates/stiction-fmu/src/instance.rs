@@ -23,6 +23,7 @@ impl Modes {
     /// Between start and end.
     pub(crate) const RUNNING: Self = Self::STEP.or(Self::EVENT).or(Self::CONTINUOUS);
     const BEFORE: Self = Self::INSTANTIATED.or(Self::INITIALIZATION);
+    const SETTABLE: Self = Self::BEFORE.or(Self::RUNNING);
     const READABLE: Self =
         Self::INITIALIZATION.or(Self::RUNNING).or(Self::TERMINATED).or(Self::ERROR);
 
@@ -64,9 +65,35 @@ enum Stale {
     Place,
 }
 
+/// What getting and setting must know of a variable, in a few bytes: thousands of instances shall fit
+/// a cache.
+#[derive(Debug, Clone, Copy)]
+struct Access {
+    kind: Kind,
+    /// When it may be set; never if it is computed.
+    settable: Modes,
+    parameter: bool,
+}
+
+impl Access {
+    fn new(variable: &Variable) -> Self {
+        let settable = match (variable.causality, variable.variability) {
+            (Causality::Input, _) => Modes::SETTABLE,
+            (Causality::Parameter, Variability::Tunable) => {
+                Modes::BEFORE.or(Modes::STEP).or(Modes::EVENT)
+            }
+            (Causality::Parameter, _) => Modes::BEFORE,
+            _ => Modes(0),
+        };
+        let parameter = variable.causality == Causality::Parameter;
+        Self { kind: variable.kind, settable, parameter }
+    }
+}
+
 /// An instance of a model.
 pub(crate) struct Instance {
     fmu: Fmu,
+    access: Box<[Access]>,
     /// For model exchange, not co-simulation.
     exchange: bool,
     state: State,
@@ -122,7 +149,8 @@ impl Instance {
             stale: Stale::Restart,
             started: false,
         };
-        Ok(Self { fmu, exchange, state })
+        let access = fmu.variables().iter().map(Access::new).collect();
+        Ok(Self { fmu, access, exchange, state })
     }
 
     /// Refuses `call` outside these modes.
@@ -244,11 +272,11 @@ impl Instance {
         Ok(())
     }
 
-    /// The variable with this reference, if it is of this kind.
+    /// What may be done to the variable with this reference, if it is of this kind.
     #[inline]
-    fn variable(&self, call: &str, kind: Kind, reference: u32) -> Result<&Variable> {
-        match self.fmu.variables().get(reference as usize) {
-            Some(variable) if variable.kind == kind => Ok(variable),
+    fn access(&self, call: &str, kind: Kind, reference: u32) -> Result<Access> {
+        match self.access.get(reference as usize) {
+            Some(access) if access.kind == kind => Ok(*access),
             _ => Err(self.foreign(call, reference)),
         }
     }
@@ -281,7 +309,7 @@ impl Instance {
         self.permit(call, Modes::READABLE)?;
         self.refresh(call)?;
         for (i, reference) in references.iter().enumerate() {
-            self.variable(call, kind, *reference)?;
+            self.access(call, kind, *reference)?;
             put(i, self.state.values[*reference as usize]);
         }
         Ok(())
@@ -296,33 +324,18 @@ impl Instance {
         references: &[u32],
         value: impl Fn(usize) -> f64,
     ) -> Result<()> {
-        let settable = Modes::BEFORE.or(Modes::RUNNING);
-        self.permit(call, settable)?;
+        self.permit(call, Modes::SETTABLE)?;
         for (i, reference) in references.iter().enumerate() {
-            let variable = self.variable(call, kind, *reference)?;
-            let modes = match (variable.causality, variable.variability) {
-                (Causality::Input, _) => settable,
-                (Causality::Parameter, Variability::Tunable) => {
-                    Modes::BEFORE.or(Modes::STEP).or(Modes::EVENT)
-                }
-                (Causality::Parameter, _) => Modes::BEFORE,
-                _ => {
-                    return Err(format!("{call}: {} is computed and cannot be set", variable.name));
-                }
-            };
-            if !modes.has(self.state.mode) {
-                let what = format!("{call}: setting {}", variable.name);
-                return Err(self.out_of_order(&what, modes));
-            }
-            if !accepts(variable, value(i)) {
-                let why = accept(variable, value(i)).err().unwrap_or_default();
-                return Err(format!("{call}: {why}"));
+            let access = self.access(call, kind, *reference)?;
+            let value = value(i);
+            if !(access.settable.has(self.state.mode) && accepts(access.kind, value)) {
+                return Err(self.unsettable(call, *reference, access, value));
             }
         }
         let mut tuned = false;
         for (i, reference) in references.iter().enumerate() {
             let at = *reference as usize;
-            tuned |= self.fmu.variables()[at].causality == Causality::Parameter;
+            tuned |= self.access[at].parameter;
             self.state.values[at] = value(i);
         }
         self.state.stale = match self.state.stale {
@@ -332,6 +345,19 @@ impl Instance {
             stale => stale,
         };
         Ok(())
+    }
+
+    /// Why a variable cannot be set to this value now.
+    #[cold]
+    fn unsettable(&self, call: &str, reference: u32, access: Access, value: f64) -> String {
+        let variable = &self.fmu.variables()[reference as usize];
+        if access.settable == Modes(0) {
+            format!("{call}: {} is computed and cannot be set", variable.name)
+        } else if !access.settable.has(self.state.mode) {
+            self.out_of_order(&format!("{call}: setting {}", variable.name), access.settable)
+        } else {
+            format!("{call}: {}", accept(variable, value).err().unwrap_or_default())
+        }
     }
 
     /// Goes on from `time` by `step`.
@@ -518,13 +544,10 @@ impl Instance {
     }
 }
 
-/// The same as [`accept`], without words.
+/// The same as [`accept`], without words. Integers and Booleans come as such.
 #[inline]
-fn accepts(variable: &Variable, value: f64) -> bool {
-    match variable.kind {
-        Kind::Float64 => value.is_finite(),
-        _ => accept(variable, value).is_ok(),
-    }
+fn accepts(kind: Kind, value: f64) -> bool {
+    kind != Kind::Float64 || value.is_finite()
 }
 
 fn check_length(call: &str, what: &str, asked: usize, have: usize) -> Result<()> {

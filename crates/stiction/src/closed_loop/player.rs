@@ -48,7 +48,7 @@ type One<const M: usize> = LoopBank<Each<Assembly, 1>, 1, M>;
 /// A loop with room for the states of its process.
 #[derive(Debug, Clone)]
 enum Bank {
-    Of1(One<1>),
+    Of1(Box<One<1>>),
     Of2(Box<One<2>>),
     Of4(Box<One<4>>),
     Of8(Box<One<8>>),
@@ -67,7 +67,7 @@ macro_rules! with_bank {
 
 impl From<One<1>> for Bank {
     fn from(one: One<1>) -> Self {
-        Self::Of1(one)
+        Self::Of1(Box::new(one))
     }
 }
 impl From<One<2>> for Bank {
@@ -168,7 +168,7 @@ impl<const M: usize> ProcessBank<1, M> {
 
 impl DelayLine<1> {
     pub(super) fn remember(&self, memory: &mut Vec<f64>) {
-        memory.extend(self.from_newest().map(|v| v[0]));
+        memory.extend(self.newest_first().map(|v| v[0]));
     }
 
     pub(super) fn recall(&mut self, memory: &mut impl Iterator<Item = f64>) {

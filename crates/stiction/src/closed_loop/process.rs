@@ -337,7 +337,7 @@ impl<const N: usize> DelayLine<N> {
     }
 
     /// The last inputs, the newest first.
-    pub(super) fn from_newest(&self) -> impl Iterator<Item = &Lane<N>> {
+    pub(super) fn newest_first(&self) -> impl Iterator<Item = &Lane<N>> {
         let mask = self.ring.len() - 1;
         (1..=self.ring.len()).map(move |age| &self.ring[self.head.wrapping_sub(age) & mask])
     }
