@@ -1,11 +1,10 @@
 """The package passes mypy in strict mode, and so do the examples that use it."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
-
-import stiction
 
 PYTHON = Path(__file__).parents[1]
 NOTEBOOKS = PYTHON / "notebooks"
@@ -24,7 +23,9 @@ def test_the_package(tmp_path):
 
 def test_the_stub_is_the_module(tmp_path):
     command = [sys.executable, "-m", "mypy.stubtest", "--ignore-disjoint-bases", "stiction._core"]
-    run = subprocess.run(command, capture_output=True, text=True, cwd=Path(stiction.__file__).parents[1])
+    # Away from both, so that the module is the installed one.
+    environment = {**os.environ, "MYPYPATH": str(PYTHON)}
+    run = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment)
     assert run.returncode == 0, run.stdout
 
 
