@@ -6,6 +6,7 @@ mod bench;
 mod compensate;
 mod diagnose;
 mod figures;
+mod fmu;
 mod history;
 mod inspect;
 mod limit_cycle;
@@ -51,6 +52,7 @@ enum Command {
     WhatIf(what_if::Args),
     LimitCycle(limit_cycle::Args),
     Population(population::Args),
+    Fmu(fmu::Args),
     Shift(shift::Args),
     Figures(figures::Args),
 }
@@ -70,6 +72,7 @@ fn main() -> ExitCode {
         Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
         Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
         Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Fmu(args) => fmu::run(args).map(|()| ExitCode::SUCCESS),
         Command::Population(args) => population::run(args).map(|()| ExitCode::SUCCESS),
     };
     match result {

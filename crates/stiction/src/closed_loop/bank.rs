@@ -15,7 +15,7 @@ pub(super) trait ValveBank: Clone {
 }
 
 /// `N` independent valves, stepped one after the other.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub(super) struct Each<V, const N: usize>(pub [V; N]);
 
 impl<V: Valve + Clone, const N: usize> ValveBank for Each<V, N> {
@@ -77,6 +77,7 @@ pub(super) struct Sample<const N: usize> {
 }
 
 /// `N` closed loops with processes of at most `M` states.
+#[derive(Debug, Clone)]
 pub(super) struct LoopBank<V, const N: usize, const M: usize> {
     state: LoopState<V, N, M>,
     line: DelayLine<N>,
@@ -86,7 +87,7 @@ pub(super) struct LoopBank<V, const N: usize, const M: usize> {
 
 /// The part of the loops that changes at every sample. It is copied before a stretch and then stays
 /// in registers; nothing may be in it that is rarely used or indexed at run time.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 struct LoopState<V, const N: usize, const M: usize> {
     controller: PiBank<N>,
     valve: V,
@@ -95,6 +96,7 @@ struct LoopState<V, const N: usize, const M: usize> {
     pv_rest: Lane<N>,
 }
 
+#[derive(Debug, Clone)]
 struct Extras<const N: usize> {
     /// In place of the PI controllers.
     controller: PidBank<N>,
@@ -163,6 +165,38 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
     ) -> Sample<N> {
         let (line, extras) = (&mut self.line, &mut self.extras);
         self.state.step::<false, _>(line, extras, &mut Wire, sp, load, measurement)
+    }
+}
+
+impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
+    /// The valve of the loop.
+    pub(super) fn valve(&self) -> &V {
+        &self.state.valve.0[0]
+    }
+
+    pub(super) fn valve_mut(&mut self) -> &mut V {
+        &mut self.state.valve.0[0]
+    }
+
+    /// Appends what controller, process and dead time remember.
+    pub(super) fn remember(&self, memory: &mut Vec<f64>) {
+        match &self.extras {
+            None => memory.push(self.state.controller.integral()),
+            Some(extras) => memory.extend(extras.controller.memory()),
+        }
+        self.state.process.remember(memory);
+        self.line.remember(memory);
+    }
+
+    /// Takes it back.
+    pub(super) fn recall(&mut self, memory: &mut impl Iterator<Item = f64>) {
+        let mut next = || memory.next().unwrap_or(0.0);
+        match &mut self.extras {
+            None => self.state.controller.set_integral(next()),
+            Some(extras) => extras.controller.recall(std::array::from_fn(|_| next())),
+        }
+        self.state.process.recall(memory);
+        self.line.recall(memory);
     }
 }
 

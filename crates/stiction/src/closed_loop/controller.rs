@@ -277,6 +277,16 @@ impl<const N: usize> PiBank<N> {
     }
 }
 
+impl PiBank<1> {
+    pub(super) fn integral(&self) -> f64 {
+        self.integral[0]
+    }
+
+    pub(super) fn set_integral(&mut self, integral: f64) {
+        self.integral[0] = integral;
+    }
+}
+
 /// Controllers of every kind side by side, one a lane. A PI controller gives the same bits here as
 /// in a [`PiBank`].
 #[derive(Debug, Clone)]
@@ -331,6 +341,22 @@ impl<const N: usize> PidBank<N> {
     /// Lets the controller in lane `l` go on from `output` instead of its own last output.
     pub(super) fn track(&mut self, l: usize, output: f64) {
         self.0[l].track(output);
+    }
+}
+
+impl PidBank<1> {
+    /// All that changes from sample to sample. What the derivative acted on is NaN before the first.
+    pub(super) fn memory(&self) -> [f64; 5] {
+        let [pid] = &self.0;
+        let slope_of = pid.slope_of.unwrap_or(f64::NAN);
+        [pid.integral, pid.derivative, pid.proportional, slope_of, pid.output]
+    }
+
+    pub(super) fn recall(&mut self, memory: [f64; 5]) {
+        let [pid] = &mut self.0;
+        let slope_of;
+        [pid.integral, pid.derivative, pid.proportional, slope_of, pid.output] = memory;
+        pid.slope_of = (!slope_of.is_nan()).then_some(slope_of);
     }
 }
 

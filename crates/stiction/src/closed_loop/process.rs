@@ -285,6 +285,15 @@ impl<const N: usize, const M: usize> ProcessBank<N, M> {
         self.state[0][l] + self.through[l] * self.input[l]
     }
 
+    /// All that changes from sample to sample.
+    pub(super) fn states(&self) -> impl Iterator<Item = &Lane<N>> {
+        self.state.iter().chain([&self.input])
+    }
+
+    pub(super) fn states_mut(&mut self) -> impl Iterator<Item = &mut Lane<N>> {
+        self.state.iter_mut().chain([&mut self.input])
+    }
+
     /// Advances by one sample with the delayed inputs `v(k-n)`.
     #[inline(always)]
     pub(crate) fn advance(&mut self, input: Lane<N>) {
@@ -325,6 +334,18 @@ impl<const N: usize> DelayLine<N> {
     /// Whether the delay is the same in all lanes.
     pub(crate) fn is_common(&self) -> bool {
         self.delay.iter().all(|delay| *delay == self.delay[0])
+    }
+
+    /// The last inputs, the newest first.
+    pub(super) fn newest_first(&self) -> impl Iterator<Item = &Lane<N>> {
+        let mask = self.ring.len() - 1;
+        (1..=self.ring.len()).map(move |age| &self.ring[self.head.wrapping_sub(age) & mask])
+    }
+
+    /// Puts other inputs in their place, the newest first.
+    pub(super) fn refill(&mut self, mut input: impl FnMut() -> Lane<N>) {
+        self.head = 0;
+        self.ring.iter_mut().rev().for_each(|v| *v = input());
     }
 
     /// Takes `v(k)`, gives `v(k-n)`. `COMMON` claims that the delay is the same in all lanes.

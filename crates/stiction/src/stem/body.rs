@@ -120,7 +120,7 @@ pub(super) struct State {
 }
 
 impl State {
-    fn sampled(self, time_s: f64) -> Sample {
+    pub(super) fn sampled(self, time_s: f64) -> Sample {
         Sample {
             time_s,
             position_m: self.position_m,

@@ -4,6 +4,7 @@
 //! velocity, changes inside a GMS law, and meetings with an end stop.
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
+use super::equations::{Equations, STATES};
 use super::friction::bristle::{BristleLaw, ELEMENTS};
 use super::pressure::Drive;
 use super::radau::{self, GUARDS, System, Tolerance};
@@ -111,9 +112,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
             ..state
         });
         let elapsed = freed?;
-        self.held = false;
-        self.direction = opposite(self.direction);
-        recorder.event(time_s + elapsed, EventKind::Slip, self.direction, self.state[0]);
+        self.leave_stop(time_s + elapsed, recorder);
         Some(elapsed)
     }
 
@@ -148,11 +147,16 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
             .map_err(|e| delayed(e, time_s))?;
         self.state = outcome.y;
         let Some(guard) = outcome.guard else { return Ok(None) };
-        let now_s = time_s + outcome.elapsed;
+        self.pass_guard(guard, time_s + outcome.elapsed, recorder);
+        Ok(Some(outcome.elapsed))
+    }
+
+    /// What follows once a guard of the flow has fallen below 0.
+    fn pass_guard(&mut self, guard: usize, now_s: f64, recorder: &mut Recorder<'_>) {
         match guard {
             0 => {
                 // What the guard says, free of the solver's noise, so that it holds next time.
-                self.state[1] = -sign * resolution;
+                self.state[1] = -self.direction.sign() * self.body.resolution_m();
                 self.direction = opposite(self.direction);
                 self.law.stick_all();
                 recorder.event(now_s, EventKind::Reversal, self.direction, self.state[0]);
@@ -166,7 +170,91 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
             }
             element => self.law.loosen(element - 2),
         }
-        Ok(Some(outcome.elapsed))
+    }
+
+    /// The pull away from its end stop is greater than what presses it there.
+    fn leave_stop(&mut self, now_s: f64, recorder: &mut Recorder<'_>) {
+        self.held = false;
+        self.direction = opposite(self.direction);
+        recorder.event(now_s, EventKind::Slip, self.direction, self.state[0]);
+    }
+
+    /// The equations of motion in the present direction.
+    fn flow_equations<'a>(&'a self, drive: &'a Drive) -> Flow<'a, L> {
+        Flow { body: &self.body, law: &self.law, drive, direction: self.direction }
+    }
+}
+
+impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
+    fn order(&self) -> Option<usize> {
+        Some(N)
+    }
+
+    fn states(&self) -> [f64; STATES] {
+        let mut states = [0.0; STATES];
+        states[..N].copy_from_slice(&self.state);
+        states
+    }
+
+    fn place(&mut self, states: &[f64; STATES]) {
+        self.state.copy_from_slice(&states[..N]);
+    }
+
+    fn rates(&self, drive: &Drive, _time_s: f64) -> [f64; STATES] {
+        let mut rates = [0.0; STATES];
+        if !self.held {
+            rates[..N].copy_from_slice(&self.flow_equations(drive).rate(0.0, &self.state));
+        }
+        rates
+    }
+
+    fn guards(&self, drive: &Drive, _time_s: f64) -> [f64; GUARDS] {
+        if self.held {
+            let mut guards = [f64::INFINITY; GUARDS];
+            guards[0] = self.direction.sign() * self.surplus_n(drive);
+            return guards;
+        }
+        self.flow_equations(drive).guards(&self.state)
+    }
+
+    fn pass(&mut self, guard: usize, _drive: &Drive, time_s: f64, recorder: &mut Recorder<'_>) {
+        if self.held {
+            self.leave_stop(time_s, recorder);
+        } else {
+            self.pass_guard(guard, time_s, recorder);
+        }
+    }
+
+    fn is_stuck(&self) -> bool {
+        /// Speed below which a stem on bristles counts as stuck, strokes per second: this project's
+        /// choice.
+        const CREEP: f64 = 1e-3;
+        self.held || self.state[1].abs() < CREEP * self.body.stem.stroke_m
+    }
+
+    fn begin(&mut self, drive: &Drive) {
+        self.take_direction(drive);
+    }
+
+    fn remember(&self, memory: &mut Vec<f64>) {
+        memory.extend(self.state);
+        memory.extend([self.direction.sign(), f64::from(u8::from(self.held))]);
+        memory.extend(self.law.slipping().map(|slips| f64::from(u8::from(slips))));
+    }
+
+    fn recall(&mut self, memory: &mut dyn Iterator<Item = f64>) -> Option<()> {
+        for state in &mut self.state {
+            *state = memory.next()?;
+        }
+        self.direction = direction_of(memory.next()?);
+        self.held = memory.next()? != 0.0;
+        self.law.stick_all();
+        for element in 0..ELEMENTS {
+            if memory.next()? != 0.0 {
+                self.law.loosen(element);
+            }
+        }
+        Some(())
     }
 }
 

@@ -52,15 +52,18 @@
 //!
 //! * [`Stem`] and [`Stem::simulate`]: one valve, one pressure signal, samples and events.
 //! * [`StemValve`]: the same behind [`crate::valve::Valve`], for loops.
+//! * [`MovingStem`]: the same piece by piece, or as equations for a solver from outside.
 //! * [`StemParameters`], [`ParameterSet`]: numbers, and sets of them by name.
 //! * [`friction`]: one law, one file.
 //! * [`Equivalent`]: S, J, overshoot, and whether the valve slides or moves in steps.
 
 mod body;
 mod bristle_motion;
+mod equations;
 mod equivalent;
 pub mod friction;
 mod linear;
+mod moving_stem;
 mod parameters;
 mod pressure;
 mod radau;
@@ -72,6 +75,7 @@ mod sticking_law;
 
 pub use equivalent::{Equivalent, SlidingKind};
 pub use friction::FrictionLaw;
+pub use moving_stem::MovingStem;
 pub use parameters::{ParameterSet, SETS, StemParameters};
 pub use pressure::PressureSignal;
 pub(crate) use roots::bracketed;

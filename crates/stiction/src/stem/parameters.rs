@@ -51,6 +51,11 @@ impl StemParameters {
         self.pressure_min_pa + op_percent / 100.0 * (self.pressure_max_pa - self.pressure_min_pa)
     }
 
+    /// The same, but not above the pressure of the air supply.
+    pub fn supplied_pa(&self, op_percent: f64, supply_pa: f64) -> f64 {
+        self.pressure_pa(op_percent).min(supply_pa)
+    }
+
     /// A position in percent of stroke.
     pub fn percent(&self, position_m: f64) -> f64 {
         100.0 * position_m / self.stroke_m

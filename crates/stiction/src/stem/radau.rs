@@ -88,6 +88,33 @@ impl<const N: usize> Step<N> {
         Self { start, length, y, coefficients, end: std::array::from_fn(|i| y[i] + z[2][i]) }
     }
 
+    /// The whole step as plain numbers.
+    pub(super) fn remember(&self, memory: &mut Vec<f64>) {
+        memory.extend([self.start, self.length]);
+        memory.extend(self.y);
+        memory.extend(self.coefficients.iter().flatten());
+        memory.extend(self.end);
+    }
+
+    /// The step that was remembered so.
+    pub(super) fn recalled(memory: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        let (start, length) = (memory.next()?, memory.next()?);
+        let mut state = || {
+            let mut state = [0.0; N];
+            for value in &mut state {
+                *value = memory.next()?;
+            }
+            Some(state)
+        };
+        Some(Self {
+            start,
+            length,
+            y: state()?,
+            coefficients: [state()?, state()?, state()?],
+            end: state()?,
+        })
+    }
+
     /// The state at the fraction `theta` of the step.
     fn at_fraction(&self, theta: f64) -> [f64; N] {
         let [q1, q2, q3] = &self.coefficients;

@@ -2,6 +2,7 @@
 
 use super::body::{Body, Recorder, State};
 use super::bristle_motion::BristleMotion;
+use super::equations::Equations;
 use super::friction::{Dahl, FrictionLaw, GmsInUse, Karnopp, LuGre};
 use super::parameters::{ParameterSet, StemParameters};
 use super::pressure::{Drive, PressureSignal, Segment};
@@ -191,8 +192,8 @@ impl Stem {
 #[derive(Debug, Clone)]
 pub(super) struct Run {
     motion: Motion,
-    lag_s: f64,
-    pressure_pa: f64,
+    pub(super) lag_s: f64,
+    pub(super) pressure_pa: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -267,13 +268,32 @@ impl Run {
         }
     }
 
-    fn state(&self, time_s: f64) -> State {
+    pub(super) fn state(&self, time_s: f64) -> State {
         let drive = Drive::resting(self.pressure_pa);
         match &self.motion {
             Motion::StickSlip(m) => m.state(&drive, time_s),
             Motion::Dahl(m) => m.state(&drive),
             Motion::LuGre(m) => m.state(&drive),
             Motion::Gms(m) => m.state(&drive),
+        }
+    }
+
+    /// The motion as equations for a solver from outside.
+    pub(super) fn equations(&self) -> &dyn Equations {
+        match &self.motion {
+            Motion::StickSlip(m) => m,
+            Motion::Dahl(m) => m,
+            Motion::LuGre(m) => m,
+            Motion::Gms(m) => m,
+        }
+    }
+
+    pub(super) fn equations_mut(&mut self) -> &mut dyn Equations {
+        match &mut self.motion {
+            Motion::StickSlip(m) => m,
+            Motion::Dahl(m) => m,
+            Motion::LuGre(m) => m,
+            Motion::Gms(m) => m,
         }
     }
 }

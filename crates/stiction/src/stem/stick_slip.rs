@@ -4,6 +4,7 @@
 //! located event, and the next follows from what ended it, so nothing chatters.
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
+use super::equations::{Equations, STATES};
 use super::linear::{Forcing, LinearFlow, Oscillator};
 use super::pressure::Drive;
 use super::radau::{self, GUARDS, Step, System, Tolerance};
@@ -50,10 +51,8 @@ impl System<2> for Slide<'_> {
     }
 
     fn guards(&self, y: &[f64; 2]) -> [f64; GUARDS] {
-        // A speed below the level by less than the solver can tell has not fallen.
-        let noise = 1e-2 * self.body.resolution_m();
         let mut guards = [f64::INFINITY; GUARDS];
-        guards[0] = self.sign * y[1] - self.level + noise;
+        guards[0] = speed_left(self.body, self.sign * y[1], self.level);
         guards[1] = self.room_m - self.sign * y[0];
         guards
     }
@@ -72,6 +71,11 @@ impl System<2> for Slide<'_> {
     fn accepted(&mut self, step: &Step<2>) {
         self.law.remember(self.start_s + step.start, step);
     }
+}
+
+/// How far the speed is from having fallen to `level`. By less than the solver can tell it has not.
+fn speed_left(body: &Body, speed: f64, level: f64) -> f64 {
+    speed - level + 1e-2 * body.resolution_m()
 }
 
 /// The stem between two moments.
@@ -228,14 +232,19 @@ impl StickSlip {
         // Exactly the threshold, free of rounding, unless the pressure jumped past it.
         let limit_n = self.law.static_n(time_s + elapsed);
         let net_n = direction.sign() * limit_n.max(direction.sign() * held_n(elapsed));
+        self.break_loose(direction, time_s + elapsed, recorder);
+        Some(Ended { elapsed, net_n })
+    }
+
+    /// Static friction gives way in `direction`.
+    fn break_loose(&mut self, direction: Direction, time_s: f64, recorder: &mut Recorder<'_>) {
         self.velocity_m_per_s = 0.0;
-        self.law.break_loose(time_s + elapsed);
+        self.law.break_loose(time_s);
         if self.law.band() > 0.0 {
             self.mode = Mode::Breaking(direction);
         } else {
-            self.begin_slip(direction, time_s + elapsed, recorder);
+            self.begin_slip(direction, time_s, recorder);
         }
-        Some(Ended { elapsed, net_n })
     }
 
     fn begin_slip(&mut self, direction: Direction, time_s: f64, recorder: &mut Recorder<'_>) {
@@ -283,13 +292,23 @@ impl StickSlip {
         self.velocity_m_per_s = velocity_m_per_s;
         let elapsed = first?;
         if freed == first {
-            self.velocity_m_per_s = sign * self.law.band();
-            self.begin_slip(direction, time_s + elapsed, recorder);
+            self.leave_band(direction, time_s + elapsed, recorder);
         } else {
-            self.velocity_m_per_s = 0.0;
-            self.mode = Mode::Held;
+            self.fall_back();
         }
         Some(Ended { elapsed, net_n: net_n + area * drive.rise(elapsed) })
+    }
+
+    /// Its momentum suffices to slip.
+    fn leave_band(&mut self, direction: Direction, time_s: f64, recorder: &mut Recorder<'_>) {
+        self.velocity_m_per_s = direction.sign() * self.law.band();
+        self.begin_slip(direction, time_s, recorder);
+    }
+
+    /// Its momentum is spent before it slipped.
+    fn fall_back(&mut self) {
+        self.velocity_m_per_s = 0.0;
+        self.mode = Mode::Held;
     }
 
     /// Slides until the speed falls to zero (or to Karnopp's band), or an end stop is met.
@@ -303,7 +322,6 @@ impl StickSlip {
         recorder: &mut Recorder<'_>,
     ) -> Result<Option<Ended>> {
         let from_m = self.position_m;
-        let level = self.law.band();
         let slid = match self.exact_flow(drive, net_n, direction) {
             Some(flow) => self.slide_exactly(&flow, drive, direction, time_s, left, recorder),
             None => self.slide_stepwise(drive, net_n, direction, time_s, left, recorder)?,
@@ -313,17 +331,29 @@ impl StickSlip {
         let Some(end) = slid.end else { return Ok(None) };
 
         let elapsed = slid.elapsed;
-        let now_s = time_s + elapsed;
-        let kind = match end {
-            SlideEnd::EndStop => {
-                self.position_m = self.body.stop_m(direction);
-                EventKind::EndStop
-            }
-            SlideEnd::Slow => EventKind::Stop,
-        };
+        if end == SlideEnd::EndStop {
+            self.position_m = self.body.stop_m(direction);
+        }
         let moved_m = self.position_m - from_m;
         let area = self.body.stem.area_m2;
         let net_n = net_n + area * drive.rise(elapsed) - self.body.stem.spring_n_per_m * moved_m;
+        self.end_slide(end, direction, net_n, time_s + elapsed, recorder);
+        Ok(Some(Ended { elapsed, net_n }))
+    }
+
+    /// What follows a slide that has ended under this net force.
+    fn end_slide(
+        &mut self,
+        end: SlideEnd,
+        direction: Direction,
+        net_n: f64,
+        now_s: f64,
+        recorder: &mut Recorder<'_>,
+    ) {
+        let kind = match end {
+            SlideEnd::EndStop => EventKind::EndStop,
+            SlideEnd::Slow => EventKind::Stop,
+        };
         self.velocity_m_per_s = 0.0;
         self.law.come_to_rest(now_s, self.position_m, net_n);
         let heading = direction_of(net_n);
@@ -331,14 +361,13 @@ impl StickSlip {
         if kind == EventKind::EndStop || held || self.body.blocked(self.position_m, heading) {
             self.mode = Mode::Held;
             recorder.event(now_s, kind, direction, self.position_m);
-        } else if level > 0.0 {
+        } else if self.law.band() > 0.0 {
             self.mode = Mode::Breaking(heading);
             recorder.event(now_s, kind, direction, self.position_m);
         } else {
             self.mode = Mode::Sliding(heading);
             recorder.event(now_s, EventKind::Reversal, heading, self.position_m);
         }
-        Ok(Some(Ended { elapsed, net_n }))
     }
 
     /// The closed solution, if friction is constant but for its viscous part.
@@ -452,6 +481,103 @@ impl StickSlip {
     }
 }
 
+impl Equations for StickSlip {
+    fn order(&self) -> Option<usize> {
+        // Armstrong's presliding has no inertia and its memory no end of states.
+        matches!(self.law, StickingLaw::Classical(_)).then_some(2)
+    }
+
+    fn states(&self) -> [f64; STATES] {
+        [self.position_m, self.velocity_m_per_s, 0.0, 0.0, 0.0]
+    }
+
+    fn place(&mut self, states: &[f64; STATES]) {
+        [self.position_m, self.velocity_m_per_s, ..] = *states;
+    }
+
+    fn rates(&self, drive: &Drive, time_s: f64) -> [f64; STATES] {
+        let velocity = self.velocity_m_per_s;
+        let (moving, friction_n) = match self.mode {
+            Mode::Held => return [0.0; STATES],
+            Mode::Breaking(direction) => (0.0, direction.sign() * self.law.static_n(time_s)),
+            Mode::Sliding(direction) => {
+                (1.0, self.law.sliding_n(direction.sign(), velocity, velocity))
+            }
+        };
+        let force_n = self.body.net_n(drive, self.position_m) - friction_n;
+        [moving * velocity, force_n / self.body.stem.mass_kg, 0.0, 0.0, 0.0]
+    }
+
+    fn guards(&self, drive: &Drive, time_s: f64) -> [f64; GUARDS] {
+        let mut guards = [f64::INFINITY; GUARDS];
+        let velocity = self.velocity_m_per_s;
+        match self.mode {
+            Mode::Held => {
+                let net_n = self.body.net_n(drive, self.position_m);
+                for (guard, direction) in guards.iter_mut().zip([Direction::Up, Direction::Down]) {
+                    if !self.body.blocked(self.position_m, direction) {
+                        *guard = self.law.static_n(time_s) - direction.sign() * net_n;
+                    }
+                }
+            }
+            Mode::Breaking(direction) => {
+                guards[0] = self.law.band() - direction.sign() * velocity;
+                guards[1] = speed_left(&self.body, direction.sign() * velocity, 0.0);
+            }
+            Mode::Sliding(direction) => {
+                guards[0] = speed_left(&self.body, direction.sign() * velocity, self.law.band());
+                guards[1] = self.body.room_m(self.position_m, direction);
+            }
+        }
+        guards
+    }
+
+    fn pass(&mut self, guard: usize, drive: &Drive, time_s: f64, recorder: &mut Recorder<'_>) {
+        match (self.mode, guard) {
+            (Mode::Held, 0) => self.break_loose(Direction::Up, time_s, recorder),
+            (Mode::Held, _) => self.break_loose(Direction::Down, time_s, recorder),
+            (Mode::Breaking(direction), 0) => self.leave_band(direction, time_s, recorder),
+            (Mode::Breaking(_), _) => self.fall_back(),
+            (Mode::Sliding(direction), guard) => {
+                let end = if guard == 0 { SlideEnd::Slow } else { SlideEnd::EndStop };
+                self.position_m = match end {
+                    SlideEnd::EndStop => self.body.stop_m(direction),
+                    SlideEnd::Slow => self.body.within(self.position_m),
+                };
+                let net_n = self.body.net_n(drive, self.position_m);
+                self.end_slide(end, direction, net_n, time_s, recorder);
+            }
+        }
+    }
+
+    fn is_stuck(&self) -> bool {
+        !matches!(self.mode, Mode::Sliding(_))
+    }
+
+    fn remember(&self, memory: &mut Vec<f64>) {
+        let mode = match self.mode {
+            Mode::Held => 0.0,
+            Mode::Breaking(direction) => direction.sign(),
+            Mode::Sliding(direction) => 2.0 * direction.sign(),
+        };
+        memory.extend([self.position_m, self.velocity_m_per_s, mode]);
+        self.law.remember_all(memory);
+    }
+
+    fn recall(&mut self, memory: &mut dyn Iterator<Item = f64>) -> Option<()> {
+        self.position_m = memory.next()?;
+        self.velocity_m_per_s = memory.next()?;
+        let mode = memory.next()?;
+        self.mode = match mode.abs() {
+            1.0 => Mode::Breaking(direction_of(mode)),
+            2.0 => Mode::Sliding(direction_of(mode)),
+            _ => Mode::Held,
+        };
+        self.law.recall(memory)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum SlideEnd {
     Slow,
     EndStop,

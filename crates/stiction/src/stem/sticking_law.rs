@@ -167,6 +167,37 @@ impl StickingLaw {
     }
 }
 
+impl StickingLaw {
+    /// Appends what the law remembers, as plain numbers.
+    pub(super) fn remember_all(&self, numbers: &mut Vec<f64>) {
+        if let Self::Armstrong { memory, .. } = self {
+            numbers.extend([memory.excess_n, memory.rest_since_s, memory.anchor_m]);
+            numbers.push(memory.past.len() as f64);
+            for past in &memory.past {
+                numbers.push(past.start_s);
+                past.step.remember(numbers);
+            }
+        }
+    }
+
+    /// Takes it back.
+    pub(super) fn recall(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> Option<()> {
+        if let Self::Armstrong { memory, .. } = self {
+            memory.excess_n = numbers.next()?;
+            memory.rest_since_s = numbers.next()?;
+            memory.anchor_m = numbers.next()?;
+            let count = numbers.next()? as usize;
+            memory.past.clear();
+            // Ends at the last of the numbers, whatever the count says.
+            for _ in 0..count {
+                let (start_s, step) = (numbers.next()?, Step::recalled(numbers)?);
+                memory.past.push_back(Past { start_s, step });
+            }
+        }
+        Some(())
+    }
+}
+
 impl Memory {
     /// Velocity at a moment of the past; 0 where the stem was at rest.
     fn velocity_at(&self, time_s: f64) -> f64 {

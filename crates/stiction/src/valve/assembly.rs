@@ -1,5 +1,6 @@
 //! A model with its surroundings: input limits before it, stem dynamics behind it.
 
+use super::memory::Remember;
 use super::{AnyModel, Start, StemLag, Valve};
 use crate::error::{Error, Result};
 
@@ -45,6 +46,41 @@ impl Assembly {
     pub fn with_lag(mut self, lag: StemLag) -> Self {
         self.lag = Some(lag);
         self
+    }
+
+    /// The model inside.
+    pub fn model(&self) -> &AnyModel {
+        &self.model
+    }
+
+    /// What it remembers between samples, as plain numbers: to store it, or to go on from there with
+    /// other parameters.
+    ///
+    /// ```
+    /// use stiction::Bands;
+    /// use stiction::valve::{Assembly, Model, Valve};
+    ///
+    /// let mut valve = Assembly::new(Model::TwoPhase.build(Bands::from_s_j(2.0, 1.0)?)?);
+    /// valve.step(10.0);
+    /// let mut worse = Assembly::new(Model::TwoPhase.build(Bands::from_s_j(5.0, 2.0)?)?);
+    /// worse.recall(&valve.memory());
+    /// assert_eq!(worse.position(), 9.5);
+    /// assert_eq!(worse.step(9.0), 9.5); // stuck
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    pub fn memory(&self) -> [f64; 7] {
+        let [a, b, c, d, e] = self.model.memory();
+        let [f, g] = self.lag.as_ref().map_or([0.0; 2], StemLag::memory);
+        [a, b, c, d, e, f, g]
+    }
+
+    /// Goes on from what a valve of the same model with the same surroundings remembered.
+    pub fn recall(&mut self, memory: &[f64; 7]) {
+        let [a, b, c, d, e, f, g] = *memory;
+        self.model.recall(&[a, b, c, d, e]);
+        if let Some(lag) = &mut self.lag {
+            lag.recall([f, g]);
+        }
     }
 
     /// The bare model, if there is nothing before or behind it.

@@ -1,5 +1,6 @@
 //! The two-layer binary tree of Chen, Tan and Huang.
 
+use super::memory::{Memory, Remember};
 use super::{Direction, Start, Valve};
 use crate::bands::Bands;
 
@@ -76,5 +77,15 @@ impl Valve for Chen {
         self.position = start.position;
         self.op = start.op;
         self.motion = if start.moving { start.direction.sign() } else { 0.0 };
+    }
+}
+
+impl Remember for Chen {
+    fn memory(&self) -> Memory {
+        [self.position, self.op, self.motion, 0.0, 0.0]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        [self.position, self.op, self.motion, ..] = *memory;
     }
 }

@@ -1,5 +1,6 @@
 //! The model of Choudhury, Thornhill and Shah.
 
+use super::memory::{Memory, Remember, flag};
 use super::{Start, Valve};
 use crate::bands::Bands;
 
@@ -105,5 +106,17 @@ impl Valve for Choudhury {
         self.trend = if start.moving { direction } else { 0.0 };
         self.stop = start.position + direction * self.bands.fd();
         self.stuck = !start.moving;
+    }
+}
+
+impl Remember for Choudhury {
+    fn memory(&self) -> Memory {
+        [self.position, self.op, self.trend, self.stop, flag(self.stuck)]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        let stuck;
+        [self.position, self.op, self.trend, self.stop, stuck] = *memory;
+        self.stuck = stuck != 0.0;
     }
 }

@@ -1,5 +1,6 @@
 //! The models of He and Wang: two parameters, and three with overshoot.
 
+use super::memory::{Memory, Remember};
 use super::{Start, Valve};
 use crate::bands::Bands;
 use crate::error::{Result, require};
@@ -124,5 +125,25 @@ impl Valve for HeWang {
 
     fn restart(&mut self, start: Start) {
         self.position = start.position;
+    }
+}
+
+impl Remember for He {
+    fn memory(&self) -> Memory {
+        [self.position, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        self.position = memory[0];
+    }
+}
+
+impl Remember for HeWang {
+    fn memory(&self) -> Memory {
+        [self.position, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        self.position = memory[0];
     }
 }

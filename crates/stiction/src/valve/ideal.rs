@@ -1,5 +1,6 @@
 //! The ideal valve.
 
+use super::memory::{Memory, Remember};
 use super::{Start, Valve};
 
 /// A valve without friction: `x = u`. The yardstick for all others.
@@ -28,5 +29,15 @@ impl Valve for Ideal {
 
     fn restart(&mut self, start: Start) {
         self.position = start.position;
+    }
+}
+
+impl Remember for Ideal {
+    fn memory(&self) -> Memory {
+        [self.position, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        self.position = memory[0];
     }
 }

@@ -1,5 +1,6 @@
 //! The model of Kano and co-workers.
 
+use super::memory::{Memory, Remember, flag};
 use super::{Start, Valve};
 use crate::bands::Bands;
 
@@ -76,5 +77,17 @@ impl Valve for Kano {
             direction,
             moving: start.moving,
         };
+    }
+}
+
+impl Remember for Kano {
+    fn memory(&self) -> Memory {
+        [self.position, self.op, self.du, self.direction, flag(self.moving)]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        let moving;
+        [self.position, self.op, self.du, self.direction, moving] = *memory;
+        self.moving = moving != 0.0;
     }
 }

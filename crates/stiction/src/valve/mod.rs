@@ -7,6 +7,7 @@ mod he;
 mod ideal;
 mod kano;
 pub mod lanes;
+mod memory;
 mod model;
 mod play;
 mod stem_lag;

@@ -1,5 +1,6 @@
 //! The valve models by name.
 
+use super::memory::{Memory, Remember};
 use super::{Chen, Choudhury, He, HeWang, Ideal, Kano, Play, Start, Stenman, TwoPhase, Valve};
 use crate::bands::Bands;
 use crate::error::{Error, Result};
@@ -221,5 +222,15 @@ impl Valve for AnyModel {
     // One dispatch for the whole slice instead of one a sample.
     fn run(&mut self, op: &[f64], vp: &mut [f64]) -> Result<()> {
         with_model!(self, valve => valve.run(op, vp))
+    }
+}
+
+impl Remember for AnyModel {
+    fn memory(&self) -> Memory {
+        with_model!(self, valve => valve.memory())
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        with_model!(self, valve => valve.recall(memory));
     }
 }

@@ -1,5 +1,6 @@
 //! Play (backlash): a pure dead band.
 
+use super::memory::{Memory, Remember};
 use super::{Start, Valve};
 use crate::error::{Result, non_negative};
 
@@ -50,5 +51,15 @@ impl Valve for Play {
 
     fn restart(&mut self, start: Start) {
         self.position = start.position;
+    }
+}
+
+impl Remember for Play {
+    fn memory(&self) -> Memory {
+        [self.position, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        self.position = memory[0];
     }
 }

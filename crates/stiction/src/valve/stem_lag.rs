@@ -50,4 +50,14 @@ impl StemLag {
         self.input = position;
         self.position = position;
     }
+
+    /// Input and position of the last sample.
+    pub(super) fn memory(&self) -> [f64; 2] {
+        [self.input, self.position]
+    }
+
+    /// Goes on from there.
+    pub(super) fn recall(&mut self, [input, position]: [f64; 2]) {
+        (self.input, self.position) = (input, position);
+    }
 }

@@ -1,5 +1,6 @@
 //! The one-parameter model of Stenman, Gustafsson and Forsman.
 
+use super::memory::{Memory, Remember};
 use super::{Start, Valve};
 use crate::error::{Result, non_negative};
 
@@ -52,5 +53,15 @@ impl Valve for Stenman {
 
     fn restart(&mut self, start: Start) {
         self.position = start.position;
+    }
+}
+
+impl Remember for Stenman {
+    fn memory(&self) -> Memory {
+        [self.position, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        self.position = memory[0];
     }
 }

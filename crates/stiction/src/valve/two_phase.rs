@@ -1,5 +1,6 @@
 //! The two-phase model: stuck, or moving.
 
+use super::memory::{Memory, Remember};
 use super::{Direction, Start, Valve};
 use crate::bands::Bands;
 use crate::error::{Result, non_negative, positive};
@@ -108,5 +109,15 @@ impl Valve for TwoPhase {
         self.position = start.position;
         self.op = start.op;
         self.motion = if start.moving { start.direction.sign() } else { 0.0 };
+    }
+}
+
+impl Remember for TwoPhase {
+    fn memory(&self) -> Memory {
+        [self.position, self.op, self.motion, 0.0, 0.0]
+    }
+
+    fn recall(&mut self, memory: &Memory) {
+        [self.position, self.op, self.motion, ..] = *memory;
     }
 }

@@ -38,6 +38,11 @@ pub(crate) trait BristleLaw<const N: usize> {
     /// Lets an element slip.
     fn loosen(&mut self, _element: usize) {}
 
+    /// Which elements slip.
+    fn slipping(&self) -> [bool; ELEMENTS] {
+        [false; ELEMENTS]
+    }
+
     /// Makes all elements stick, as they do when the velocity changes sign.
     fn stick_all(&mut self) {}
 }

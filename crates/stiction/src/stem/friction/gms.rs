@@ -185,6 +185,10 @@ impl BristleLaw<5> for GmsInUse {
         self.slipping[element] = true;
     }
 
+    fn slipping(&self) -> [bool; ELEMENTS] {
+        self.slipping
+    }
+
     fn stick_all(&mut self) {
         self.slipping = [false; ELEMENTS];
     }

@@ -1,0 +1,155 @@
+//! `stiction fmu`: models for Simulink, OpenModelica, Dymola and every other tool that imports FMUs.
+
+use crate::{actions, output};
+use anyhow::{Context, Result, bail};
+use clap::{Parser, ValueEnum};
+use std::path::PathBuf;
+use stiction_fmu::{Causality, Fmi, Fmu, Kind, Variability, models};
+use stiction_fmu_export::{Library, of_scenario, write};
+
+/// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
+///
+/// Simulink, OpenModelica, Dymola, FMPy and others import it without a compiler. What its variables are,
+/// --variables prints; docs/fmu.md shows the import step by step, and what the communication step means.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction fmu --model two-phase --S 5 --J 3 -o valve.fmu
+  stiction fmu --stem lugre --set supply=1.5 -o stem.fmu
+  stiction fmu paper/closed-loop -o loop.fmu --fmi 3
+  stiction fmu --list")]
+pub struct Args {
+    /// List the models
+    #[arg(long)]
+    list: bool,
+    /// A closed loop: name of a built-in scenario, or a TOML file
+    #[arg(conflicts_with_all = ["model", "stem"])]
+    scenario: Option<String>,
+    /// A data-driven valve: name of its model
+    #[arg(long, value_name = "NAME", conflicts_with = "stem")]
+    model: Option<String>,
+    /// A physical stem: name of its friction law or parameter set
+    #[arg(long, value_name = "NAME")]
+    stem: Option<String>,
+    /// Stick band plus dead band, percent of span
+    #[arg(long = "S", value_name = "PERCENT", allow_negative_numbers = true, conflicts_with_all = ["stem", "scenario"])]
+    s: Option<f64>,
+    /// Slip jump, percent of span
+    #[arg(long = "J", value_name = "PERCENT", allow_negative_numbers = true, conflicts_with_all = ["stem", "scenario"])]
+    j: Option<f64>,
+    /// Start value of a variable, such as stem_lag=0.5, or a key of the scenario; may be given several times
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Version of FMI
+    #[arg(long, value_enum, default_value = "2")]
+    fmi: Version,
+    /// Print the variables, with their start values, instead of writing
+    #[arg(long)]
+    variables: bool,
+    /// Add the library of another platform, such as x86_64-windows=stiction_fmu.dll; may be given several times
+    #[arg(long, value_name = "ARCH-OS=FILE")]
+    library: Vec<String>,
+    /// Write the FMU to this file
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["list", "variables"])]
+    output: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Version {
+    /// Co-simulation, and of stems model exchange
+    #[value(name = "2")]
+    Two,
+    /// Co-simulation
+    #[value(name = "3")]
+    Three,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    if args.list {
+        for entry in models() {
+            output::line(format!("{:6} {:22} {}", entry.model, entry.law, entry.summary))?;
+        }
+        return Ok(());
+    }
+    let fmu = chosen(&args)?;
+    if args.variables {
+        return variables(&fmu);
+    }
+    let fmi = match args.fmi {
+        Version::Two => Fmi::V2,
+        Version::Three => Fmi::V3,
+    };
+    let mut libraries = vec![Library::own()];
+    for given in &args.library {
+        libraries.push(library(given)?);
+    }
+    let path = args.output.context("no output")?;
+    let bytes = write(&fmu, fmi, &libraries)?;
+    std::fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))
+}
+
+/// The model that is asked for, with its start values.
+fn chosen(args: &Args) -> Result<Fmu> {
+    let refuse = anyhow::Error::msg;
+    if let Some(name) = &args.scenario {
+        return Ok(of_scenario(&actions::scenario(name, &args.set)?)?);
+    }
+    let mut fmu = match (&args.model, &args.stem) {
+        (_, Some(stem)) => Fmu::new("stem", stem).map_err(refuse)?,
+        (model, None) => Fmu::new("valve", model.as_deref().unwrap_or("two-phase")).map_err(refuse)?,
+    };
+    for (name, value) in [("S", args.s), ("J", args.j)] {
+        if let Some(value) = value {
+            fmu = fmu.with(name, value).map_err(refuse)?;
+        }
+    }
+    for setting in &args.set {
+        let Some((name, value)) = setting.split_once('=') else {
+            bail!("--set {setting}: must be NAME=VALUE, such as stem_lag=0.5");
+        };
+        let value = match value.trim() {
+            "true" => 1.0,
+            "false" => 0.0,
+            number => number
+                .parse()
+                .with_context(|| format!("--set {setting}: {number} is no number, true or false"))?,
+        };
+        fmu = fmu.with(name.trim(), value).map_err(|why| anyhow::anyhow!("--set {setting}: {why}"))?;
+    }
+    fmu.check().map_err(refuse)?;
+    Ok(fmu)
+}
+
+fn library(given: &str) -> Result<Library> {
+    let parts = given.split_once('=').and_then(|(name, file)| Some((name.split_once('-')?, file)));
+    let Some(((arch, os), file)) = parts else {
+        bail!("--library {given}: must be ARCH-OS=FILE, such as x86_64-windows=stiction_fmu.dll");
+    };
+    let bytes = std::fs::read(file).with_context(|| format!("--library {given}: {file}"))?;
+    Ok(Library { arch: arch.to_owned(), os: os.to_owned(), bytes: bytes.into() })
+}
+
+fn variables(fmu: &Fmu) -> Result<()> {
+    for variable in fmu.variables() {
+        let is = match (variable.causality, variable.variability) {
+            (Causality::Independent, _) => "time",
+            (Causality::Input, _) => "input",
+            (Causality::Output, _) => "output",
+            (Causality::Parameter, Variability::Tunable) => "tunable",
+            (Causality::Parameter, _) => "parameter",
+            (Causality::Local, _) => "local",
+        };
+        let start = match (variable.kind, variable.start) {
+            (_, None) => String::new(),
+            (Kind::Boolean, Some(value)) => (value != 0.0).to_string(),
+            (_, Some(value)) => value.to_string(),
+        };
+        output::line(
+            format!(
+                "{:16} {is:9} {start:>10} {:6} {}",
+                variable.name, variable.unit, variable.description
+            )
+            .trim_end(),
+        )?;
+    }
+    Ok(())
+}

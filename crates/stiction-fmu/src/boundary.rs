@@ -1,0 +1,258 @@
+//! Between C and the rest: pointers become slices, panics and refusals become a status and a log entry.
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::mem::MaybeUninit;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::instance::{Instance, Result, State};
+
+/// `OK`, in either version.
+pub(crate) const OK: c_int = 0;
+/// `Discard`, in either version.
+pub(crate) const DISCARD: c_int = 2;
+/// `Error`, in either version.
+pub(crate) const ERROR: c_int = 3;
+
+/// More than any array of an importer holds.
+const MOST: usize = 1 << 24;
+
+/// `fmi2CallbackLogger`.
+pub(crate) type Logger2 =
+    unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+/// `fmi3LogMessageCallback`.
+pub(crate) type Logger3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+
+/// Where an importer wants to read about refusals.
+#[derive(Clone, Copy)]
+pub(crate) enum Log {
+    V2(Option<Logger2>, *mut c_void, *const c_char),
+    V3(Option<Logger3>, *mut c_void),
+}
+
+impl Log {
+    /// Tells the importer about an error.
+    pub(crate) fn error(self, message: &str) {
+        let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
+        let (category, format) = (c"logStatusError".as_ptr(), c"%s".as_ptr());
+        // SAFETY: the importer gave these functions for this purpose; all texts end with 0 and outlive
+        // the call, the name because it belongs to the importer's call or to the instance.
+        unsafe {
+            match self {
+                Self::V2(Some(logger), environment, name) => {
+                    logger(environment, name, ERROR, category, format, message.as_ptr());
+                }
+                Self::V3(Some(logger), environment) => {
+                    logger(environment, ERROR, category, message.as_ptr());
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// What an importer's pointer to an instance points to.
+struct Handle {
+    log: Log,
+    /// What `log` names it by.
+    _name: CString,
+    instance: Instance,
+}
+
+/// Makes an instance, or tells why not and gives null.
+///
+/// # Safety
+/// `name` is null or a text, `log` holds what the importer gave with it.
+pub(crate) unsafe fn instantiate(
+    name: *const c_char,
+    log: impl Fn(*const c_char) -> Log,
+    make: impl FnOnce() -> Result<Instance>,
+) -> *mut c_void {
+    let given = if name.is_null() { c"".as_ptr() } else { name };
+    let made = catch_unwind(AssertUnwindSafe(make))
+        .unwrap_or_else(|_| Err("a defect of the library stopped the instantiation".to_owned()));
+    match made {
+        Ok(instance) => {
+            // SAFETY: it is not null, and a text by the contract of this function.
+            let name = unsafe { CStr::from_ptr(given) }.to_owned();
+            let log = log(name.as_ptr());
+            Box::into_raw(Box::new(Handle { log, _name: name, instance })).cast()
+        }
+        Err(why) => {
+            log(given).error(&why);
+            std::ptr::null_mut()
+        }
+    }
+}
+
+/// Frees what [`instantiate`] has made; null is nothing.
+///
+/// # Safety
+/// `instance` is null or comes from [`instantiate`] and has not been freed.
+pub(crate) unsafe fn free(instance: *mut c_void) {
+    if !instance.is_null() {
+        // SAFETY: by the contract of this function it is a box of this type that nobody else has.
+        let handle = unsafe { Box::from_raw(instance.cast::<Handle>()) };
+        let _ = catch_unwind(AssertUnwindSafe(|| drop(handle)));
+    }
+}
+
+/// Does `work` with an instance. A refusal is logged and becomes an error, a panic ends the instance.
+///
+/// # Safety
+/// `instance` is null or comes from [`instantiate`] and has not been freed; no other call is in it.
+#[inline]
+pub(crate) unsafe fn call(
+    instance: *mut c_void,
+    work: impl FnOnce(&mut Instance) -> Result<()>,
+) -> c_int {
+    // SAFETY: the same contract.
+    unsafe { call_or(instance, ERROR, work) }
+}
+
+/// The same, with another status for a refusal.
+///
+/// # Safety
+/// As for [`call`].
+#[inline]
+pub(crate) unsafe fn call_or(
+    instance: *mut c_void,
+    refusal: c_int,
+    work: impl FnOnce(&mut Instance) -> Result<()>,
+) -> c_int {
+    let handle = instance.cast::<Handle>();
+    if handle.is_null() || !handle.is_aligned() {
+        return ERROR;
+    }
+    let done = {
+        // SAFETY: by the contract it points to a handle, and nobody else uses it during the call. The
+        // reference ends before the importer's logger is called, which may call us again.
+        let instance = unsafe { &mut (*handle).instance };
+        catch_unwind(AssertUnwindSafe(|| work(&mut *instance))).unwrap_or_else(|_| {
+            instance.fail();
+            Err("a defect of the library stopped this call; the instance can only be reset or freed"
+                .to_owned())
+        })
+    };
+    match done {
+        Ok(()) => OK,
+        Err(why) => {
+            // SAFETY: as above; the log is copied.
+            let log = unsafe { (*handle).log };
+            log.error(&why);
+            refusal
+        }
+    }
+}
+
+/// What an importer's array holds.
+///
+/// # Safety
+/// If `count` is not 0 and `array` not null, it holds that many values during `'a`.
+#[inline]
+pub(crate) unsafe fn values<'a, T>(array: *const T, count: usize) -> Result<&'a [T]> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    if array.is_null() || !array.is_aligned() || count > MOST {
+        return Err(format!("an array of {count} values was announced, but there is none"));
+    }
+    // SAFETY: not null, aligned, and as long as the contract says.
+    Ok(unsafe { std::slice::from_raw_parts(array, count) })
+}
+
+/// An importer's array to be filled; it need not hold anything yet.
+///
+/// # Safety
+/// If `count` is not 0 and `array` not null, there is room for that many values during `'a`, which
+/// nobody else uses.
+#[inline]
+pub(crate) unsafe fn room<'a, T>(array: *mut T, count: usize) -> Result<&'a mut [MaybeUninit<T>]> {
+    if count == 0 {
+        return Ok(&mut []);
+    }
+    if array.is_null() || !array.is_aligned() || count > MOST {
+        return Err(format!("room for {count} values was announced, but there is none"));
+    }
+    // SAFETY: not null, aligned, and as long as the contract says; what it holds is not read.
+    Ok(unsafe { std::slice::from_raw_parts_mut(array.cast(), count) })
+}
+
+/// Writes one value where an importer wants it, if it does.
+///
+/// # Safety
+/// `place` is null or points to room for the value.
+#[inline]
+pub(crate) unsafe fn tell<T>(place: *mut T, value: T) {
+    if !place.is_null() && place.is_aligned() {
+        // SAFETY: not null, aligned, and room for it by the contract.
+        unsafe { place.write(value) }
+    }
+}
+
+/// An importer's text.
+///
+/// # Safety
+/// `text` is null or ends with 0.
+pub(crate) unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str> {
+    if text.is_null() {
+        return Err(format!("{what} is missing"));
+    }
+    // SAFETY: not null, and ended by the contract.
+    let text = unsafe { CStr::from_ptr(text) };
+    text.to_str().map_err(|_| format!("{what} is not in UTF-8"))
+}
+
+/// Copies the state of an instance to `place`: into the state that is there, or a new one for null.
+///
+/// # Safety
+/// `place` is null or points to null or to a state from here that has not been freed.
+pub(crate) unsafe fn get_state(
+    call: &str,
+    instance: &Instance,
+    place: *mut *mut c_void,
+) -> Result<()> {
+    if place.is_null() || !place.is_aligned() {
+        return Err(format!("{call}: there is no place for the state"));
+    }
+    // SAFETY: by the contract.
+    unsafe {
+        match (*place).cast::<State>().as_mut() {
+            Some(state) => *state = instance.state(),
+            None => *place = boxed(instance.state()),
+        }
+    }
+    Ok(())
+}
+
+/// A state as an importer holds it.
+pub(crate) fn boxed(state: State) -> *mut c_void {
+    Box::into_raw(Box::new(state)).cast()
+}
+
+/// The state an importer holds.
+///
+/// # Safety
+/// `state` is null or a state from here that has not been freed during `'a`.
+pub(crate) unsafe fn state<'a>(call: &str, state: *mut c_void) -> Result<&'a State> {
+    // SAFETY: by the contract.
+    unsafe { state.cast::<State>().as_ref() }
+        .ok_or_else(|| format!("{call}: there is no state where one was announced"))
+}
+
+/// Frees a state and forgets it.
+///
+/// # Safety
+/// As for [`get_state`].
+pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
+    if place.is_null() || !place.is_aligned() {
+        return;
+    }
+    // SAFETY: by the contract what it points to is null or such a box.
+    unsafe {
+        if !(*place).is_null() {
+            drop(Box::from_raw((*place).cast::<State>()));
+            *place = std::ptr::null_mut();
+        }
+    }
+}

@@ -1,0 +1,445 @@
+//! FMI 3.0: the functions of its standard, which documents them. Co-simulation; all else is refused.
+//!
+//! # Safety
+//! As for [`fmi2`](crate::fmi2).
+#![allow(unsafe_code, non_snake_case, missing_docs)]
+#![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
+
+use std::ffi::{c_char, c_int, c_void};
+use std::path::Path;
+
+use crate::boundary::{
+    Log, Logger3, call, free, free_state, get_state, instantiate, room, state, tell, text, values,
+};
+use crate::fmi2::{deserialise, serialise};
+use crate::instance::Instance;
+use crate::resources;
+use crate::variables::Kind;
+
+/// `fmi3Boolean`, a `bool` of C: received as a byte, because not every byte is one.
+type Boolean = u8;
+const FALSE: Boolean = 0;
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3GetVersion() -> *const c_char {
+    c"3.0".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetDebugLogging(
+    instance: *mut c_void,
+    _logging_on: Boolean,
+    count: usize,
+    categories: *const *const c_char,
+) -> c_int {
+    // SAFETY: by the contract of an importer; so is all that is unsafe below.
+    unsafe { call(instance, |_| values(categories, count).map(drop)) }
+}
+
+/// `fmi3LogMessageCallback`, or null.
+pub type LogMessage =
+    Option<unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char)>;
+
+/// Refuses to make an instance, and says why.
+fn refused(environment: *mut c_void, log: LogMessage, why: &str) -> *mut c_void {
+    Log::V3(log, environment).error(why);
+    std::ptr::null_mut()
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3InstantiateModelExchange(
+    _name: *const c_char,
+    _token: *const c_char,
+    _resources: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    environment: *mut c_void,
+    log: LogMessage,
+) -> *mut c_void {
+    let why = "for FMI 3.0 there is co-simulation only; a stem for model exchange is exported for FMI 2.0";
+    refused(environment, log, why)
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
+    _name: *const c_char,
+    _token: *const c_char,
+    _resources: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    environment: *mut c_void,
+    log: LogMessage,
+    _clock_update: *mut c_void,
+    _lock: *mut c_void,
+    _unlock: *mut c_void,
+) -> *mut c_void {
+    refused(environment, log, "there is co-simulation only, no scheduled execution")
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
+    name: *const c_char,
+    token: *const c_char,
+    resource_path: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    event_mode_used: Boolean,
+    _early_return_allowed: Boolean,
+    _intermediate: *const u32,
+    intermediate_count: usize,
+    environment: *mut c_void,
+    log: LogMessage,
+    _intermediate_update: *mut c_void,
+) -> *mut c_void {
+    let logger: Option<Logger3> = log;
+    // SAFETY: by the contract of an importer.
+    unsafe {
+        instantiate(
+            name,
+            |_| Log::V3(logger, environment),
+            || {
+                let token = text(token, "the instantiation token")?;
+                let path = text(resource_path, "the path of the resources")?;
+                if event_mode_used != FALSE {
+                    return Err("there is no event mode in co-simulation".to_owned());
+                }
+                if intermediate_count > 0 {
+                    return Err("there are no intermediate values within a step".to_owned());
+                }
+                Instance::new(resources::read(Path::new(path))?, token, false)
+            },
+        )
+    }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut c_void) {
+    // SAFETY: by the contract of an importer.
+    unsafe { free(instance) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterInitializationMode(
+    instance: *mut c_void,
+    _tolerance_defined: Boolean,
+    _tolerance: f64,
+    start: f64,
+    stop_defined: Boolean,
+    stop: f64,
+) -> c_int {
+    const NAME: &str = "fmi3EnterInitializationMode";
+    let stop = (stop_defined != FALSE).then_some(stop);
+    let enter = |i: &mut Instance| {
+        i.set_up(NAME, start, stop)?;
+        i.enter_initialization(NAME)
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, enter) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: *mut c_void) -> c_int {
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| i.exit_initialization("fmi3ExitInitializationMode")) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3Terminate(instance: *mut c_void) -> c_int {
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| i.terminate("fmi3Terminate")) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3Reset(instance: *mut c_void) -> c_int {
+    let reset = |i: &mut Instance| {
+        i.reset();
+        Ok(())
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, reset) }
+}
+
+/// One value a variable: none is an array.
+fn check_count(name: &str, references: usize, values: usize) -> Result<(), String> {
+    if references == values {
+        Ok(())
+    } else {
+        Err(format!("{name}: {values} values for {references} variables, but each has one"))
+    }
+}
+
+/// Defines the functions that get and set variables of one type.
+macro_rules! typed {
+    ($get:ident, $set:ident, $kind:expr, $type:ty, $to:expr, $from:expr) => {
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(
+            instance: *mut c_void,
+            references: *const u32,
+            reference_count: usize,
+            value: *mut $type,
+            count: usize,
+        ) -> c_int {
+            let get = |i: &mut Instance| {
+                check_count(stringify!($get), reference_count, count)?;
+                // SAFETY: by the contract of an importer.
+                let (references, room) =
+                    unsafe { (values(references, count)?, room(value, count)?) };
+                i.get(stringify!($get), $kind, references, |k, value| {
+                    room[k].write($to(value));
+                })
+            };
+            // SAFETY: by the contract of an importer.
+            unsafe { call(instance, get) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(
+            instance: *mut c_void,
+            references: *const u32,
+            reference_count: usize,
+            value: *const $type,
+            count: usize,
+        ) -> c_int {
+            let set = |i: &mut Instance| {
+                check_count(stringify!($set), reference_count, count)?;
+                // SAFETY: by the contract of an importer.
+                let (references, value) =
+                    unsafe { (values(references, count)?, values(value, count)?) };
+                i.set(stringify!($set), $kind, references, |k| $from(value[k]))
+            };
+            // SAFETY: by the contract of an importer.
+            unsafe { call(instance, set) }
+        }
+    };
+}
+
+typed!(fmi3GetFloat64, fmi3SetFloat64, Kind::Float64, f64, |v: f64| v, |v: f64| v);
+typed!(fmi3GetInt32, fmi3SetInt32, Kind::Int32, i32, |v: f64| v as i32, f64::from);
+typed!(
+    fmi3GetBoolean,
+    fmi3SetBoolean,
+    Kind::Boolean,
+    Boolean,
+    |v: f64| v as Boolean,
+    |v: Boolean| f64::from(u8::from(v != FALSE))
+);
+
+/// Refuses all of these variables, because none is of the type.
+unsafe fn none_of(instance: *mut c_void, name: &str, references: *const u32, n: usize) -> c_int {
+    let refuse = |i: &mut Instance| {
+        // SAFETY: by the contract of an importer.
+        match unsafe { values(references, n)? }.first() {
+            Some(reference) => Err(i.foreign(name, *reference)),
+            None => Ok(()),
+        }
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, refuse) }
+}
+
+/// Defines functions for variables of types that there are none of.
+macro_rules! none {
+    ($($name:ident($($arg:ident: $type:ty),*);)*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            instance: *mut c_void,
+            references: *const u32,
+            count: usize,
+            $($arg: $type),*
+        ) -> c_int {
+            // SAFETY: by the contract of an importer.
+            unsafe { none_of(instance, stringify!($name), references, count) }
+        }
+    )*};
+}
+
+none! {
+    fmi3GetFloat32(_v: *mut f32, _n: usize);
+    fmi3GetInt8(_v: *mut i8, _n: usize);
+    fmi3GetUInt8(_v: *mut u8, _n: usize);
+    fmi3GetInt16(_v: *mut i16, _n: usize);
+    fmi3GetUInt16(_v: *mut u16, _n: usize);
+    fmi3GetUInt32(_v: *mut u32, _n: usize);
+    fmi3GetInt64(_v: *mut i64, _n: usize);
+    fmi3GetUInt64(_v: *mut u64, _n: usize);
+    fmi3GetString(_v: *mut *const c_char, _n: usize);
+    fmi3GetBinary(_sizes: *mut usize, _v: *mut *const u8, _n: usize);
+    fmi3GetClock(_v: *mut Boolean);
+    fmi3SetFloat32(_v: *const f32, _n: usize);
+    fmi3SetInt8(_v: *const i8, _n: usize);
+    fmi3SetUInt8(_v: *const u8, _n: usize);
+    fmi3SetInt16(_v: *const i16, _n: usize);
+    fmi3SetUInt16(_v: *const u16, _n: usize);
+    fmi3SetUInt32(_v: *const u32, _n: usize);
+    fmi3SetInt64(_v: *const i64, _n: usize);
+    fmi3SetUInt64(_v: *const u64, _n: usize);
+    fmi3SetString(_v: *const *const c_char, _n: usize);
+    fmi3SetBinary(_sizes: *const usize, _v: *const *const u8, _n: usize);
+    fmi3SetClock(_v: *const Boolean);
+    fmi3GetIntervalDecimal(_v: *mut f64, _q: *mut c_int);
+    fmi3GetIntervalFraction(_counters: *mut u64, _resolutions: *mut u64, _q: *mut c_int);
+    fmi3GetShiftDecimal(_v: *mut f64);
+    fmi3GetShiftFraction(_counters: *mut u64, _resolutions: *mut u64);
+    fmi3SetIntervalDecimal(_v: *const f64);
+    fmi3SetIntervalFraction(_counters: *const u64, _resolutions: *const u64);
+    fmi3SetShiftDecimal(_v: *const f64);
+    fmi3SetShiftFraction(_counters: *const u64, _resolutions: *const u64);
+    fmi3GetOutputDerivatives(_orders: *const i32, _v: *mut f64, _n: usize);
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetFMUState(instance: *mut c_void, place: *mut *mut c_void) -> c_int {
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| get_state("fmi3GetFMUState", i, place)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut c_void, from: *mut c_void) -> c_int {
+    const NAME: &str = "fmi3SetFMUState";
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| i.set_state(NAME, state(NAME, from)?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeFMUState(instance: *mut c_void, place: *mut *mut c_void) -> c_int {
+    let release = |_: &mut Instance| {
+        // SAFETY: by the contract of an importer.
+        unsafe { free_state(place) };
+        Ok(())
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, release) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
+    instance: *mut c_void,
+    from: *mut c_void,
+    size: *mut usize,
+) -> c_int {
+    let measure = |_: &mut Instance| {
+        // SAFETY: by the contract of an importer.
+        unsafe { tell(size, state("fmi3SerializedFMUStateSize", from)?.serialised().len()) };
+        Ok(())
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, measure) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializeFMUState(
+    instance: *mut c_void,
+    from: *mut c_void,
+    bytes: *mut u8,
+    size: usize,
+) -> c_int {
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |_| serialise("fmi3SerializeFMUState", from, bytes, size)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DeserializeFMUState(
+    instance: *mut c_void,
+    bytes: *const u8,
+    size: usize,
+    place: *mut *mut c_void,
+) -> c_int {
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| deserialise("fmi3DeserializeFMUState", i, bytes, size, place)) }
+}
+
+/// Defines functions for what is not provided.
+macro_rules! refused {
+    ($($name:ident($($arg:ident: $type:ty),*): $why:literal;)*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(instance: *mut c_void, $($arg: $type),*) -> c_int {
+            let why = concat!(stringify!($name), ": ", $why);
+            // SAFETY: by the contract of an importer.
+            unsafe { call(instance, |_| Err(why.to_owned())) }
+        }
+    )*};
+}
+
+refused! {
+    fmi3GetNumberOfVariableDependencies(_of: u32, _n: *mut usize):
+        "dependencies are in the description, not asked at run time";
+    fmi3GetVariableDependencies(
+        _of: u32,
+        _elements: *mut usize,
+        _on: *mut u32,
+        _on_elements: *mut usize,
+        _kinds: *mut c_int,
+        _n: usize
+    ): "dependencies are in the description, not asked at run time";
+    fmi3GetDirectionalDerivative(
+        _unknowns: *const u32,
+        _n_unknowns: usize,
+        _knowns: *const u32,
+        _n_knowns: usize,
+        _seed: *const f64,
+        _n_seed: usize,
+        _sensitivity: *mut f64,
+        _n_sensitivity: usize
+    ): "directional derivatives are not provided";
+    fmi3GetAdjointDerivative(
+        _unknowns: *const u32,
+        _n_unknowns: usize,
+        _knowns: *const u32,
+        _n_knowns: usize,
+        _seed: *const f64,
+        _n_seed: usize,
+        _sensitivity: *mut f64,
+        _n_sensitivity: usize
+    ): "adjoint derivatives are not provided";
+    fmi3EnterConfigurationMode(): "there are no structural parameters to configure";
+    fmi3ExitConfigurationMode(): "there are no structural parameters to configure";
+    fmi3EnterEventMode(): "there is no event mode in co-simulation";
+    fmi3EnterStepMode(): "there is no event mode to leave in co-simulation";
+    fmi3EvaluateDiscreteStates(): "there is no event mode in co-simulation";
+    fmi3UpdateDiscreteStates(
+        _needed: *mut Boolean,
+        _terminate: *mut Boolean,
+        _nominals: *mut Boolean,
+        _values: *mut Boolean,
+        _next_defined: *mut Boolean,
+        _next: *mut f64
+    ): "there is no event mode in co-simulation";
+    fmi3EnterContinuousTimeMode(): "this is for model exchange";
+    fmi3CompletedIntegratorStep(_no_set: Boolean, _enter: *mut Boolean, _terminate: *mut Boolean):
+        "this is for model exchange";
+    fmi3SetTime(_time: f64): "this is for model exchange";
+    fmi3SetContinuousStates(_v: *const f64, _n: usize): "this is for model exchange";
+    fmi3GetContinuousStateDerivatives(_v: *mut f64, _n: usize): "this is for model exchange";
+    fmi3GetEventIndicators(_v: *mut f64, _n: usize): "this is for model exchange";
+    fmi3GetContinuousStates(_v: *mut f64, _n: usize): "this is for model exchange";
+    fmi3GetNominalsOfContinuousStates(_v: *mut f64, _n: usize): "this is for model exchange";
+    fmi3GetNumberOfEventIndicators(_n: *mut usize): "this is for model exchange";
+    fmi3GetNumberOfContinuousStates(_n: *mut usize): "this is for model exchange";
+    fmi3ActivateModelPartition(_clock: u32, _time: f64): "this is for scheduled execution";
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DoStep(
+    instance: *mut c_void,
+    time: f64,
+    step: f64,
+    _no_set_state: Boolean,
+    event_handling_needed: *mut Boolean,
+    terminate_simulation: *mut Boolean,
+    early_return: *mut Boolean,
+    last_successful_time: *mut f64,
+) -> c_int {
+    let go = |i: &mut Instance| {
+        let done = i.do_step("fmi3DoStep", time, step);
+        // SAFETY: by the contract of an importer.
+        unsafe {
+            tell(event_handling_needed, FALSE);
+            tell(terminate_simulation, FALSE);
+            tell(early_return, FALSE);
+            tell(last_successful_time, i.time());
+        }
+        done
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, go) }
+}

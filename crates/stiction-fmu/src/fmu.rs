@@ -1,0 +1,246 @@
+//! What one FMU is: a model, and the start values of its variables.
+
+use stiction::stem::friction::LAWS;
+use stiction::stem::{ParameterSet, SETS};
+use stiction::valve::Model as Law;
+
+use crate::json::{self, Value};
+use crate::model::Model;
+use crate::stem::{self, StemModel};
+use crate::sticky_loop::{self, LoopModel};
+use crate::valve::{self, ValveModel};
+use crate::variables::{Kind, Variable};
+
+/// A model as a menu would show it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ModelEntry {
+    /// `valve`, `stem` or `loop`.
+    pub model: &'static str,
+    /// The law of the valve, or the friction law or parameter set of the stem.
+    pub law: &'static str,
+    /// What it is, in one line.
+    pub summary: &'static str,
+}
+
+/// Every model there is, with each of its laws.
+pub fn models() -> Vec<ModelEntry> {
+    let valves = |model: &'static str| {
+        Law::ALL.into_iter().map(move |law| {
+            let description = law.describe();
+            ModelEntry { model, law: description.name, summary: description.summary }
+        })
+    };
+    let sets = SETS.iter().filter_map(|name| {
+        let set = ParameterSet::named(name).ok()?;
+        Some(ModelEntry { model: "stem", law: set.name, summary: set.summary })
+    });
+    let laws = LAWS.iter().map(|l| ModelEntry { model: "stem", law: l.name, summary: l.summary });
+    valves("valve").chain(laws).chain(sets).chain(valves("loop")).collect()
+}
+
+/// A functional mock-up unit: which model it is, with which start values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fmu {
+    model: &'static str,
+    law: &'static str,
+    table: Vec<Variable>,
+}
+
+/// The models, in the words of a message.
+const MODELS: &str = "valve, stem, loop";
+
+impl Fmu {
+    /// A `valve` or a `loop` with a data-driven law, or a `stem` with a friction law or one of the
+    /// parameter sets of [`stiction::stem`], with its usual start values.
+    ///
+    /// # Errors
+    /// If there is none; the sentence lists those there are.
+    pub fn new(model: &str, law: &str) -> Result<Self, String> {
+        match model {
+            "valve" | "loop" => {
+                let described = Law::by_name(law).map_err(|e| e.to_string())?.describe();
+                Ok(if model == "valve" {
+                    Self { model: "valve", law: described.name, table: valve::variables() }
+                } else {
+                    Self { model: "loop", law: described.name, table: sticky_loop::variables() }
+                })
+            }
+            "stem" => {
+                let unknown = || {
+                    format!(
+                        "there is no friction law or parameter set named \"{law}\"; known are {}, {}",
+                        LAWS.map(|law| law.name).join(", "),
+                        SETS.join(", ")
+                    )
+                };
+                let (stem, friction) = stem::preset(law).ok_or_else(unknown)??;
+                let table = stem::variables(&stem, &friction);
+                Ok(Self { model: "stem", law: friction.name(), table })
+            }
+            _ => Err(format!("there is no model named \"{model}\"; known are {MODELS}")),
+        }
+    }
+
+    /// The same with another start value. Yes and no are 1 and 0.
+    ///
+    /// # Errors
+    /// If there is no such variable, it is computed and not set, or the value is not of its type. What
+    /// values go together, [`Fmu::check`] says.
+    pub fn with(mut self, name: &str, value: f64) -> Result<Self, String> {
+        let Some(variable) = self.table.iter_mut().find(|v| v.name == name) else {
+            let known: Vec<_> = self.settings().map(|v| v.name).collect();
+            return Err(format!(
+                "{name} is not a parameter of the model {} {}; known are {}",
+                self.model,
+                self.law,
+                known.join(", ")
+            ));
+        };
+        if !variable.is_set() {
+            return Err(format!("{name} is computed, and has no start value of its own"));
+        }
+        accept(variable, value)?;
+        variable.start = Some(value);
+        if self.model == "stem" && name == "air_lag_s" {
+            stem::mark_pressure(&mut self.table);
+        }
+        Ok(self)
+    }
+
+    /// Reads what [`Fmu::json`] writes. Missing parameters have their usual values.
+    ///
+    /// # Errors
+    /// If the text is no flat JSON object, a key is unknown or given twice, or a value is not of its
+    /// type.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        let pairs = json::read(text)?;
+        let word = |key: &str, allowed: &str| match pairs.iter().find(|(k, _)| k == key) {
+            Some((_, Value::Text(text))) => Ok(text.as_str()),
+            Some(_) => Err(format!("\"{key}\" must be a text, one of {allowed}")),
+            None => Err(format!("\"{key}\" is missing; it must be one of {allowed}")),
+        };
+        let model = word("model", MODELS)?;
+        let law = word("law", "the laws of the model, such as \"two-phase\" or \"lugre\"")?;
+        let mut fmu = Self::new(model, law)?;
+        for (key, value) in &pairs {
+            if key == "model" || key == "law" {
+                continue;
+            }
+            let boolean =
+                fmu.variables().iter().any(|v| v.name == key.as_str() && v.kind == Kind::Boolean);
+            let value = match value {
+                Value::Number(value) if !boolean => *value,
+                Value::Boolean(value) if boolean => f64::from(u8::from(*value)),
+                _ if boolean => return Err(format!("\"{key}\" must be true or false")),
+                _ => return Err(format!("\"{key}\" must be a number")),
+            };
+            fmu = fmu.with(key, value)?;
+        }
+        Ok(fmu)
+    }
+
+    /// The text of `resources/stiction.json`: model, law, and the start value of every variable that is
+    /// set.
+    pub fn json(&self) -> String {
+        let mut text = format!("{{\n  \"model\": \"{}\",\n  \"law\": \"{}\"", self.model, self.law);
+        for variable in self.settings() {
+            let start = variable.start.unwrap_or(0.0);
+            let value = if variable.kind == Kind::Boolean {
+                (start != 0.0).to_string()
+            } else {
+                start.to_string()
+            };
+            text += &format!(",\n  \"{}\": {value}", variable.name);
+        }
+        text + "\n}\n"
+    }
+
+    /// Whether the start values go together.
+    ///
+    /// # Errors
+    /// If not; the sentence names the parameter.
+    pub fn check(&self) -> Result<(), String> {
+        self.build().restart(&mut self.starts(), 0.0)
+    }
+
+    /// `valve`, `stem` or `loop`.
+    pub fn model(&self) -> &'static str {
+        self.model
+    }
+
+    /// The law of the valve, or the friction law of the stem.
+    pub fn law(&self) -> &'static str {
+        self.law
+    }
+
+    /// All variables; the value reference of each is its place.
+    pub fn variables(&self) -> &[Variable] {
+        &self.table
+    }
+
+    /// The variables that are set from outside.
+    pub fn settings(&self) -> impl Iterator<Item = &Variable> {
+        self.table.iter().filter(|v| v.is_set())
+    }
+
+    /// Whether it can be computed by a solver from outside: model exchange.
+    pub fn is_continuous(&self) -> bool {
+        self.model == "stem" && stem::is_continuous(self.law)
+    }
+
+    /// What ties a description to this library: the same for the same model, law and variables, whatever
+    /// their start values.
+    pub fn token(&self) -> String {
+        let mut text = format!("{} {}", self.model, self.law);
+        for (i, v) in self.table.iter().enumerate() {
+            text += &format!(
+                "\n{i} {} {} {:?} {:?} {:?} {:?}",
+                v.name, v.unit, v.kind, v.causality, v.variability, v.rate_of
+            );
+        }
+        let (a, b) = (hash(text.bytes()), hash(text.bytes().rev()));
+        format!(
+            "{{{:08x}-{:04x}-{:04x}-{:04x}-{:012x}}}",
+            a >> 32,
+            (a >> 16) & 0xffff,
+            a & 0xffff,
+            b >> 48,
+            b & 0xffff_ffff_ffff
+        )
+    }
+
+    /// The values of all variables before the start.
+    pub(crate) fn starts(&self) -> Vec<f64> {
+        self.table.iter().map(|v| v.start.unwrap_or(0.0)).collect()
+    }
+
+    /// The model, not yet started.
+    pub(crate) fn build(&self) -> Box<dyn Model> {
+        let law = || Law::by_name(self.law).unwrap_or(Law::Ideal);
+        match self.model {
+            "valve" => Box::new(ValveModel::new(law())),
+            "loop" => Box::new(LoopModel::new(law())),
+            _ => match stem::preset(self.law) {
+                Some(Ok((stem, friction))) => Box::new(StemModel::new(stem, &friction)),
+                _ => unreachable!("it was found when it was chosen"),
+            },
+        }
+    }
+}
+
+/// Accepts a value of the variable's type.
+pub(crate) fn accept(variable: &Variable, value: f64) -> Result<(), String> {
+    let (ok, allowed) = match variable.kind {
+        Kind::Float64 => (value.is_finite(), "a finite number"),
+        Kind::Boolean => (value == 0.0 || value == 1.0, "1 (true) or 0 (false)"),
+        Kind::Int32 => (value == f64::from(value as i32), "a whole number of 32 bits"),
+    };
+    if ok { Ok(()) } else { Err(format!("{} is {value}, but must be {allowed}", variable.name)) }
+}
+
+/// FNV-1a, 64 bits.
+pub(crate) fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}

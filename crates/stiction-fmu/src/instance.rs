@@ -1,0 +1,583 @@
+//! One instance: which call is permitted when, and what it does.
+
+use crate::fmu::{Fmu, accept, hash};
+use crate::model::{Continuous, Model};
+use crate::variables::{Causality, Kind, Variability, Variable};
+
+/// Why a call was refused, in a sentence.
+pub(crate) type Result<T> = std::result::Result<T, String>;
+
+/// A set of modes; one instance is in one of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Modes(u8);
+
+impl Modes {
+    pub(crate) const INSTANTIATED: Self = Self(1);
+    pub(crate) const INITIALIZATION: Self = Self(2);
+    pub(crate) const STEP: Self = Self(4);
+    pub(crate) const EVENT: Self = Self(8);
+    pub(crate) const CONTINUOUS: Self = Self(16);
+    pub(crate) const TERMINATED: Self = Self(32);
+    pub(crate) const ERROR: Self = Self(64);
+
+    /// Between start and end.
+    pub(crate) const RUNNING: Self = Self::STEP.or(Self::EVENT).or(Self::CONTINUOUS);
+    const BEFORE: Self = Self::INSTANTIATED.or(Self::INITIALIZATION);
+    const SETTABLE: Self = Self::BEFORE.or(Self::RUNNING);
+    const READABLE: Self =
+        Self::INITIALIZATION.or(Self::RUNNING).or(Self::TERMINATED).or(Self::ERROR);
+
+    const NAMES: [&str; 7] = [
+        "instantiated",
+        "initialization mode",
+        "step mode",
+        "event mode",
+        "continuous-time mode",
+        "terminated",
+        "in error",
+    ];
+
+    pub(crate) const fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    const fn has(self, mode: Self) -> bool {
+        self.0 & mode.0 != 0
+    }
+
+    fn names(self) -> String {
+        let names = Self::NAMES.iter().enumerate();
+        let names: Vec<_> =
+            names.filter(|(i, _)| self.0 & (1 << i) != 0).map(|(_, name)| *name).collect();
+        names.join(", ")
+    }
+}
+
+/// What is to be done before outputs can be read or the next step taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stale {
+    Nothing,
+    /// Begin with new parameters.
+    Restart,
+    /// Take over tuned parameters.
+    Tune,
+    /// Go where the solver is.
+    Place,
+}
+
+/// What getting and setting must know of a variable, in a few bytes: thousands of instances shall fit
+/// a cache.
+#[derive(Debug, Clone, Copy)]
+struct Access {
+    kind: Kind,
+    /// When it may be set; never if it is computed.
+    settable: Modes,
+    parameter: bool,
+}
+
+impl Access {
+    fn new(variable: &Variable) -> Self {
+        let settable = match (variable.causality, variable.variability) {
+            (Causality::Input, _) => Modes::SETTABLE,
+            (Causality::Parameter, Variability::Tunable) => {
+                Modes::BEFORE.or(Modes::STEP).or(Modes::EVENT)
+            }
+            (Causality::Parameter, _) => Modes::BEFORE,
+            _ => Modes(0),
+        };
+        let parameter = variable.causality == Causality::Parameter;
+        Self { kind: variable.kind, settable, parameter }
+    }
+}
+
+/// An instance of a model.
+pub(crate) struct Instance {
+    fmu: Fmu,
+    access: Box<[Access]>,
+    /// For model exchange, not co-simulation.
+    exchange: bool,
+    state: State,
+}
+
+/// Everything that a copy of the state of an instance holds.
+pub(crate) struct State {
+    token: u64,
+    model: Box<dyn Model>,
+    values: Vec<f64>,
+    mode: Modes,
+    time: f64,
+    stale: Stale,
+    /// Whether the model has been started.
+    started: bool,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self { model: self.model.copy(), values: self.values.clone(), ..*self }
+    }
+}
+
+impl Instance {
+    /// A fresh instance.
+    ///
+    /// # Errors
+    /// If the token belongs to another description, or the model cannot be computed by a solver from
+    /// outside though it is to be.
+    pub(crate) fn new(fmu: Fmu, token: &str, exchange: bool) -> Result<Self> {
+        let own = fmu.token();
+        if token != own {
+            return Err(format!(
+                "the description belongs to another model or another version of the library: its token is \
+                 {token}, but that of {} {} is {own}",
+                fmu.model(),
+                fmu.law()
+            ));
+        }
+        if exchange && !fmu.is_continuous() {
+            return Err(format!(
+                "the model {} {} can be used for co-simulation only, not for model exchange",
+                fmu.model(),
+                fmu.law()
+            ));
+        }
+        let state = State {
+            token: hash(format!("{own} {exchange}").bytes()),
+            model: fmu.build(),
+            values: fmu.starts(),
+            mode: Modes::INSTANTIATED,
+            time: 0.0,
+            stale: Stale::Restart,
+            started: false,
+        };
+        let access = fmu.variables().iter().map(Access::new).collect();
+        Ok(Self { fmu, access, exchange, state })
+    }
+
+    /// Refuses `call` outside these modes.
+    #[inline]
+    pub(crate) fn permit(&self, call: &str, modes: Modes) -> Result<()> {
+        if modes.has(self.state.mode) { Ok(()) } else { Err(self.out_of_order(call, modes)) }
+    }
+
+    #[cold]
+    fn out_of_order(&self, call: &str, modes: Modes) -> String {
+        format!(
+            "{call} is permitted in these modes: {}; but the instance is in this: {}",
+            modes.names(),
+            self.state.mode.names()
+        )
+    }
+
+    /// Refuses `call` unless the instance is for model exchange, or not.
+    pub(crate) fn permit_exchange(&self, call: &str, exchange: bool) -> Result<()> {
+        if self.exchange == exchange {
+            return Ok(());
+        }
+        let words = |exchange| if exchange { "model exchange" } else { "co-simulation" };
+        Err(format!(
+            "{call} is for {}, but the instance is for {}",
+            words(exchange),
+            words(self.exchange)
+        ))
+    }
+
+    /// Takes the start time.
+    pub(crate) fn set_up(&mut self, call: &str, start: f64, stop: Option<f64>) -> Result<()> {
+        self.permit(call, Modes::INSTANTIATED)?;
+        if !start.is_finite() || stop.is_some_and(|stop| !(stop > start)) {
+            return Err(format!(
+                "{call}: the start time is {start} s and the stop time {}, but both must be finite, the \
+                 stop later than the start",
+                stop.map_or("not given".to_owned(), |stop| format!("{stop} s"))
+            ));
+        }
+        self.set_clock(start);
+        Ok(())
+    }
+
+    fn set_clock(&mut self, time: f64) {
+        self.state.time = time;
+        self.state.values[0] = time;
+    }
+
+    pub(crate) fn enter_initialization(&mut self, call: &str) -> Result<()> {
+        self.permit(call, Modes::INSTANTIATED)?;
+        self.state.mode = Modes::INITIALIZATION;
+        self.state.stale = Stale::Restart;
+        Ok(())
+    }
+
+    pub(crate) fn exit_initialization(&mut self, call: &str) -> Result<()> {
+        self.permit(call, Modes::INITIALIZATION)?;
+        self.refresh(call)?;
+        self.state.mode = if self.exchange { Modes::EVENT } else { Modes::STEP };
+        Ok(())
+    }
+
+    pub(crate) fn terminate(&mut self, call: &str) -> Result<()> {
+        self.permit(call, Modes::RUNNING)?;
+        self.state.mode = Modes::TERMINATED;
+        Ok(())
+    }
+
+    /// As it was when it was made.
+    pub(crate) fn reset(&mut self) {
+        self.state.model = self.fmu.build();
+        self.state.values = self.fmu.starts();
+        self.state.mode = Modes::INSTANTIATED;
+        self.state.time = 0.0;
+        self.state.stale = Stale::Restart;
+        self.state.started = false;
+    }
+
+    /// The time up to which the instance has come.
+    pub(crate) fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// Gives up, after what must not happen has happened.
+    pub(crate) fn fail(&mut self) {
+        self.state.mode = Modes::ERROR;
+    }
+
+    /// Brings the outputs up to date.
+    #[inline]
+    fn refresh(&mut self, call: &str) -> Result<()> {
+        match self.state.stale {
+            Stale::Nothing | Stale::Tune => Ok(()),
+            _ => self.refresh_now(call),
+        }
+    }
+
+    #[cold]
+    fn refresh_now(&mut self, call: &str) -> Result<()> {
+        let State { model, values, time, stale, started, .. } = &mut self.state;
+        if *stale == Stale::Restart {
+            model.restart(values, *time).map_err(|why| format!("{call}: {why}"))?;
+            if self.exchange {
+                let rates = self.fmu.variables().iter().filter(|v| v.rate_of.is_some()).count();
+                let states = model.continuous().map_or(0, |model| model.states().len());
+                if states != rates {
+                    return Err(format!(
+                        "{call}: in model exchange air_lag_s cannot become 0 or cease to be 0, because the \
+                         description says whether the pressure is a state"
+                    ));
+                }
+            }
+            *started = true;
+        } else if let Some(model) = model.continuous() {
+            model.place(values, *time, None);
+        }
+        *stale = Stale::Nothing;
+        Ok(())
+    }
+
+    /// What may be done to the variable with this reference, if it is of this kind.
+    #[inline]
+    fn access(&self, call: &str, kind: Kind, reference: u32) -> Result<Access> {
+        match self.access.get(reference as usize) {
+            Some(access) if access.kind == kind => Ok(*access),
+            _ => Err(self.foreign(call, reference)),
+        }
+    }
+
+    /// Why this reference is not one for this call.
+    #[cold]
+    pub(crate) fn foreign(&self, call: &str, reference: u32) -> String {
+        match self.fmu.variables().get(reference as usize) {
+            None => format!(
+                "{call}: there is no variable with the value reference {reference}; they go from 0 to {}",
+                self.fmu.variables().len() - 1
+            ),
+            Some(variable) => format!(
+                "{call}: the variable {} (value reference {reference}) is of the type {:?}, which this \
+                 function is not for",
+                variable.name, variable.kind
+            ),
+        }
+    }
+
+    /// Gives the values of some variables of one kind to `put`.
+    #[inline]
+    pub(crate) fn get(
+        &mut self,
+        call: &str,
+        kind: Kind,
+        references: &[u32],
+        mut put: impl FnMut(usize, f64),
+    ) -> Result<()> {
+        self.permit(call, Modes::READABLE)?;
+        self.refresh(call)?;
+        for (i, reference) in references.iter().enumerate() {
+            self.access(call, kind, *reference)?;
+            put(i, self.state.values[*reference as usize]);
+        }
+        Ok(())
+    }
+
+    /// Takes the values of some variables of one kind; all of them, or none.
+    #[inline]
+    pub(crate) fn set(
+        &mut self,
+        call: &str,
+        kind: Kind,
+        references: &[u32],
+        value: impl Fn(usize) -> f64,
+    ) -> Result<()> {
+        self.permit(call, Modes::SETTABLE)?;
+        for (i, reference) in references.iter().enumerate() {
+            let access = self.access(call, kind, *reference)?;
+            let value = value(i);
+            if !(access.settable.has(self.state.mode) && accepts(access.kind, value)) {
+                return Err(self.unsettable(call, *reference, access, value));
+            }
+        }
+        let mut tuned = false;
+        for (i, reference) in references.iter().enumerate() {
+            let at = *reference as usize;
+            tuned |= self.access[at].parameter;
+            self.state.values[at] = value(i);
+        }
+        self.state.stale = match self.state.stale {
+            _ if Modes::BEFORE.has(self.state.mode) => Stale::Restart,
+            _ if self.exchange => Stale::Place,
+            _ if tuned => Stale::Tune,
+            stale => stale,
+        };
+        Ok(())
+    }
+
+    /// Why a variable cannot be set to this value now.
+    #[cold]
+    fn unsettable(&self, call: &str, reference: u32, access: Access, value: f64) -> String {
+        let variable = &self.fmu.variables()[reference as usize];
+        if access.settable == Modes(0) {
+            format!("{call}: {} is computed and cannot be set", variable.name)
+        } else if !access.settable.has(self.state.mode) {
+            self.out_of_order(&format!("{call}: setting {}", variable.name), access.settable)
+        } else {
+            format!("{call}: {}", accept(variable, value).err().unwrap_or_default())
+        }
+    }
+
+    /// Goes on from `time` by `step`.
+    #[inline]
+    pub(crate) fn do_step(&mut self, call: &str, time: f64, step: f64) -> Result<()> {
+        self.permit(call, Modes::STEP)?;
+        let end = time + step;
+        // Times that importers add up differ by rounding from ours.
+        let slack = (1e-6 * step + 1e-9 * time.abs()).min(0.5 * step);
+        let near = (time - self.state.time).abs() <= slack;
+        if !(step > 0.0 && end > time && end.is_finite() && near) {
+            return Err(self.bad_step(call, time, step));
+        }
+        if self.state.stale == Stale::Tune {
+            self.state.model.tune(&self.state.values).map_err(|why| format!("{call}: {why}"))?;
+            self.state.stale = Stale::Nothing;
+        }
+        let State { model, values, .. } = &mut self.state;
+        if let Err(why) = model.step(values, time, step) {
+            self.fail();
+            return Err(format!("{call} at {time} s: {why}"));
+        }
+        self.set_clock(end);
+        Ok(())
+    }
+
+    #[cold]
+    fn bad_step(&self, call: &str, time: f64, step: f64) -> String {
+        format!(
+            "{call}: a step of {step} s from {time} s was asked for, but it must begin where the last ended, \
+             at {} s, and be finite and above 0",
+            self.state.time
+        )
+    }
+
+    /// Goes from one mode of model exchange to another.
+    pub(crate) fn switch(&mut self, call: &str, from: Modes, to: Modes) -> Result<()> {
+        self.permit_exchange(call, true)?;
+        self.permit(call, from)?;
+        self.state.mode = to;
+        Ok(())
+    }
+
+    /// The model as equations, where the solver is.
+    fn equations(
+        &mut self,
+        call: &str,
+        modes: Modes,
+    ) -> Result<(&mut dyn Continuous, &mut Vec<f64>, f64)> {
+        self.permit_exchange(call, true)?;
+        self.permit(call, modes)?;
+        self.refresh(call)?;
+        let State { model, values, time, .. } = &mut self.state;
+        let model = model.continuous().ok_or_else(|| format!("{call}: there are no equations"))?;
+        Ok((model, values, *time))
+    }
+
+    pub(crate) fn set_time(&mut self, call: &str, time: f64) -> Result<()> {
+        self.permit_exchange(call, true)?;
+        self.permit(call, Modes::EVENT.or(Modes::CONTINUOUS))?;
+        if !time.is_finite() {
+            return Err(format!("{call}: the time is {time}, but must be finite"));
+        }
+        self.set_clock(time);
+        self.state.stale = Stale::Place;
+        Ok(())
+    }
+
+    pub(crate) fn set_states(&mut self, call: &str, states: &[f64]) -> Result<()> {
+        let (model, values, time) = self.equations(call, Modes::CONTINUOUS)?;
+        check_length(call, "continuous states", states.len(), model.states().len())?;
+        if let Some(i) = states.iter().position(|state| !state.is_finite()) {
+            return Err(format!(
+                "{call}: continuous state {i} is {}, but must be finite",
+                states[i]
+            ));
+        }
+        model.place(values, time, Some(states));
+        Ok(())
+    }
+
+    /// What `of` tells, of as many numbers as are asked for.
+    fn tell(
+        &mut self,
+        call: &str,
+        modes: Modes,
+        count: usize,
+        what: &str,
+        of: impl Fn(&dyn Continuous, &[f64]) -> Vec<f64>,
+    ) -> Result<Vec<f64>> {
+        let (model, values, _) = self.equations(call, modes)?;
+        let numbers = of(model, values);
+        check_length(call, what, count, numbers.len())?;
+        Ok(numbers)
+    }
+
+    pub(crate) fn states(&mut self, call: &str, count: usize) -> Result<Vec<f64>> {
+        let modes = Modes::READABLE;
+        self.tell(call, modes, count, "continuous states", |model, _| model.states())
+    }
+
+    pub(crate) fn nominals(&mut self, call: &str, count: usize) -> Result<Vec<f64>> {
+        let modes = Modes::READABLE;
+        self.tell(call, modes, count, "continuous states", |model, values| model.nominals(values))
+    }
+
+    pub(crate) fn rates(&mut self, call: &str, count: usize) -> Result<Vec<f64>> {
+        let modes = Modes::READABLE;
+        self.tell(call, modes, count, "continuous states", |model, values| model.rates(values))
+    }
+
+    pub(crate) fn indicators(&mut self, call: &str, count: usize) -> Result<Vec<f64>> {
+        let modes = Modes::READABLE;
+        self.tell(call, modes, count, "event indicators", |model, _| model.indicators())
+    }
+
+    /// Lets events pass; says whether there was one.
+    pub(crate) fn update_discrete_states(&mut self, call: &str) -> Result<bool> {
+        let (model, values, _) = self.equations(call, Modes::EVENT)?;
+        let passed = model.pass_events(values);
+        if passed.is_err() {
+            self.fail();
+        }
+        passed.map_err(|why| format!("{call}: {why}"))
+    }
+
+    /// A copy of the state.
+    pub(crate) fn state(&self) -> State {
+        self.state.clone()
+    }
+
+    /// Goes on from a copy.
+    pub(crate) fn set_state(&mut self, call: &str, state: &State) -> Result<()> {
+        if state.token != self.state.token {
+            return Err(format!("{call}: the state belongs to another model"));
+        }
+        self.state = state.clone();
+        Ok(())
+    }
+
+    /// A state from bytes.
+    pub(crate) fn deserialised(&self, call: &str, bytes: &[u8]) -> Result<State> {
+        let refuse = |why: &str| format!("{call}: the serialised state {why}");
+        let sum = bytes.len().checked_sub(8).ok_or_else(|| refuse("is too short"))?;
+        let (bytes, sum) = bytes.split_at(sum);
+        if hash(bytes.iter().copied()).to_le_bytes() != sum {
+            return Err(refuse("is damaged"));
+        }
+        let mut words = bytes
+            .chunks_exact(8)
+            .map(|word| u64::from_le_bytes(word.try_into().unwrap_or_default()));
+        let mut next = || words.next().ok_or_else(|| refuse("is too short"));
+        if next()? != FORMAT {
+            return Err(refuse("is of another format"));
+        }
+        if next()? != self.state.token {
+            return Err(refuse("belongs to another model"));
+        }
+        let (mode, stale, started) = (next()?, next()?, next()? != 0);
+        let stale = [Stale::Nothing, Stale::Restart, Stale::Tune, Stale::Place]
+            .into_iter()
+            .find(|s| *s as u64 == stale)
+            .ok_or_else(|| refuse("is damaged"))?;
+        let mode = u8::try_from(mode).ok().filter(|m| m.is_power_of_two() && *m < 128);
+        let mode = Modes(mode.ok_or_else(|| refuse("is damaged"))?);
+        let time = f64::from_bits(next()?);
+        let mut values = vec![];
+        for variable in self.fmu.variables() {
+            let value = f64::from_bits(next()?);
+            if variable.is_set() {
+                accept(variable, value).map_err(|why| refuse(&format!("is damaged: {why}")))?;
+            }
+            values.push(value);
+        }
+        let memory: Vec<f64> = words.map(f64::from_bits).collect();
+        let mut model = self.fmu.build();
+        if started {
+            model
+                .restart(&mut values.clone(), time)
+                .and_then(|()| model.recall(&values, &memory))
+                .map_err(|why| refuse(&format!("cannot be used: {why}")))?;
+        }
+        Ok(State { token: self.state.token, model, values, mode, time, stale, started })
+    }
+}
+
+/// The same as [`accept`], without words. Integers and Booleans come as such.
+#[inline]
+fn accepts(kind: Kind, value: f64) -> bool {
+    kind != Kind::Float64 || value.is_finite()
+}
+
+fn check_length(call: &str, what: &str, asked: usize, have: usize) -> Result<()> {
+    if asked == have {
+        Ok(())
+    } else {
+        Err(format!("{call}: {asked} {what} were asked for, but there are {have}"))
+    }
+}
+
+/// Marks the bytes of a state: `stiction` in ASCII, the last letter replaced by the version.
+const FORMAT: u64 = u64::from_le_bytes(*b"stictio1");
+
+impl State {
+    /// The state as bytes, for [`Instance::deserialised`].
+    pub(crate) fn serialised(&self) -> Vec<u8> {
+        let head = [
+            FORMAT,
+            self.token,
+            u64::from(self.mode.0),
+            self.stale as u64,
+            u64::from(self.started),
+            self.time.to_bits(),
+        ];
+        let memory = if self.started { self.model.memory() } else { vec![] };
+        let numbers = self.values.iter().chain(&memory).map(|number| number.to_bits());
+        let mut bytes: Vec<u8> =
+            head.into_iter().chain(numbers).flat_map(u64::to_le_bytes).collect();
+        let sum = hash(bytes.iter().copied());
+        bytes.extend(sum.to_le_bytes());
+        bytes
+    }
+}

@@ -1,0 +1,55 @@
+//! Sticking control valves as functional mock-up units (FMU), for FMI 2.0 and 3.0.
+//!
+//! One library, the same in every FMU. `resources/stiction.json` beside it says which model an instance
+//! is and with which start values; an [`Fmu`] writes that file and the `modelDescription.xml` that
+//! belongs to it:
+//!
+//! ```
+//! use stiction_fmu::{Fmi, Fmu};
+//!
+//! let fmu = Fmu::new("valve", "two-phase")?.with("S", 5.0)?.with("J", 2.0)?;
+//! let json = fmu.json();                   // resources/stiction.json
+//! let xml = fmu.xml(Fmi::V2);              // modelDescription.xml
+//! assert_eq!(Fmu::from_json(&json)?.json(), json);
+//! assert!(xml.contains(r#"name="S" valueReference="5""#));
+//! # Ok::<(), String>(())
+//! ```
+//!
+//! The library goes to `binaries/linux64/stiction.so` for FMI 2.0 and to
+//! `binaries/x86_64-linux/stiction.so` for FMI 3.0, and so on for other platforms ([`Fmi::binary`]).
+//!
+//! # Time
+//!
+//! * A data-driven valve takes one sample in each step: the OP is held over the step, and the VP at its
+//!   end is the answer to it. The step is the sample time, and may change.
+//! * A physical stem is integrated over the step with the OP held, events located. Nothing depends on
+//!   the step but the hold itself. In model exchange (FMI 2.0) the importer integrates, and finds the
+//!   events by their indicators; the OP may then vary as it likes.
+//! * A loop plays all of its own samples that fall into the step, its first moment included and its last
+//!   not. Its outputs are those of the last sample played.
+//!
+//! # How it is built
+//!
+//! `variables` is the one table of a model's variables; `model` what a model can do, whatever the
+//! version of FMI; `valve`, `stem` and `sticky_loop` are the models; `fmu` chooses one, and `json` and
+//! `description` write it down; `instance` says which call is permitted when; `fmi2` and `fmi3` are the
+//! functions an importer calls, with all that is `unsafe` there and in `boundary`.
+#![deny(unsafe_code)]
+
+mod boundary;
+mod description;
+pub mod fmi2;
+pub mod fmi3;
+mod fmu;
+mod instance;
+mod json;
+mod model;
+mod resources;
+mod stem;
+mod sticky_loop;
+mod valve;
+mod variables;
+
+pub use description::Fmi;
+pub use fmu::{Fmu, ModelEntry, models};
+pub use variables::{Causality, Kind, Variability, Variable};

@@ -1,0 +1,80 @@
+//! The parameters inside an FMU, where an importer says its resources are.
+
+use std::path::{Path, PathBuf};
+
+use crate::fmu::Fmu;
+
+/// The file's name.
+const FILE: &str = "stiction.json";
+
+/// More than any file of parameters holds.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// Reads the parameters in this directory.
+pub(crate) fn read(directory: &Path) -> Result<Fmu, String> {
+    let path = directory.join(FILE);
+    let refuse =
+        |why: String| format!("the parameters in {} cannot be used: {why}", path.display());
+    let size = std::fs::metadata(&path).map_err(|e| refuse(e.to_string()))?.len();
+    if size > MOST_BYTES {
+        return Err(refuse(format!("the file holds {size} bytes, more than {MOST_BYTES}")));
+    }
+    let text = std::fs::read_to_string(&path).map_err(|e| refuse(e.to_string()))?;
+    Fmu::from_json(&text).map_err(refuse)
+}
+
+/// The directory that a `file:` URI names, as FMI 2.0 has it.
+pub(crate) fn directory(uri: &str) -> Result<PathBuf, String> {
+    let refuse = || format!("the location of the resources, \"{uri}\", is not a file: URI");
+    let scheme = uri.get(..5).ok_or_else(refuse)?;
+    if !scheme.eq_ignore_ascii_case("file:") {
+        return Err(refuse());
+    }
+    let path = &uri[5..];
+    // file:/path, file:///path, file://localhost/path
+    let path = match path.strip_prefix("//") {
+        Some(rest) => rest.get(rest.find('/').ok_or_else(refuse)?..).unwrap_or_default(),
+        None => path,
+    };
+    let path = decoded(path).ok_or_else(refuse)?;
+    let bytes = path.as_bytes();
+    let drive = bytes.len() > 2 && bytes[0] == b'/' && bytes[2] == b':';
+    Ok(PathBuf::from(if drive { &path[1..] } else { &path }))
+}
+
+/// The text with its `%20` and the like resolved.
+fn decoded(text: &str) -> Option<String> {
+    let mut bytes = vec![];
+    let mut rest = text.bytes();
+    while let Some(byte) = rest.next() {
+        bytes.push(if byte == b'%' {
+            let digit = |byte: Option<u8>| (byte? as char).to_digit(16);
+            (digit(rest.next())? * 16 + digit(rest.next())?) as u8
+        } else {
+            byte
+        });
+    }
+    String::from_utf8(bytes).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::directory;
+    use std::path::Path;
+
+    #[test]
+    fn uris_name_directories() {
+        for (uri, path) in [
+            ("file:///tmp/a%20b/resources", "/tmp/a b/resources"),
+            ("file:/tmp/resources", "/tmp/resources"),
+            ("file://localhost/tmp/resources", "/tmp/resources"),
+            ("FILE:///C:/fmu/resources", "C:/fmu/resources"),
+        ] {
+            assert_eq!(directory(uri).unwrap(), Path::new(path));
+        }
+        for uri in ["", "http://a/b", "file://", "file:///%zz", "file:///%ff", "/tmp", "ä:ööö"]
+        {
+            assert!(directory(uri).is_err(), "{uri}");
+        }
+    }
+}

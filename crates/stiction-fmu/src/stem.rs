@@ -1,0 +1,387 @@
+//! The physical stem: integrated over a step with the OP held, or by a solver from outside.
+
+use stiction::stem::friction::{Armstrong, Dahl, LAWS};
+use stiction::stem::{
+    EventKind, FrictionLaw, MovingStem, ParameterSet, SETS, Stem, StemParameters, StemStart,
+};
+
+use crate::model::{Continuous, Model, Moves, Result, count};
+use crate::variables::{MOVES, Variable};
+
+/// Value references.
+const OP: usize = 1;
+const SUPPLY: usize = 2;
+const VP: usize = 3;
+const MOVED: std::ops::Range<usize> = 4..6;
+const POSITION: usize = 6;
+const VELOCITY: usize = 7;
+const FRICTION: usize = 8;
+const PRESSURE: usize = 9;
+const PARAMETERS: usize = 10;
+const AIR_LAG: usize = PARAMETERS + 7;
+const TOLERANCE: usize = PARAMETERS + 9;
+const RELAXED: usize = TOLERANCE + 1;
+const VP_START: usize = TOLERANCE + 2;
+/// The parameters of the friction law, and then the rates.
+const LAW: usize = TOLERANCE + 3;
+
+/// What a friction law is at first: from a parameter set with that law, or else close to one.
+pub(crate) fn preset(name: &str) -> Option<Result<(StemParameters, FrictionLaw)>> {
+    let set = match name {
+        "classical" => "cts",
+        "karnopp" => "usp-graphite-karnopp",
+        "lugre" => "usp-lugre",
+        "gms" => "usp-gms",
+        // The stem of the set usp; stiffness, memory and rise are this project's choice.
+        "dahl" | "armstrong" => "usp",
+        set => *SETS.iter().find(|known| **known == set)?,
+    };
+    let preset = || {
+        let set = ParameterSet::named(set)?;
+        let friction = match name {
+            "dahl" => FrictionLaw::Dahl(Dahl::new(700.0, 2.6e7, 125_000.0)?),
+            "armstrong" => FrictionLaw::Armstrong(
+                Armstrong {
+                    presliding_n_per_m: 2.6e7,
+                    coulomb_n: 700.0,
+                    viscous_n_s_per_m: 125_000.0,
+                    static_excess_n: 80.0,
+                    stribeck_m_per_s: 5e-4,
+                    memory_s: 0.01,
+                    rise_s: 1.0,
+                }
+                .checked()?,
+            ),
+            _ => set.friction,
+        };
+        Ok((set.stem, friction))
+    };
+    Some(preset().map_err(|e: stiction::Error| e.to_string()))
+}
+
+/// Unit and meaning of a friction parameter.
+fn friction_parameter(name: &str) -> (&'static str, &'static str) {
+    match name {
+        "static_n" => ("N", "Static friction"),
+        "coulomb_n" => ("N", "Coulomb friction"),
+        "viscous_n_s_per_m" => ("N.s/m", "Viscous friction"),
+        "stribeck_m_per_s" => ("m/s", "Stribeck velocity"),
+        "band_m_per_s" => ("m/s", "Half width of the band of velocities that count as zero"),
+        "stiffness_n_per_m" => ("N/m", "Stiffness of the bristles"),
+        "damping_n_s_per_m" => ("N.s/m", "Damping of the bristles"),
+        "attraction_n_per_s" => ("N/s", "How fast a slipping element follows the steady level"),
+        "stiffness_1_n_per_m" => ("N/m", "Stiffness of the first element"),
+        "stiffness_2_n_per_m" => ("N/m", "Stiffness of the second element"),
+        "stiffness_3_n_per_m" => ("N/m", "Stiffness of the third element"),
+        "damping_1_n_s_per_m" => ("N.s/m", "Damping of the first element"),
+        "damping_2_n_s_per_m" => ("N.s/m", "Damping of the second element"),
+        "damping_3_n_s_per_m" => ("N.s/m", "Damping of the third element"),
+        "share_1" => ("1", "Share of the first element in the steady friction"),
+        "share_2" => ("1", "Share of the second element in the steady friction"),
+        "share_3" => ("1", "Share of the third element in the steady friction"),
+        "presliding_n_per_m" => ("N/m", "Presliding stiffness"),
+        "static_excess_n" => ("N", "Static friction above Coulomb after a long rest"),
+        "memory_s" => ("s", "Frictional memory"),
+        "rise_s" => ("s", "Rise time of static friction"),
+        _ => ("", "Friction parameter"),
+    }
+}
+
+/// The names of the deflections that a law has as states.
+fn deflections(law: &FrictionLaw) -> &'static [(&'static str, &'static str)] {
+    match law {
+        FrictionLaw::Dahl(_) | FrictionLaw::LuGre(_) => &[("z", "der(z)")],
+        FrictionLaw::Gms(_) => &[("z1", "der(z1)"), ("z2", "der(z2)"), ("z3", "der(z3)")],
+        _ => &[],
+    }
+}
+
+/// Whether a solver from outside can compute a stem with this law.
+pub(crate) fn is_continuous(law: &str) -> bool {
+    law != "armstrong"
+}
+
+/// The table of a stem.
+pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variable> {
+    let p = Variable::parameter;
+    let rate = "Rate of change of the position";
+    let mut table = vec![
+        Variable::TIME,
+        Variable::input("OP", "%", 0.0, "Controller output"),
+        Variable::input(
+            "supply",
+            "Pa",
+            1e6,
+            "Pressure of the air supply, which limits the demanded one",
+        ),
+        Variable::output("VP", "%", "Valve position"),
+    ];
+    table.extend(MOVES);
+    table.extend([
+        Variable::output("position", "m", "Position of the stem, 0 closed"),
+        Variable::output("velocity", "m/s", "Velocity of the stem"),
+        Variable::output(
+            "friction",
+            "N",
+            "Friction force, positive if it holds back upward motion",
+        ),
+        Variable::output("pressure", "Pa", "Acting air pressure"),
+        p("mass_kg", "kg", stem.mass_kg, "Mass of the moving parts"),
+        p("spring_n_per_m", "N/m", stem.spring_n_per_m, "Spring constant"),
+        p("area_m2", "m2", stem.area_m2, "Diaphragm area"),
+        p("preload_n", "N", stem.preload_n, "Force of the spring at position 0"),
+        p("stroke_m", "m", stem.stroke_m, "Travel from closed to open"),
+        p("pressure_min_pa", "Pa", stem.pressure_min_pa, "Air pressure at 0 % OP"),
+        p("pressure_max_pa", "Pa", stem.pressure_max_pa, "Air pressure at 100 % OP"),
+        p("air_lag_s", "s", stem.air_lag_s, "Lag between demanded and acting pressure; 0 for none"),
+        p(
+            "end_stops",
+            "",
+            f64::from(u8::from(stem.end_stops)),
+            "Whether the stem is stopped at 0 and at the full stroke",
+        )
+        .boolean(),
+        p(
+            "tolerance",
+            "1",
+            Stem::DEFAULT_TOLERANCE,
+            "Relative tolerance of the integrator; not of one from outside",
+        ),
+        p("relaxed", "", 0.0, "Whether bristles begin relaxed instead of carrying the net force")
+            .boolean(),
+        p("VP_start", "%", 0.0, "Valve position at the start"),
+    ]);
+    for (name, value) in law.values() {
+        let (unit, description) = friction_parameter(name);
+        table.push(p(name, unit, value, description));
+    }
+    table.push(Variable::local("der(position)", "m/s", rate).rate_of(POSITION));
+    table.push(
+        Variable::local("der(velocity)", "m/s2", "Rate of change of the velocity")
+            .rate_of(VELOCITY),
+    );
+    for (name, of) in deflections(law) {
+        let state = table.len();
+        table.push(Variable::local(name, "m", "Deflection of bristles"));
+        table.push(Variable::local(of, "m/s", "Rate of change of the deflection").rate_of(state));
+    }
+    table.push(Variable::local("der(pressure)", "Pa/s", "Rate of change of the acting pressure"));
+    mark_pressure(&mut table);
+    table
+}
+
+/// Makes the acting pressure a state if there is a lag, and not if there is none.
+pub(crate) fn mark_pressure(table: &mut [Variable]) {
+    let lags = table[AIR_LAG].start.is_some_and(|lag| lag > 0.0);
+    if let Some(rate) = table.last_mut() {
+        rate.rate_of = lags.then_some(PRESSURE as u32);
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct StemModel {
+    law: &'static str,
+    /// How many parameters the law has.
+    count: usize,
+    moving: Option<MovingStem>,
+    parameters: StemParameters,
+    moves: Moves,
+}
+
+impl StemModel {
+    pub(crate) fn new(parameters: StemParameters, law: &FrictionLaw) -> Self {
+        Self {
+            law: law.name(),
+            count: law.values().len(),
+            moving: None,
+            parameters,
+            moves: Moves::default(),
+        }
+    }
+
+    fn demand_pa(&self, values: &[f64]) -> f64 {
+        self.parameters.supplied_pa(values[OP], values[SUPPLY])
+    }
+
+    /// Writes the outputs.
+    fn show(&self, values: &mut [f64]) {
+        let Some(moving) = &self.moving else { return };
+        let now = moving.sample();
+        values[VP] = self.parameters.percent(now.position_m);
+        values[MOVED.start] = f64::from(u8::from(moving.is_stuck()));
+        values[POSITION] = now.position_m;
+        values[VELOCITY] = now.velocity_m_per_s;
+        values[FRICTION] = now.friction_n;
+        values[PRESSURE] = now.pressure_pa;
+        let rates = moving.rates(self.demand_pa(values));
+        let states = moving.states().unwrap_or_default();
+        let locals = LAW + self.count;
+        let lags = self.parameters.air_lag_s > 0.0;
+        if let [_, acceleration, ..] = rates[..] {
+            values[locals] = rates[0];
+            values[locals + 1] = acceleration;
+            let deflections = rates.len() - 2 - usize::from(lags);
+            for i in 0..deflections {
+                values[locals + 2 + 2 * i] = states[2 + i];
+                values[locals + 3 + 2 * i] = rates[2 + i];
+            }
+            if let (true, Some(rate)) = (lags, rates.last()) {
+                values[locals + 2 + 2 * deflections] = *rate;
+            }
+        } else {
+            values[locals] = now.velocity_m_per_s;
+            let net_n = self.parameters.net_force_n(now.pressure_pa, now.position_m);
+            let moves = f64::from(u8::from(!moving.is_stuck()));
+            values[locals + 1] = moves * (net_n - now.friction_n) / self.parameters.mass_kg;
+        }
+    }
+
+    /// Counts what has happened since the last step.
+    fn count_slips(&mut self, values: &mut [f64]) {
+        let Some(moving) = &self.moving else { return };
+        let began = |kind| matches!(kind, EventKind::Slip | EventKind::Reversal);
+        if self.law == "classical" || self.law == "karnopp" || self.law == "armstrong" {
+            for _ in moving.events().iter().filter(|event| began(event.kind)) {
+                count(&mut values[MOVED]);
+            }
+        } else {
+            // Bristles never let the stem rest: it slips when it leaves creeping behind.
+            let velocity = moving.sample().velocity_m_per_s;
+            let direction = if moving.is_stuck() { 0.0 } else { 1f64.copysign(velocity) };
+            if direction != 0.0 && direction != self.moves.direction {
+                count(&mut values[MOVED]);
+            }
+            self.moves.direction = direction;
+        }
+    }
+}
+
+impl Model for StemModel {
+    fn restart(&mut self, values: &mut [f64], time: f64) -> Result<()> {
+        let [mass_kg, spring_n_per_m, area_m2, preload_n, stroke_m, min, max, air_lag_s, stops] =
+            *values[PARAMETERS..].first_chunk::<9>().expect("the table has them");
+        let parameters = StemParameters {
+            mass_kg,
+            spring_n_per_m,
+            area_m2,
+            preload_n,
+            stroke_m,
+            pressure_min_pa: min,
+            pressure_max_pa: max,
+            air_lag_s,
+            end_stops: stops != 0.0,
+        };
+        let begin = || {
+            let friction = FrictionLaw::from_name(self.law, &values[LAW..LAW + self.count])?;
+            let stem = Stem::new(parameters, friction)?.with_tolerance(values[TOLERANCE])?;
+            let pressure_pa = parameters.supplied_pa(values[OP], values[SUPPLY]);
+            let start = StemStart {
+                relaxed: values[RELAXED] != 0.0,
+                ..StemStart::at_rest(parameters.position_m(values[VP_START]))
+            };
+            MovingStem::new(&stem, start, pressure_pa, time)
+        };
+        self.moving = Some(begin().map_err(|e| e.to_string())?);
+        self.parameters = parameters;
+        self.moves = Moves::begin(&mut values[MOVED]);
+        self.show(values);
+        Ok(())
+    }
+
+    fn tune(&mut self, _values: &[f64]) -> Result<()> {
+        Ok(())
+    }
+
+    fn step(&mut self, values: &mut [f64], time: f64, step: f64) -> Result<()> {
+        let demand_pa = self.demand_pa(values);
+        let Some(moving) = &mut self.moving else { return Ok(()) };
+        moving.hold(demand_pa, time + step).map_err(|e| e.to_string())?;
+        if !moving.sample().position_m.is_finite() {
+            return Err(format!("with OP = {} the VP is too great to compute", values[OP]));
+        }
+        self.count_slips(values);
+        self.show(values);
+        Ok(())
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        let mut memory = vec![self.moves.direction];
+        memory.extend(self.moving.iter().flat_map(MovingStem::memory));
+        memory
+    }
+
+    fn recall(&mut self, _values: &[f64], memory: &[f64]) -> Result<()> {
+        let (Some(moving), [direction, stem @ ..]) = (&mut self.moving, memory) else {
+            return Err("this is not the state of a stem".to_owned());
+        };
+        moving.recall(stem).map_err(|e| e.to_string())?;
+        self.moves.direction = *direction;
+        Ok(())
+    }
+
+    fn continuous(&mut self) -> Option<&mut dyn Continuous> {
+        is_continuous(self.law).then_some(self)
+    }
+
+    fn copy(&self) -> Box<dyn Model> {
+        Box::new(self.clone())
+    }
+}
+
+impl Continuous for StemModel {
+    fn states(&self) -> Vec<f64> {
+        self.moving.as_ref().and_then(MovingStem::states).unwrap_or_default()
+    }
+
+    fn nominals(&self, values: &[f64]) -> Vec<f64> {
+        let stroke = self.parameters.stroke_m;
+        let mut nominals = vec![stroke; self.states().len()];
+        let parameter = |name: &str| {
+            let entry = LAWS.iter().find(|entry| entry.name == self.law)?;
+            let at = entry.parameters.iter().position(|p| *p == name)?;
+            values.get(LAW + at).copied()
+        };
+        for (i, names) in [
+            ("stiffness_n_per_m", "stiffness_1_n_per_m"),
+            ("", "stiffness_2_n_per_m"),
+            ("", "stiffness_3_n_per_m"),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let stiffness = parameter(names.0).or_else(|| parameter(names.1));
+            if let (Some(stiffness), Some(nominal)) = (stiffness, nominals.get_mut(2 + i)) {
+                *nominal = parameter("coulomb_n").unwrap_or(1.0) / stiffness;
+            }
+        }
+        if let (true, Some(nominal)) = (self.parameters.air_lag_s > 0.0, nominals.last_mut()) {
+            *nominal = self.parameters.pressure_max_pa - self.parameters.pressure_min_pa;
+        }
+        nominals
+    }
+
+    fn place(&mut self, values: &mut [f64], time: f64, states: Option<&[f64]>) {
+        let demand_pa = self.demand_pa(values);
+        let Some(moving) = &mut self.moving else { return };
+        moving.place(time, demand_pa, states.unwrap_or_default());
+        self.show(values);
+    }
+
+    fn rates(&self, values: &[f64]) -> Vec<f64> {
+        let demand_pa = self.demand_pa(values);
+        self.moving.as_ref().map(|moving| moving.rates(demand_pa)).unwrap_or_default()
+    }
+
+    fn indicators(&self) -> Vec<f64> {
+        let guards = self.moving.as_ref().map_or([1.0; MovingStem::GUARDS], MovingStem::guards);
+        guards.map(|guard| if guard.is_finite() { guard } else { 1.0 }).to_vec()
+    }
+
+    fn pass_events(&mut self, values: &mut [f64]) -> Result<bool> {
+        let Some(moving) = &mut self.moving else { return Ok(false) };
+        let passed = moving.pass_events().map_err(|e| e.to_string())?;
+        self.count_slips(values);
+        self.show(values);
+        Ok(passed)
+    }
+}

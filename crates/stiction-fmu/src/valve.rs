@@ -1,0 +1,152 @@
+//! A data-driven valve: one sample a step.
+
+use stiction::Bands;
+use stiction::valve::{AnyModel, Assembly, HeWang, Model as Law, Start, StemLag, TwoPhase, Valve};
+
+use crate::model::{Model, Moves, Result};
+use crate::variables::{MOVES, Variable};
+
+/// Value references.
+const OP: usize = 1;
+const VP: usize = 2;
+const MOVED: std::ops::Range<usize> = 3..5;
+const PARAMETERS: usize = 5;
+const VP_START: usize = PARAMETERS + SETTINGS;
+
+/// How many variables [`settings`] are.
+pub(crate) const SETTINGS: usize = 8;
+
+/// The parameters of any valve, alone or in a loop.
+pub(crate) fn settings() -> [Variable; SETTINGS] {
+    let p = Variable::parameter;
+    [
+        p("S", "%", 5.0, "Stick band plus dead band").tunable(),
+        p("J", "%", 2.0, "Slip jump").tunable(),
+        p("K", "1", HeWang::TYPICAL_OVERSHOOT, "Overshoot of a slip, 1 to 2; of law he-wang only")
+            .tunable(),
+        p(
+            "rest_tolerance",
+            "%/s",
+            0.0,
+            "Speed of the OP that counts as a pause; of law two-phase only",
+        ),
+        p("stem_lag", "s", 0.0, "Time constant of the stem behind the law; 0 for none"),
+        p("limited", "", 0.0, "Whether OP and VP are limited").boolean(),
+        p("low", "%", 0.0, "Lower limit of OP and VP, if they are limited"),
+        p("high", "%", 100.0, "Upper limit of OP and VP, if they are limited"),
+    ]
+}
+
+/// A valve with the [`settings`] in `values`, sampled every `sample_time` seconds, stuck at 0.
+pub(crate) fn build(law: Law, values: &[f64], sample_time: f64) -> stiction::Result<Assembly> {
+    let [s, j, k, rest, lag, limited, low, high] = *values else {
+        unreachable!("a valve has as many settings as its table")
+    };
+    let bands = Bands::from_s_j(s, j)?;
+    let model = match law {
+        Law::TwoPhase => {
+            AnyModel::TwoPhase(TwoPhase::new(bands).with_rest_tolerance(rest, sample_time)?)
+        }
+        Law::HeWang => AnyModel::HeWang(HeWang::new(bands, k)?),
+        law => law.build(bands)?,
+    };
+    let mut valve = Assembly::new(model);
+    if limited != 0.0 {
+        valve = valve.with_limits(low, high)?;
+    }
+    let lagged = StemLag::new(lag, sample_time)?;
+    Ok(if lag > 0.0 { valve.with_lag(lagged) } else { valve })
+}
+
+/// The table of a valve.
+pub(crate) fn variables() -> Vec<Variable> {
+    let mut table = vec![
+        Variable::TIME,
+        Variable::input("OP", "%", 0.0, "Controller output, held over each step"),
+        Variable::output("VP", "%", "Valve position").sampled(),
+    ];
+    table.extend(MOVES);
+    table.extend(settings());
+    table.push(Variable::parameter("VP_start", "%", 0.0, "Valve position and OP before the start"));
+    table
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct ValveModel {
+    law: Law,
+    valve: Assembly,
+    /// The sample time it is built for, s: the last step.
+    sample_time: f64,
+    moves: Moves,
+}
+
+impl ValveModel {
+    pub(crate) fn new(law: Law) -> Self {
+        let valve = Assembly::new(AnyModel::Ideal(Default::default()));
+        Self { law, valve, sample_time: 1.0, moves: Moves::default() }
+    }
+
+    fn built(&self, values: &[f64], sample_time: f64) -> Result<Assembly> {
+        build(self.law, &values[PARAMETERS..VP_START], sample_time).map_err(|e| e.to_string())
+    }
+
+    /// Goes on from where it is with other settings or another sample time.
+    #[cold]
+    fn rebuild(&mut self, values: &[f64], sample_time: f64) -> Result<()> {
+        let memory = self.valve.memory();
+        self.valve = self.built(values, sample_time)?;
+        self.valve.recall(&memory);
+        self.sample_time = sample_time;
+        Ok(())
+    }
+}
+
+impl Model for ValveModel {
+    fn restart(&mut self, values: &mut [f64], _time: f64) -> Result<()> {
+        let mut valve = self.built(values, self.sample_time)?;
+        valve.restart(Start::at_rest(values[VP_START]));
+        values[VP] = valve.position();
+        self.valve = valve;
+        self.moves = Moves::begin(&mut values[MOVED]);
+        Ok(())
+    }
+
+    fn tune(&mut self, values: &[f64]) -> Result<()> {
+        self.rebuild(values, self.sample_time)
+    }
+
+    #[inline]
+    fn step(&mut self, values: &mut [f64], _time: f64, step: f64) -> Result<()> {
+        if step != self.sample_time {
+            self.rebuild(values, step)?;
+        }
+        let before = self.valve.model().position();
+        let vp = self.valve.step(values[OP]);
+        if !vp.is_finite() {
+            return Err(format!("with OP = {} the VP is too great to compute", values[OP]));
+        }
+        self.moves.note(before, self.valve.model().position(), &mut values[MOVED]);
+        values[VP] = vp;
+        Ok(())
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        let mut memory = self.valve.memory().to_vec();
+        memory.extend([self.moves.direction, self.sample_time]);
+        memory
+    }
+
+    fn recall(&mut self, values: &[f64], memory: &[f64]) -> Result<()> {
+        let Ok([a, b, c, d, e, f, g, direction, sample_time]) = <[f64; 9]>::try_from(memory) else {
+            return Err("this is not the state of a valve".to_owned());
+        };
+        self.rebuild(values, sample_time)?;
+        self.valve.recall(&[a, b, c, d, e, f, g]);
+        self.moves.direction = direction;
+        Ok(())
+    }
+
+    fn copy(&self) -> Box<dyn Model> {
+        Box::new(self.clone())
+    }
+}

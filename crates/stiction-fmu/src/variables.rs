@@ -1,0 +1,161 @@
+//! The table of variables: what drives description, getting, setting, and documentation alike.
+
+/// The type of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// `Real` in FMI 2.0, `Float64` in FMI 3.0.
+    Float64,
+    /// `Integer` in FMI 2.0, `Int32` in FMI 3.0.
+    Int32,
+    /// `Boolean`.
+    Boolean,
+}
+
+/// What a variable is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Causality {
+    /// Time.
+    Independent,
+    /// Set from outside.
+    Input,
+    /// Computed.
+    Output,
+    /// Chosen before the simulation, or tuned in it.
+    Parameter,
+    /// Computed, of interest to solvers.
+    Local,
+}
+
+/// When a variable may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variability {
+    /// At any time.
+    Continuous,
+    /// At samples and events.
+    Discrete,
+    /// Never, once the simulation has been initialised.
+    Fixed,
+    /// Between steps.
+    Tunable,
+}
+
+/// One variable. Its value reference is its place in the table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variable {
+    /// Name.
+    pub name: &'static str,
+    /// Unit; empty if there is none.
+    pub unit: &'static str,
+    /// Type.
+    pub kind: Kind,
+    /// What it is for.
+    pub causality: Causality,
+    /// When it may change.
+    pub variability: Variability,
+    /// Value at the start; `None` if it is computed.
+    pub start: Option<f64>,
+    /// What it is, in one line.
+    pub description: &'static str,
+    /// The value reference of the state whose rate this is.
+    pub rate_of: Option<u32>,
+}
+
+impl Variable {
+    const fn real(
+        causality: Causality,
+        variability: Variability,
+        name: &'static str,
+        unit: &'static str,
+        start: Option<f64>,
+        description: &'static str,
+    ) -> Self {
+        let (kind, rate_of) = (Kind::Float64, None);
+        Self { name, unit, kind, causality, variability, start, description, rate_of }
+    }
+
+    /// The time, always number 0.
+    pub(crate) const TIME: Self =
+        Self::real(Causality::Independent, Variability::Continuous, "time", "s", None, "Time");
+
+    pub(crate) const fn input(
+        name: &'static str,
+        unit: &'static str,
+        start: f64,
+        description: &'static str,
+    ) -> Self {
+        Self::real(Causality::Input, Variability::Continuous, name, unit, Some(start), description)
+    }
+
+    pub(crate) const fn output(
+        name: &'static str,
+        unit: &'static str,
+        description: &'static str,
+    ) -> Self {
+        Self::real(Causality::Output, Variability::Continuous, name, unit, None, description)
+    }
+
+    pub(crate) const fn local(
+        name: &'static str,
+        unit: &'static str,
+        description: &'static str,
+    ) -> Self {
+        Self::real(Causality::Local, Variability::Continuous, name, unit, None, description)
+    }
+
+    pub(crate) const fn parameter(
+        name: &'static str,
+        unit: &'static str,
+        start: f64,
+        description: &'static str,
+    ) -> Self {
+        Self::real(Causality::Parameter, Variability::Fixed, name, unit, Some(start), description)
+    }
+
+    /// The same, taking its values at samples only.
+    pub(crate) const fn sampled(mut self) -> Self {
+        self.variability = Variability::Discrete;
+        self
+    }
+
+    /// The same, to be tuned while the simulation runs.
+    pub(crate) const fn tunable(mut self) -> Self {
+        self.variability = Variability::Tunable;
+        self
+    }
+
+    /// The same as yes or no.
+    pub(crate) const fn boolean(mut self) -> Self {
+        self.kind = Kind::Boolean;
+        if matches!(self.causality, Causality::Output) {
+            self.variability = Variability::Discrete;
+        }
+        self
+    }
+
+    /// The same as a whole number.
+    pub(crate) const fn integer(mut self) -> Self {
+        self.kind = Kind::Int32;
+        if matches!(self.causality, Causality::Output) {
+            self.variability = Variability::Discrete;
+        }
+        self
+    }
+
+    /// The same as the rate of another variable.
+    pub(crate) const fn rate_of(mut self, state: usize) -> Self {
+        self.rate_of = Some(state as u32);
+        self
+    }
+
+    /// Whether it is set from outside: the start values of such are in `stiction.json`.
+    pub fn is_set(&self) -> bool {
+        matches!(self.causality, Causality::Input | Causality::Parameter)
+    }
+}
+
+/// The outputs that all valves have, next to the VP: numbers are relative to the first.
+pub(crate) const MOVES: [Variable; 2] = [
+    Variable::output("stuck", "", "Whether the stem is stuck").boolean(),
+    Variable::output("slips", "", "How often the stem has begun to move, or turned round")
+        .integer(),
+];

@@ -1,0 +1,132 @@
+//! The descriptions say what the tables say.
+
+use std::collections::BTreeSet;
+
+use stiction_fmu::{Causality, Fmi, Fmu, Kind, models};
+
+/// The tags of a document with their attributes, if it is well-formed.
+fn tags(xml: &str) -> Vec<(String, Vec<(String, String)>)> {
+    let body = xml.strip_prefix("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n").expect("a head");
+    let (mut open, mut tags) = (vec![], vec![]);
+    for piece in body.split('<').skip(1) {
+        let (tag, rest) = piece.split_once('>').expect("a tag ends");
+        assert!(rest.trim().is_empty(), "text outside of tags: {rest}");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop().as_deref(), Some(name));
+            continue;
+        }
+        let (tag, closed) = tag.strip_suffix('/').map_or((tag, false), |tag| (tag, true));
+        let (name, mut rest) = tag.split_once(' ').unwrap_or((tag, ""));
+        let mut attributes: Vec<(String, String)> = vec![];
+        while let Some((key, after)) = rest.trim_start().split_once("=\"") {
+            let (value, after) = after.split_once('"').expect("a value ends");
+            assert!(!value.contains(['&', '<']), "{value}");
+            assert!(attributes.iter().all(|(k, _)| k != key), "{key} twice");
+            attributes.push((key.to_owned(), value.to_owned()));
+            rest = after;
+        }
+        assert!(rest.trim().is_empty(), "{rest}");
+        if !closed {
+            open.push(name.to_owned());
+        }
+        tags.push((name.to_owned(), attributes));
+    }
+    assert!(open.is_empty());
+    tags
+}
+
+#[test]
+fn descriptions_are_well_formed_and_say_what_the_table_says() {
+    for entry in models() {
+        let fmu = Fmu::new(entry.model, entry.law).unwrap();
+        fmu.check().unwrap();
+        for version in [Fmi::V2, Fmi::V3] {
+            let tags = tags(&fmu.xml(version));
+            let of = |name: &'static str| tags.iter().filter(move |(tag, _)| tag == name);
+            let get = |attributes: &[(String, String)], key: &str| {
+                attributes.iter().find(|(k, _)| k == key).map(|(_, value)| value.clone())
+            };
+            let token = if version == Fmi::V2 { "guid" } else { "instantiationToken" };
+            assert_eq!(get(&tags[0].1, token), Some(fmu.token()));
+            let units: BTreeSet<_> = of("Unit").map(|(_, a)| get(a, "name").unwrap()).collect();
+
+            // In FMI 2.0 type and start are in a tag of their own, which follows.
+            let typed = |i: usize| match version {
+                Fmi::V2 => tags[i + 1].clone(),
+                Fmi::V3 => tags[i].clone(),
+            };
+            let variables: Vec<usize> =
+                (0..tags.len()).filter(|i| get(&tags[*i].1, "causality").is_some()).collect();
+            assert_eq!(variables.len(), fmu.variables().len());
+            for ((r, v), i) in fmu.variables().iter().enumerate().zip(variables) {
+                let attributes = &tags[i].1;
+                assert_eq!(get(attributes, "name").as_deref(), Some(v.name));
+                assert_eq!(get(attributes, "valueReference"), Some(r.to_string()));
+                let (kind, attributes) = typed(i);
+                let expected = match (v.kind, version) {
+                    (Kind::Float64, Fmi::V2) => "Real",
+                    (Kind::Float64, Fmi::V3) => "Float64",
+                    (Kind::Int32, Fmi::V2) => "Integer",
+                    (Kind::Int32, Fmi::V3) => "Int32",
+                    (Kind::Boolean, _) => "Boolean",
+                };
+                assert_eq!(kind, expected);
+                let start = get(&attributes, "start").map(|start| match start.as_str() {
+                    "true" => 1.0,
+                    "false" => 0.0,
+                    number => number.parse().unwrap(),
+                });
+                assert_eq!(start, v.start, "{}", v.name);
+                let unit = get(&attributes, "unit").unwrap_or_default();
+                assert_eq!(unit, v.unit);
+                assert!(unit.is_empty() || units.contains(&unit), "{unit} is defined");
+                assert!(!v.description.is_empty());
+            }
+            let outputs = fmu.variables().iter().filter(|v| v.causality == Causality::Output);
+            if version == Fmi::V3 {
+                assert_eq!(of("Output").count(), outputs.count());
+            }
+        }
+    }
+}
+
+#[test]
+fn names_are_unique_and_parameters_survive_their_file() {
+    for entry in models() {
+        let fmu = Fmu::new(entry.model, entry.law).unwrap();
+        let names: BTreeSet<_> = fmu.variables().iter().map(|v| v.name).collect();
+        assert_eq!(names.len(), fmu.variables().len());
+        let other = fmu.settings().map(|v| v.name).fold(fmu.clone(), |fmu, name| {
+            match fmu.variables().iter().find(|v| v.name == name).unwrap().kind {
+                Kind::Float64 => fmu.with(name, 1.0 / 3.0).unwrap(),
+                _ => fmu.with(name, 1.0).unwrap(),
+            }
+        });
+        assert_eq!(Fmu::from_json(&fmu.json()).unwrap().json(), fmu.json());
+        assert_eq!(Fmu::from_json(&other.json()).unwrap(), other);
+        if entry.model != "stem" {
+            // The lag of a stem adds a state; nothing else changes the token.
+            assert_eq!(other.token(), fmu.token());
+        }
+    }
+    let tokens: BTreeSet<_> = ["two-phase", "kano", "he"]
+        .into_iter()
+        .flat_map(|law| ["valve", "loop"].map(|model| Fmu::new(model, law).unwrap().token()))
+        .collect();
+    assert_eq!(tokens.len(), 6);
+}
+
+#[test]
+fn what_is_unknown_is_answered_with_what_is_known() {
+    let says = |found: Result<Fmu, String>, part: &str| {
+        let why = found.unwrap_err();
+        assert!(why.contains(part), "{why}");
+    };
+    says(Fmu::new("pump", "x"), "known are valve, stem, loop");
+    says(Fmu::new("valve", "x"), "known are two-phase, choudhury");
+    says(Fmu::new("stem", "x"), "known are classical, karnopp, dahl, lugre, gms, armstrong, cts");
+    let valve = Fmu::new("valve", "kano").unwrap();
+    says(valve.clone().with("s", 1.0), "known are OP, S, J, K");
+    says(valve.clone().with("S", f64::NAN), "S is NaN, but must be a finite number");
+    says(valve.with("limited", 0.5), "must be 1 (true) or 0 (false)");
+}

@@ -1,0 +1,177 @@
+//! One closed loop, played sample by sample from outside.
+
+use super::bank::{Each, LoopBank, with_order};
+use super::process::{DelayLine, ProcessBank};
+use super::simulate::ClosedLoop;
+use crate::error::{Error, Result, finite};
+use crate::simd::Lane;
+use crate::valve::{Assembly, Start, Valve};
+
+/// A closed loop that waits for what drives it, one sample at a time.
+///
+/// It gives the bits of [`ClosedLoop::run`], which runs the same code.
+///
+/// ```
+/// use stiction::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction::{Bands, valve::{Assembly, Model}};
+///
+/// let mut sticky = ClosedLoop::new(
+///     Controller::pi(1.1, 2.5)?,
+///     Assembly::new(Model::TwoPhase.build(Bands::from_s_j(5.0, 3.0)?)?),
+///     Process::first_order(1.5, 5.93, 1.07)?,
+/// );
+/// sticky.set_point = 5.0.into();
+/// let run = sticky.run()?;
+/// let mut player = sticky.player()?;
+/// for k in 0..run.pv.len() {
+///     let now = player.step(5.0, 0.0, 0.0)?;
+///     assert_eq!((now.pv, now.op, now.vp), (run.pv[k], run.op[k], run.vp[k]));
+/// }
+/// # Ok::<(), stiction::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Player(Bank);
+
+/// What a [`Player`] did at one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Played {
+    /// Measured process value.
+    pub pv: f64,
+    /// Controller output, percent.
+    pub op: f64,
+    /// Valve position, percent.
+    pub vp: f64,
+}
+
+type One<const M: usize> = LoopBank<Each<Assembly, 1>, 1, M>;
+
+/// A loop with room for the states of its process.
+#[derive(Debug, Clone)]
+enum Bank {
+    Of1(Box<One<1>>),
+    Of2(Box<One<2>>),
+    Of4(Box<One<4>>),
+    Of8(Box<One<8>>),
+}
+
+macro_rules! with_bank {
+    ($bank:expr, $one:ident => $body:expr) => {
+        match $bank {
+            Bank::Of1($one) => $body,
+            Bank::Of2($one) => $body,
+            Bank::Of4($one) => $body,
+            Bank::Of8($one) => $body,
+        }
+    };
+}
+
+impl From<One<1>> for Bank {
+    fn from(one: One<1>) -> Self {
+        Self::Of1(Box::new(one))
+    }
+}
+impl From<One<2>> for Bank {
+    fn from(one: One<2>) -> Self {
+        Self::Of2(Box::new(one))
+    }
+}
+impl From<One<4>> for Bank {
+    fn from(one: One<4>) -> Self {
+        Self::Of4(Box::new(one))
+    }
+}
+impl From<One<8>> for Bank {
+    fn from(one: One<8>) -> Self {
+        Self::Of8(Box::new(one))
+    }
+}
+
+impl ClosedLoop {
+    /// This loop before its first sample. Its signals are left out, but for the first set point, which
+    /// a bumpless controller starts from: [`Player::step`] is told what they are.
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::run`].
+    pub fn player(&self) -> Result<Player> {
+        let prepared = self.prepare()?;
+        let mut valve = self.valve.clone();
+        valve.restart(Start::at_rest(self.op_rest));
+        Ok(Player(with_order!(prepared.process.order(), M => {
+            One::<M>::new([&prepared], Each([valve])).into()
+        })))
+    }
+}
+
+impl Player {
+    /// Plays one sample: `load` adds to the valve position, `measurement` to the PV.
+    ///
+    /// # Errors
+    /// If one of them is not finite; then nothing has happened.
+    pub fn step(&mut self, sp: f64, load: f64, measurement: f64) -> Result<Played> {
+        let sp = Lane([finite("set point", sp)?]);
+        let load = Lane([finite("load", load)?]);
+        let measurement = Lane([finite("measurement", measurement)?]);
+        let sample = with_bank!(&mut self.0, one => one.step(&sp, &load, &measurement));
+        Ok(Played { pv: sample.pv[0], op: sample.op[0], vp: sample.vp[0] })
+    }
+
+    /// The valve.
+    pub fn valve(&self) -> &Assembly {
+        with_bank!(&self.0, one => one.valve())
+    }
+
+    /// The valve, to go on with another in its place.
+    pub fn valve_mut(&mut self) -> &mut Assembly {
+        with_bank!(&mut self.0, one => one.valve_mut())
+    }
+
+    /// What the loop remembers between samples, as plain numbers.
+    pub fn memory(&self) -> Vec<f64> {
+        let mut memory = self.valve().memory().to_vec();
+        with_bank!(&self.0, one => one.remember(&mut memory));
+        memory
+    }
+
+    /// Goes on from what a loop with the same settings remembered.
+    ///
+    /// # Errors
+    /// If that was another kind of loop.
+    pub fn recall(&mut self, memory: &[f64]) -> Result<()> {
+        let expected = self.memory().len();
+        let Some((valve, rest)) =
+            memory.split_first_chunk::<7>().filter(|_| memory.len() == expected)
+        else {
+            return Err(Error::Length {
+                name: "memory of the loop",
+                found: memory.len(),
+                expected,
+            });
+        };
+        self.valve_mut().recall(valve);
+        let mut rest = rest.iter().copied();
+        with_bank!(&mut self.0, one => one.recall(&mut rest));
+        Ok(())
+    }
+}
+
+impl<const M: usize> ProcessBank<1, M> {
+    pub(super) fn remember(&self, memory: &mut Vec<f64>) {
+        memory.extend(self.states().map(|state| state[0]));
+    }
+
+    pub(super) fn recall(&mut self, memory: &mut impl Iterator<Item = f64>) {
+        for state in self.states_mut() {
+            state[0] = memory.next().unwrap_or(0.0);
+        }
+    }
+}
+
+impl DelayLine<1> {
+    pub(super) fn remember(&self, memory: &mut Vec<f64>) {
+        memory.extend(self.newest_first().map(|v| v[0]));
+    }
+
+    pub(super) fn recall(&mut self, memory: &mut impl Iterator<Item = f64>) {
+        self.refill(|| Lane([memory.next().unwrap_or(0.0)]));
+    }
+}
