@@ -6,7 +6,9 @@ use std::process::Command;
 fn main() {
     let var = |name: &str| std::env::var(name).unwrap_or_default();
     let crates = Path::new(&var("CARGO_MANIFEST_DIR")).join("..");
-    for source in ["stiction/src", "stiction/model", "stiction/Cargo.toml", "stiction-fmu", "../Cargo.lock"] {
+    for source in
+        ["stiction/src", "stiction/model", "stiction/Cargo.toml", "stiction-fmu", "../Cargo.lock"]
+    {
         println!("cargo::rerun-if-changed={}", crates.join(source).display());
     }
     let out = PathBuf::from(var("OUT_DIR"));
@@ -22,7 +24,10 @@ fn main() {
         // What clippy wraps the outer build in has no part in the library.
         .env_remove("RUSTC_WORKSPACE_WRAPPER")
         .status();
-    assert!(built.is_ok_and(|status| status.success()), "the library of the FMUs could not be built");
+    assert!(
+        built.is_ok_and(|status| status.success()),
+        "the library of the FMUs could not be built"
+    );
     let name = match var("CARGO_CFG_TARGET_OS").as_str() {
         "windows" => "stiction_fmu.dll",
         "macos" => "libstiction_fmu.dylib",

@@ -95,7 +95,9 @@ fn chosen(args: &Args) -> Result<Fmu> {
     }
     let mut fmu = match (&args.model, &args.stem) {
         (_, Some(stem)) => Fmu::new("stem", stem).map_err(refuse)?,
-        (model, None) => Fmu::new("valve", model.as_deref().unwrap_or("two-phase")).map_err(refuse)?,
+        (model, None) => {
+            Fmu::new("valve", model.as_deref().unwrap_or("two-phase")).map_err(refuse)?
+        }
     };
     for (name, value) in [("S", args.s), ("J", args.j)] {
         if let Some(value) = value {
@@ -109,11 +111,13 @@ fn chosen(args: &Args) -> Result<Fmu> {
         let value = match value.trim() {
             "true" => 1.0,
             "false" => 0.0,
-            number => number
-                .parse()
-                .with_context(|| format!("--set {setting}: {number} is no number, true or false"))?,
+            number => number.parse().with_context(|| {
+                format!("--set {setting}: {number} is no number, true or false")
+            })?,
         };
-        fmu = fmu.with(name.trim(), value).map_err(|why| anyhow::anyhow!("--set {setting}: {why}"))?;
+        fmu = fmu
+            .with(name.trim(), value)
+            .map_err(|why| anyhow::anyhow!("--set {setting}: {why}"))?;
     }
     fmu.check().map_err(refuse)?;
     Ok(fmu)

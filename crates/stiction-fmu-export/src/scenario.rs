@@ -52,7 +52,8 @@ pub fn of_scenario(scenario: &Scenario) -> Result<Fmu, Error> {
     let settings = scenario.settings();
     if settings.iter().all(|(key, ..)| key != "controller.ti") {
         return Err(Error::Model(
-            "a loop inside an FMU needs integral action; give controller.kc and controller.ti".to_owned(),
+            "a loop inside an FMU needs integral action; give controller.kc and controller.ti"
+                .to_owned(),
         ));
     }
     (set("S", bands.s())?, set("J", bands.j())?);

@@ -45,10 +45,11 @@ fn a_scenario_becomes_a_loop_with_its_settings() {
     let set = ["valve.S=4".to_owned(), "controller.limits=[-50, 60]".to_owned()];
     let scenario = Scenario::open("paper/closed-loop", &set).unwrap();
     let fmu = of_scenario(&scenario).unwrap();
-    let start = |name: &str| {
-        fmu.variables().iter().find(|v| v.name == name).and_then(|v| v.start).unwrap()
-    };
-    for (name, value) in [("S", 4.0), ("J", 3.0), ("Kc", 1.1), ("Ti", 2.5), ("dead_time", 1.07), ("OP_high", 60.0)] {
+    let start =
+        |name: &str| fmu.variables().iter().find(|v| v.name == name).and_then(|v| v.start).unwrap();
+    for (name, value) in
+        [("S", 4.0), ("J", 3.0), ("Kc", 1.1), ("Ti", 2.5), ("dead_time", 1.07), ("OP_high", 60.0)]
+    {
         assert_eq!(start(name), value, "{name}");
     }
     for (name, set) in [
