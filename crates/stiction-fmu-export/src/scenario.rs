@@ -56,7 +56,8 @@ pub fn of_scenario(scenario: &Scenario) -> Result<Fmu, Error> {
                 .to_owned(),
         ));
     }
-    (set("S", bands.s())?, set("J", bands.j())?);
+    set("S", bands.s())?;
+    set("J", bands.j())?;
     for (key, value, _) in settings {
         if let Some((_, name)) = SHARED.iter().find(|(known, _)| *known == key) {
             let number = value.parse().map_err(|_| refused(&key, &value))?;
@@ -77,11 +78,15 @@ pub fn of_scenario(scenario: &Scenario) -> Result<Fmu, Error> {
             ("resolution.pv", _) => set("PV_quantum", number(&key, &value)?)?,
             ("controller.limits", _) => {
                 let (low, high) = pair(&key, &value)?;
-                (set("OP_limited", 1.0)?, set("OP_low", low)?, set("OP_high", high)?);
+                for (name, value) in [("OP_limited", 1.0), ("OP_low", low), ("OP_high", high)] {
+                    set(name, value)?;
+                }
             }
             ("valve.limits", _) => {
                 let (low, high) = pair(&key, &value)?;
-                (set("limited", 1.0)?, set("low", low)?, set("high", high)?);
+                for (name, value) in [("limited", 1.0), ("low", low), ("high", high)] {
+                    set(name, value)?;
+                }
             }
             _ => return Err(refused(&key, &value)),
         }
