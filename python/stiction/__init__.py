@@ -16,6 +16,7 @@ from stiction import (
     cycles,
     detection,
     diagnosis,
+    fmu,
     identification,
     loops,
     oscillations,

@@ -4,7 +4,7 @@ use crate::{actions, output};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
-use stiction_fmu::{Causality, Fmi, Fmu, Kind, Variability, models};
+use stiction_fmu::{Fmi, Fmu, models};
 use stiction_fmu_export::{Library, of_scenario, write};
 
 /// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
@@ -134,23 +134,14 @@ fn library(given: &str) -> Result<Library> {
 
 fn variables(fmu: &Fmu) -> Result<()> {
     for variable in fmu.variables() {
-        let is = match (variable.causality, variable.variability) {
-            (Causality::Independent, _) => "time",
-            (Causality::Input, _) => "input",
-            (Causality::Output, _) => "output",
-            (Causality::Parameter, Variability::Tunable) => "tunable",
-            (Causality::Parameter, _) => "parameter",
-            (Causality::Local, _) => "local",
-        };
-        let start = match (variable.kind, variable.start) {
-            (_, None) => String::new(),
-            (Kind::Boolean, Some(value)) => (value != 0.0).to_string(),
-            (_, Some(value)) => value.to_string(),
-        };
         output::line(
             format!(
-                "{:16} {is:9} {start:>10} {:6} {}",
-                variable.name, variable.unit, variable.description
+                "{:16} {:9} {:>10} {:6} {}",
+                variable.name,
+                variable.role(),
+                variable.start_text(),
+                variable.unit,
+                variable.description
             )
             .trim_end(),
         )?;

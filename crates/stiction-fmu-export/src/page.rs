@@ -1,6 +1,6 @@
 //! The page inside an FMU that documents its variables.
 
-use stiction_fmu::{Causality, Fmi, Fmu, Kind, Variability};
+use stiction_fmu::{Fmi, Fmu};
 
 /// The page.
 pub fn page(fmu: &Fmu, fmi: Fmi) -> String {
@@ -25,21 +25,9 @@ pub fn page(fmu: &Fmu, fmi: Fmi) -> String {
     };
     let mut rows = String::new();
     for variable in fmu.variables() {
-        let start = match (variable.kind, variable.start) {
-            (_, None) => String::new(),
-            (Kind::Boolean, Some(value)) => (value != 0.0).to_string(),
-            (_, Some(value)) => value.to_string(),
-        };
-        let causality = match variable.causality {
-            Causality::Independent => "time",
-            Causality::Input => "input",
-            Causality::Output => "output",
-            Causality::Parameter if variable.variability == Variability::Tunable => "tunable",
-            Causality::Parameter => "parameter",
-            Causality::Local => "local",
-        };
+        let (role, start) = (variable.role(), variable.start_text());
         rows += &format!(
-            "<tr><td>{}</td><td>{causality}</td><td>{start}</td><td>{}</td><td>{}</td></tr>\n",
+            "<tr><td>{}</td><td>{role}</td><td>{start}</td><td>{}</td><td>{}</td></tr>\n",
             escaped(variable.name),
             escaped(variable.unit),
             escaped(variable.description)

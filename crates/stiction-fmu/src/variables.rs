@@ -147,6 +147,27 @@ impl Variable {
         self
     }
 
+    /// What it is to a user, in a word: time, input, output, parameter, tunable or local.
+    pub fn role(&self) -> &'static str {
+        match (self.causality, self.variability) {
+            (Causality::Independent, _) => "time",
+            (Causality::Input, _) => "input",
+            (Causality::Output, _) => "output",
+            (Causality::Parameter, Variability::Tunable) => "tunable",
+            (Causality::Parameter, _) => "parameter",
+            (Causality::Local, _) => "local",
+        }
+    }
+
+    /// Its start value as text; empty if it is computed.
+    pub fn start_text(&self) -> String {
+        match (self.kind, self.start) {
+            (_, None) => String::new(),
+            (Kind::Boolean, Some(value)) => (value != 0.0).to_string(),
+            (_, Some(value)) => value.to_string(),
+        }
+    }
+
     /// Whether it is set from outside: the start values of such are in `stiction.json`.
     pub fn is_set(&self) -> bool {
         matches!(self.causality, Causality::Input | Causality::Parameter)

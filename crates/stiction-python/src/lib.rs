@@ -12,6 +12,7 @@ mod detectors;
 mod diagnosis;
 mod dict;
 mod errors;
+mod fmu;
 mod identification;
 mod long;
 mod oscillation;
@@ -37,6 +38,7 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     cycles::register(m)?;
     detectors::register(m)?;
     diagnosis::register(m)?;
+    fmu::register(m)?;
     identification::register(m)?;
     oscillation::register(m)?;
     recordings::register(m)?;

@@ -1,0 +1,96 @@
+//! Functional mock-up units: what there is, and the bytes of one.
+
+use crate::dict::dict;
+use crate::scenario::Scenario;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use stiction_fmu::{Fmi, Kind};
+use stiction_fmu_export::{Error, Library};
+
+/// A model with its start values, to be exported.
+#[pyclass(frozen, module = "stiction._core")]
+pub struct Fmu(stiction_fmu::Fmu);
+
+fn refused(error: Error) -> PyErr {
+    match error {
+        Error::Zip(_) | Error::Io(_) => PyRuntimeError::new_err(error.to_string()),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+#[pymethods]
+impl Fmu {
+    /// A `valve` or a `stem` with a law, or, without one, the loop of a scenario; then start values by name.
+    #[new]
+    #[pyo3(signature = (kind, law, start, scenario = None))]
+    fn new(
+        kind: &str,
+        law: &str,
+        start: Vec<(String, f64)>,
+        scenario: Option<&Scenario>,
+    ) -> PyResult<Self> {
+        let mut fmu = match scenario {
+            Some(scenario) => stiction_fmu_export::of_scenario(&scenario.0).map_err(refused)?,
+            None => stiction_fmu::Fmu::new(kind, law).map_err(PyValueError::new_err)?,
+        };
+        for (name, value) in start {
+            fmu = fmu.with(&name, value).map_err(PyValueError::new_err)?;
+        }
+        fmu.check().map_err(PyValueError::new_err)?;
+        Ok(Self(fmu))
+    }
+
+    /// The table of its variables.
+    fn variables<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let all = self.0.variables().iter();
+        all.map(|variable| {
+            let start = match (variable.kind, variable.start) {
+                (_, None) => py.None(),
+                (Kind::Boolean, Some(value)) => (value != 0.0).into_pyobject(py)?.to_owned().into(),
+                (_, Some(value)) => value.into_pyobject(py)?.into(),
+            };
+            Ok(dict!(py,
+                "name": variable.name,
+                "role": variable.role(),
+                "start": start,
+                "unit": variable.unit,
+                "description": variable.description,
+            ))
+        })
+        .collect()
+    }
+
+    /// The bytes of the file, for version 2 or 3 of FMI, with more libraries: processor, system, bytes.
+    fn bytes<'py>(
+        &self,
+        py: Python<'py>,
+        fmi: u8,
+        libraries: Vec<(String, String, Vec<u8>)>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let fmi = match fmi {
+            2 => Fmi::V2,
+            3 => Fmi::V3,
+            _ => return Err(PyValueError::new_err(format!("fmi is {fmi}, but must be 2 or 3"))),
+        };
+        let mut all = vec![Library::own()];
+        let given = libraries.into_iter();
+        all.extend(given.map(|(arch, os, bytes)| Library { arch, os, bytes: bytes.into() }));
+        let bytes =
+            py.detach(|| stiction_fmu_export::write(&self.0, fmi, &all)).map_err(refused)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+}
+
+/// Every model that can be exported.
+#[pyfunction]
+fn fmu_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let all = stiction_fmu::models().into_iter();
+    all.map(|entry| Ok(dict!(py, "kind": entry.model, "name": entry.law, "summary": entry.summary)))
+        .collect()
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<Fmu>()?;
+    m.add_function(wrap_pyfunction!(fmu_models, m)?)
+}

@@ -1,0 +1,204 @@
+"""Functional mock-up units (FMU): sticking valves, stems and loops for Simulink, OpenModelica, Dymola and FMPy.
+
+Not imported by name at the top of the package: use ``stiction.fmu.export(...)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Literal
+
+from stiction import _core
+from stiction._arguments import integer, number, text
+from stiction._result import Result, result
+from stiction.loops import ScenarioLike, scenario
+
+__all__ = ["FmuModel", "FmuVariable", "export", "models", "variables"]
+
+
+@result
+class FmuModel(Result):
+    """A model that can be exported.
+
+    Attributes
+    ----------
+    kind : str
+        ``"valve"``, ``"stem"`` or ``"loop"``.
+    name : str
+        Its valve model, or the friction law or parameter set of the stem.
+    summary : str
+        What it is, in a line.
+    """
+
+    kind: str
+    name: str
+    summary: str
+
+
+@result
+class FmuVariable(Result):
+    """A variable of an FMU.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    role : str
+        ``"time"``, ``"input"``, ``"output"``, ``"parameter"``, ``"tunable"`` (a parameter that may be changed while
+        the simulation runs) or ``"local"``.
+    start : float or bool or None
+        Value at the start; None if it is computed.
+    unit : str
+        Its unit.
+    description : str
+        What it is, in a line.
+    """
+
+    name: str
+    role: str
+    start: float | bool | None
+    unit: str
+    description: str
+
+
+def models() -> list[FmuModel]:
+    """List what can be exported.
+
+    Returns
+    -------
+    list of FmuModel
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [model.name for model in stiction.fmu.models() if model.kind == "stem"][:4]
+    ['classical', 'karnopp', 'dahl', 'lugre']
+    """
+    return [FmuModel(**model) for model in _core.fmu_models()]
+
+
+def variables(
+    model: str | None = None,
+    *,
+    S: float | None = None,
+    J: float | None = None,
+    stem: str | None = None,
+    loop: ScenarioLike | None = None,
+    start: Mapping[str, float | bool] | None = None,
+) -> list[FmuVariable]:
+    """List the variables that an FMU has.
+
+    Parameters
+    ----------
+    model, S, J, stem, loop, start
+        What the FMU holds, as `export` takes it.
+
+    Returns
+    -------
+    list of FmuVariable
+
+    Raises
+    ------
+    ValueError
+        If there is no such model or variable, or values do not go together.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> [v.name for v in stiction.fmu.variables("two-phase") if v.role in ("input", "output")]
+    ['OP', 'VP', 'stuck', 'slips']
+    """
+    return [FmuVariable(**variable) for variable in _fmu(model, S, J, stem, loop, start).variables()]
+
+
+def export(
+    path: str | PathLike[str],
+    model: str | None = None,
+    *,
+    S: float | None = None,
+    J: float | None = None,
+    stem: str | None = None,
+    loop: ScenarioLike | None = None,
+    start: Mapping[str, float | bool] | None = None,
+    fmi: Literal[2, 3] = 2,
+    libraries: Mapping[str, str | PathLike[str]] | None = None,
+) -> Path:
+    """Write a valve, a stem or a whole loop as a functional mock-up unit. Neither this nor its import needs a compiler.
+
+    Parameters
+    ----------
+    path : str or path
+        The file to write, such as ``"valve.fmu"``.
+    model : str, optional
+        A valve model, see `stiction.valve_models`; ``"two-phase"`` if neither this nor `stem` nor `loop` is given.
+    S, J : float, optional
+        Stick band plus dead band, and slip jump, of the valve model, percent of span.
+    stem : str, optional
+        Instead of a valve model: a friction law or parameter set of a physical stem, see `stiction.stem_sets`.
+    loop : scenario, str, path or mapping, optional
+        Instead of a valve model: a closed loop, as `stiction.scenario` takes it.
+    start : mapping, optional
+        Start values of variables by name, such as ``{"stem_lag": 0.5}``; `variables` lists them.
+    fmi : {2, 3}, default 2
+        Version of FMI. FMI 2.0: co-simulation, and of stems also model exchange; FMI 3.0: co-simulation.
+    libraries : mapping, optional
+        Compiled libraries of further platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    TypeError
+        If `model`, `stem` and `loop` are not one of them, or an argument is of another type.
+    ValueError
+        If there is no such model or variable, or values do not go together.
+
+    Examples
+    --------
+    >>> import os, tempfile, stiction
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = stiction.fmu.export(os.path.join(folder, "valve.fmu"), "two-phase", S=5, J=3)
+    ...     path.stat().st_size > 100_000
+    True
+    """
+    fmu = _fmu(model, S, J, stem, loop, start)
+    more = []
+    for platform, library in (libraries or {}).items():
+        arch, dash, system = text("libraries", platform).partition("-")
+        if not dash:
+            raise ValueError(
+                f"libraries names the platform {platform!r}, but its keys must be like 'x86_64-windows'"
+            )
+        more.append((arch, system, Path(library).read_bytes()))
+    path = Path(path)
+    path.write_bytes(fmu.bytes(integer("fmi", fmi), more))
+    return path
+
+
+def _fmu(
+    model: str | None,
+    S: float | None,
+    J: float | None,
+    stem: str | None,
+    loop: ScenarioLike | None,
+    start: Mapping[str, float | bool] | None,
+) -> _core.Fmu:
+    """Give what is to be exported."""
+    if sum(given is not None for given in (model, stem, loop)) > 1:
+        raise TypeError("model, stem and loop: only one of them can be given")
+    if start is not None and not isinstance(start, Mapping):
+        raise TypeError(f"start must be a mapping, but its type is {type(start).__name__}")
+    bands = {name: value for name, value in (("S", S), ("J", J)) if value is not None}
+    if bands and stem is not None:
+        raise TypeError("S and J are of a valve model; a stem has friction instead")
+    values = [(text("start", name), number(name, value)) for name, value in {**bands, **(start or {})}.items()]
+    if loop is not None:
+        return _core.Fmu("loop", "", values, scenario(loop))
+    if stem is not None:
+        return _core.Fmu("stem", text("stem", stem), values)
+    return _core.Fmu("valve", text("model", model or "two-phase"), values)
