@@ -47,23 +47,23 @@ impl Fmi {
     }
 }
 
-/// Units in terms of SI: factor, and exponents of kg, m, s.
-const UNITS: [(&str, f64, [i32; 3]); 15] = [
-    ("%", 0.01, [0, 0, 0]),
-    ("%/s", 0.01, [0, 0, -1]),
-    ("1", 1.0, [0, 0, 0]),
-    ("s", 1.0, [0, 0, 1]),
-    ("m", 1.0, [0, 1, 0]),
-    ("m2", 1.0, [0, 2, 0]),
-    ("m/s", 1.0, [0, 1, -1]),
-    ("m/s2", 1.0, [0, 1, -2]),
-    ("kg", 1.0, [1, 0, 0]),
-    ("N", 1.0, [1, 1, -2]),
-    ("N/m", 1.0, [1, 0, -2]),
-    ("N/s", 1.0, [1, 1, -3]),
-    ("Pa", 1.0, [1, -1, -2]),
-    ("Pa/s", 1.0, [1, -1, -3]),
-    ("N.s/m", 1.0, [1, 0, -1]),
+/// Units, the declared types that have them, and what they are in terms of SI: factor, and exponents of kg, m, s.
+const UNITS: [(&str, &str, f64, [i32; 3]); 15] = [
+    ("%", "Percent", 0.01, [0, 0, 0]),
+    ("%/s", "PercentRate", 0.01, [0, 0, -1]),
+    ("1", "Ratio", 1.0, [0, 0, 0]),
+    ("s", "Time", 1.0, [0, 0, 1]),
+    ("m", "Length", 1.0, [0, 1, 0]),
+    ("m2", "Area", 1.0, [0, 2, 0]),
+    ("m/s", "Velocity", 1.0, [0, 1, -1]),
+    ("m/s2", "Acceleration", 1.0, [0, 1, -2]),
+    ("kg", "Mass", 1.0, [1, 0, 0]),
+    ("N", "Force", 1.0, [1, 1, -2]),
+    ("N/m", "Stiffness", 1.0, [1, 0, -2]),
+    ("N/s", "ForceRate", 1.0, [1, 1, -3]),
+    ("Pa", "Pressure", 1.0, [1, -1, -2]),
+    ("Pa/s", "PressureRate", 1.0, [1, -1, -3]),
+    ("N.s/m", "Damping", 1.0, [1, 0, -1]),
 ];
 
 impl Fmu {
@@ -132,7 +132,7 @@ impl Fmu {
              canHandleVariableCommunicationStepSize=\"true\" canInterpolateInputs=\"false\" \
              maxOutputDerivativeOrder=\"0\" canRunAsynchronuously=\"false\" {common}/>"
         )?;
-        self.write_units(xml)?;
+        self.write_units(xml, Fmi::V2)?;
         writeln!(
             xml,
             "  <LogCategories>\n    <Category name=\"logStatusError\"/>\n  </LogCategories>"
@@ -188,7 +188,7 @@ impl Fmu {
             variability(v),
             initial(v),
         )?;
-        write_attributes(xml, v)?;
+        write_attributes(xml, v, Fmi::V2)?;
         if self.is_continuous() {
             if let Some(state) = v.rate_of {
                 write!(xml, " derivative=\"{}\"", state + 1)?;
@@ -220,7 +220,7 @@ impl Fmu {
              canBeInstantiatedOnlyOncePerProcess=\"false\" canGetAndSetFMUState=\"true\" \
              canSerializeFMUState=\"true\"/>"
         )?;
-        self.write_units(xml)?;
+        self.write_units(xml, Fmi::V3)?;
         writeln!(
             xml,
             "  <LogCategories>\n    <Category name=\"logStatusError\"/>\n  </LogCategories>"
@@ -243,7 +243,7 @@ impl Fmu {
                 variability(v),
                 initial(v)
             )?;
-            write_attributes(xml, v)?;
+            write_attributes(xml, v, Fmi::V3)?;
             writeln!(xml, "/>")?;
         }
         writeln!(xml, "  </ModelVariables>\n  <ModelStructure>")?;
@@ -262,24 +262,34 @@ impl Fmu {
         outputs.filter_map(|(v, reference)| (v.causality == Causality::Output).then_some(reference))
     }
 
-    fn write_units(&self, xml: &mut String) -> std::fmt::Result {
+    /// The units that its variables have, and a type for each.
+    fn write_units(&self, xml: &mut String, version: Fmi) -> std::fmt::Result {
+        let used =
+            || UNITS.iter().filter(|(unit, ..)| self.variables().iter().any(|v| v.unit == *unit));
         writeln!(xml, "  <UnitDefinitions>")?;
-        for (name, factor, exponents) in UNITS {
-            if !self.variables().iter().any(|v| v.unit == name) {
-                continue;
-            }
+        for (name, _, factor, exponents) in used() {
             write!(xml, "    <Unit name=\"{name}\">\n      <BaseUnit")?;
             for (base, exponent) in ["kg", "m", "s"].into_iter().zip(exponents) {
-                if exponent != 0 {
+                if *exponent != 0 {
                     write!(xml, " {base}=\"{exponent}\"")?;
                 }
             }
-            if factor != 1.0 {
+            if *factor != 1.0 {
                 write!(xml, " factor=\"{factor}\"")?;
             }
             writeln!(xml, "/>\n    </Unit>")?;
         }
-        writeln!(xml, "  </UnitDefinitions>")
+        writeln!(xml, "  </UnitDefinitions>\n  <TypeDefinitions>")?;
+        for (unit, name, ..) in used() {
+            match version {
+                Fmi::V2 => writeln!(
+                    xml,
+                    "    <SimpleType name=\"{name}\">\n      <Real unit=\"{unit}\"/>\n    </SimpleType>"
+                )?,
+                Fmi::V3 => writeln!(xml, "    <Float64Type name=\"{name}\" unit=\"{unit}\"/>")?,
+            }
+        }
+        writeln!(xml, "  </TypeDefinitions>")
     }
 
     /// A hundred seconds in steps of a tenth, or of the loop's own sample time.
@@ -321,9 +331,15 @@ fn initial(v: &Variable) -> &'static str {
     }
 }
 
-fn write_attributes(xml: &mut String, v: &Variable) -> std::fmt::Result {
-    if v.kind == Kind::Float64 && !v.unit.is_empty() {
-        write!(xml, " unit=\"{}\"", v.unit)?;
+fn write_attributes(xml: &mut String, v: &Variable, version: Fmi) -> std::fmt::Result {
+    let declared = UNITS.iter().find(|(unit, ..)| v.kind == Kind::Float64 && *unit == v.unit);
+    if let Some((unit, name, ..)) = declared {
+        write!(xml, " declaredType=\"{name}\"")?;
+        // The type has the unit already. Some importers of 2.0 look here only; a strict one of 3.0, fmi-rs, knows
+        // no such attribute of a variable.
+        if version == Fmi::V2 {
+            write!(xml, " unit=\"{unit}\"")?;
+        }
     }
     match (v.start, v.kind) {
         (None, _) => Ok(()),

@@ -1,6 +1,6 @@
 //! The descriptions say what the tables say.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use stiction_fmu::{Causality, Fmi, Fmu, Kind, models};
 
@@ -49,6 +49,15 @@ fn descriptions_are_well_formed_and_say_what_the_table_says() {
             let token = if version == Fmi::V2 { "guid" } else { "instantiationToken" };
             assert_eq!(get(&tags[0].1, token), Some(fmu.token()));
             let units: BTreeSet<_> = of("Unit").map(|(_, a)| get(a, "name").unwrap()).collect();
+            // In FMI 2.0 the unit of a declared type is in a tag of its own, which follows.
+            let types: BTreeMap<_, _> = (0..tags.len())
+                .filter(|i| ["SimpleType", "Float64Type"].contains(&&*tags[*i].0))
+                .map(|i| {
+                    let unit = &tags[if version == Fmi::V2 { i + 1 } else { i }].1;
+                    (get(&tags[i].1, "name").unwrap(), get(unit, "unit").unwrap())
+                })
+                .collect();
+            assert_eq!(types.len(), units.len());
 
             // In FMI 2.0 type and start are in a tag of their own, which follows.
             let typed = |i: usize| match version {
@@ -77,8 +86,12 @@ fn descriptions_are_well_formed_and_say_what_the_table_says() {
                     number => number.parse().unwrap(),
                 });
                 assert_eq!(start, v.start, "{}", v.name);
-                let unit = get(&attributes, "unit").unwrap_or_default();
+                let declared = get(&attributes, "declaredType");
+                let unit = declared.map(|name| types[&name].clone()).unwrap_or_default();
                 assert_eq!(unit, v.unit);
+                if version == Fmi::V2 {
+                    assert_eq!(get(&attributes, "unit").unwrap_or_default(), v.unit);
+                }
                 assert!(unit.is_empty() || units.contains(&unit), "{unit} is defined");
                 assert!(!v.description.is_empty());
             }
