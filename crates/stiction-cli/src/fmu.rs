@@ -4,7 +4,8 @@ use crate::{actions, output};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
-use stiction_fmu::{Fmi, Fmu, models};
+use serde_json::json;
+use stiction_fmu::{Fmi, Fmu, Kind, models};
 use stiction_fmu_export::{Library, of_scenario, write};
 
 /// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
@@ -45,6 +46,9 @@ pub struct Args {
     /// Print the variables, with their start values, instead of writing
     #[arg(long)]
     variables: bool,
+    /// With --list or --variables: print JSON
+    #[arg(long)]
+    json: bool,
     /// Add the library of another platform, such as x86_64-windows=stiction_fmu.dll; may be given several times
     #[arg(long, value_name = "ARCH-OS=FILE")]
     library: Vec<String>,
@@ -64,6 +68,13 @@ enum Version {
 }
 
 pub fn run(args: Args) -> Result<()> {
+    if args.list && args.json {
+        let all = models().into_iter();
+        let all: Vec<_> = all
+            .map(|e| json!({ "model": e.model, "law": e.law, "summary": e.summary }))
+            .collect();
+        return output::line(serde_json::to_string_pretty(&all)?);
+    }
     if args.list {
         for entry in models() {
             output::line(format!("{:6} {:22} {}", entry.model, entry.law, entry.summary))?;
@@ -71,8 +82,14 @@ pub fn run(args: Args) -> Result<()> {
         return Ok(());
     }
     let fmu = chosen(&args)?;
+    if args.variables && args.json {
+        return variables_json(&fmu);
+    }
     if args.variables {
         return variables(&fmu);
+    }
+    if args.json {
+        bail!("--json needs --list or --variables; what is exported is a file");
     }
     let fmi = match args.fmi {
         Version::Two => Fmi::V2,
@@ -84,7 +101,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     let path = args.output.context("no output")?;
     let bytes = write(&fmu, fmi, &libraries)?;
-    std::fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))
+    output::write(Some(&path), &bytes)
 }
 
 /// The model that is asked for, with its start values.
@@ -147,4 +164,26 @@ fn variables(fmu: &Fmu) -> Result<()> {
         )?;
     }
     Ok(())
+}
+
+fn variables_json(fmu: &Fmu) -> Result<()> {
+    let all: Vec<_> = fmu
+        .variables()
+        .iter()
+        .map(|v| {
+            let start = match v.kind {
+                Kind::Boolean => v.start.map(|start| json!(start != 0.0)),
+                Kind::Int32 => v.start.map(|start| json!(start as i32)),
+                Kind::Float64 => v.start.map(|start| json!(start)),
+            };
+            json!({
+                "name": v.name,
+                "role": v.role(),
+                "start": start,
+                "unit": v.unit,
+                "description": v.description,
+            })
+        })
+        .collect();
+    output::line(serde_json::to_string_pretty(&all)?)
 }

@@ -3,6 +3,7 @@
 mod bench;
 mod diagnose;
 mod figures;
+mod fmu;
 mod history;
 mod inspect;
 mod limit_cycle;

@@ -4,13 +4,14 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "valve",
     "stem",
     "simulate",
     "limit-cycle",
     "compensate",
     "what-if",
+    "fmu",
     "population",
     "shift",
     "figures",
