@@ -3,8 +3,8 @@
 use crate::{actions, output};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
-use std::path::PathBuf;
 use serde_json::json;
+use std::path::PathBuf;
 use stiction_fmu::{Fmi, Fmu, Kind, models};
 use stiction_fmu_export::{Library, of_scenario, write};
 
@@ -70,9 +70,8 @@ enum Version {
 pub fn run(args: Args) -> Result<()> {
     if args.list && args.json {
         let all = models().into_iter();
-        let all: Vec<_> = all
-            .map(|e| json!({ "model": e.model, "law": e.law, "summary": e.summary }))
-            .collect();
+        let all: Vec<_> =
+            all.map(|e| json!({ "model": e.model, "law": e.law, "summary": e.summary })).collect();
         return output::line(serde_json::to_string_pretty(&all)?);
     }
     if args.list {

@@ -149,7 +149,15 @@ impl Fmu {
             }
             writeln!(xml, "    <{name}>")?;
             for index in indices {
-                writeln!(xml, "      <Unknown index=\"{}\"/>", index + 1)?;
+                let on = self.variables()[*index as usize].depends_on;
+                write!(xml, "      <Unknown index=\"{}\"", index + 1)?;
+                if let Some(on) = on.filter(|_| name != "InitialUnknowns") {
+                    // Only in model exchange are there states to depend on.
+                    let states = if self.is_continuous() { on } else { &[] };
+                    let on: Vec<_> = states.iter().map(|state| (state + 1).to_string()).collect();
+                    write!(xml, " dependencies=\"{}\"", on.join(" "))?;
+                }
+                writeln!(xml, "/>")?;
             }
             writeln!(xml, "    </{name}>")
         };
@@ -248,7 +256,13 @@ impl Fmu {
         }
         writeln!(xml, "  </ModelVariables>\n  <ModelStructure>")?;
         for reference in self.outputs() {
-            writeln!(xml, "    <Output valueReference=\"{reference}\"/>")?;
+            // There are no states in co-simulation to depend on.
+            let on = self.variables()[reference as usize].depends_on.map(|_| " dependencies=\"\"");
+            writeln!(
+                xml,
+                "    <Output valueReference=\"{reference}\"{}/>",
+                on.unwrap_or_default()
+            )?;
         }
         for reference in self.outputs() {
             writeln!(xml, "    <InitialUnknown valueReference=\"{reference}\"/>")?;

@@ -114,12 +114,13 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
             1e6,
             "Pressure of the air supply, which limits the demanded one",
         ),
-        Variable::output("VP", "%", "Valve position"),
+        Variable::output("VP", "%", "Valve position").depends_on(&[POSITION as u32]),
     ];
     table.extend(MOVES);
     table.extend([
-        Variable::output("position", "m", "Position of the stem, 0 closed"),
-        Variable::output("velocity", "m/s", "Velocity of the stem"),
+        Variable::output("position", "m", "Position of the stem, 0 closed")
+            .depends_on(&[POSITION as u32]),
+        Variable::output("velocity", "m/s", "Velocity of the stem").depends_on(&[VELOCITY as u32]),
         Variable::output(
             "friction",
             "N",
@@ -155,7 +156,11 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
         let (unit, description) = friction_parameter(name);
         table.push(p(name, unit, value, description));
     }
-    table.push(Variable::local("der(position)", "m/s", rate).rate_of(POSITION));
+    table.push(
+        Variable::local("der(position)", "m/s", rate)
+            .rate_of(POSITION)
+            .depends_on(&[VELOCITY as u32]),
+    );
     table.push(
         Variable::local("der(velocity)", "m/s2", "Rate of change of the velocity")
             .rate_of(VELOCITY),

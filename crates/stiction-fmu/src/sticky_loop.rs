@@ -31,9 +31,9 @@ pub(crate) fn variables() -> Vec<Variable> {
         Variable::TIME,
         Variable::input("SP", "", 5.0, "Set point, in units of the PV"),
         Variable::input("load", "%", 0.0, "Load disturbance, added to the valve position"),
-        Variable::output("PV", "", "Measured process value").sampled(),
-        Variable::output("OP", "%", "Controller output").sampled(),
-        Variable::output("VP", "%", "Valve position").sampled(),
+        Variable::output("PV", "", "Measured process value").sampled().depends_on(&[]),
+        Variable::output("OP", "%", "Controller output").sampled().depends_on(&[]),
+        Variable::output("VP", "%", "Valve position").sampled().depends_on(&[]),
     ];
     table.extend(MOVES);
     table.extend(valve::settings());

@@ -63,7 +63,7 @@ pub(crate) fn variables() -> Vec<Variable> {
     let mut table = vec![
         Variable::TIME,
         Variable::input("OP", "%", 0.0, "Controller output, held over each step"),
-        Variable::output("VP", "%", "Valve position").sampled(),
+        Variable::output("VP", "%", "Valve position").sampled().depends_on(&[]),
     ];
     table.extend(MOVES);
     table.extend(settings());

@@ -58,6 +58,9 @@ pub struct Variable {
     pub description: &'static str,
     /// The value reference of the state whose rate this is.
     pub rate_of: Option<u32>,
+    /// The states on whose values it depends at an instant, if on nothing else: no input, above all, so that
+    /// there is no algebraic loop around the FMU. `None` if it may depend on anything.
+    pub depends_on: Option<&'static [u32]>,
 }
 
 impl Variable {
@@ -69,8 +72,9 @@ impl Variable {
         start: Option<f64>,
         description: &'static str,
     ) -> Self {
-        let (kind, rate_of) = (Kind::Float64, None);
-        Self { name, unit, kind, causality, variability, start, description, rate_of }
+        let kind = Kind::Float64;
+        let (rate_of, depends_on) = (None, None);
+        Self { name, unit, kind, causality, variability, start, description, rate_of, depends_on }
     }
 
     /// The time, always number 0.
@@ -147,6 +151,12 @@ impl Variable {
         self
     }
 
+    /// The same, depending at an instant on these states only.
+    pub(crate) const fn depends_on(mut self, states: &'static [u32]) -> Self {
+        self.depends_on = Some(states);
+        self
+    }
+
     /// What it is to a user, in a word: time, input, output, parameter, tunable or local.
     pub fn role(&self) -> &'static str {
         match (self.causality, self.variability) {
@@ -176,7 +186,8 @@ impl Variable {
 
 /// The outputs that all valves have, next to the VP: numbers are relative to the first.
 pub(crate) const MOVES: [Variable; 2] = [
-    Variable::output("stuck", "", "Whether the stem is stuck").boolean(),
+    Variable::output("stuck", "", "Whether the stem is stuck").boolean().depends_on(&[]),
     Variable::output("slips", "", "How often the stem has begun to move, or turned round")
-        .integer(),
+        .integer()
+        .depends_on(&[]),
 ];

@@ -35,6 +35,26 @@ fn tags(xml: &str) -> Vec<(String, Vec<(String, String)>)> {
     tags
 }
 
+/// No OP reaches the VP without a step in between: no importer sees an algebraic loop.
+#[test]
+fn the_valve_position_depends_on_no_input() {
+    for entry in models() {
+        let fmu = Fmu::new(entry.model, entry.law).unwrap();
+        let vp = fmu.variables().iter().position(|v| v.name == "VP").unwrap();
+        let (two, three) = (fmu.xml(Fmi::V2), fmu.xml(Fmi::V3));
+        let outputs = two.split("<Outputs>").nth(1).and_then(|xml| xml.split("</Outputs>").next());
+        let known = match fmu.variables().iter().position(|v| v.name == "position") {
+            Some(position) if fmu.is_continuous() => (position + 1).to_string(),
+            _ => String::new(),
+        };
+        let expected = format!("<Unknown index=\"{}\" dependencies=\"{known}\"/>", vp + 1);
+        assert!(outputs.unwrap().contains(&expected), "{} {}", entry.model, entry.law);
+        assert!(three.contains(&format!("<Output valueReference=\"{vp}\" dependencies=\"\"/>")));
+        // At the start everything may depend on anything.
+        assert!(!two.split("<InitialUnknowns>").nth(1).unwrap().contains("dependencies"));
+    }
+}
+
 #[test]
 fn descriptions_are_well_formed_and_say_what_the_table_says() {
     for entry in models() {
