@@ -12,7 +12,7 @@ from stiction import _core, _plots
 from stiction._arguments import number, optional, text
 from stiction._core import Recording, Table
 from stiction._result import Result, result
-from stiction.detection import Finding, _finding
+from stiction.detection import Finding, MethodEvidence, _evidence, _finding
 from stiction.oscillations import Oscillation, _oscillation
 from stiction.recordings import Fitness, Stretch, _checked, _fitness
 
@@ -441,6 +441,26 @@ class Diagnosis(Result):
             J=None if j is None else _interval(j),
             weight=weight,
         )
+
+    def method_evidence(self, method: str) -> MethodEvidence | None:
+        """Give the arrays by which a method judged the stretch.
+
+        Parameters
+        ----------
+        method : str
+            Its name, see `detectors`.
+
+        Returns
+        -------
+        MethodEvidence or None
+            None where the method cannot be applied.
+
+        Raises
+        ------
+        ValueError
+            If there is no such method.
+        """
+        return _evidence(_kept(self).method_evidence(text("method", method)))
 
     def to_dict(self) -> dict[str, Any]:
         """Give the diagnosis as the document that ``stiction diagnose --json`` prints.

@@ -1,5 +1,6 @@
 //! Diagnoses: from a recording to a verdict, and what several diagnoses of one valve say together.
 
+use crate::detectors::evidence_dict;
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::long::long;
@@ -76,6 +77,16 @@ impl Diagnosed {
             "j_over_s": triple(Some(weighing.j_over_s)),
             "features": typical,
         )))
+    }
+
+    /// What a method looked at.
+    fn method_evidence<'py>(
+        &self,
+        py: Python<'py>,
+        method: &str,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let diagnosis = Arc::clone(&self.diagnosis);
+        evidence_dict(py, method, move |look| look(&diagnosis.subject()?))
     }
 
     /// Where the loop stands in a ranked list, the worst lowest.
