@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from stiction import _core, _plots
@@ -406,14 +405,4 @@ def _detect(
     found = _core.detect_stiction(
         methods, *_signals(op, pv, sp, vp, sample_time, period_s), text("loop_type", loop_type)
     )
-    return [_finding(json.loads(each)) for each in found]
-
-
-def _finding(found: dict[str, Any]) -> Finding:
-    numbers = found.pop("numbers")
-    return Finding(
-        numbers={each["name"]: each["value"] for each in numbers},
-        units={each["name"]: each["unit"] for each in numbers},
-        parameters={each["name"]: (each["value"], each["unit"]) for each in found.pop("parameters")},
-        **found,
-    )
+    return [Finding(**each) for each in found]

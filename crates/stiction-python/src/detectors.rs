@@ -1,6 +1,5 @@
 //! The published detectors.
 
-use crate::diagnosis::json;
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::long::long;
@@ -86,12 +85,40 @@ fn period(stretch: &Stretch, loop_type: LoopType, told_s: Option<f64>) -> Option
     }
 }
 
-/// What detectors say of a stretch, as JSON; those of no name are all. Without a period the one of the dominant
+/// What a method says.
+pub fn finding_dict(py: Python<'_>, found: document::Detector) -> PyResult<Bound<'_, PyDict>> {
+    let (numbers, units, parameters) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
+    for number in found.numbers {
+        numbers.set_item(&number.name, number.value)?;
+        units.set_item(number.name, number.unit)?;
+    }
+    for parameter in found.parameters {
+        parameters.set_item(parameter.name, (parameter.value, parameter.unit))?;
+    }
+    Ok(dict!(py,
+        "name": found.name,
+        "title": found.title,
+        "decision": found.decision,
+        "statistic": found.statistic,
+        "statistic_name": found.statistic_name,
+        "threshold": found.threshold,
+        "reason": found.reason,
+        "numbers": numbers,
+        "units": units,
+        "caveats": found.caveats,
+        "parameters": parameters,
+        "family": found.family,
+        "votes": found.votes,
+        "reference": found.reference,
+    ))
+}
+
+/// What detectors say of a stretch; those of no name are all. Without a period the one of the dominant
 /// oscillation is taken.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
-fn detect_stiction(
-    py: Python<'_>,
+fn detect_stiction<'py>(
+    py: Python<'py>,
     methods: Option<Vec<String>>,
     op: Signal<'_>,
     pv: Option<Signal<'_>>,
@@ -100,7 +127,7 @@ fn detect_stiction(
     sample_time: f64,
     period_s: Option<f64>,
     loop_type: &str,
-) -> PyResult<Vec<String>> {
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let detectors = match methods {
         None => detect::all(),
         Some(names) => names
@@ -122,7 +149,7 @@ fn detect_stiction(
         };
         detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
     })?;
-    findings.iter().map(json).collect()
+    findings.into_iter().map(|found| finding_dict(py, found)).collect()
 }
 
 /// What a method looked at in the subject that `with_subject` gives, as the report draws it: panels with named

@@ -1,6 +1,6 @@
 //! Diagnoses: from a recording to a verdict, and what several diagnoses of one valve say together.
 
-use crate::detectors::evidence_dict;
+use crate::detectors::{evidence_dict, finding_dict};
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::long::long;
@@ -47,6 +47,14 @@ impl Diagnosed {
 
 #[pymethods]
 impl Diagnosed {
+    /// Its part of the document as JSON, and, out of that, what each method says: by far the most of it.
+    fn parts<'py>(&self, py: Python<'py>) -> PyResult<(String, Vec<Bound<'py, PyDict>>)> {
+        let mut document = self.document();
+        let findings = std::mem::take(&mut document.detectors).into_iter();
+        let findings = findings.map(|found| finding_dict(py, found)).collect::<PyResult<_>>()?;
+        Ok((json(&document)?, findings))
+    }
+
     /// The signals that were judged.
     fn stretch<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.diagnosis.stretch().map(|stretch| stretch_dict(py, stretch)).transpose()
