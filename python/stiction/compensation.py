@@ -5,13 +5,13 @@ Compensation treats a symptom. It mostly trades the swing of the PV for travel o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stiction import _core, _plots
-from stiction._arguments import number, optional, text
+from stiction._arguments import callback, number, optional, text
 from stiction._arrays import Array
 from stiction._core import Table
 from stiction._result import Result, result
@@ -473,6 +473,7 @@ def compare_compensators(
     S: float | None = None,
     J: float | None = None,
     at_s: float | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> CompensatorComparison:
     """Set compensators side by side: with S and J right, wrong by half, and with noise.
 
@@ -490,6 +491,9 @@ def compare_compensators(
         What is assumed of the valve, percent of span; by default what it has.
     at_s : float, optional
         When they are switched on, s; by default after ten cycles.
+    progress : callable, optional
+        Called with the number of simulations that are done whenever it has grown: six for each compensator, and two for the loop
+        as it is.
 
     Returns
     -------
@@ -498,7 +502,7 @@ def compare_compensators(
     Raises
     ------
     TypeError
-        If `methods` is no sequence of names.
+        If `methods` is no sequence of names, or `progress` cannot be called.
     ValueError
         If there is no such compensator, the scenario is no closed loop, or it grows without bound.
 
@@ -515,6 +519,7 @@ def compare_compensators(
         optional("S", S),
         optional("J", J),
         optional("at_s", at_s),
+        callback("progress", progress),
     )
     return CompensatorComparison(
         rows=[CompensatorRow(**_row_parts(row)) for row in found["rows"]],

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
-from stiction import _core
+from stiction import _core, _plots
 from stiction._arguments import text
-from stiction._arrays import Samples, samples
+from stiction._arrays import Array, Samples, samples
 from stiction._result import Result, result
 from stiction.oscillations import _period, _step
 
-__all__ = ["Detector", "Finding", "detect", "detect_all", "detectors"]
+__all__ = [
+    "Detector",
+    "EvidencePanel",
+    "EvidenceSeries",
+    "Finding",
+    "MethodEvidence",
+    "detect",
+    "detect_all",
+    "detectors",
+    "method_evidence",
+]
+
+_DRAWN = {"line": "-", "steps": "-", "dashed": "--", "dotted": ":", "points": "o"}
+"""Styles of series as Matplotlib writes them."""
 
 
 @result
@@ -105,6 +117,83 @@ class Finding(Result):
     family: str
     votes: bool
     reference: str
+
+
+@result
+class EvidenceSeries(Result):
+    """A curve, a cloud of points or a mark.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        Its samples.
+    style : {"line", "dashed", "dotted", "steps", "points", "bars"}
+        How they are joined.
+    """
+
+    x: Array
+    y: Array
+    style: str
+
+
+@result
+class EvidencePanel(Result):
+    """Series that belong between one pair of axes.
+
+    Attributes
+    ----------
+    x_label, y_label : str
+        What the axes are, with their units.
+    series : dict of EvidenceSeries
+        By name. A mark is a series of one point, an upright line one of two.
+    """
+
+    x_label: str
+    y_label: str
+    series: dict[str, EvidenceSeries]
+
+
+@result
+class MethodEvidence(Result):
+    """What a method looked at, as the report draws it.
+
+    Attributes
+    ----------
+    method : str
+        Name of the method.
+    caption : str
+        What the panels show.
+    panels : list of EvidencePanel
+        The series, by the axes that they share. Of long recordings they hold the last periods, and of many points
+        some; the caption tells.
+    """
+
+    method: str
+    caption: str
+    panels: list[EvidencePanel]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the panels.
+
+        Parameters
+        ----------
+        ax : axes or sequence of axes, optional
+            Where to draw, one for each panel; by default new ones.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+        """
+        made = _plots.axes(ax, len(self.panels), sharex=False, height=3.0)
+        for axes, panel in zip(made, self.panels):
+            for name, (x, y, style) in panel.series.items():
+                if style == "bars":
+                    axes.bar(x, y, width=x[1] - x[0] if len(x) > 1 else 1.0, label=name)
+                else:
+                    axes.plot(x, y, _DRAWN[style], drawstyle="steps-post" if style == "steps" else None, label=name)
+            axes.set(xlabel=panel.x_label, ylabel=panel.y_label)
+            _plots.legend_above(axes)
+        return made
 
 
 def detectors() -> list[Detector]:
@@ -219,6 +308,90 @@ def detect_all(
     return {each.name: each for each in _detect(None, op, pv, sp, vp, sample_time, period_s, loop_type)}
 
 
+def method_evidence(
+    method: str,
+    op: Samples,
+    pv: Samples | None = None,
+    sp: Samples | None = None,
+    vp: Samples | None = None,
+    *,
+    sample_time: float,
+    period_s: float | None = None,
+    loop_type: str = "unknown",
+) -> MethodEvidence | None:
+    """Give the arrays by which a method judges: the correlation, the fitted wave, the path that was looked at.
+
+    Parameters
+    ----------
+    method : str
+        Its name, see `detectors`.
+    op, pv, sp, vp : array_like
+        As in `detect`.
+    sample_time : float
+        Time between samples, s.
+    period_s : float, optional
+        Period of the oscillation, s; by default that of the dominant one.
+    loop_type : str, default "unknown"
+        What the loop controls, see `loop_types`.
+
+    Returns
+    -------
+    MethodEvidence or None
+        None where the method cannot be applied.
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If there is no such method, or a signal is of another length or not finite.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> seen = stiction.method_evidence("horch", run.op, run.pv, sample_time=1, loop_type="flow")
+    >>> lag, correlation, _ = seen.panels[0].series["correlation"]
+    """
+    return _evidence(
+        _core.method_evidence(
+            text("method", method), *_signals(op, pv, sp, vp, sample_time, period_s), text("loop_type", loop_type)
+        )
+    )
+
+
+def _evidence(found: dict[str, Any] | None) -> MethodEvidence | None:
+    return None if found is None else MethodEvidence(**{**found, "panels": [_panel(**each) for each in found["panels"]]})
+
+
+def _panel(x_label: str, y_label: str, series: list[tuple[str, Array, Array, str]]) -> EvidencePanel:
+    named: dict[str, EvidenceSeries] = {}
+    for name, x, y, style in series:
+        # A series without a name in the legend is told by its axis, one of several by its number.
+        name = name or y_label
+        alike = sum(each == name or each.startswith(f"{name} #") for each in named)
+        named[f"{name} #{alike + 1}" if alike else name] = EvidenceSeries(x=x, y=y, style=style)
+    return EvidencePanel(x_label=x_label, y_label=y_label, series=named)
+
+
+def _signals(
+    op: Samples,
+    pv: Samples | None,
+    sp: Samples | None,
+    vp: Samples | None,
+    sample_time: float,
+    period_s: float | None,
+) -> tuple[Array, Array | None, Array | None, Array | None, float, float | None]:
+    return (
+        samples("op", op),
+        None if pv is None else samples("pv", pv),
+        None if sp is None else samples("sp", sp),
+        None if vp is None else samples("vp", vp),
+        _step(sample_time),
+        _period(period_s),
+    )
+
+
 def _detect(
     methods: list[str] | None,
     op: Samples,
@@ -230,23 +403,6 @@ def _detect(
     loop_type: str,
 ) -> list[Finding]:
     found = _core.detect_stiction(
-        methods,
-        samples("op", op),
-        None if pv is None else samples("pv", pv),
-        None if sp is None else samples("sp", sp),
-        None if vp is None else samples("vp", vp),
-        _step(sample_time),
-        _period(period_s),
-        text("loop_type", loop_type),
+        methods, *_signals(op, pv, sp, vp, sample_time, period_s), text("loop_type", loop_type)
     )
-    return [_finding(json.loads(each)) for each in found]
-
-
-def _finding(found: dict[str, Any]) -> Finding:
-    numbers = found.pop("numbers")
-    return Finding(
-        numbers={each["name"]: each["value"] for each in numbers},
-        units={each["name"]: each["unit"] for each in numbers},
-        parameters={each["name"]: (each["value"], each["unit"]) for each in found.pop("parameters")},
-        **found,
-    )
+    return [Finding(**each) for each in found]

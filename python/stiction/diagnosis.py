@@ -12,7 +12,7 @@ from stiction import _core, _plots
 from stiction._arguments import number, optional, text
 from stiction._core import Recording, Table
 from stiction._result import Result, result
-from stiction.detection import Finding, _finding
+from stiction.detection import Finding, MethodEvidence, _evidence
 from stiction.oscillations import Oscillation, _oscillation
 from stiction.recordings import Fitness, Stretch, _checked, _fitness
 
@@ -442,6 +442,26 @@ class Diagnosis(Result):
             weight=weight,
         )
 
+    def method_evidence(self, method: str) -> MethodEvidence | None:
+        """Give the arrays by which a method judged the stretch.
+
+        Parameters
+        ----------
+        method : str
+            Its name, see `detectors`.
+
+        Returns
+        -------
+        MethodEvidence or None
+            None where the method cannot be applied.
+
+        Raises
+        ------
+        ValueError
+            If there is no such method.
+        """
+        return _evidence(_kept(self).method_evidence(text("method", method)))
+
     def to_dict(self) -> dict[str, Any]:
         """Give the diagnosis as the document that ``stiction diagnose --json`` prints.
 
@@ -623,8 +643,7 @@ def diagnose_all(
         "dead_time": optional("dead_time", dead_time),
     }
     handles = _core.diagnose_recordings(checked, told, progress)
-    loops = json.loads(_core.diagnoses_json(handles))["loops"]
-    return [_diagnosis(*each, told) for each in zip(handles, loops, checked)]
+    return [_diagnosis(*each, told) for each in zip(handles, checked)]
 
 
 def document(diagnoses: Iterable[Diagnosis]) -> dict[str, Any]:
@@ -863,7 +882,9 @@ def _weighing(found: dict[str, Any]) -> Weighing:
     )
 
 
-def _diagnosis(handle: _core.Diagnosed, loop: dict[str, Any], recording: Recording, told: dict[str, Any]) -> Diagnosis:
+def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, Any]) -> Diagnosis:
+    part, findings = handle.parts()
+    loop = json.loads(part)
     verdict, stiction = loop["verdict"], loop["stiction"]
     signal, oscillation = handle.oscillation() or (None, None)
     weighing = handle.weighing()
@@ -890,7 +911,7 @@ def _diagnosis(handle: _core.Diagnosed, loop: dict[str, Any], recording: Recordi
         oscillation=None if oscillation is None else _oscillation(oscillation),
         oscillating_signal=signal,
         fitness=_fitness(loop["fitness"]),
-        findings={each["name"]: _finding(each) for each in loop["detectors"]},
+        findings={each["name"]: Finding(**each) for each in findings},
         kpis={each["name"]: Kpi(**each) for each in loop["kpis"]},
         windows=[Window(S=_estimate(each.pop("S")), J=_estimate(each.pop("J")), **each) for each in loop["windows"]],
         evidence=None if weighing is None else _weighing(weighing),

@@ -15,6 +15,7 @@ from stiction.diagnosis import Estimate, _interval
 from stiction.oscillations import _period, _step
 
 __all__ = [
+    "Arx",
     "ExtendedArx",
     "FirstOrderFit",
     "FittedNumber",
@@ -25,6 +26,7 @@ __all__ = [
     "ValveEvidence",
     "ValveFit",
     "bands_of_cycle",
+    "fit_arx",
     "fit_extended_arx",
     "fit_first_order",
     "fit_hammerstein",
@@ -115,6 +117,78 @@ def fit_first_order(
         integer("longest_delay", longest_delay, 1),
     )
     return FirstOrderFit(**found)
+
+
+@result
+class Arx(Result):
+    """A linear model of the PV by its own past and the OP.
+
+    Attributes
+    ----------
+    gain : float
+        What the PV moves by in the end, units of the PV per percent; of no meaning where the process integrates.
+    delay : int
+        Samples from OP to PV, at least 1.
+    constant : float
+        What is added at every sample, in units of the PV.
+    past : list of float
+        Coefficients of the PV one to five samples before.
+    taps : list of float
+        Coefficients of the OP at the delay and up to three samples before, units of the PV per percent.
+    residual_std : float
+        Standard deviation of what is left, in units of the PV.
+    explained : float
+        Share of the variance of the PV that is explained from sample to sample.
+    predicted : ndarray
+        The PV as it is expected from the samples before, in its units; the first samples are the PV's own.
+    """
+
+    gain: float
+    delay: int
+    constant: float
+    past: list[float]
+    taps: list[float]
+    residual_std: float
+    explained: float
+    predicted: Array
+
+
+def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
+    """Fit an ARX model: the PV by its five last values and four neighbouring values of the OP.
+
+    Parameters
+    ----------
+    op : array_like
+        Controller output or valve position, percent of span.
+    pv : array_like
+        Process value, in its units.
+    longest_delay : int, default 40
+        The longest delay tried, samples; the one that explains most is taken.
+
+    Returns
+    -------
+    Arx
+
+    Raises
+    ------
+    TypeError
+        If a signal holds no real numbers.
+    ValueError
+        If the signals differ in length, are too short or not finite, or one does not move.
+
+    References
+    ----------
+    L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall (1999), section 4.2 (recalled, not
+    read).
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> stiction.fit_arx(run.vp, run.pv).explained > 0.9
+    True
+    """
+    return Arx(**_core.fit_arx(samples("op", op), samples("pv", pv), integer("longest_delay", longest_delay, 1)))
 
 
 @result

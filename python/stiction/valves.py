@@ -43,7 +43,10 @@ class Valve(_core.Valve):
         >>> stiction.Valve(S=5, J=2, position=50).follow([52, 54, 55])
         array([50. , 52.5, 53.5])
         """
-        return self._follow(samples("op", op))
+        signal = samples("op", op)
+        vp = np.empty(len(signal))
+        self._follow(signal, vp)
+        return vp
 
 
 def valve(
@@ -106,7 +109,7 @@ def valve(
     if position is None:
         # One that is not finite is refused where all samples are looked at.
         position = float(signal[0]) if len(signal) and np.isfinite(signal[0]) else 0.0
-    return Valve(
+    follower = Valve(
         S,
         J,
         model=model,
@@ -116,7 +119,8 @@ def valve(
         limits=limits,
         lag_s=lag_s,
         sample_time=sample_time,
-    )._follow(signal)
+    )
+    return follower.follow(signal)
 
 
 @result

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from stiction import _core
-from stiction._arguments import optional
+from stiction._arguments import callback, optional
 from stiction._core import Table
 from stiction._result import Result, result
 from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
@@ -149,6 +149,7 @@ def what_if(
     positioner_gain: float | None = None,
     ms: float | None = None,
     methods: Sequence[str] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> WhatIf:
     """Ask what to do about a loop whose valve sticks.
 
@@ -169,6 +170,8 @@ def what_if(
         Bound on the peak of the sensitivity function of a retuned loop, above 1; by default 2.
     methods : sequence of str, optional
         Compensators to be tried, see `compensators`; by default all.
+    progress : callable, optional
+        Called with the number of simulations and tunings that are done whenever it has grown; how many there will be is not known before.
 
     Returns
     -------
@@ -177,7 +180,7 @@ def what_if(
     Raises
     ------
     TypeError
-        If `methods` is no sequence of names.
+        If `methods` is no sequence of names, or `progress` cannot be called.
     ValueError
         If the scenario is no closed loop, grows without bound, or a number is out of its range.
 
@@ -200,6 +203,7 @@ def what_if(
         optional("positioner_gain", positioner_gain),
         bound,
         _names("methods", methods),
+        callback("progress", progress),
     )
     test, retuning = found["manual_test"], found["retuning"]
     return WhatIf(

@@ -127,6 +127,22 @@ def test_what_if_ranks_and_recommends(paper):
     assert len(paper.to_table()) == 6 * len(actions)
 
 
+def test_progress_is_told_and_can_stop():
+    told = []
+    stiction.compare_compensators(PAPER, STICKY, methods=["knocker", "two-move"], progress=told.append)
+    assert told == sorted(told) and told[-1] == 6 * 2 + 2
+    told = []
+    stiction.what_if(PAPER, STICKY, methods=["knocker"], progress=told.append)
+    assert told == sorted(told) and told[-1] > 4 * 2 + 6
+
+    def stop(_):
+        raise RuntimeError("enough")
+
+    for ask in (stiction.compare_compensators, stiction.what_if):
+        with pytest.raises(RuntimeError, match="enough"):
+            ask(PAPER, STICKY, progress=stop)
+
+
 def test_a_valve_without_friction_needs_nothing():
     found = stiction.what_if(PAPER, {"valve.S": 0, "valve.J": 0}, methods=[])
     assert found.manual_test is None and found.retuning is None and found.no_retuning
@@ -186,6 +202,8 @@ def knock(scenario=PAPER, **keywords):
         (lambda: stiction.what_if(PAPER, positioner_gain=-1), ValueError, "gain of the positioner is -1"),
         (lambda: stiction.what_if(PAPER, methods=["x"]), ValueError, "no compensator named"),
         (lambda: stiction.what_if("paper/open-loop-stiction"), ValueError, "must be a closed loop"),
+        (lambda: stiction.compare_compensators(PAPER, progress=3), TypeError, "progress must be callable"),
+        (lambda: stiction.what_if(PAPER, progress=3), TypeError, "progress must be callable"),
     ],
 )
 def test_bad_arguments_are_refused_by_name(call, error, words):

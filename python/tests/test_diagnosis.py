@@ -132,6 +132,43 @@ def test_progress_is_told_and_can_stop(recordings):
         stiction.diagnose_all(recordings * 20, progress=stop)
 
 
+def test_every_method_that_judges_shows_its_evidence(sticky):
+    stretch = sticky.stretch
+    for name, finding in sticky.findings.items():
+        seen = sticky.method_evidence(name)
+        if finding.decision == "abstains":
+            continue
+        assert seen.method == name and seen.caption and seen.panels
+        for panel in seen.panels:
+            assert panel.x_label and panel.y_label and panel.series
+            for x, y, style in panel.series.values():
+                assert x.dtype == y.dtype == np.float64 and len(x) == len(y) > 0, style
+        plt.close(seen.plot()[0].figure)
+        alone = stiction.method_evidence(
+            name,
+            stretch.op,
+            stretch.pv,
+            stretch.sp,
+            sample_time=1,
+            period_s=sticky.oscillation.period_s,
+            loop_type="flow",
+        )
+        assert [list(each.series) for each in alone.panels] == [list(each.series) for each in seen.panels]
+
+
+def test_the_evidence_is_what_the_numbers_are_of(sticky):
+    [panel] = sticky.method_evidence("horch").panels
+    lag, values, style = panel.series["correlation"]
+    assert style == "line" and lag[len(lag) // 2] == 0 and np.abs(values).max() <= 1
+    assert panel.series["r opt, the peak"].y[0] == values[np.abs(values).argmax()]
+    assert panel.series["r0, at lag 0"].y[0] == values[len(lag) // 2]
+    assert stiction.method_evidence("horch", np.full(600, 50.0), np.full(600, 1.0), sample_time=1) is None
+    with pytest.raises(ValueError, match='no detector named "x"'):
+        sticky.method_evidence("x")
+    with pytest.raises(ValueError, match='no detector named "x"'):
+        stiction.method_evidence("x", [1.0], sample_time=1)
+
+
 def test_detectors_can_be_left_out(recordings, sticky):
     none = stiction.diagnose(recordings[0], detectors="none")
     assert set(none.findings) == {"direct", "yamashita-vp"}

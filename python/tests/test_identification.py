@@ -113,6 +113,19 @@ def test_a_stem_is_found():
     assert repr(pickle.loads(pickle.dumps(fit))) == repr(fit)
 
 
+def test_an_arx_model():
+    rng = np.random.default_rng(3)
+    op = 50 + rng.normal(size=2000)
+    pv = np.full(2000, 20.0)
+    for k in range(4, 2000):
+        pv[k] = 1 + 0.8 * pv[k - 1] + 0.3 * op[k - 4] + 0.001 * rng.normal()
+    fit = stiction.fit_arx(op[200:], pv[200:], longest_delay=10)
+    assert 1 <= fit.delay <= 4 and abs(fit.gain - 1.5) < 0.01
+    assert abs(fit.taps[4 - fit.delay] - 0.3) < 1e-3 and abs(fit.past[0] - 0.8) < 0.1
+    assert 0.0009 < fit.residual_std < 0.0011 and fit.explained > 0.999
+    assert np.allclose(fit.predicted, pv[200:], atol=0.01) and fit.predicted[0] == pv[200]
+
+
 def test_an_extended_arx_model():
     rng = np.random.default_rng(3)
     x = np.sign(np.sin(0.1 * np.arange(800)))
@@ -162,6 +175,9 @@ BAD = [
     (lambda: stiction.fit_first_order(WAVE[:9], WAVE[:9], sample_time=1), ValueError, "at least 120 samples"),
     (lambda: stiction.fit_first_order(WAVE, WAVE, sample_time=1, longest_delay=0), ValueError, "longest_delay is 0"),
     (lambda: stiction.fit_first_order(WAVE, WAVE, sample_time=1, longest_delay=1.5), TypeError, "longest_delay"),
+    (lambda: stiction.fit_arx(WAVE, WAVE[:9]), ValueError, "there are 600 and 9"),
+    (lambda: stiction.fit_arx(WAVE, np.ones(600)), ValueError, "does not move"),
+    (lambda: stiction.fit_arx(WAVE, WAVE, longest_delay=0), ValueError, "longest_delay is 0"),
     (lambda: stiction.fit_extended_arx(WAVE, WAVE[:9], delay=1, walk=0), ValueError, "input has 600 samples"),
     (lambda: stiction.fit_extended_arx(WAVE, WAVE, delay=0, walk=0), ValueError, "delay is 0"),
     (lambda: stiction.fit_extended_arx(WAVE, WAVE, delay=1, walk=-1), ValueError, "walk is -1"),

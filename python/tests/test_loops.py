@@ -131,8 +131,10 @@ def test_an_error_in_progress_ends_the_sweep():
         "stiction.population(1_000_000)",
         'stiction.simulate("paper/closed-loop", {"sample_time": 1e-5, "duration": 400})',
         'stiction.Stem("cts-stribeck").follow(np.tile([0.0, 100.0], 2000), sample_time=100)',
+        'stiction.compare_compensators("paper/closed-loop", {"sample_time": 1e-3})',
+        'stiction.what_if("paper/closed-loop", {"sample_time": 1e-3})',
     ],
-    ids=["sweep", "population", "simulate", "stem"],
+    ids=["sweep", "population", "simulate", "stem", "compare_compensators", "what_if"],
 )
 def test_an_interrupt_ends_it_within_a_second(work):
     script = f"""

@@ -216,6 +216,7 @@ BAD = [
     (lambda: stiction.recording_from(FRAME.assign(pv="x")), ValueError, 'column "pv"'),
     (lambda: stiction.recording_from(pl.DataFrame({"t": [1.0], "op": [[1.0]]})), TypeError, 'column "op" holds'),
     (lambda: stiction.recording_from(pl.DataFrame({"t": [], "op": []})), ValueError, "OP|rows|empty|sample"),
+    (lambda: stiction.recordings_from(FRAME, time_format="day-first"), ValueError, "leave time_format out"),
     (lambda: stiction.fitness(FRAME), TypeError, "recording must be a Recording, but its type is DataFrame"),
     (lambda: stiction.fitness(stiction.recording([1.0], sample_time=1)), ValueError, "OP"),
     (lambda: stiction.stretches(stiction.recording(OP, sample_time=1), sample_time=-1), ValueError, "sample time"),
@@ -227,5 +228,37 @@ BAD = [
 
 @pytest.mark.parametrize("call, error, words", BAD)
 def test_malformed_input_is_refused_by_name(call, error, words):
-    with pytest.raises(error, match=words):
+    with pytest.raises(error, match=words) as refused:
         call()
+    assert " --" not in str(refused.value)
+
+
+TIMES = "2024-03-31 {:02}:00:00"
+ASKED = [
+    ("t,pv\n0,1\n1,2\n", {}, 'as in columns={"op": "COLUMN"}'),
+    ("op,pv\n1,2\n3,4\n", {}, 'as in columns={"time": "COLUMN"}, or tell the time between rows, as in sample_time=1'),
+    ("t,op,out\n0,1,2\n1,2,3\n", {}, 'say which, as in columns={"op": "op"}'),
+    ("t,op\n01/02/2024,1\n02/02/2024,2\n", {}, "give time_format "),
+    ("t,op\nfoo,1\nbar,2\n", {}, "foo"),
+    ("t,op\n2024-01-01,1\n", {"time_format": "%H:%M"}, 'is no time by time_format="%H:%M"'),
+    ("t,op\n0,1\n1,weg\n", {}, 'give bad_text=["weg"]'),
+    ("t,op,mode\n0,1,odd\n1,2,odd\n", {}, 'as in columns={"ignore": "mode"}'),
+    ("t,op\n" + "".join(f"{TIMES.format(h)},1\n" for h in range(4)), {"zone": "Europe/Berlin"}, 'as in zone="+01"'),
+]
+
+
+@pytest.mark.parametrize("text, told, words", ASKED)
+def test_refusals_and_notes_name_keywords_not_options_of_the_command(tmp_path, text, told, words):
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError) as refused:
+        stiction.read(path, **told)
+    assert words in str(refused.value) and " --" not in str(refused.value)
+
+
+def test_notes_name_keywords(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("time,mv\n2024-01-01 00:00:00,1\n2024-01-01 00:00:01,2\n")
+    [made] = stiction.read(path)
+    said = " ".join(made.notes)
+    assert "if it matters, give zone" in said and 'give columns={"vp": "mv"}' in said and " --" not in said

@@ -182,7 +182,7 @@ pub fn methods_of(names: &[String]) -> PyResult<Vec<Method>> {
 
 /// Compensators side by side.
 #[pyfunction]
-#[pyo3(signature = (scenario, methods = None, s = None, j = None, at_s = None))]
+#[pyo3(signature = (scenario, methods = None, s = None, j = None, at_s = None, told = None))]
 fn compare_compensators<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -190,12 +190,15 @@ fn compare_compensators<'py>(
     s: Option<f64>,
     j: Option<f64>,
     at_s: Option<f64>,
+    told: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let methods = methods.map_or(Ok(Method::ALL.to_vec()), |names| methods_of(&names))?;
     let (options, known) = suiting(py, scenario, (s, j), [at_s, None, None])?;
     let plant = scenario.closed_loop()?.clone();
-    let compare = move || compensate::compare(&plant, &known, &methods, &options);
-    let found = long(py, None, move |_| compare())?.map_err(refused)?;
+    let found = long(py, told, move |progress| {
+        compensate::compare_watched(&plant, &known, &methods, &options, || progress.goes_on())
+    })?
+    .map_err(refused)?;
     if !found.rows[0].nominal().measures.iae_per_s.is_finite() {
         return Err(PyValueError::new_err(
             "the loop grows without bound; lower the gain of its controller, or limit its output",

@@ -481,7 +481,7 @@ fn retune<'py>(
     let found = long(py, told, move |progress| {
         let cycle = |l: &ContinuousLoop| {
             if progress.is_given_up() {
-                return Err(stiction::Error::Inconsistent("interrupted".to_owned()));
+                return Err(stiction::Error::GivenUp);
             }
             let cycle = attractor(l, method).map(Result::ok);
             progress.one();

@@ -1,18 +1,18 @@
 //! The published detectors.
 
-use crate::diagnosis::json;
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::long::long;
 use crate::oscillation::all_finite;
-use numpy::PyReadonlyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use stiction::Error;
 use stiction::detect::{self, Applies, Decides, Detector, Needs, Subject};
 use stiction::recording::{LoopType, Stretch};
-use stiction_report::document;
+use stiction_report::report::{Context, evidence};
+use stiction_report::{Figure, Panel, Series, Style, document};
 
 /// Signals as Python gives them.
 pub type Signal<'py> = PyReadonlyArray1<'py, f64>;
@@ -77,12 +77,48 @@ pub fn stretch(
     Ok(Stretch { from: 0.0, sample_time, op, pv, sp, vp, bridged: 0 })
 }
 
-/// What detectors say of a stretch, as JSON; those of no name are all. Without a period the one of the dominant
+/// The period that was told, in samples, or that of the dominant oscillation.
+fn period(stretch: &Stretch, loop_type: LoopType, told_s: Option<f64>) -> Option<f64> {
+    match told_s {
+        Some(period) => Some(period / stretch.sample_time),
+        None => stiction::diagnose::subject(stretch, loop_type).period,
+    }
+}
+
+/// What a method says.
+pub fn finding_dict(py: Python<'_>, found: document::Detector) -> PyResult<Bound<'_, PyDict>> {
+    let (numbers, units, parameters) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
+    for number in found.numbers {
+        numbers.set_item(&number.name, number.value)?;
+        units.set_item(number.name, number.unit)?;
+    }
+    for parameter in found.parameters {
+        parameters.set_item(parameter.name, (parameter.value, parameter.unit))?;
+    }
+    Ok(dict!(py,
+        "name": found.name,
+        "title": found.title,
+        "decision": found.decision,
+        "statistic": found.statistic,
+        "statistic_name": found.statistic_name,
+        "threshold": found.threshold,
+        "reason": found.reason,
+        "numbers": numbers,
+        "units": units,
+        "caveats": found.caveats,
+        "parameters": parameters,
+        "family": found.family,
+        "votes": found.votes,
+        "reference": found.reference,
+    ))
+}
+
+/// What detectors say of a stretch; those of no name are all. Without a period the one of the dominant
 /// oscillation is taken.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
-fn detect_stiction(
-    py: Python<'_>,
+fn detect_stiction<'py>(
+    py: Python<'py>,
     methods: Option<Vec<String>>,
     op: Signal<'_>,
     pv: Option<Signal<'_>>,
@@ -91,7 +127,7 @@ fn detect_stiction(
     sample_time: f64,
     period_s: Option<f64>,
     loop_type: &str,
-) -> PyResult<Vec<String>> {
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let detectors = match methods {
         None => detect::all(),
         Some(names) => names
@@ -103,10 +139,7 @@ fn detect_stiction(
     let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
     let stretch = stretch(&op, pv, sp, vp, sample_time)?;
     let findings = long(py, None, move |progress| {
-        let period = match period_s {
-            Some(period) => Some(period / sample_time),
-            None => stiction::diagnose::subject(&stretch, loop_type).period,
-        };
+        let period = period(&stretch, loop_type, period_s);
         let judge = |detector: &dyn Detector| {
             let subject = Subject::new(&stretch, loop_type, period);
             (!progress.is_given_up()).then(|| {
@@ -116,10 +149,73 @@ fn detect_stiction(
         };
         detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
     })?;
-    findings.iter().map(json).collect()
+    findings.into_iter().map(|found| finding_dict(py, found)).collect()
+}
+
+/// What a method looked at in the subject that `with_subject` gives, as the report draws it: panels with named
+/// series; `None` if there is nothing to draw.
+pub fn evidence_dict<'py>(
+    py: Python<'py>,
+    method: &str,
+    with_subject: impl FnOnce(&dyn Fn(&Subject<'_>) -> Option<Figure>) -> Option<Figure>
+    + Send
+    + 'static,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let method = detect::by_name(method).map_err(refused)?.method();
+    let figure = long(py, None, move |_| {
+        with_subject(&|subject| {
+            let period_s = subject.period.map(|period| period * subject.stretch.sample_time);
+            let context = Context { period_s, ..Context::default() };
+            evidence::figure(method.name, subject, &context)
+        })
+    })?;
+    let Some(figure) = figure else { return Ok(None) };
+    let panel = |panel: Panel| {
+        let each = |series: Series| {
+            let style = match series.style {
+                Style::Dashed => "dashed",
+                Style::Dotted => "dotted",
+                Style::Steps => "steps",
+                Style::Points => "points",
+                Style::Bars => "bars",
+                _ => "line",
+            };
+            let [x, y] = [series.x, series.y].map(|values| PyArray1::from_vec(py, values));
+            (series.label, x, y, style)
+        };
+        let series: Vec<_> = panel.series.into_iter().map(each).collect();
+        Ok(dict!(py, "x_label": panel.x_label, "y_label": panel.y_label, "series": series))
+    };
+    Ok(Some(dict!(py,
+        "method": method.name,
+        "caption": figure.caption,
+        "panels": figure.panels.into_iter().map(panel).collect::<PyResult<Vec<_>>>()?,
+    )))
+}
+
+/// What a method looks at in signals. Without a period the one of the dominant oscillation is taken.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "keywords of one function")]
+fn method_evidence<'py>(
+    py: Python<'py>,
+    method: &str,
+    op: Signal<'_>,
+    pv: Option<Signal<'_>>,
+    sp: Option<Signal<'_>>,
+    vp: Option<Signal<'_>>,
+    sample_time: f64,
+    period_s: Option<f64>,
+    loop_type: &str,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
+    let stretch = stretch(&op, pv, sp, vp, sample_time)?;
+    evidence_dict(py, method, move |look| {
+        look(&Subject::new(&stretch, loop_type, period(&stretch, loop_type, period_s)))
+    })
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(detector_methods, m)?)?;
-    m.add_function(wrap_pyfunction!(detect_stiction, m)?)
+    m.add_function(wrap_pyfunction!(detect_stiction, m)?)?;
+    m.add_function(wrap_pyfunction!(method_evidence, m)?)
 }

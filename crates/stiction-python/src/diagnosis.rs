@@ -1,5 +1,6 @@
 //! Diagnoses: from a recording to a verdict, and what several diagnoses of one valve say together.
 
+use crate::detectors::{evidence_dict, finding_dict};
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::long::long;
@@ -46,6 +47,14 @@ impl Diagnosed {
 
 #[pymethods]
 impl Diagnosed {
+    /// Its part of the document as JSON, and, out of that, what each method says: by far the most of it.
+    fn parts<'py>(&self, py: Python<'py>) -> PyResult<(String, Vec<Bound<'py, PyDict>>)> {
+        let mut document = self.document();
+        let findings = std::mem::take(&mut document.detectors).into_iter();
+        let findings = findings.map(|found| finding_dict(py, found)).collect::<PyResult<_>>()?;
+        Ok((json(&document)?, findings))
+    }
+
     /// The signals that were judged.
     fn stretch<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.diagnosis.stretch().map(|stretch| stretch_dict(py, stretch)).transpose()
@@ -76,6 +85,16 @@ impl Diagnosed {
             "j_over_s": triple(Some(weighing.j_over_s)),
             "features": typical,
         )))
+    }
+
+    /// What a method looked at.
+    fn method_evidence<'py>(
+        &self,
+        py: Python<'py>,
+        method: &str,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let diagnosis = Arc::clone(&self.diagnosis);
+        evidence_dict(py, method, move |look| look(&diagnosis.subject()?))
     }
 
     /// Where the loop stands in a ranked list, the worst lowest.

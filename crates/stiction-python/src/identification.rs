@@ -17,7 +17,9 @@ use stiction::identify::cycle_closed_form::{self, CancelledLoop};
 use stiction::identify::hammerstein::{self, ModelEvidence, ValveFit};
 use stiction::identify::position::PositionFit;
 use stiction::identify::published::HammersteinFit;
-use stiction::identify::{earx, fopdt, jelali, karra_karim, lee, physical, position, srinivasan};
+use stiction::identify::{
+    arx, earx, fopdt, jelali, karra_karim, lee, physical, position, srinivasan,
+};
 use stiction::recording::LoopType;
 use stiction::series::standardised;
 
@@ -51,6 +53,28 @@ fn fit_fopdt<'py>(
         "delay": found.delay,
         "explained": found.fit,
         "pv": PyArray1::from_vec(py, found.pv),
+    ))
+}
+
+/// An ARX model.
+#[pyfunction]
+fn fit_arx<'py>(
+    py: Python<'py>,
+    op: Signal<'py>,
+    pv: Signal<'py>,
+    longest_delay: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (op, pv) = (op.as_slice()?.to_vec(), pv.as_slice()?.to_vec());
+    let found = long(py, None, move |_| arx::fit(&op, &pv, longest_delay))?.map_err(unfit)?;
+    Ok(dict!(py,
+        "gain": found.gain(),
+        "delay": found.delay,
+        "constant": found.constant,
+        "past": found.past,
+        "taps": found.taps,
+        "residual_std": found.residual_std,
+        "explained": found.fit,
+        "predicted": PyArray1::from_vec(py, found.predicted),
     ))
 }
 
@@ -361,6 +385,7 @@ fn verdict_provenance(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(fit_fopdt, m)?)?;
+    m.add_function(wrap_pyfunction!(fit_arx, m)?)?;
     m.add_function(wrap_pyfunction!(fit_earx, m)?)?;
     m.add_function(wrap_pyfunction!(fit_hammerstein, m)?)?;
     m.add_function(wrap_pyfunction!(weigh_hammerstein, m)?)?;

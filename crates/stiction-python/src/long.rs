@@ -23,6 +23,12 @@ impl Progress {
         self.done.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Counts one more item as done, and says whether to go on with the next.
+    pub fn goes_on(&self) -> bool {
+        self.one();
+        !self.is_given_up()
+    }
+
     /// Whether to stop, because the caller was interrupted.
     pub fn is_given_up(&self) -> bool {
         self.given_up.load(Ordering::Relaxed)

@@ -1,7 +1,7 @@
 //! Recordings of loops: from files, from tables and from arrays.
 
 use crate::arrays;
-use crate::errors::{refused, unread};
+use crate::errors::{keywords, refused, unread};
 use crate::long::long;
 use arrow_array::cast::AsArray;
 use arrow_array::{Array, ArrayRef, RecordBatch};
@@ -108,7 +108,7 @@ impl Recording {
     /// What the reader wants the user to know, in sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.recording.notes.clone()
+        self.recording.notes.iter().map(|note| keywords(note)).collect()
     }
 
     /// Give the times of one signal.

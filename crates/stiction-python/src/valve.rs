@@ -5,7 +5,7 @@ use crate::bands::Bands;
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::table::{Table, flags, texts};
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -170,13 +170,15 @@ impl Valve {
         Some((position, op, direction.sign(), moving))
     }
 
-    /// Follows all of `op`.
-    fn _follow<'py>(
+    /// Follows all of `op`, writing the position to `vp`, which is of its length. NumPy has allocated it: its memory
+    /// need not be cleared before, and goes back to where the next result is taken from.
+    fn _follow(
         &mut self,
-        py: Python<'py>,
-        op: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let op = op.as_slice()?;
+        py: Python<'_>,
+        op: PyReadonlyArray1<'_, f64>,
+        mut vp: PyReadwriteArray1<'_, f64>,
+    ) -> PyResult<()> {
+        let (op, vp) = (op.as_slice()?, vp.as_slice_mut()?);
         // Refused as a whole: after an error the valve has not moved. Of a single stride the valve sees to that.
         if op.len() > STRIDE
             && let Some(index) = op.iter().position(|value| !value.is_finite())
@@ -184,12 +186,11 @@ impl Valve {
             let value = op[index];
             return Err(refused(stiction::Error::NonFinite { signal: "op", index, value }));
         }
-        let mut vp = vec![0.0; op.len()];
         for (op, vp) in op.chunks(STRIDE).zip(vp.chunks_mut(STRIDE)) {
             py.detach(|| self.assembly.run(op, vp)).map_err(refused)?;
             py.check_signals()?;
         }
-        Ok(PyArray1::from_vec(py, vp))
+        Ok(())
     }
 
     fn __repr__(&self) -> String {

@@ -15,7 +15,8 @@ use stiction::what_if::{self, Options, Prediction, Row};
 
 /// Everything that could be done, ranked.
 #[pyfunction]
-#[pyo3(signature = (scenario, repaired_s = None, repaired_j = None, positioner_gain = None, ms = None, methods = None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of one function")]
+#[pyo3(signature = (scenario, repaired_s = None, repaired_j = None, positioner_gain = None, ms = None, methods = None, told = None))]
 fn what_if_loop<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -24,6 +25,7 @@ fn what_if_loop<'py>(
     positioner_gain: Option<f64>,
     ms: Option<f64>,
     methods: Option<Vec<String>>,
+    told: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let plant = scenario.closed_loop()?.clone();
     let (model, bands) = scenario.0.valve;
@@ -38,8 +40,10 @@ fn what_if_loop<'py>(
     }
     let asked = options.clone();
     let controller = plant.controller.clone();
-    let found = long(py, None, move |_| what_if::what_if(&plant, model, bands, &asked))?;
-    let found = found.map_err(refused)?;
+    let found = long(py, told, move |progress| {
+        what_if::what_if_watched(&plant, model, bands, &asked, || progress.goes_on())
+    })?
+    .map_err(refused)?;
     let rows = found.rows.iter().map(|row| action_dict(py, row)).collect::<PyResult<Vec<_>>>()?;
     let retuning = match &found.retuning {
         Err(_) => None,

@@ -60,6 +60,9 @@ pub enum Error {
     /// A frozen model cannot be used.
     #[error("the model of the verdict cannot be used: {0}")]
     Bundle(String),
+    /// Whoever watched the computation gave it up.
+    #[error("the computation was given up")]
+    GivenUp,
     /// A numerical method could not go on.
     #[error("the {method} stopped at t = {time_s} s: {reason}")]
     Solver {
@@ -101,6 +104,11 @@ pub(crate) fn finite(name: &'static str, value: f64) -> Result<f64> {
 
 /// Accepts `samples` if all are finite, else points at the first that is not.
 pub(crate) fn all_finite(signal: &'static str, samples: &[f64]) -> Result<()> {
+    // By blocks, each looked at to its end: that compiles to wide instructions.
+    let sound = |block: &[f64]| block.iter().fold(true, |all, v| all & v.is_finite());
+    if samples.chunks(256).all(sound) {
+        return Ok(());
+    }
     match samples.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
         Some(index) => Err(Error::NonFinite { signal, index, value: samples[index] }),

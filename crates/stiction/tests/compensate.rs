@@ -4,16 +4,17 @@
 mod common;
 
 use common::{bits, mean, valve};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use stiction::closed_loop::{
     AntiWindup, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, NormalStream, Process, Signal,
 };
 use stiction::compensate::{
     CompensatedRun, Compensator, ConstantReinforcement, Correction, IntegralDeadZone,
     IntegralLimit, Knocker, Knowledge, Measures, Method, ModifiedTwoMove, Moves, Options, SixMove,
-    Supervised, ThreeMove, TwoMove, compare, run,
+    Supervised, ThreeMove, TwoMove, compare, compare_watched, run,
 };
 use stiction::valve::Model;
-use stiction::{Bands, Result};
+use stiction::{Bands, Error, Result};
 
 fn bands(s: f64, j: f64) -> Bands {
     Bands::from_s_j(s, j).unwrap()
@@ -441,4 +442,21 @@ fn the_table_is_the_same_on_any_number_of_threads() {
     assert_eq!(table.rows[0].nominal().measures, as_it_is);
     assert!(table.rows[0].outcomes[1..5].iter().all(|o| o.measures == as_it_is));
     assert!(table.rows[0].worst_pv_std() == as_it_is.pv_std);
+}
+
+/// Whoever watches a comparison sees every simulation, and can give up the rest.
+#[test]
+fn a_comparison_is_watched() {
+    let plant = paper_loop(Model::TwoPhase, 5.0, 3.0);
+    let (known, options) = (known(&plant, 5.0, None), Options::default());
+    let methods = [Method::Knocker, Method::TwoMove];
+    let count = AtomicUsize::new(0);
+    let upto = |most: usize| {
+        count.store(0, Ordering::Relaxed);
+        let done = || count.fetch_add(1, Ordering::Relaxed) + 1 < most;
+        compare_watched(&plant, &known, &methods, &options, done)
+    };
+    assert_eq!(upto(usize::MAX), compare(&plant, &known, &methods, &options));
+    assert_eq!(count.load(Ordering::Relaxed), 6 * 2 + 2);
+    assert_eq!(upto(2), Err(Error::GivenUp));
 }

@@ -332,6 +332,30 @@ fn bad_samples_are_refused() {
     }
 }
 
+/// A series at once is the series sample by sample, whatever stands around the model, and however long it is.
+#[test]
+fn a_run_is_its_steps() {
+    let op = Input::new(0, 7, 1000);
+    for model in Model::ALL {
+        let bare = || valve(model, 3.0, 1.0);
+        let limited = || bare().with_limits(-2.0, 2.0).unwrap();
+        let lag = || StemLag::new(1.7, 0.1).unwrap();
+        let surrounded = [bare(), limited(), bare().with_lag(lag()), limited().with_lag(lag())];
+        for (mut at_once, len) in
+            surrounded.into_iter().flat_map(|v| [0, 1, 255, 1000].map(|n| (v.clone(), n)))
+        {
+            let mut stepped = at_once.clone();
+            let mut vp = vec![0.0; len];
+            at_once.run(&op[..len], &mut vp).unwrap();
+            assert_eq!(
+                bits(&vp),
+                bits(&op[..len].iter().map(|u| stepped.step(*u)).collect::<Vec<_>>())
+            );
+            assert_eq!(at_once, stepped);
+        }
+    }
+}
+
 /// The lag follows a step as a first-order system does, one sample behind.
 #[test]
 fn stem_lag_step_response() {

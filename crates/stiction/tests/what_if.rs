@@ -4,13 +4,14 @@
 mod common;
 
 use common::valve;
-use stiction::Bands;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use stiction::closed_loop::{AntiWindup, ClosedLoop, Controller, NormalStream, Process};
 use stiction::compensate::Method;
 use stiction::valve::{Model, Start, TwoPhase, Valve};
 use stiction::what_if::{
-    Action, Options, Prediction, Row, WEARING, WORTH, WhatIf, positioned, what_if,
+    Action, Options, Prediction, Row, WEARING, WORTH, WhatIf, positioned, what_if, what_if_watched,
 };
+use stiction::{Bands, Error};
 
 fn bands(s: f64, j: f64) -> Bands {
     Bands::from_s_j(s, j).unwrap()
@@ -280,6 +281,28 @@ fn the_same_on_any_number_of_threads() {
         format!("{:?}", pool.install(|| asked(&plant, Model::TwoPhase, b)))
     };
     assert_eq!(on(1), on(3));
+}
+
+/// Whoever watches can give up at any time, also while tunings are tried.
+#[test]
+fn what_is_watched_can_be_given_up() {
+    let b = bands(5.0, 3.0);
+    let plant = paper(Model::TwoPhase, b);
+    let options = Options {
+        methods: vec![Method::Knocker],
+        ..Options::suiting(&plant, Model::TwoPhase, b).unwrap()
+    };
+    let count = AtomicUsize::new(0);
+    let upto = |most: usize| {
+        count.store(0, Ordering::Relaxed);
+        let done = || count.fetch_add(1, Ordering::Relaxed) + 1 < most;
+        what_if_watched(&plant, Model::TwoPhase, b, &options, done)
+    };
+    assert!(upto(usize::MAX).unwrap().as_it_is().is_some());
+    let all = count.load(Ordering::Relaxed);
+    for most in [1, 10, all / 2, all] {
+        assert_eq!(upto(most), Err(Error::GivenUp), "{most} of {all}");
+    }
 }
 
 /// A run of more samples than memory has is refused.

@@ -225,6 +225,21 @@ pub fn compare(
     methods: &[Method],
     options: &Options,
 ) -> Result<Comparison> {
+    compare_watched(plant, known, methods, options, || true)
+}
+
+/// [`compare`], watched: `done` is called after every simulation, and gives up the rest by `false`. There are six
+/// for each method, and two for the loop as it is.
+///
+/// # Errors
+/// As [`compare`]; and [`Error::GivenUp`].
+pub fn compare_watched(
+    plant: &ClosedLoop,
+    known: &Knowledge,
+    methods: &[Method],
+    options: &Options,
+    done: impl Fn() -> bool + Sync,
+) -> Result<Comparison> {
     options.check()?;
     let [_, set_point_at, load_at, end] = options.times();
     let mut plant = plant.clone();
@@ -261,7 +276,8 @@ pub fn compare(
         .par_iter()
         .map(|(method, case)| {
             let plant = if case.noise { &noisy } else { &plant };
-            outcome(plant, known, *method, *case, options)
+            let played = outcome(plant, known, *method, *case, options)?;
+            if done() { Ok(played) } else { Err(Error::GivenUp) }
         })
         .collect::<Result<_>>()?;
     let row = |method: Option<Method>| {

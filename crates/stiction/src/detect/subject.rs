@@ -68,7 +68,7 @@ impl<'a> Subject<'a> {
             }
             (Applies::Integrating, Dynamics::Unknown) => {
                 return abstain(
-                    "made for integrating loops; this one's type is not known (tell it with --type)"
+                    "made for integrating loops; what this one controls is not known: tell it"
                         .to_owned(),
                 );
             }

@@ -1,21 +1,46 @@
-//! Sixteen linear models of one PV at a time, each with its own input, for several delays at once.
+//! A linear model of the PV by its own past and the input: ARX.
 //!
+//! # What it measures
+//! How the PV follows an input (OP, or a valve position) from one sample to the next, and with which delay.
+//!
+//! # Assumptions
+//! A linear process of at most fifth order; what disturbs it is white where it enters the equation.
+//!
+//! # Equations
 //! ```text
 //! y(k) = c + sum_{i=1..5} a_i y(k-i) + sum_{j=0..3} b_j x(k-d-j) + e(k)
 //! ```
+//! by least squares for every delay d up to the longest; the one that leaves least is taken.
 //!
-//! All columns are shifts of two series, so every product of two columns is a sum over one lag with a few
-//! samples more or less at its edges: `G(l+1, i+1) = G(l, i) + first - last`. The sums over lags are
-//! formed once for an input, and serve all delays. What the past of `y` explains is the same for every
-//! input and delay; its normal equations are factored once, and only a system of four unknowns is left.
+//! # Parameters
+//! | name | unit | default | source |
+//! |---|---|---|---|
+//! | orders 5 and 4 | samples | | ours |
+//! | `longest_delay` | samples | 40, in Python | ours |
+//!
+//! # Limits
+//! Noise on the PV that is not that of the equation biases the coefficients towards a faster process. In closed loop
+//! without anything but noise to move it, the inverse of the controller explains as much.
+//!
+//! # References
+//! L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall (1999), section 4.2 (recalled, not
+//! read).
 
-use super::least_squares::{Solution, least_squares};
+// Within the crate: sixteen models of one PV at a time, each with its own input, for several delays at once. All
+// columns are shifts of two series, so every product of two columns is a sum over one lag with a few samples more or
+// less at its edges: `G(l+1, i+1) = G(l, i) + first - last`. The sums over lags are formed once for an input, and
+// serve all delays. What the past of `y` explains is the same for every input and delay; its normal equations are
+// factored once, and only a system of four unknowns is left.
+
+use super::least_squares::{Solution, dot, least_squares};
+use crate::detect::Abstention;
+use crate::series::{centred, mean, std};
 use crate::simd::{Kernel, LANES, Lane, Width};
 
 /// How many past values of the PV a model knows.
-const PAST: usize = 5;
+pub const PAST: usize = 5;
 /// How many neighbouring values of its input a model knows.
-pub(super) const TAPS: usize = 4;
+pub const TAPS: usize = 4;
 /// A constant and the past of the PV.
 const COMMON: usize = PAST + 1;
 /// Added to each square on the diagonal, for series of variance one: keeps columns that are all but
@@ -23,6 +48,97 @@ const COMMON: usize = PAST + 1;
 pub(super) const RIDGE: f64 = 1e-9;
 /// Samples whose positions stay in the first-level cache while all lags pass over them.
 const TILE: usize = 96;
+
+/// A linear model of a PV.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arx {
+    /// The constant `c`, in units of the PV.
+    pub constant: f64,
+    /// `a_1` to `a_5`.
+    pub past: [f64; PAST],
+    /// `b_0` to `b_3`, units of the PV per percent.
+    pub taps: [f64; TAPS],
+    /// Samples from input to PV, at least 1.
+    pub delay: usize,
+    /// Standard deviation of what is left, in units of the PV.
+    pub residual_std: f64,
+    /// Share of the variance of the PV that is explained from sample to sample.
+    pub fit: f64,
+    /// The PV as it is expected from the samples before, in its units; the first samples, which nothing is before, are
+    /// those of the PV.
+    pub predicted: Vec<f64>,
+}
+
+impl Arx {
+    /// What the PV moves by in the end, units of the PV per percent: `sum b / (1 - sum a)`. Infinite of a process that
+    /// integrates, and of no meaning of one that does so nearly.
+    pub fn gain(&self) -> f64 {
+        self.taps.iter().sum::<f64>() / (1.0 - self.past.iter().sum::<f64>())
+    }
+}
+
+/// Fits a model of `pv` behind `op`, trying delays up to `longest_delay` (at least 1).
+///
+/// ```
+/// use stiction::identify::arx;
+/// let op: Vec<f64> = (0..400).map(|k| f64::from(k * k % 17)).collect();
+/// let mut pv = vec![20.0; 400];
+/// for k in 3..400 {
+///     pv[k] = 2.0 + 0.9 * pv[k - 1] + 0.3 * op[k - 3];
+/// }
+/// let found = arx::fit(&op, &pv, 10)?;
+/// assert!(found.delay <= 3 && (found.gain() - 3.0).abs() < 1e-3);
+/// # Ok::<(), stiction::detect::Abstention>(())
+/// ```
+///
+/// # Errors
+/// If the series differ in length, are too short for the longest delay, a sample is not finite, or one of the two does
+/// not move.
+pub fn fit(op: &[f64], pv: &[f64], longest_delay: usize) -> Result<Arx, Abstention> {
+    let longest = longest_delay.max(1);
+    let fewest = (longest.saturating_add(TAPS - 1)).max(PAST).saturating_add(3 * (COMMON + TAPS));
+    if op.len() != pv.len() || op.len() < fewest {
+        return Err(Abstention(format!(
+            "a model is fitted to at least {fewest} samples of both OP and PV; there are {} and {}",
+            op.len(),
+            pv.len()
+        )));
+    }
+    if op.iter().chain(pv).any(|v| !v.is_finite()) {
+        return Err(Abstention("a sample is not finite".to_owned()));
+    }
+    let still = || Abstention("the OP or the PV does not move".to_owned());
+    let (scale_x, scale_y) = (std(op), std(pv));
+    if !(scale_x > 0.0 && scale_y > 0.0) {
+        return Err(still());
+    }
+    let scaled = |x: &[f64], by: f64| -> Vec<f64> { centred(x).iter().map(|v| v / by).collect() };
+    let (x, y) = (scaled(op, scale_x), scaled(pv, scale_y));
+    let delays: Vec<usize> = (1..=longest).collect();
+    let target = Target::new(&y, &delays).ok_or_else(still)?;
+    let tried = delays.iter().filter_map(|d| Some((*d, target.explain(&[(&x, *d)])?)));
+    let (delay, best) = tried.min_by(|a, b| a.1.sse.total_cmp(&b.1.sse)).ok_or_else(still)?;
+    let past = std::array::from_fn(|i| best.coefficients[1 + i]);
+    let taps = std::array::from_fn(|j| best.coefficients[COMMON + j] * scale_y / scale_x);
+    let (level_x, level_y) = (mean(op), mean(pv));
+    let constant = scale_y * best.coefficients[0] + level_y * (1.0 - past.iter().sum::<f64>())
+        - level_x * taps.iter().sum::<f64>();
+    let first = target.first();
+    let seen = centred(&y[first..]);
+    let mut predicted = pv.to_vec();
+    for (p, left) in predicted[first..].iter_mut().zip(&best.residual) {
+        *p -= scale_y * left;
+    }
+    Ok(Arx {
+        constant,
+        past,
+        taps,
+        delay,
+        residual_std: scale_y * (best.sse / target.samples() as f64).sqrt(),
+        fit: 1.0 - best.sse / dot(&seen, &seen),
+        predicted,
+    })
+}
 
 /// A PV to be explained: everything about it that does not depend on the input.
 pub(super) struct Target {
@@ -288,6 +404,49 @@ fn remaining(left: f64, products: &[[Lane; TAPS]], onto: &[Lane]) -> Lane {
 mod tests {
     use super::*;
     use crate::closed_loop::NormalStream;
+
+    #[test]
+    fn a_model_of_these_orders_is_found_again() {
+        let (past, taps, delay, constant) =
+            ([1.2, -0.5, 0.1, 0.0, 0.05], [0.4, 0.0, -0.2, 0.1], 6, 3.0);
+        let mut noise = NormalStream::new(5);
+        let op: Vec<f64> = (0..3000).map(|_| 50.0 + 4.0 * noise.draw()).collect();
+        let mut pv = vec![80.0; op.len()];
+        for k in 20..op.len() {
+            pv[k] = constant + 0.01 * noise.draw();
+            pv[k] += (0..PAST).map(|i| past[i] * pv[k - 1 - i]).sum::<f64>();
+            pv[k] += (0..TAPS).map(|j| taps[j] * op[k - delay - j]).sum::<f64>();
+        }
+        let (op, pv) = (&op[500..], &pv[500..]);
+        let found = fit(op, pv, 15).unwrap();
+        assert_eq!(found.delay, delay);
+        let pairs = found.past.iter().zip(past).chain(found.taps.iter().zip(taps));
+        assert!(pairs.clone().all(|(found, true_)| (found - true_).abs() < 2e-3), "{found:?}");
+        assert!((found.constant - constant).abs() < 0.05, "{}", found.constant);
+        assert!((found.residual_std / 0.01 - 1.0).abs() < 0.05, "{}", found.residual_std);
+        assert!((found.gain() - 0.3 / 0.15).abs() < 0.01 && found.fit > 0.9999);
+        let at = |k: usize| {
+            let own = (0..PAST).map(|i| found.past[i] * pv[k - 1 - i]).sum::<f64>();
+            found.constant + own + (0..TAPS).map(|j| found.taps[j] * op[k - delay - j]).sum::<f64>()
+        };
+        assert!((100..op.len()).all(|k| (found.predicted[k] - at(k)).abs() < 1e-9));
+        assert_eq!(found.predicted[..10], pv[..10]);
+    }
+
+    #[test]
+    fn a_model_of_nothing_is_refused() {
+        let wave: Vec<f64> = (0..200).map(|k| f64::from(k % 7)).collect();
+        for (op, pv, words) in [
+            (&wave[..30], &wave[..30], "at least 73 samples"),
+            (&wave[..], &wave[1..], "there are 200 and 199"),
+            (&[1.0; 200][..], &wave[..], "does not move"),
+            (&wave[..], &[f64::NAN; 200][..], "not finite"),
+        ] {
+            let Abstention(why) = fit(op, pv, 40).unwrap_err();
+            assert!(why.contains(words), "{why}");
+        }
+        assert!(fit(&wave, &wave, usize::MAX).is_err());
+    }
 
     #[test]
     fn lag_sums_give_what_the_columns_give() {

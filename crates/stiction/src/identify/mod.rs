@@ -1,6 +1,7 @@
 //! Models identified from recorded loops: linear ones of the process, and of the valve before it.
 //!
-//! * [`fopdt`]: first order plus dead time; [`earx`]: with a disturbance that wanders.
+//! * [`arx`]: the PV by its past and the input; [`earx`]: with a disturbance that wanders.
+//! * [`fopdt`]: first order plus dead time.
 //! * [`hammerstein`]: how much better a sticking valve explains the PV, with its controls.
 //! * [`srinivasan`], [`lee`], [`jelali`], [`karra_karim`]: the published fits of a valve before a process,
 //!   which share what is in [`published`].
@@ -9,7 +10,7 @@
 //! * [`cycle_closed_form`]: S and J from period and amplitude where the loop is known.
 
 mod armax;
-mod arx;
+pub mod arx;
 pub mod cycle_closed_form;
 pub mod earx;
 pub mod fopdt;

@@ -1,7 +1,7 @@
 //! A model with its surroundings: input limits before it, stem dynamics behind it.
 
 use super::memory::Remember;
-use super::{AnyModel, Start, StemLag, Valve};
+use super::{AnyModel, Start, StemLag, Valve, follow};
 use crate::error::{Error, Result};
 
 /// Input limits, then a model, then stem dynamics; the first and the last are optional.
@@ -127,6 +127,11 @@ impl Valve for Assembly {
             x = lag.step(x);
         }
         x
+    }
+
+    // What stands before and behind the model is asked once, as is which model it is, not at every sample.
+    fn run(&mut self, op: &[f64], vp: &mut [f64]) -> Result<()> {
+        if self.bare_model().is_some() { self.model.run(op, vp) } else { follow(self, op, vp) }
     }
 
     fn position(&self) -> f64 {

@@ -94,15 +94,20 @@ pub trait Valve {
     /// If the slices differ in length, or a sample of `op` is NaN or infinite; then the valve has
     /// not moved.
     fn run(&mut self, op: &[f64], vp: &mut [f64]) -> Result<()> {
-        if op.len() != vp.len() {
-            return Err(Error::Length { name: "vp", found: vp.len(), expected: op.len() });
-        }
-        all_finite("op", op)?;
-        for (u, x) in op.iter().zip(vp) {
-            *x = self.step(*u);
-        }
-        Ok(())
+        follow(self, op, vp)
     }
+}
+
+/// Follows the whole of `op` step by step: [`Valve::run`] where there is no better way.
+fn follow<V: Valve + ?Sized>(valve: &mut V, op: &[f64], vp: &mut [f64]) -> Result<()> {
+    if op.len() != vp.len() {
+        return Err(Error::Length { name: "vp", found: vp.len(), expected: op.len() });
+    }
+    all_finite("op", op)?;
+    for (u, x) in op.iter().zip(vp) {
+        *x = valve.step(*u);
+    }
+    Ok(())
 }
 
 impl Start {

@@ -49,7 +49,7 @@ mod advice;
 
 use crate::bands::Bands;
 use crate::closed_loop::{ClosedLoop, Controller};
-use crate::compensate::{self, Figures, Knowledge, Method, Outcome, compare};
+use crate::compensate::{self, Figures, Knowledge, Method, Outcome, compare_watched};
 use crate::detect::{Number, Subject};
 use crate::diagnose::{ConfirmingTest, confirming_test};
 use crate::error::{Error, Result, non_negative};
@@ -57,6 +57,7 @@ use crate::limit_cycle::tuning::{Grid, Retuning, least_swing};
 use crate::limit_cycle::{self, ContinuousLoop, Cycle, FrequencyResponse, Stability, exact};
 use crate::recording::{LoopType, Stretch};
 use crate::valve::Model;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Stem travel, as a multiple of that of the loop as it is, above which an action is not recommended.
 pub const WEARING: f64 = 3.0;
@@ -325,6 +326,21 @@ pub fn what_if(
     bands: Bands,
     options: &Options,
 ) -> Result<WhatIf> {
+    what_if_watched(plant, model, bands, options, || true)
+}
+
+/// [`what_if`], watched: `done` is called after every simulation and every tuning that was tried, and gives up the
+/// rest by `false`.
+///
+/// # Errors
+/// As [`what_if`]; and [`Error::GivenUp`].
+pub fn what_if_watched(
+    plant: &ClosedLoop,
+    model: Model,
+    bands: Bands,
+    options: &Options,
+    done: impl Fn() -> bool + Sync,
+) -> Result<WhatIf> {
     let protocol = &options.protocol;
     let given = bands;
     let bands = felt(model, bands)?;
@@ -338,7 +354,7 @@ pub fn what_if(
         Ok(Changed { plant, cycle: Prediction::of(&continuous) })
     };
     let play = |plant: &ClosedLoop, parameters: Vec<Number>| -> Result<compensate::Row> {
-        let played = compare(plant, &known, &[], protocol)?.rows.swap_remove(0);
+        let played = compare_watched(plant, &known, &[], protocol, &done)?.rows.swap_remove(0);
         Ok(compensate::Row { parameters, ..played })
     };
     let bands_of =
@@ -372,7 +388,7 @@ pub fn what_if(
         Prediction::NoCycle(reason) if stability == Stability::Stable => {
             Err(format!("there is no limit cycle to be tuned away: {reason}"))
         }
-        _ => retuned(&continuous, options),
+        _ => retuned(&continuous, options, &done),
     };
     if let Ok(best) = &retuning {
         let with_tuning = |tuning: &Controller| -> Result<Changed> {
@@ -396,7 +412,8 @@ pub fn what_if(
                 continue;
             }
             let assumed = assumed(model, Bands::from_s_j(s * bands.s(), j * bands.j())?);
-            let other = retuned(&ContinuousLoop { bands: assumed, ..continuous.clone() }, options);
+            let other =
+                retuned(&ContinuousLoop { bands: assumed, ..continuous.clone() }, options, &done);
             if let Ok(other) = other {
                 let wrong = with_tuning(&other.best.controller)?;
                 let case = outcome.case;
@@ -406,7 +423,7 @@ pub fn what_if(
         let action = Action::Retune(changed.plant.controller);
         rows.push(Row::new(action, played, changed.cycle));
     }
-    for played in compare(plant, &known, &options.methods, protocol)?.rows {
+    for played in compare_watched(plant, &known, &options.methods, protocol, &done)?.rows {
         if let Some(method) = played.method {
             let reason = "a compensator stands between controller and valve".to_owned();
             rows.push(Row::new(Action::Compensate(method), played, Prediction::Unknown(reason)));
@@ -427,11 +444,20 @@ pub fn what_if(
 fn retuned(
     continuous: &ContinuousLoop,
     options: &Options,
+    done: impl Fn() -> bool + Sync,
 ) -> std::result::Result<Retuning, String> {
-    let cycle = |l: &ContinuousLoop| match Prediction::of(l) {
-        Prediction::Cycle(cycle) => Ok(Some(*cycle)),
-        Prediction::NoCycle(_) => Ok(None),
-        Prediction::Unknown(reason) => Err(Error::Inconsistent(reason)),
+    let given_up = AtomicBool::new(false);
+    let cycle = |l: &ContinuousLoop| {
+        if given_up.load(Ordering::Relaxed) {
+            return Err(Error::GivenUp);
+        }
+        let prediction = Prediction::of(l);
+        given_up.fetch_or(!done(), Ordering::Relaxed);
+        match prediction {
+            Prediction::Cycle(cycle) => Ok(Some(*cycle)),
+            Prediction::NoCycle(_) => Ok(None),
+            Prediction::Unknown(reason) => Err(Error::Inconsistent(reason)),
+        }
     };
     Grid::about(&continuous.controller, options.retuned_within, 15)
         .and_then(|grid| least_swing(continuous, &grid, options.most_sensitive, cycle))
