@@ -170,7 +170,7 @@ unsafe fn broken(handle: *mut Handle) {
     }
 }
 
-/// Gives the values of variables of one kind to an importer. One that is there is given at once.
+/// Gives the values of variables of one kind to an importer; one number that is there, at once.
 ///
 /// # Safety
 /// As for [`call`], [`values`] and [`room`].
@@ -209,8 +209,9 @@ pub(crate) unsafe fn get<T>(
         if count == 1
             && !references.is_null()
             && !value.is_null()
+            && kind == Kind::Float64
             && let Some(handle) = handle(instance)
-            && let Some(one) = handle.as_ref().instance.at_once(kind, references.read_unaligned())
+            && let Some(one) = handle.as_ref().instance.number(references.read_unaligned())
         {
             value.write_unaligned(to(one));
             return OK;
@@ -219,8 +220,8 @@ pub(crate) unsafe fn get<T>(
     }
 }
 
-/// Takes the values of variables of one kind from an importer. One that only the next step asks about is
-/// taken at once.
+/// Takes the values of variables of one kind from an importer; one number that only the next step asks
+/// about, at once.
 ///
 /// # Safety
 /// As for [`call`] and [`values`].
@@ -258,12 +259,12 @@ pub(crate) unsafe fn set<T: Copy>(
         if count == 1
             && !references.is_null()
             && !value.is_null()
+            && kind == Kind::Float64
             && let Some(mut handle) = handle(instance)
-            && handle.as_mut().instance.set_at_once(
-                kind,
-                references.read_unaligned(),
-                from(value.read_unaligned()),
-            )
+            && handle
+                .as_mut()
+                .instance
+                .hold(references.read_unaligned(), from(value.read_unaligned()))
         {
             return OK;
         }

@@ -83,9 +83,9 @@ fn settable(variable: &Variable) -> Modes {
 /// What can be done at once, as things stand: for all else, ask. Kept by [`Instance::stand`].
 #[derive(Debug, Clone, Copy, Default)]
 struct Open {
+    /// Numbers that can be read.
     readable: Set,
-    settable: Set,
-    /// Those of the settable that only the next step asks about.
+    /// Numbers that can be set, and that only the next step asks about.
     held: Set,
     /// Whether a step can be taken.
     step: bool,
@@ -121,8 +121,8 @@ impl Groups {
 #[repr(C, align(64))]
 pub(crate) struct Instance {
     open: Open,
-    groups: Groups,
     state: State,
+    groups: Groups,
     /// For model exchange, not co-simulation.
     exchange: bool,
     fmu: Fmu,
@@ -132,13 +132,12 @@ pub(crate) struct Instance {
 #[derive(Clone)]
 #[repr(C)]
 pub(crate) struct State {
-    time: f64,
+    values: Values,
+    model: AnyModel,
     mode: Modes,
     stale: Stale,
     /// Whether the model has been started.
     started: bool,
-    model: AnyModel,
-    values: Values,
     token: u64,
 }
 
@@ -170,7 +169,6 @@ impl Instance {
             model: fmu.build(),
             values: fmu.starts(),
             mode: Modes::INSTANTIATED,
-            time: 0.0,
             stale: Stale::Restart,
             started: false,
         };
@@ -183,17 +181,22 @@ impl Instance {
     /// From now on in this mode, with this to be done.
     fn stand(&mut self, mode: Modes, stale: Stale) {
         (self.state.mode, self.state.stale) = (mode, stale);
-        let Groups { inputs, tunable, fixed, .. } = self.groups;
+        let numbers = self.groups.kinds[Kind::Float64 as usize];
         let current = matches!(stale, Stale::Nothing | Stale::Tune);
         let steps = mode == Modes::STEP && !self.exchange;
         self.open = Open {
-            readable: Set::ALL.only_if(current && Modes::READABLE.has(mode)),
-            settable: inputs.only_if(INPUT.has(mode))
-                | tunable.only_if(TUNABLE.has(mode))
-                | fixed.only_if(FIXED.has(mode)),
-            held: inputs.only_if(steps),
+            readable: numbers.only_if(current && Modes::READABLE.has(mode)),
+            held: (numbers & self.groups.inputs).only_if(steps),
             step: steps && stale == Stale::Nothing,
         };
+    }
+
+    /// What can be set in this mode.
+    fn settable(&self) -> Set {
+        let mode = self.state.mode;
+        self.groups.inputs.only_if(INPUT.has(mode))
+            | self.groups.tunable.only_if(TUNABLE.has(mode))
+            | self.groups.fixed.only_if(FIXED.has(mode))
     }
 
     /// Refuses `call` outside these modes.
@@ -239,7 +242,6 @@ impl Instance {
     }
 
     fn set_clock(&mut self, time: f64) {
-        self.state.time = time;
         self.state.values[0] = time;
     }
 
@@ -266,14 +268,13 @@ impl Instance {
     pub(crate) fn reset(&mut self) {
         self.state.model = self.fmu.build();
         self.state.values = self.fmu.starts();
-        self.state.time = 0.0;
         self.state.started = false;
         self.stand(Modes::INSTANTIATED, Stale::Restart);
     }
 
     /// The time up to which the instance has come.
     pub(crate) fn time(&self) -> f64 {
-        self.state.time
+        self.state.values[0]
     }
 
     /// Gives up, after what must not happen has happened.
@@ -283,11 +284,12 @@ impl Instance {
 
     /// Brings the outputs up to date.
     fn refresh(&mut self, call: &str) -> Result<()> {
-        let State { model, values, time, stale, started, .. } = &mut self.state;
+        let time = self.time();
+        let State { model, values, stale, started, .. } = &mut self.state;
         match *stale {
             Stale::Nothing | Stale::Tune => return Ok(()),
             Stale::Restart => {
-                model.restart(values, *time).map_err(|why| format!("{call}: {why}"))?;
+                model.restart(values, time).map_err(|why| format!("{call}: {why}"))?;
                 if self.exchange {
                     let rates = self.fmu.variables().iter().filter(|v| v.rate_of.is_some()).count();
                     let states = model.continuous().map_or(0, |model| model.states().len());
@@ -302,7 +304,7 @@ impl Instance {
             }
             Stale::Place => {
                 if let Some(model) = model.continuous() {
-                    model.place(values, *time, None);
+                    model.place(values, time, None);
                 }
             }
         }
@@ -326,11 +328,10 @@ impl Instance {
         }
     }
 
-    /// The value of a variable of this kind, if it can be had at once.
+    /// The value of a number, if it can be had at once.
     #[inline(always)]
-    pub(crate) fn at_once(&self, kind: Kind, reference: u32) -> Option<f64> {
-        let known = (self.open.readable & self.groups.kinds[kind as usize]).has(reference);
-        known.then(|| self.state.values[reference as usize])
+    pub(crate) fn number(&self, reference: u32) -> Option<f64> {
+        self.open.readable.has(reference).then(|| self.state.values[reference as usize])
     }
 
     /// Gives the values of some variables of one kind to `put`.
@@ -344,20 +345,22 @@ impl Instance {
         self.permit(call, Modes::READABLE)?;
         self.refresh(call)?;
         for (i, reference) in references.iter().enumerate() {
-            put(i, self.at_once(kind, *reference).ok_or_else(|| self.foreign(call, *reference))?);
+            if !self.groups.kinds[kind as usize].has(*reference) {
+                return Err(self.foreign(call, *reference));
+            }
+            put(i, self.state.values[*reference as usize]);
         }
         Ok(())
     }
 
-    /// Sets a variable of this kind, if only the next step asks about it; says whether it did.
+    /// Sets a number, if only the next step asks about it; says whether it did.
     #[inline(always)]
-    pub(crate) fn set_at_once(&mut self, kind: Kind, reference: u32, value: f64) -> bool {
-        let held = (self.open.held & self.groups.kinds[kind as usize]).has(reference);
-        let set = held && value.is_finite();
-        if set {
+    pub(crate) fn hold(&mut self, reference: u32, value: f64) -> bool {
+        let held = self.open.held.has(reference) && value.is_finite();
+        if held {
             self.state.values[reference as usize] = value;
         }
-        set
+        held
     }
 
     /// Takes the values of some variables of one kind; all of them, or none.
@@ -369,7 +372,7 @@ impl Instance {
         value: impl Fn(usize) -> f64,
     ) -> Result<()> {
         self.permit(call, Modes::SETTABLE)?;
-        let settable = self.open.settable & self.groups.kinds[kind as usize];
+        let settable = self.settable() & self.groups.kinds[kind as usize];
         for (i, reference) in references.iter().enumerate() {
             let value = value(i);
             // Integers and Booleans come as such.
@@ -426,29 +429,37 @@ impl Instance {
         step: f64,
     ) -> std::result::Result<(), Box<String>> {
         let end = time + step;
-        if !(self.open.step && time == self.state.time && end > time && end <= f64::MAX) {
-            self.make_ready(call, time, step)?;
+        if self.open.step && time == self.time() && end > time && end <= f64::MAX {
+            self.advance(call, time, step)
+        } else {
+            self.step_with_care(call, time, step)
         }
+    }
+
+    #[inline(always)]
+    fn advance(
+        &mut self,
+        call: &str,
+        time: f64,
+        step: f64,
+    ) -> std::result::Result<(), Box<String>> {
         let State { model, values, .. } = &mut self.state;
-        match model.step(values, time, step) {
-            Ok(()) => {
-                self.set_clock(end);
-                Ok(())
-            }
-            Err(why) => Err(self.stopped(call, time, why)),
-        }
+        values[0] = time + step;
+        model.step(values, time, step).map_err(|why| self.stopped(call, time, why))
     }
 
     /// Gives up, because the model cannot go on.
     #[cold]
     fn stopped(&mut self, call: &str, time: f64, why: String) -> Box<String> {
+        self.set_clock(time);
         self.fail();
         Box::new(format!("{call} at {time} s: {why}"))
     }
 
-    /// Checks that a step can be taken, and tunes what has been set.
+    /// Checks that a step can be taken, tunes what has been set, and takes the step.
     #[cold]
-    fn make_ready(
+    #[inline(never)]
+    fn step_with_care(
         &mut self,
         call: &str,
         time: f64,
@@ -459,7 +470,7 @@ impl Instance {
         let end = time + step;
         // Times that importers add up differ by rounding from ours.
         let slack = (1e-6 * step + 1e-9 * time.abs()).min(0.5 * step);
-        let near = (time - self.state.time).abs() <= slack;
+        let near = (time - self.time()).abs() <= slack;
         if !(step > 0.0 && end > time && end.is_finite() && near) {
             return Err(self.bad_step(call, time, step).into());
         }
@@ -468,14 +479,14 @@ impl Instance {
             model.tune(values).map_err(|why| format!("{call}: {why}"))?;
             self.stand(self.state.mode, Stale::Nothing);
         }
-        Ok(())
+        self.advance(call, time, step)
     }
 
     fn bad_step(&self, call: &str, time: f64, step: f64) -> String {
         format!(
             "{call}: a step of {step} s from {time} s was asked for, but it must begin where the last ended, \
              at {} s, and be finite and above 0",
-            self.state.time
+            self.time()
         )
     }
 
@@ -496,9 +507,10 @@ impl Instance {
         self.permit_exchange(call, true)?;
         self.permit(call, modes)?;
         self.refresh(call)?;
-        let State { model, values, time, .. } = &mut self.state;
+        let time = self.time();
+        let State { model, values, .. } = &mut self.state;
         let model = model.continuous().ok_or_else(|| format!("{call}: there are no equations"))?;
-        Ok((model, values, *time))
+        Ok((model, values, time))
     }
 
     pub(crate) fn set_time(&mut self, call: &str, time: f64) -> Result<()> {
@@ -619,6 +631,7 @@ impl Instance {
             }
             *place = value;
         }
+        values[0] = time;
         let memory: Vec<f64> = words.map(f64::from_bits).collect();
         let mut model = self.fmu.build();
         if started {
@@ -627,7 +640,7 @@ impl Instance {
                 .and_then(|()| model.recall(&values, &memory))
                 .map_err(|why| refuse(&format!("cannot be used: {why}")))?;
         }
-        Ok(State { token: self.state.token, model, values, mode, time, stale, started })
+        Ok(State { values, model, mode, stale, started, token: self.state.token })
     }
 }
 
@@ -651,7 +664,7 @@ impl State {
             u64::from(self.mode.0),
             self.stale as u64,
             u64::from(self.started),
-            self.time.to_bits(),
+            self.values[0].to_bits(),
         ];
         let memory = if self.started { self.model.memory() } else { vec![] };
         let numbers = self.values.known().iter().chain(&memory).map(|number| number.to_bits());

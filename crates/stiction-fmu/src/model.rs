@@ -68,13 +68,18 @@ impl Moves {
     /// [`MOVES`](crate::variables::MOVES).
     #[inline]
     pub(crate) fn note(&mut self, before: f64, after: f64, outputs: &mut [f64]) {
-        let direction = if after == before { 0.0 } else { 1f64.copysign(after - before) };
-        if direction != self.direction {
-            if direction != 0.0 {
+        if after == before {
+            if self.direction != 0.0 {
+                self.direction = 0.0;
+                outputs[0] = 1.0;
+            }
+        } else {
+            let direction = 1f64.copysign(after - before);
+            if direction != self.direction {
+                self.direction = direction;
+                outputs[0] = 0.0;
                 count(outputs);
             }
-            self.direction = direction;
-            outputs[0] = f64::from(u8::from(direction == 0.0));
         }
     }
 

@@ -74,16 +74,17 @@ pub(crate) fn variables() -> Vec<Variable> {
 }
 
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub(crate) struct ValveModel {
-    law: Law,
-    valve: Assembly,
     /// The sample time it is built for, s: the last step.
     sample_time: f64,
     /// Where the model inside has come to, before limits and lag.
     position: f64,
-    /// Whether there are neither.
-    bare: bool,
     moves: Moves,
+    valve: Assembly,
+    /// Whether there are neither limits nor lag.
+    bare: bool,
+    law: Law,
 }
 
 impl ValveModel {
@@ -108,6 +109,14 @@ impl ValveModel {
         self.valve = valve;
         self.sample_time = sample_time;
         Ok(())
+    }
+
+    /// The first step of another length.
+    #[cold]
+    #[inline(never)]
+    fn step_anew(&mut self, values: &mut Numbers, step: f64) -> Result<()> {
+        self.change(values, step)?;
+        self.step(values, 0.0, step)
     }
 
     /// Goes on from where it is with other settings or another sample time.
@@ -139,10 +148,10 @@ impl Model for ValveModel {
     #[inline(always)]
     fn step(&mut self, values: &mut Numbers, _time: f64, step: f64) -> Result<()> {
         if step != self.sample_time {
-            self.change(values, step)?;
+            return self.step_anew(values, step);
         }
         let vp = self.valve.step(values[OP]);
-        if !vp.is_finite() {
+        if !(vp.abs() <= f64::MAX) {
             return Err(too_great(values[OP]));
         }
         let position = if self.bare { vp } else { self.valve.model().position() };

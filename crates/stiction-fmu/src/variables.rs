@@ -47,9 +47,6 @@ pub(crate) const MOST: usize = 64;
 pub(crate) struct Set(u64);
 
 impl Set {
-    /// All that there can be.
-    pub(crate) const ALL: Self = Self(u64::MAX);
-
     /// Whether the variable with this reference is in it.
     #[inline]
     pub(crate) fn has(self, reference: u32) -> bool {
