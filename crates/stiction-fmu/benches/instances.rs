@@ -1,87 +1,25 @@
 //! 1,000 valves, 10,000 samples each: what FMI costs beside the library itself.
 //!
-//! An importer in a few lines loads the library's file and, sample by sample and valve by valve, sets OP,
-//! takes a step and gets VP. Its peer steps the same valves in a vector. The machine is shared: rounds
-//! alternate, and the best of each is printed.
+//! An importer loads the library's file and, sample by sample and valve by valve, sets OP, takes a step and
+//! gets VP. Its peers: the same valves in a vector, stepped directly; and three C functions that do the
+//! same and check nothing. The machine is shared: rounds alternate, and the best of each is printed.
 #![allow(unsafe_code)]
 
 #[path = "../tests/common/library.rs"]
 mod library;
 
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::ffi::c_int;
 use std::hint::black_box;
-use std::ptr::null_mut;
 use std::time::Instant;
 
-use library::Library;
+use library::{C, Importer, Library, Three, Two};
 use stiction::Bands;
 use stiction::valve::{Assembly, Model, Start, Valve};
-use stiction_fmu::{Fmu, fmi2};
+use stiction_fmu::Fmu;
 
 const INSTANCES: usize = 1_000;
 const SAMPLES: usize = 10_000;
 const ROUNDS: usize = 7;
-
-type C = *mut c_void;
-type Text = *const c_char;
-
-/// Sets OP, takes the step that begins at this time, and gets VP.
-trait Importer {
-    fn step(&self, instance: C, time: f64, op: f64) -> f64;
-}
-
-struct Two {
-    set: unsafe extern "C" fn(C, *const u32, usize, *const f64) -> c_int,
-    step: unsafe extern "C" fn(C, f64, f64, c_int) -> c_int,
-    get: unsafe extern "C" fn(C, *const u32, usize, *mut f64) -> c_int,
-}
-
-impl Importer for Two {
-    #[inline(always)]
-    fn step(&self, instance: C, time: f64, op: f64) -> f64 {
-        let mut vp = f64::NAN;
-        // SAFETY: the instance is alive, and arrays hold one value.
-        let status = unsafe {
-            (self.set)(instance, &1, 1, &op)
-                | (self.step)(instance, time, 1.0, 1)
-                | (self.get)(instance, &2, 1, &mut vp)
-        };
-        assert_eq!(status, 0);
-        vp
-    }
-}
-
-struct Three {
-    set: unsafe extern "C" fn(C, *const u32, usize, *const f64, usize) -> c_int,
-    step:
-        unsafe extern "C" fn(C, f64, f64, bool, *mut bool, *mut bool, *mut bool, *mut f64) -> c_int,
-    get: unsafe extern "C" fn(C, *const u32, usize, *mut f64, usize) -> c_int,
-}
-
-impl Importer for Three {
-    #[inline(always)]
-    fn step(&self, instance: C, time: f64, op: f64) -> f64 {
-        let (mut vp, mut last) = (f64::NAN, f64::NAN);
-        let [mut events, mut end, mut early] = [false; 3];
-        // SAFETY: the instance is alive, and arrays hold one value.
-        let status = unsafe {
-            (self.set)(instance, &1, 1, &op, 1)
-                | (self.step)(
-                    instance,
-                    time,
-                    1.0,
-                    true,
-                    &mut events,
-                    &mut end,
-                    &mut early,
-                    &mut last,
-                )
-                | (self.get)(instance, &2, 1, &mut vp, 1)
-        };
-        assert!(status == 0 && !end && !early);
-        vp
-    }
-}
 
 /// What three calls cost that do the same and check nothing.
 struct Bare {
@@ -115,7 +53,7 @@ fn imported(importer: &impl Importer, instances: &[C], op: &[f64]) -> (f64, f64)
     let mut sum = 0.0;
     for (k, op) in op.iter().enumerate() {
         for instance in instances {
-            sum += importer.step(*instance, k as f64, *op);
+            sum += importer.step(*instance, k as f64, 1.0, *op);
         }
     }
     (began.elapsed().as_secs_f64(), sum)
@@ -151,120 +89,39 @@ fn main() {
     let op: Vec<f64> = (0..SAMPLES).map(wandering).collect();
 
     let fmu = Fmu::new("valve", "two-phase").unwrap();
+    let token = fmu.token();
     let resources = std::env::temp_dir().join(format!("stiction-fmu-{}", std::process::id()));
     std::fs::create_dir_all(&resources).unwrap();
     std::fs::write(resources.join("stiction.json"), fmu.json()).unwrap();
-    let path = resources.display().to_string();
-    let [name, token, path, uri] =
-        ["valve".to_owned(), fmu.token(), path.clone(), format!("file://{path}")]
-            .map(|text| CString::new(text).unwrap());
     let library = Library::own();
-    // SAFETY: functions have the types of the standard; instances are alive until they are freed.
-    unsafe {
-        let functions = fmi2::CallbackFunctions {
-            logger: None,
-            allocate_memory: null_mut(),
-            free_memory: null_mut(),
-            step_finished: null_mut(),
-            environment: null_mut(),
-        };
-        type Instantiate2 = unsafe extern "C" fn(
-            Text,
-            c_int,
-            Text,
-            Text,
-            *const fmi2::CallbackFunctions,
-            c_int,
-            c_int,
-        ) -> C;
-        type Instantiate3 = unsafe extern "C" fn(
-            Text,
-            Text,
-            Text,
-            bool,
-            bool,
-            bool,
-            bool,
-            *const u32,
-            usize,
-            C,
-            C,
-            C,
-        ) -> C;
-        type Call = unsafe extern "C" fn(C) -> c_int;
-        let instantiate2: Instantiate2 = library.function("fmi2Instantiate");
-        let instantiate3: Instantiate3 = library.function("fmi3InstantiateCoSimulation");
-        let setup: unsafe extern "C" fn(C, c_int, f64, f64, c_int, f64) -> c_int =
-            library.function("fmi2SetupExperiment");
-        let enter2: Call = library.function("fmi2EnterInitializationMode");
-        let exit2: Call = library.function("fmi2ExitInitializationMode");
-        let enter3: unsafe extern "C" fn(C, bool, f64, f64, bool, f64) -> c_int =
-            library.function("fmi3EnterInitializationMode");
-        let exit3: Call = library.function("fmi3ExitInitializationMode");
-        let free2: unsafe extern "C" fn(C) = library.function("fmi2FreeInstance");
-        let free3: unsafe extern "C" fn(C) = library.function("fmi3FreeInstance");
-        let (name, token) = (name.as_ptr(), token.as_ptr());
-        let two = || {
-            let c = instantiate2(name, 1, token, uri.as_ptr(), &functions, 0, 0);
-            assert_eq!(setup(c, 0, 0.0, 0.0, 0, 0.0) | enter2(c) | exit2(c), 0);
-            c
-        };
-        let three = || {
-            let (no, none): (bool, C) = (false, null_mut());
-            let location = path.as_ptr();
-            let c = instantiate3(
-                name,
-                token,
-                location,
-                no,
-                no,
-                no,
-                no,
-                none.cast(),
-                0,
-                none,
-                none,
-                none,
-            );
-            assert_eq!(enter3(c, no, 0.0, 0.0, no, 0.0) | exit3(c), 0);
-            c
-        };
-        let calls2 = black_box(Two {
-            set: library.function("fmi2SetReal"),
-            step: library.function("fmi2DoStep"),
-            get: library.function("fmi2GetReal"),
-        });
-        let calls3 = black_box(Three {
-            set: library.function("fmi3SetFloat64"),
-            step: library.function("fmi3DoStep"),
-            get: library.function("fmi3GetFloat64"),
-        });
-        let unchecked = black_box(Two { set: bare_set, step: bare_step, get: bare_get });
-        let mut best = [f64::INFINITY; 4];
-        for _ in 0..ROUNDS {
-            let instances2: Vec<C> = (0..INSTANCES).map(|_| two()).collect();
-            let instances3: Vec<C> = (0..INSTANCES).map(|_| three()).collect();
-            let mut bares: Vec<_> =
-                (0..INSTANCES).map(|_| Bare { op: 0.0, vp: 0.0, valve: valve() }).collect();
-            let bares: Vec<C> =
-                bares.iter_mut().map(|bare| std::ptr::from_mut(bare).cast()).collect();
-            let found = [
-                direct(&op),
-                imported(&unchecked, &bares, &op),
-                imported(&calls2, &instances2, &op),
-                imported(&calls3, &instances3, &op),
-            ];
-            for (best, (seconds, sum)) in best.iter_mut().zip(found) {
-                assert_eq!(sum, found[0].1);
-                *best = best.min(seconds);
-            }
-            instances2.into_iter().for_each(|c| free2(c));
-            instances3.into_iter().for_each(|c| free3(c));
+    let two = black_box(Two::of(&library));
+    let three = black_box(Three::of(&library));
+    let unchecked =
+        black_box(Two { set: bare_set, step: bare_step, get: bare_get, ..Two::of(&library) });
+
+    let mut best = [f64::INFINITY; 4];
+    for _ in 0..ROUNDS {
+        let twos: Vec<C> = (0..INSTANCES).map(|_| two.start(&resources, &token)).collect();
+        let threes: Vec<C> = (0..INSTANCES).map(|_| three.start(&resources, &token)).collect();
+        let mut bares: Vec<_> =
+            (0..INSTANCES).map(|_| Bare { op: 0.0, vp: 0.0, valve: valve() }).collect();
+        let bares: Vec<C> = bares.iter_mut().map(|bare| std::ptr::from_mut(bare).cast()).collect();
+        let found = [
+            direct(&op),
+            imported(&unchecked, &bares, &op),
+            imported(&two, &twos, &op),
+            imported(&three, &threes, &op),
+        ];
+        for (best, (seconds, sum)) in best.iter_mut().zip(found) {
+            assert_eq!(sum, found[0].1);
+            *best = best.min(seconds);
         }
-        std::fs::remove_dir_all(&resources).unwrap();
-        let each = 1e9 / (INSTANCES * SAMPLES) as f64;
-        for (name, seconds) in ["library", "3 calls", "FMI 2.0", "FMI 3.0"].into_iter().zip(best) {
-            println!("{name}  {:5.1} ns a step  {:.2} x", seconds * each, seconds / best[0]);
-        }
+        twos.into_iter().for_each(|c| two.free(c));
+        threes.into_iter().for_each(|c| three.free(c));
+    }
+    std::fs::remove_dir_all(&resources).unwrap();
+    let each = 1e9 / (INSTANCES * SAMPLES) as f64;
+    for (name, seconds) in ["library", "3 C calls", "FMI 2.0", "FMI 3.0"].into_iter().zip(best) {
+        println!("{name:9} {:5.1} ns a step, {:.2} times", seconds * each, seconds / best[0]);
     }
 }
