@@ -18,7 +18,7 @@ use stiction_fmu_export::{Library, of_scenario, write};
   stiction fmu paper/closed-loop -o loop.fmu --fmi 3
   stiction fmu --list")]
 pub struct Args {
-    /// List the models
+    /// List the models, and the platforms whose libraries an FMU holds
     #[arg(long)]
     list: bool,
     /// A closed loop: name of a built-in scenario, or a TOML file
@@ -45,7 +45,7 @@ pub struct Args {
     /// Print the variables, with their start values, instead of writing
     #[arg(long)]
     variables: bool,
-    /// Add the library of another platform, such as x86_64-windows=stiction_fmu.dll; may be given several times
+    /// Add the library of another platform, such as x86_64-windows=stiction_fmu.dll, or replace that of one; may be given several times
     #[arg(long, value_name = "ARCH-OS=FILE")]
     library: Vec<String>,
     /// Write the FMU to this file
@@ -68,6 +68,9 @@ pub fn run(args: Args) -> Result<()> {
         for entry in models() {
             output::line(format!("{:6} {:22} {}", entry.model, entry.law, entry.summary))?;
         }
+        let platforms = Library::built_in().into_iter().map(|l| format!("{}-{}", l.arch, l.os));
+        let platforms: Vec<_> = platforms.collect();
+        output::line(format!("\nAn FMU runs on {}.", platforms.join(", ")))?;
         return Ok(());
     }
     let fmu = chosen(&args)?;
@@ -78,9 +81,11 @@ pub fn run(args: Args) -> Result<()> {
         Version::Two => Fmi::V2,
         Version::Three => Fmi::V3,
     };
-    let mut libraries = vec![Library::own()];
+    let mut libraries = Library::built_in();
     for given in &args.library {
-        libraries.push(library(given)?);
+        let given = library(given)?;
+        libraries.retain(|known| (&known.arch, &known.os) != (&given.arch, &given.os));
+        libraries.push(given);
     }
     let path = args.output.context("no output")?;
     let bytes = write(&fmu, fmi, &libraries)?;
