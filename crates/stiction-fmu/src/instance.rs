@@ -427,7 +427,7 @@ impl Instance {
         call: &str,
         time: f64,
         step: f64,
-    ) -> std::result::Result<(), Box<String>> {
+    ) -> std::result::Result<(), Box<str>> {
         let end = time + step;
         if self.open.step && time == self.time() && end > time && end <= f64::MAX {
             self.advance(call, time, step)
@@ -437,12 +437,7 @@ impl Instance {
     }
 
     #[inline(always)]
-    fn advance(
-        &mut self,
-        call: &str,
-        time: f64,
-        step: f64,
-    ) -> std::result::Result<(), Box<String>> {
+    fn advance(&mut self, call: &str, time: f64, step: f64) -> std::result::Result<(), Box<str>> {
         let State { model, values, .. } = &mut self.state;
         values[0] = time + step;
         model.step(values, time, step).map_err(|why| self.stopped(call, time, why))
@@ -450,10 +445,10 @@ impl Instance {
 
     /// Gives up, because the model cannot go on.
     #[cold]
-    fn stopped(&mut self, call: &str, time: f64, why: String) -> Box<String> {
+    fn stopped(&mut self, call: &str, time: f64, why: String) -> Box<str> {
         self.set_clock(time);
         self.fail();
-        Box::new(format!("{call} at {time} s: {why}"))
+        format!("{call} at {time} s: {why}").into()
     }
 
     /// Checks that a step can be taken, tunes what has been set, and takes the step.
@@ -464,7 +459,7 @@ impl Instance {
         call: &str,
         time: f64,
         step: f64,
-    ) -> std::result::Result<(), Box<String>> {
+    ) -> std::result::Result<(), Box<str>> {
         self.permit_exchange(call, false)?;
         self.permit(call, Modes::STEP)?;
         let end = time + step;

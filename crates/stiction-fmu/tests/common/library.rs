@@ -63,15 +63,15 @@ pub trait Importer {
 }
 
 pub struct Two {
-    instantiate:
+    pub instantiate:
         unsafe extern "C" fn(Text, c_int, Text, Text, *const CallbackFunctions, c_int, c_int) -> C,
-    set_up: unsafe extern "C" fn(C, c_int, f64, f64, c_int, f64) -> c_int,
-    enter: unsafe extern "C" fn(C) -> c_int,
-    exit: unsafe extern "C" fn(C) -> c_int,
+    pub set_up: unsafe extern "C" fn(C, c_int, f64, f64, c_int, f64) -> c_int,
+    pub enter: unsafe extern "C" fn(C) -> c_int,
+    pub exit: unsafe extern "C" fn(C) -> c_int,
     pub set: unsafe extern "C" fn(C, *const u32, usize, *const f64) -> c_int,
     pub step: unsafe extern "C" fn(C, f64, f64, c_int) -> c_int,
     pub get: unsafe extern "C" fn(C, *const u32, usize, *mut f64) -> c_int,
-    free: unsafe extern "C" fn(C),
+    pub free: unsafe extern "C" fn(C),
 }
 
 impl Two {
