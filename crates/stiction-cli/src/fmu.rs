@@ -19,7 +19,7 @@ use stiction_fmu_export::{Library, of_scenario, write};
   stiction fmu paper/closed-loop -o loop.fmu --fmi 3
   stiction fmu --list")]
 pub struct Args {
-    /// List the models
+    /// List the models, and the platforms whose libraries an FMU holds
     #[arg(long)]
     list: bool,
     /// A closed loop: name of a built-in scenario, or a TOML file
@@ -49,7 +49,7 @@ pub struct Args {
     /// With --list or --variables: print JSON
     #[arg(long)]
     json: bool,
-    /// Add the library of another platform, such as x86_64-windows=stiction_fmu.dll; may be given several times
+    /// Add the library of another platform, such as x86_64-windows=stiction_fmu.dll, or replace that of one; may be given several times
     #[arg(long, value_name = "ARCH-OS=FILE")]
     library: Vec<String>,
     /// Write the FMU to this file
@@ -68,17 +68,8 @@ enum Version {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    if args.list && args.json {
-        let all = models().into_iter();
-        let all: Vec<_> =
-            all.map(|e| json!({ "model": e.model, "law": e.law, "summary": e.summary })).collect();
-        return output::line(serde_json::to_string_pretty(&all)?);
-    }
     if args.list {
-        for entry in models() {
-            output::line(format!("{:6} {:22} {}", entry.model, entry.law, entry.summary))?;
-        }
-        return Ok(());
+        return list(args.json);
     }
     let fmu = chosen(&args)?;
     if args.variables && args.json {
@@ -94,13 +85,29 @@ pub fn run(args: Args) -> Result<()> {
         Version::Two => Fmi::V2,
         Version::Three => Fmi::V3,
     };
-    let mut libraries = vec![Library::own()];
-    for given in &args.library {
-        libraries.push(library(given)?);
-    }
+    let further = args.library.iter().map(|given| library(given)).collect::<Result<_>>()?;
+    let libraries = Library::built_in_and(further);
     let path = args.output.context("no output")?;
     let bytes = write(&fmu, fmi, &libraries)?;
     output::write(Some(&path), &bytes)
+}
+
+/// Prints the models, and the platforms that an FMU runs on.
+fn list(as_json: bool) -> Result<()> {
+    let platforms = Library::built_in().into_iter().map(|l| format!("{}-{}", l.arch, l.os));
+    let platforms: Vec<_> = platforms.collect();
+    if as_json {
+        let models = models().into_iter();
+        let models: Vec<_> = models
+            .map(|e| json!({ "model": e.model, "law": e.law, "summary": e.summary }))
+            .collect();
+        let all = json!({ "models": models, "platforms": platforms });
+        return output::line(serde_json::to_string_pretty(&all)?);
+    }
+    for entry in models() {
+        output::line(format!("{:6} {:22} {}", entry.model, entry.law, entry.summary))?;
+    }
+    output::line(format!("\nAn FMU runs on {}.", platforms.join(", ")))
 }
 
 /// The model that is asked for, with its start values.

@@ -7,7 +7,7 @@
 //! use stiction_fmu_export::{Library, write};
 //!
 //! let valve = Fmu::new("valve", "two-phase")?.with("S", 5.0)?.with("J", 3.0)?;
-//! let bytes = write(&valve, Fmi::V2, &[Library::own()])?;      // valve.fmu
+//! let bytes = write(&valve, Fmi::V2, &Library::built_in())?;  // valve.fmu
 //! assert!(bytes.starts_with(b"PK"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -61,15 +61,29 @@ pub struct Library {
 }
 
 impl Library {
-    /// That of the platform this is built for.
-    pub fn own() -> Self {
-        Self {
-            arch: env!("STICTION_FMU_ARCH").to_owned(),
-            os: env!("STICTION_FMU_OS").to_owned(),
-            bytes: Cow::Borrowed(include_bytes!(concat!(env!("OUT_DIR"), "/library.bin"))),
-        }
+    /// Those built along with this crate: of the platform it is for, and of those that the variable
+    /// `STICTION_FMU_TARGETS` listed when it was built.
+    pub fn built_in() -> Vec<Self> {
+        let library = |&(arch, os, bytes): &(&str, &str, &'static [u8])| Self {
+            arch: arch.to_owned(),
+            os: os.to_owned(),
+            bytes: Cow::Borrowed(bytes),
+        };
+        BUILT_IN.iter().map(library).collect()
+    }
+
+    /// Those built in and these, which come in place of those of the same platform.
+    pub fn built_in_and(further: Vec<Self>) -> Vec<Self> {
+        let mut all = Self::built_in();
+        let alike = |a: &Self, b: &Self| a.arch == b.arch && a.os == b.os;
+        all.retain(|known| !further.iter().any(|given| alike(known, given)));
+        all.extend(further);
+        all
     }
 }
+
+/// Processor, operating system and file.
+const BUILT_IN: &[(&str, &str, &[u8])] = &include!(concat!(env!("OUT_DIR"), "/libraries.rs"));
 
 /// The FMU as the bytes of its file, the same for the same model.
 ///

@@ -4,8 +4,10 @@
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr::NonNull;
 
 use crate::instance::{Instance, Result, State};
+use crate::variables::Kind;
 
 /// `OK`, in either version.
 pub(crate) const OK: c_int = 0;
@@ -52,11 +54,12 @@ impl Log {
 }
 
 /// What an importer's pointer to an instance points to.
+#[repr(C)]
 struct Handle {
+    instance: Instance,
     log: Log,
     /// What `log` names it by.
     _name: CString,
-    instance: Instance,
 }
 
 /// Makes an instance, or tells why not and gives null.
@@ -97,6 +100,12 @@ pub(crate) unsafe fn free(instance: *mut c_void) {
     }
 }
 
+/// What an importer's pointer to an instance can only be.
+#[inline(always)]
+fn handle(instance: *mut c_void) -> Option<NonNull<Handle>> {
+    NonNull::new(instance.cast::<Handle>()).filter(|handle| handle.is_aligned())
+}
+
 /// Does `work` with an instance. A refusal is logged and becomes an error, a panic ends the instance.
 ///
 /// # Safety
@@ -110,38 +119,156 @@ pub(crate) unsafe fn call(
     unsafe { call_or(instance, ERROR, work) }
 }
 
-/// The same, with another status for a refusal.
+/// The same, with another status for a refusal, or another type for its sentence.
 ///
 /// # Safety
 /// As for [`call`].
 #[inline]
-pub(crate) unsafe fn call_or(
+pub(crate) unsafe fn call_or<E: ToString>(
     instance: *mut c_void,
     refusal: c_int,
-    work: impl FnOnce(&mut Instance) -> Result<()>,
+    work: impl FnOnce(&mut Instance) -> std::result::Result<(), E>,
 ) -> c_int {
-    let handle = instance.cast::<Handle>();
-    if handle.is_null() || !handle.is_aligned() {
-        return ERROR;
-    }
-    let done = {
-        // SAFETY: by the contract it points to a handle, and nobody else uses it during the call. The
-        // reference ends before the importer's logger is called, which may call us again.
-        let instance = unsafe { &mut (*handle).instance };
-        catch_unwind(AssertUnwindSafe(|| work(&mut *instance))).unwrap_or_else(|_| {
-            instance.fail();
-            Err("a defect of the library stopped this call; the instance can only be reset or freed"
-                .to_owned())
-        })
-    };
+    let Some(handle) = handle(instance) else { return ERROR };
+    let handle = handle.as_ptr();
+    // SAFETY: by the contract it points to a handle, and nobody else uses it during the call. The
+    // reference ends before the importer's logger is called, which may call us again.
+    let done = catch_unwind(AssertUnwindSafe(|| work(unsafe { &mut (*handle).instance })));
     match done {
-        Ok(()) => OK,
-        Err(why) => {
-            // SAFETY: as above; the log is copied.
-            let log = unsafe { (*handle).log };
-            log.error(&why);
-            refusal
+        Ok(Ok(())) => return OK,
+        // SAFETY: as above.
+        Ok(Err(why)) => unsafe { refused(handle, why) },
+        Err(_) => unsafe { broken(handle) },
+    }
+    refusal
+}
+
+/// Logs why a call was refused.
+///
+/// # Safety
+/// As for [`call`].
+#[cold]
+#[inline(never)]
+unsafe fn refused(handle: *mut Handle, why: impl ToString) {
+    // SAFETY: by the contract; the log is copied.
+    let log = unsafe { (*handle).log };
+    log.error(&why.to_string());
+}
+
+/// Ends an instance, in a call of which there was a panic.
+///
+/// # Safety
+/// As for [`call`].
+#[cold]
+#[inline(never)]
+unsafe fn broken(handle: *mut Handle) {
+    let why = "a defect of the library stopped this call; the instance can only be reset or freed";
+    // SAFETY: by the contract.
+    unsafe {
+        (*handle).instance.fail();
+        refused(handle, why);
+    }
+}
+
+/// Gives the values of variables of one kind to an importer; one number that is there, at once.
+///
+/// # Safety
+/// As for [`call`], [`values`] and [`room`].
+#[inline(always)]
+pub(crate) unsafe fn get<T>(
+    instance: *mut c_void,
+    name: &str,
+    kind: Kind,
+    references: *const u32,
+    count: usize,
+    value: *mut T,
+    to: impl Fn(f64) -> T,
+) -> c_int {
+    #[inline(never)]
+    unsafe fn several<T>(
+        instance: *mut c_void,
+        name: &str,
+        kind: Kind,
+        references: *const u32,
+        count: usize,
+        value: *mut T,
+        to: impl Fn(f64) -> T,
+    ) -> c_int {
+        let get = |i: &mut Instance| {
+            // SAFETY: by the contract.
+            let (references, room) = unsafe { (values(references, count)?, room(value, count)?) };
+            i.get(name, kind, references, |k, value| {
+                room[k].write(to(value));
+            })
+        };
+        // SAFETY: by the contract.
+        unsafe { call(instance, get) }
+    }
+    // SAFETY: by the contract.
+    unsafe {
+        if count == 1
+            && !references.is_null()
+            && !value.is_null()
+            && kind == Kind::Float64
+            && let Some(handle) = handle(instance)
+            && let Some(one) = handle.as_ref().instance.number(references.read_unaligned())
+        {
+            value.write_unaligned(to(one));
+            return OK;
         }
+        several(instance, name, kind, references, count, value, to)
+    }
+}
+
+/// Takes the values of variables of one kind from an importer; one number that only the next step asks
+/// about, at once.
+///
+/// # Safety
+/// As for [`call`] and [`values`].
+#[inline(always)]
+pub(crate) unsafe fn set<T: Copy>(
+    instance: *mut c_void,
+    name: &str,
+    kind: Kind,
+    references: *const u32,
+    count: usize,
+    value: *const T,
+    from: impl Fn(T) -> f64,
+) -> c_int {
+    #[inline(never)]
+    unsafe fn several<T: Copy>(
+        instance: *mut c_void,
+        name: &str,
+        kind: Kind,
+        references: *const u32,
+        count: usize,
+        value: *const T,
+        from: impl Fn(T) -> f64,
+    ) -> c_int {
+        let set = |i: &mut Instance| {
+            // SAFETY: by the contract.
+            let (references, value) =
+                unsafe { (values(references, count)?, values(value, count)?) };
+            i.set(name, kind, references, |k| from(value[k]))
+        };
+        // SAFETY: by the contract.
+        unsafe { call(instance, set) }
+    }
+    // SAFETY: by the contract.
+    unsafe {
+        if count == 1
+            && !references.is_null()
+            && !value.is_null()
+            && kind == Kind::Float64
+            && let Some(mut handle) = handle(instance)
+            && handle
+                .as_mut()
+                .instance
+                .hold(references.read_unaligned(), from(value.read_unaligned()))
+        {
+            return OK;
+        }
+        several(instance, name, kind, references, count, value, from)
     }
 }
 
@@ -155,10 +282,15 @@ pub(crate) unsafe fn values<'a, T>(array: *const T, count: usize) -> Result<&'a 
         return Ok(&[]);
     }
     if array.is_null() || !array.is_aligned() || count > MOST {
-        return Err(format!("an array of {count} values was announced, but there is none"));
+        return Err(none("an array of", count));
     }
     // SAFETY: not null, aligned, and as long as the contract says.
     Ok(unsafe { std::slice::from_raw_parts(array, count) })
+}
+
+#[cold]
+fn none(what: &str, count: usize) -> String {
+    format!("{what} {count} values was announced, but there is none")
 }
 
 /// An importer's array to be filled; it need not hold anything yet.
@@ -172,7 +304,7 @@ pub(crate) unsafe fn room<'a, T>(array: *mut T, count: usize) -> Result<&'a mut 
         return Ok(&mut []);
     }
     if array.is_null() || !array.is_aligned() || count > MOST {
-        return Err(format!("room for {count} values was announced, but there is none"));
+        return Err(none("room for", count));
     }
     // SAFETY: not null, aligned, and as long as the contract says; what it holds is not read.
     Ok(unsafe { std::slice::from_raw_parts_mut(array.cast(), count) })

@@ -10,8 +10,8 @@
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
 use crate::boundary::{
-    DISCARD, Log, Logger2, boxed, call, call_or, free, free_state, get_state, instantiate, room,
-    state, tell, text, values,
+    DISCARD, ERROR, Log, Logger2, boxed, call, call_or, free, free_state, get, get_state,
+    instantiate, room, set, state, tell, text, values,
 };
 use crate::instance::{Instance, Modes, Result};
 use crate::resources;
@@ -161,16 +161,8 @@ macro_rules! typed {
             count: usize,
             value: *mut $type,
         ) -> c_int {
-            let get = |i: &mut Instance| {
-                // SAFETY: by the contract of an importer.
-                let (references, room) =
-                    unsafe { (values(references, count)?, room(value, count)?) };
-                i.get(stringify!($get), $kind, references, |k, value| {
-                    room[k].write($to(value));
-                })
-            };
             // SAFETY: by the contract of an importer.
-            unsafe { call(c, get) }
+            unsafe { get(c, stringify!($get), $kind, references, count, value, $to) }
         }
 
         #[unsafe(no_mangle)]
@@ -180,14 +172,8 @@ macro_rules! typed {
             count: usize,
             value: *const $type,
         ) -> c_int {
-            let set = |i: &mut Instance| {
-                // SAFETY: by the contract of an importer.
-                let (references, value) =
-                    unsafe { (values(references, count)?, values(value, count)?) };
-                i.set(stringify!($set), $kind, references, |k| $from(value[k]))
-            };
             // SAFETY: by the contract of an importer.
-            unsafe { call(c, set) }
+            unsafe { set(c, stringify!($set), $kind, references, count, value, $from) }
         }
     };
 }
@@ -498,12 +484,8 @@ pub unsafe extern "C" fn fmi2DoStep(
     step: f64,
     _no_set_state: c_int,
 ) -> c_int {
-    let go = |i: &mut Instance| {
-        i.permit_exchange("fmi2DoStep", false)?;
-        i.do_step("fmi2DoStep", time, step)
-    };
     // SAFETY: by the contract of an importer.
-    unsafe { call(c, go) }
+    unsafe { call_or(c, ERROR, |i| i.do_step("fmi2DoStep", time, step)) }
 }
 
 #[unsafe(no_mangle)]
@@ -519,7 +501,7 @@ unsafe fn status<T>(
     value: *mut T,
     known: impl Fn(&Instance) -> Option<T>,
 ) -> c_int {
-    let answer = |i: &mut Instance| {
+    let answer = |i: &mut Instance| -> Result<()> {
         i.permit_exchange(name, false)?;
         let status = known(i)
             .ok_or_else(|| format!("{name}: this status exists for asynchronous steps only"))?;

@@ -9,7 +9,8 @@ use std::ffi::{c_char, c_int, c_void};
 use std::path::Path;
 
 use crate::boundary::{
-    Log, Logger3, call, free, free_state, get_state, instantiate, room, state, tell, text, values,
+    ERROR, Log, Logger3, call, call_or, free, free_state, get, get_state, instantiate, set, state,
+    tell, text, values,
 };
 use crate::fmi2::{deserialise, serialise};
 use crate::instance::Instance;
@@ -159,13 +160,12 @@ pub unsafe extern "C" fn fmi3Reset(instance: *mut c_void) -> c_int {
     unsafe { call(instance, reset) }
 }
 
-/// One value a variable: none is an array.
-fn check_count(name: &str, references: usize, values: usize) -> Result<(), String> {
-    if references == values {
-        Ok(())
-    } else {
-        Err(format!("{name}: {values} values for {references} variables, but each has one"))
-    }
+/// Refuses arrays of unequal lengths: each variable has one value.
+#[cold]
+unsafe fn unequal(instance: *mut c_void, name: &str, references: usize, values: usize) -> c_int {
+    let why = format!("{name}: {values} values for {references} variables, but each has one");
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |_| Err(why)) }
 }
 
 /// Defines the functions that get and set variables of one type.
@@ -179,17 +179,12 @@ macro_rules! typed {
             value: *mut $type,
             count: usize,
         ) -> c_int {
-            let get = |i: &mut Instance| {
-                check_count(stringify!($get), reference_count, count)?;
-                // SAFETY: by the contract of an importer.
-                let (references, room) =
-                    unsafe { (values(references, count)?, room(value, count)?) };
-                i.get(stringify!($get), $kind, references, |k, value| {
-                    room[k].write($to(value));
-                })
-            };
             // SAFETY: by the contract of an importer.
-            unsafe { call(instance, get) }
+            if reference_count != count {
+                return unsafe { unequal(instance, stringify!($get), reference_count, count) };
+            }
+            // SAFETY: by the contract of an importer.
+            unsafe { get(instance, stringify!($get), $kind, references, count, value, $to) }
         }
 
         #[unsafe(no_mangle)]
@@ -200,15 +195,12 @@ macro_rules! typed {
             value: *const $type,
             count: usize,
         ) -> c_int {
-            let set = |i: &mut Instance| {
-                check_count(stringify!($set), reference_count, count)?;
-                // SAFETY: by the contract of an importer.
-                let (references, value) =
-                    unsafe { (values(references, count)?, values(value, count)?) };
-                i.set(stringify!($set), $kind, references, |k| $from(value[k]))
-            };
             // SAFETY: by the contract of an importer.
-            unsafe { call(instance, set) }
+            if reference_count != count {
+                return unsafe { unequal(instance, stringify!($set), reference_count, count) };
+            }
+            // SAFETY: by the contract of an importer.
+            unsafe { set(instance, stringify!($set), $kind, references, count, value, $from) }
         }
     };
 }
@@ -441,5 +433,5 @@ pub unsafe extern "C" fn fmi3DoStep(
         done
     };
     // SAFETY: by the contract of an importer.
-    unsafe { call(instance, go) }
+    unsafe { call_or(instance, ERROR, go) }
 }

@@ -1,15 +1,17 @@
 //! What one FMU is: a model, and the start values of its variables.
 
+use std::ops::{Deref, DerefMut};
+
 use stiction::stem::friction::LAWS;
 use stiction::stem::{ParameterSet, SETS};
 use stiction::valve::Model as Law;
 
 use crate::json::{self, Value};
-use crate::model::Model;
+use crate::model::{self, Model};
 use crate::stem::{self, StemModel};
 use crate::sticky_loop::{self, LoopModel};
 use crate::valve::{self, ValveModel};
-use crate::variables::{Kind, Variable};
+use crate::variables::{Kind, Numbers, Values, Variable};
 
 /// A model as a menu would show it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -210,20 +212,69 @@ impl Fmu {
     }
 
     /// The values of all variables before the start.
-    pub(crate) fn starts(&self) -> Vec<f64> {
+    pub(crate) fn starts(&self) -> Values {
         self.table.iter().map(|v| v.start.unwrap_or(0.0)).collect()
     }
 
     /// The model, not yet started.
-    pub(crate) fn build(&self) -> Box<dyn Model> {
+    pub(crate) fn build(&self) -> AnyModel {
         let law = || Law::by_name(self.law).unwrap_or(Law::Ideal);
         match self.model {
-            "valve" => Box::new(ValveModel::new(law())),
-            "loop" => Box::new(LoopModel::new(law())),
+            "valve" => AnyModel::Valve(ValveModel::new(law())),
+            "loop" => AnyModel::Other(Box::new(LoopModel::new(law()))),
             _ => match stem::preset(self.law) {
-                Some(Ok((stem, friction))) => Box::new(StemModel::new(stem, &friction)),
+                Some(Ok((stem, friction))) => {
+                    AnyModel::Other(Box::new(StemModel::new(stem, &friction)))
+                }
                 _ => unreachable!("it was found when it was chosen"),
             },
+        }
+    }
+}
+
+/// A model. A valve computes next to nothing in a step, so it lies where it is used; the others have their
+/// own place.
+pub(crate) enum AnyModel {
+    Valve(ValveModel),
+    Other(Box<dyn Model>),
+}
+
+impl AnyModel {
+    /// As [`Model::step`].
+    #[inline(always)]
+    pub(crate) fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> model::Result<()> {
+        match self {
+            Self::Valve(valve) => valve.step(values, time, step),
+            Self::Other(model) => model.step(values, time, step),
+        }
+    }
+}
+
+impl Deref for AnyModel {
+    type Target = dyn Model;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Valve(valve) => valve,
+            Self::Other(model) => &**model,
+        }
+    }
+}
+
+impl DerefMut for AnyModel {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match self {
+            Self::Valve(valve) => valve,
+            Self::Other(model) => &mut **model,
+        }
+    }
+}
+
+impl Clone for AnyModel {
+    fn clone(&self) -> Self {
+        match self {
+            Self::Valve(valve) => Self::Valve(valve.clone()),
+            Self::Other(model) => Self::Other(model.copy()),
         }
     }
 }

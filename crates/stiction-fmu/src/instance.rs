@@ -1,8 +1,8 @@
 //! One instance: which call is permitted when, and what it does.
 
-use crate::fmu::{Fmu, accept, hash};
-use crate::model::{Continuous, Model};
-use crate::variables::{Causality, Kind, Variability, Variable};
+use crate::fmu::{AnyModel, Fmu, accept, hash};
+use crate::model::Continuous;
+use crate::variables::{Causality, Kind, Numbers, Set, Values, Variability, Variable};
 
 /// Why a call was refused, in a sentence.
 pub(crate) type Result<T> = std::result::Result<T, String>;
@@ -65,56 +65,80 @@ enum Stale {
     Place,
 }
 
-/// What getting and setting must know of a variable, in a few bytes: thousands of instances shall fit
-/// a cache.
-#[derive(Debug, Clone, Copy)]
-struct Access {
-    kind: Kind,
-    /// When it may be set; never if it is computed.
-    settable: Modes,
-    parameter: bool,
-}
+/// When inputs and parameters may be set.
+const INPUT: Modes = Modes::SETTABLE;
+const TUNABLE: Modes = Modes::BEFORE.or(Modes::STEP).or(Modes::EVENT);
+const FIXED: Modes = Modes::BEFORE;
 
-impl Access {
-    fn new(variable: &Variable) -> Self {
-        let settable = match (variable.causality, variable.variability) {
-            (Causality::Input, _) => Modes::SETTABLE,
-            (Causality::Parameter, Variability::Tunable) => {
-                Modes::BEFORE.or(Modes::STEP).or(Modes::EVENT)
-            }
-            (Causality::Parameter, _) => Modes::BEFORE,
-            _ => Modes(0),
-        };
-        let parameter = variable.causality == Causality::Parameter;
-        Self { kind: variable.kind, settable, parameter }
+/// When a variable may be set; never if it is computed.
+fn settable(variable: &Variable) -> Modes {
+    match (variable.causality, variable.variability) {
+        (Causality::Input, _) => INPUT,
+        (Causality::Parameter, Variability::Tunable) => TUNABLE,
+        (Causality::Parameter, _) => FIXED,
+        _ => Modes(0),
     }
 }
 
-/// An instance of a model.
+/// What can be done at once, as things stand: for all else, ask. Kept by [`Instance::stand`].
+#[derive(Debug, Clone, Copy, Default)]
+struct Open {
+    /// Numbers that can be read.
+    readable: Set,
+    /// Numbers that can be set, and that only the next step asks about.
+    held: Set,
+    /// Whether a step can be taken.
+    step: bool,
+}
+
+/// The variables that have something in common.
+#[derive(Debug, Clone, Copy)]
+struct Groups {
+    /// By [`Kind`].
+    kinds: [Set; 3],
+    inputs: Set,
+    tunable: Set,
+    fixed: Set,
+}
+
+impl Groups {
+    fn of(fmu: &Fmu) -> Self {
+        let those = |wanted: &dyn Fn(&Variable) -> bool| {
+            let all = fmu.variables().iter().zip(0..);
+            all.filter(|(variable, _)| wanted(variable)).map(|(_, reference)| reference).collect()
+        };
+        Self {
+            kinds: [Kind::Float64, Kind::Int32, Kind::Boolean]
+                .map(|kind| those(&|variable| variable.kind == kind)),
+            inputs: those(&|variable| settable(variable) == INPUT),
+            tunable: those(&|variable| settable(variable) == TUNABLE),
+            fixed: those(&|variable| settable(variable) == FIXED),
+        }
+    }
+}
+
+/// An instance of a model: what each step needs comes first, so that it lies together in the cache.
+#[repr(C, align(64))]
 pub(crate) struct Instance {
-    fmu: Fmu,
-    access: Box<[Access]>,
+    open: Open,
+    state: State,
+    groups: Groups,
     /// For model exchange, not co-simulation.
     exchange: bool,
-    state: State,
+    fmu: Fmu,
 }
 
 /// Everything that a copy of the state of an instance holds.
+#[derive(Clone)]
+#[repr(C)]
 pub(crate) struct State {
-    token: u64,
-    model: Box<dyn Model>,
-    values: Vec<f64>,
+    values: Values,
+    model: AnyModel,
     mode: Modes,
-    time: f64,
     stale: Stale,
     /// Whether the model has been started.
     started: bool,
-}
-
-impl Clone for State {
-    fn clone(&self) -> Self {
-        Self { model: self.model.copy(), values: self.values.clone(), ..*self }
-    }
+    token: u64,
 }
 
 impl Instance {
@@ -145,12 +169,34 @@ impl Instance {
             model: fmu.build(),
             values: fmu.starts(),
             mode: Modes::INSTANTIATED,
-            time: 0.0,
             stale: Stale::Restart,
             started: false,
         };
-        let access = fmu.variables().iter().map(Access::new).collect();
-        Ok(Self { fmu, access, exchange, state })
+        let (open, groups) = (Open::default(), Groups::of(&fmu));
+        let mut instance = Self { open, groups, state, exchange, fmu };
+        instance.stand(Modes::INSTANTIATED, Stale::Restart);
+        Ok(instance)
+    }
+
+    /// From now on in this mode, with this to be done.
+    fn stand(&mut self, mode: Modes, stale: Stale) {
+        (self.state.mode, self.state.stale) = (mode, stale);
+        let numbers = self.groups.kinds[Kind::Float64 as usize];
+        let current = matches!(stale, Stale::Nothing | Stale::Tune);
+        let steps = mode == Modes::STEP && !self.exchange;
+        self.open = Open {
+            readable: numbers.only_if(current && Modes::READABLE.has(mode)),
+            held: (numbers & self.groups.inputs).only_if(steps),
+            step: steps && stale == Stale::Nothing,
+        };
+    }
+
+    /// What can be set in this mode.
+    fn settable(&self) -> Set {
+        let mode = self.state.mode;
+        self.groups.inputs.only_if(INPUT.has(mode))
+            | self.groups.tunable.only_if(TUNABLE.has(mode))
+            | self.groups.fixed.only_if(FIXED.has(mode))
     }
 
     /// Refuses `call` outside these modes.
@@ -196,27 +242,25 @@ impl Instance {
     }
 
     fn set_clock(&mut self, time: f64) {
-        self.state.time = time;
         self.state.values[0] = time;
     }
 
     pub(crate) fn enter_initialization(&mut self, call: &str) -> Result<()> {
         self.permit(call, Modes::INSTANTIATED)?;
-        self.state.mode = Modes::INITIALIZATION;
-        self.state.stale = Stale::Restart;
+        self.stand(Modes::INITIALIZATION, Stale::Restart);
         Ok(())
     }
 
     pub(crate) fn exit_initialization(&mut self, call: &str) -> Result<()> {
         self.permit(call, Modes::INITIALIZATION)?;
         self.refresh(call)?;
-        self.state.mode = if self.exchange { Modes::EVENT } else { Modes::STEP };
+        self.stand(if self.exchange { Modes::EVENT } else { Modes::STEP }, Stale::Nothing);
         Ok(())
     }
 
     pub(crate) fn terminate(&mut self, call: &str) -> Result<()> {
         self.permit(call, Modes::RUNNING)?;
-        self.state.mode = Modes::TERMINATED;
+        self.stand(Modes::TERMINATED, self.state.stale);
         Ok(())
     }
 
@@ -224,61 +268,48 @@ impl Instance {
     pub(crate) fn reset(&mut self) {
         self.state.model = self.fmu.build();
         self.state.values = self.fmu.starts();
-        self.state.mode = Modes::INSTANTIATED;
-        self.state.time = 0.0;
-        self.state.stale = Stale::Restart;
         self.state.started = false;
+        self.stand(Modes::INSTANTIATED, Stale::Restart);
     }
 
     /// The time up to which the instance has come.
     pub(crate) fn time(&self) -> f64 {
-        self.state.time
+        self.state.values[0]
     }
 
     /// Gives up, after what must not happen has happened.
     pub(crate) fn fail(&mut self) {
-        self.state.mode = Modes::ERROR;
+        self.stand(Modes::ERROR, self.state.stale);
     }
 
     /// Brings the outputs up to date.
-    #[inline]
     fn refresh(&mut self, call: &str) -> Result<()> {
-        match self.state.stale {
-            Stale::Nothing | Stale::Tune => Ok(()),
-            _ => self.refresh_now(call),
-        }
-    }
-
-    #[cold]
-    fn refresh_now(&mut self, call: &str) -> Result<()> {
-        let State { model, values, time, stale, started, .. } = &mut self.state;
-        if *stale == Stale::Restart {
-            model.restart(values, *time).map_err(|why| format!("{call}: {why}"))?;
-            if self.exchange {
-                let rates = self.fmu.variables().iter().filter(|v| v.rate_of.is_some()).count();
-                let states = model.continuous().map_or(0, |model| model.states().len());
-                if states != rates {
-                    return Err(format!(
-                        "{call}: in model exchange air_lag_s cannot become 0 or cease to be 0, because the \
-                         description says whether the pressure is a state"
-                    ));
+        let time = self.time();
+        let State { model, values, stale, started, .. } = &mut self.state;
+        match *stale {
+            Stale::Nothing | Stale::Tune => return Ok(()),
+            Stale::Restart => {
+                model.restart(values, time).map_err(|why| format!("{call}: {why}"))?;
+                if self.exchange {
+                    let rates = self.fmu.variables().iter().filter(|v| v.rate_of.is_some()).count();
+                    let states = model.continuous().map_or(0, |model| model.states().len());
+                    if states != rates {
+                        return Err(format!(
+                            "{call}: in model exchange air_lag_s cannot become 0 or cease to be 0, because \
+                             the description says whether the pressure is a state"
+                        ));
+                    }
+                }
+                *started = true;
+            }
+            Stale::Place => {
+                if let Some(model) = model.continuous() {
+                    model.place(values, time, None);
                 }
             }
-            *started = true;
-        } else if let Some(model) = model.continuous() {
-            model.place(values, *time, None);
         }
-        *stale = Stale::Nothing;
+        self.stand(self.state.mode, Stale::Nothing);
         Ok(())
-    }
-
-    /// What may be done to the variable with this reference, if it is of this kind.
-    #[inline]
-    fn access(&self, call: &str, kind: Kind, reference: u32) -> Result<Access> {
-        match self.access.get(reference as usize) {
-            Some(access) if access.kind == kind => Ok(*access),
-            _ => Err(self.foreign(call, reference)),
-        }
     }
 
     /// Why this reference is not one for this call.
@@ -297,8 +328,13 @@ impl Instance {
         }
     }
 
+    /// The value of a number, if it can be had at once.
+    #[inline(always)]
+    pub(crate) fn number(&self, reference: u32) -> Option<f64> {
+        self.open.readable.has(reference).then(|| self.state.values[reference as usize])
+    }
+
     /// Gives the values of some variables of one kind to `put`.
-    #[inline]
     pub(crate) fn get(
         &mut self,
         call: &str,
@@ -309,14 +345,25 @@ impl Instance {
         self.permit(call, Modes::READABLE)?;
         self.refresh(call)?;
         for (i, reference) in references.iter().enumerate() {
-            self.access(call, kind, *reference)?;
+            if !self.groups.kinds[kind as usize].has(*reference) {
+                return Err(self.foreign(call, *reference));
+            }
             put(i, self.state.values[*reference as usize]);
         }
         Ok(())
     }
 
+    /// Sets a number, if only the next step asks about it; says whether it did.
+    #[inline(always)]
+    pub(crate) fn hold(&mut self, reference: u32, value: f64) -> bool {
+        let held = self.open.held.has(reference) && value.is_finite();
+        if held {
+            self.state.values[reference as usize] = value;
+        }
+        held
+    }
+
     /// Takes the values of some variables of one kind; all of them, or none.
-    #[inline]
     pub(crate) fn set(
         &mut self,
         call: &str,
@@ -325,71 +372,116 @@ impl Instance {
         value: impl Fn(usize) -> f64,
     ) -> Result<()> {
         self.permit(call, Modes::SETTABLE)?;
+        let settable = self.settable() & self.groups.kinds[kind as usize];
         for (i, reference) in references.iter().enumerate() {
-            let access = self.access(call, kind, *reference)?;
             let value = value(i);
-            if !(access.settable.has(self.state.mode) && accepts(access.kind, value)) {
-                return Err(self.unsettable(call, *reference, access, value));
+            // Integers and Booleans come as such.
+            if !(settable.has(*reference) && (kind != Kind::Float64 || value.is_finite())) {
+                return Err(self.unsettable(call, kind, *reference, value));
             }
         }
-        let mut tuned = false;
         for (i, reference) in references.iter().enumerate() {
-            let at = *reference as usize;
-            tuned |= self.access[at].parameter;
-            self.state.values[at] = value(i);
+            self.state.values[*reference as usize] = value(i);
         }
-        self.state.stale = match self.state.stale {
-            _ if Modes::BEFORE.has(self.state.mode) => Stale::Restart,
-            _ if self.exchange => Stale::Place,
-            _ if tuned => Stale::Tune,
-            stale => stale,
-        };
+        if references.iter().any(|reference| !self.open.held.has(*reference)) {
+            self.touched(references);
+        }
         Ok(())
     }
 
     /// Why a variable cannot be set to this value now.
     #[cold]
-    fn unsettable(&self, call: &str, reference: u32, access: Access, value: f64) -> String {
-        let variable = &self.fmu.variables()[reference as usize];
-        if access.settable == Modes(0) {
+    fn unsettable(&self, call: &str, kind: Kind, reference: u32, value: f64) -> String {
+        let Some(variable) =
+            self.fmu.variables().get(reference as usize).filter(|variable| variable.kind == kind)
+        else {
+            return self.foreign(call, reference);
+        };
+        let modes = settable(variable);
+        if modes == Modes(0) {
             format!("{call}: {} is computed and cannot be set", variable.name)
-        } else if !access.settable.has(self.state.mode) {
-            self.out_of_order(&format!("{call}: setting {}", variable.name), access.settable)
+        } else if !modes.has(self.state.mode) {
+            self.out_of_order(&format!("{call}: setting {}", variable.name), modes)
         } else {
             format!("{call}: {}", accept(variable, value).err().unwrap_or_default())
         }
     }
 
-    /// Goes on from `time` by `step`.
-    #[inline]
-    pub(crate) fn do_step(&mut self, call: &str, time: f64, step: f64) -> Result<()> {
+    /// Notes what is to be done after these have been set.
+    fn touched(&mut self, references: &[u32]) {
+        let parameters = self.groups.tunable | self.groups.fixed;
+        let State { mode, stale, .. } = self.state;
+        let stale = match stale {
+            _ if Modes::BEFORE.has(mode) => Stale::Restart,
+            _ if self.exchange => Stale::Place,
+            _ if references.iter().any(|reference| parameters.has(*reference)) => Stale::Tune,
+            stale => stale,
+        };
+        self.stand(mode, stale);
+    }
+
+    /// Goes on from `time` by `step`. A refusal is boxed, so that what is usual fits a register.
+    #[inline(always)]
+    pub(crate) fn do_step(
+        &mut self,
+        call: &str,
+        time: f64,
+        step: f64,
+    ) -> std::result::Result<(), Box<str>> {
+        let end = time + step;
+        if self.open.step && time == self.time() && end > time && end <= f64::MAX {
+            self.advance(call, time, step)
+        } else {
+            self.step_with_care(call, time, step)
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&mut self, call: &str, time: f64, step: f64) -> std::result::Result<(), Box<str>> {
+        let State { model, values, .. } = &mut self.state;
+        values[0] = time + step;
+        model.step(values, time, step).map_err(|why| self.stopped(call, time, why))
+    }
+
+    /// Gives up, because the model cannot go on.
+    #[cold]
+    fn stopped(&mut self, call: &str, time: f64, why: String) -> Box<str> {
+        self.set_clock(time);
+        self.fail();
+        format!("{call} at {time} s: {why}").into()
+    }
+
+    /// Checks that a step can be taken, tunes what has been set, and takes the step.
+    #[cold]
+    #[inline(never)]
+    fn step_with_care(
+        &mut self,
+        call: &str,
+        time: f64,
+        step: f64,
+    ) -> std::result::Result<(), Box<str>> {
+        self.permit_exchange(call, false)?;
         self.permit(call, Modes::STEP)?;
         let end = time + step;
         // Times that importers add up differ by rounding from ours.
         let slack = (1e-6 * step + 1e-9 * time.abs()).min(0.5 * step);
-        let near = (time - self.state.time).abs() <= slack;
+        let near = (time - self.time()).abs() <= slack;
         if !(step > 0.0 && end > time && end.is_finite() && near) {
-            return Err(self.bad_step(call, time, step));
+            return Err(self.bad_step(call, time, step).into());
         }
         if self.state.stale == Stale::Tune {
-            self.state.model.tune(&self.state.values).map_err(|why| format!("{call}: {why}"))?;
-            self.state.stale = Stale::Nothing;
+            let State { model, values, .. } = &mut self.state;
+            model.tune(values).map_err(|why| format!("{call}: {why}"))?;
+            self.stand(self.state.mode, Stale::Nothing);
         }
-        let State { model, values, .. } = &mut self.state;
-        if let Err(why) = model.step(values, time, step) {
-            self.fail();
-            return Err(format!("{call} at {time} s: {why}"));
-        }
-        self.set_clock(end);
-        Ok(())
+        self.advance(call, time, step)
     }
 
-    #[cold]
     fn bad_step(&self, call: &str, time: f64, step: f64) -> String {
         format!(
             "{call}: a step of {step} s from {time} s was asked for, but it must begin where the last ended, \
              at {} s, and be finite and above 0",
-            self.state.time
+            self.time()
         )
     }
 
@@ -397,7 +489,7 @@ impl Instance {
     pub(crate) fn switch(&mut self, call: &str, from: Modes, to: Modes) -> Result<()> {
         self.permit_exchange(call, true)?;
         self.permit(call, from)?;
-        self.state.mode = to;
+        self.stand(to, self.state.stale);
         Ok(())
     }
 
@@ -406,13 +498,14 @@ impl Instance {
         &mut self,
         call: &str,
         modes: Modes,
-    ) -> Result<(&mut dyn Continuous, &mut Vec<f64>, f64)> {
+    ) -> Result<(&mut dyn Continuous, &mut Values, f64)> {
         self.permit_exchange(call, true)?;
         self.permit(call, modes)?;
         self.refresh(call)?;
-        let State { model, values, time, .. } = &mut self.state;
+        let time = self.time();
+        let State { model, values, .. } = &mut self.state;
         let model = model.continuous().ok_or_else(|| format!("{call}: there are no equations"))?;
-        Ok((model, values, *time))
+        Ok((model, values, time))
     }
 
     pub(crate) fn set_time(&mut self, call: &str, time: f64) -> Result<()> {
@@ -422,7 +515,7 @@ impl Instance {
             return Err(format!("{call}: the time is {time}, but must be finite"));
         }
         self.set_clock(time);
-        self.state.stale = Stale::Place;
+        self.stand(self.state.mode, Stale::Place);
         Ok(())
     }
 
@@ -446,7 +539,7 @@ impl Instance {
         modes: Modes,
         count: usize,
         what: &str,
-        of: impl Fn(&dyn Continuous, &[f64]) -> Vec<f64>,
+        of: impl Fn(&dyn Continuous, &Numbers) -> Vec<f64>,
     ) -> Result<Vec<f64>> {
         let (model, values, _) = self.equations(call, modes)?;
         let numbers = of(model, values);
@@ -495,6 +588,7 @@ impl Instance {
             return Err(format!("{call}: the state belongs to another model"));
         }
         self.state = state.clone();
+        self.stand(state.mode, state.stale);
         Ok(())
     }
 
@@ -524,14 +618,15 @@ impl Instance {
         let mode = u8::try_from(mode).ok().filter(|m| m.is_power_of_two() && *m < 128);
         let mode = Modes(mode.ok_or_else(|| refuse("is damaged"))?);
         let time = f64::from_bits(next()?);
-        let mut values = vec![];
-        for variable in self.fmu.variables() {
+        let mut values = self.fmu.starts();
+        for (variable, place) in self.fmu.variables().iter().zip(values.known_mut()) {
             let value = f64::from_bits(next()?);
             if variable.is_set() {
                 accept(variable, value).map_err(|why| refuse(&format!("is damaged: {why}")))?;
             }
-            values.push(value);
+            *place = value;
         }
+        values[0] = time;
         let memory: Vec<f64> = words.map(f64::from_bits).collect();
         let mut model = self.fmu.build();
         if started {
@@ -540,14 +635,8 @@ impl Instance {
                 .and_then(|()| model.recall(&values, &memory))
                 .map_err(|why| refuse(&format!("cannot be used: {why}")))?;
         }
-        Ok(State { token: self.state.token, model, values, mode, time, stale, started })
+        Ok(State { values, model, mode, stale, started, token: self.state.token })
     }
-}
-
-/// The same as [`accept`], without words. Integers and Booleans come as such.
-#[inline]
-fn accepts(kind: Kind, value: f64) -> bool {
-    kind != Kind::Float64 || value.is_finite()
 }
 
 fn check_length(call: &str, what: &str, asked: usize, have: usize) -> Result<()> {
@@ -570,10 +659,10 @@ impl State {
             u64::from(self.mode.0),
             self.stale as u64,
             u64::from(self.started),
-            self.time.to_bits(),
+            self.values[0].to_bits(),
         ];
         let memory = if self.started { self.model.memory() } else { vec![] };
-        let numbers = self.values.iter().chain(&memory).map(|number| number.to_bits());
+        let numbers = self.values.known().iter().chain(&memory).map(|number| number.to_bits());
         let mut bytes: Vec<u8> =
             head.into_iter().chain(numbers).flat_map(u64::to_le_bytes).collect();
         let sum = hash(bytes.iter().copied());

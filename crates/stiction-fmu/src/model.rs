@@ -3,26 +3,28 @@
 //! The values of all variables are kept outside, in the order of the table; a model reads inputs and
 //! parameters there, and writes its outputs.
 
+use crate::variables::Numbers;
+
 /// Why a model refused, in a sentence.
 pub(crate) type Result<T> = std::result::Result<T, String>;
 
 /// A model with its state.
 pub(crate) trait Model: Send + Sync {
     /// Begins at `time` with the present parameters and inputs.
-    fn restart(&mut self, values: &mut [f64], time: f64) -> Result<()>;
+    fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()>;
 
     /// Takes over tuned parameters, going on from where it is.
-    fn tune(&mut self, values: &[f64]) -> Result<()>;
+    fn tune(&mut self, values: &Numbers) -> Result<()>;
 
     /// Goes on from `time` by `step`, both in s, with the inputs held. After an error it
     /// cannot go on.
-    fn step(&mut self, values: &mut [f64], time: f64, step: f64) -> Result<()>;
+    fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> Result<()>;
 
     /// What it depends on besides the values, as plain numbers.
     fn memory(&self) -> Vec<f64>;
 
     /// Goes on from there; it has been restarted with the same parameters before.
-    fn recall(&mut self, values: &[f64], memory: &[f64]) -> Result<()>;
+    fn recall(&mut self, values: &Numbers, memory: &[f64]) -> Result<()>;
 
     /// The model as differential equations, if it can be computed by a solver from outside.
     fn continuous(&mut self) -> Option<&mut dyn Continuous> {
@@ -39,19 +41,19 @@ pub(crate) trait Continuous {
     fn states(&self) -> Vec<f64>;
 
     /// Typical sizes of the states.
-    fn nominals(&self, values: &[f64]) -> Vec<f64>;
+    fn nominals(&self, values: &Numbers) -> Vec<f64>;
 
     /// Goes where the solver is, with `states` if they have changed, and writes the outputs.
-    fn place(&mut self, values: &mut [f64], time: f64, states: Option<&[f64]>);
+    fn place(&mut self, values: &mut Numbers, time: f64, states: Option<&[f64]>);
 
     /// The rates of the states.
-    fn rates(&self, values: &[f64]) -> Vec<f64>;
+    fn rates(&self, values: &Numbers) -> Vec<f64>;
 
     /// Numbers whose change of sign is an event; always as many.
     fn indicators(&self) -> Vec<f64>;
 
     /// Goes over into what follows an event, if there is one; says whether there was.
-    fn pass_events(&mut self, values: &mut [f64]) -> Result<bool>;
+    fn pass_events(&mut self, values: &mut Numbers) -> Result<bool>;
 }
 
 /// Counts how often a stem begins to move or turns round.
@@ -66,18 +68,19 @@ impl Moves {
     /// [`MOVES`](crate::variables::MOVES).
     #[inline]
     pub(crate) fn note(&mut self, before: f64, after: f64, outputs: &mut [f64]) {
-        let direction = if after > before {
-            1.0
-        } else if after < before {
-            -1.0
+        if after == before {
+            if self.direction != 0.0 {
+                self.direction = 0.0;
+                outputs[0] = 1.0;
+            }
         } else {
-            0.0
-        };
-        if direction != 0.0 && direction != self.direction {
-            count(outputs);
+            let direction = 1f64.copysign(after - before);
+            if direction != self.direction {
+                self.direction = direction;
+                outputs[0] = 0.0;
+                count(outputs);
+            }
         }
-        self.direction = direction;
-        outputs[0] = f64::from(u8::from(direction == 0.0));
     }
 
     /// A stem at rest that has not moved yet.

@@ -31,15 +31,25 @@ pub(crate) fn directory(uri: &str) -> Result<PathBuf, String> {
         return Err(refuse());
     }
     let path = &uri[5..];
-    // file:/path, file:///path, file://localhost/path
+    // file:/path, file:///path, file://localhost/path, file://server/share/path
     let path = match path.strip_prefix("//") {
-        Some(rest) => rest.get(rest.find('/').ok_or_else(refuse)?..).unwrap_or_default(),
+        Some(rest) if is_drive(rest) => rest,
+        Some(rest) => {
+            let (host, path) = rest.split_at(rest.find('/').ok_or_else(refuse)?);
+            let here = host.is_empty() || host.eq_ignore_ascii_case("localhost");
+            // Windows reaches other machines by such paths.
+            if here || !cfg!(windows) { path } else { &uri[5..] }
+        }
         None => path,
     };
     let path = decoded(path).ok_or_else(refuse)?;
-    let bytes = path.as_bytes();
-    let drive = bytes.len() > 2 && bytes[0] == b'/' && bytes[2] == b':';
-    Ok(PathBuf::from(if drive { &path[1..] } else { &path }))
+    let drive = path.strip_prefix('/').filter(|rest| is_drive(rest));
+    Ok(PathBuf::from(drive.unwrap_or(&path)))
+}
+
+/// Whether a path begins with a drive of Windows.
+fn is_drive(path: &str) -> bool {
+    matches!(path.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }
 
 /// The text with its `%20` and the like resolved.
@@ -69,6 +79,14 @@ mod tests {
             ("file:/tmp/resources", "/tmp/resources"),
             ("file://localhost/tmp/resources", "/tmp/resources"),
             ("FILE:///C:/fmu/resources", "C:/fmu/resources"),
+            ("file:/C:/fmu/resources", "C:/fmu/resources"),
+            ("file://c:/fmu/resources", "c:/fmu/resources"),
+            ("file:///C:%5Cfmu%5Cresources", "C:\\fmu\\resources"),
+            ("file:///D:/%C3%BCbung/resources/", "D:/\u{fc}bung/resources/"),
+            (
+                "file://server/share/resources",
+                if cfg!(windows) { "//server/share/resources" } else { "/share/resources" },
+            ),
         ] {
             assert_eq!(directory(uri).unwrap(), Path::new(path));
         }

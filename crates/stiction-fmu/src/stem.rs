@@ -6,7 +6,7 @@ use stiction::stem::{
 };
 
 use crate::model::{Continuous, Model, Moves, Result, count};
-use crate::variables::{MOVES, Variable};
+use crate::variables::{MOVES, Numbers, Variable};
 
 /// Value references.
 const OP: usize = 1;
@@ -204,12 +204,12 @@ impl StemModel {
         }
     }
 
-    fn demand_pa(&self, values: &[f64]) -> f64 {
+    fn demand_pa(&self, values: &Numbers) -> f64 {
         self.parameters.supplied_pa(values[OP], values[SUPPLY])
     }
 
     /// Writes the outputs.
-    fn show(&self, values: &mut [f64]) {
+    fn show(&self, values: &mut Numbers) {
         let Some(moving) = &self.moving else { return };
         let now = moving.sample();
         values[VP] = self.parameters.percent(now.position_m);
@@ -242,7 +242,7 @@ impl StemModel {
     }
 
     /// Counts what has happened since the last step.
-    fn count_slips(&mut self, values: &mut [f64]) {
+    fn count_slips(&mut self, values: &mut Numbers) {
         let Some(moving) = &self.moving else { return };
         let began = |kind| matches!(kind, EventKind::Slip | EventKind::Reversal);
         if self.law == "classical" || self.law == "karnopp" || self.law == "armstrong" {
@@ -262,7 +262,7 @@ impl StemModel {
 }
 
 impl Model for StemModel {
-    fn restart(&mut self, values: &mut [f64], time: f64) -> Result<()> {
+    fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()> {
         let [mass_kg, spring_n_per_m, area_m2, preload_n, stroke_m, min, max, air_lag_s, stops] =
             *values[PARAMETERS..].first_chunk::<9>().expect("the table has them");
         let parameters = StemParameters {
@@ -293,11 +293,11 @@ impl Model for StemModel {
         Ok(())
     }
 
-    fn tune(&mut self, _values: &[f64]) -> Result<()> {
+    fn tune(&mut self, _values: &Numbers) -> Result<()> {
         Ok(())
     }
 
-    fn step(&mut self, values: &mut [f64], time: f64, step: f64) -> Result<()> {
+    fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> Result<()> {
         let demand_pa = self.demand_pa(values);
         let Some(moving) = &mut self.moving else { return Ok(()) };
         moving.hold(demand_pa, time + step).map_err(|e| e.to_string())?;
@@ -315,7 +315,7 @@ impl Model for StemModel {
         memory
     }
 
-    fn recall(&mut self, _values: &[f64], memory: &[f64]) -> Result<()> {
+    fn recall(&mut self, _values: &Numbers, memory: &[f64]) -> Result<()> {
         let (Some(moving), [direction, stem @ ..]) = (&mut self.moving, memory) else {
             return Err("this is not the state of a stem".to_owned());
         };
@@ -338,7 +338,7 @@ impl Continuous for StemModel {
         self.moving.as_ref().and_then(MovingStem::states).unwrap_or_default()
     }
 
-    fn nominals(&self, values: &[f64]) -> Vec<f64> {
+    fn nominals(&self, values: &Numbers) -> Vec<f64> {
         let stroke = self.parameters.stroke_m;
         let mut nominals = vec![stroke; self.states().len()];
         let parameter = |name: &str| {
@@ -365,14 +365,14 @@ impl Continuous for StemModel {
         nominals
     }
 
-    fn place(&mut self, values: &mut [f64], time: f64, states: Option<&[f64]>) {
+    fn place(&mut self, values: &mut Numbers, time: f64, states: Option<&[f64]>) {
         let demand_pa = self.demand_pa(values);
         let Some(moving) = &mut self.moving else { return };
         moving.place(time, demand_pa, states.unwrap_or_default());
         self.show(values);
     }
 
-    fn rates(&self, values: &[f64]) -> Vec<f64> {
+    fn rates(&self, values: &Numbers) -> Vec<f64> {
         let demand_pa = self.demand_pa(values);
         self.moving.as_ref().map(|moving| moving.rates(demand_pa)).unwrap_or_default()
     }
@@ -382,7 +382,7 @@ impl Continuous for StemModel {
         guards.map(|guard| if guard.is_finite() { guard } else { 1.0 }).to_vec()
     }
 
-    fn pass_events(&mut self, values: &mut [f64]) -> Result<bool> {
+    fn pass_events(&mut self, values: &mut Numbers) -> Result<bool> {
         let Some(moving) = &mut self.moving else { return Ok(false) };
         let passed = moving.pass_events().map_err(|e| e.to_string())?;
         self.count_slips(values);

@@ -7,7 +7,7 @@ use stiction::valve::{Model as Law, Valve};
 
 use crate::model::{Model, Moves, Result};
 use crate::valve;
-use crate::variables::{MOVES, Variable};
+use crate::variables::{MOVES, Numbers, Variable};
 
 /// Value references.
 const SP: usize = 1;
@@ -144,7 +144,7 @@ impl LoopModel {
 }
 
 impl Model for LoopModel {
-    fn restart(&mut self, values: &mut [f64], time: f64) -> Result<()> {
+    fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()> {
         let built = build(self.law, values).map_err(|e| e.to_string())?;
         values[OP] = values[REST + 11];
         values[VP] = built.player.valve().position();
@@ -156,7 +156,7 @@ impl Model for LoopModel {
         Ok(())
     }
 
-    fn tune(&mut self, values: &[f64]) -> Result<()> {
+    fn tune(&mut self, values: &Numbers) -> Result<()> {
         let Some(built) = &mut self.built else { return Ok(()) };
         let sample_time = values[REST];
         let mut valve =
@@ -166,7 +166,7 @@ impl Model for LoopModel {
         Ok(())
     }
 
-    fn step(&mut self, values: &mut [f64], time: f64, step: f64) -> Result<()> {
+    fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> Result<()> {
         let Some(built) = &mut self.built else { return Ok(()) };
         // A sample that falls on the end of the step, up to rounding, belongs to the next.
         let due = ((time - self.start_s + step) / values[REST] - 1e-6).ceil();
@@ -200,7 +200,7 @@ impl Model for LoopModel {
         memory
     }
 
-    fn recall(&mut self, _values: &[f64], memory: &[f64]) -> Result<()> {
+    fn recall(&mut self, _values: &Numbers, memory: &[f64]) -> Result<()> {
         /// More draws from the noise than anyone would wait for.
         const MOST_DRAWS: f64 = 1e9;
         let foreign = || "this is not the state of a loop".to_owned();

@@ -4,13 +4,15 @@ use stiction::Bands;
 use stiction::valve::{AnyModel, Assembly, HeWang, Model as Law, Start, StemLag, TwoPhase, Valve};
 
 use crate::model::{Model, Moves, Result};
-use crate::variables::{MOVES, Variable};
+use crate::variables::{MOVES, Numbers, Variable};
 
 /// Value references.
 const OP: usize = 1;
 const VP: usize = 2;
 const MOVED: std::ops::Range<usize> = 3..5;
 const PARAMETERS: usize = 5;
+const STEM_LAG: usize = PARAMETERS + 4;
+const LIMITED: usize = PARAMETERS + 5;
 const VP_START: usize = PARAMETERS + SETTINGS;
 
 /// How many variables [`settings`] are.
@@ -72,60 +74,89 @@ pub(crate) fn variables() -> Vec<Variable> {
 }
 
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub(crate) struct ValveModel {
-    law: Law,
-    valve: Assembly,
     /// The sample time it is built for, s: the last step.
     sample_time: f64,
+    /// Where the model inside has come to, before limits and lag.
+    position: f64,
     moves: Moves,
+    valve: Assembly,
+    /// Whether there are neither limits nor lag.
+    bare: bool,
+    law: Law,
 }
 
 impl ValveModel {
     pub(crate) fn new(law: Law) -> Self {
         let valve = Assembly::new(AnyModel::Ideal(Default::default()));
-        Self { law, valve, sample_time: 1.0, moves: Moves::default() }
+        Self { law, valve, sample_time: 1.0, position: 0.0, bare: true, moves: Moves::default() }
     }
 
-    fn built(&self, values: &[f64], sample_time: f64) -> Result<Assembly> {
-        build(self.law, &values[PARAMETERS..VP_START], sample_time).map_err(|e| e.to_string())
+    /// Another valve in its place, with the settings in `values`, which begins as `begin` has it.
+    #[cold]
+    fn rebuild(
+        &mut self,
+        values: &[f64],
+        sample_time: f64,
+        begin: impl FnOnce(&mut Assembly),
+    ) -> Result<()> {
+        let mut valve = build(self.law, &values[PARAMETERS..VP_START], sample_time)
+            .map_err(|e| e.to_string())?;
+        begin(&mut valve);
+        self.position = valve.model().position();
+        self.bare = values[LIMITED] == 0.0 && values[STEM_LAG] == 0.0;
+        self.valve = valve;
+        self.sample_time = sample_time;
+        Ok(())
+    }
+
+    /// The first step of another length.
+    #[cold]
+    #[inline(never)]
+    fn step_anew(&mut self, values: &mut Numbers, step: f64) -> Result<()> {
+        self.change(values, step)?;
+        self.step(values, 0.0, step)
     }
 
     /// Goes on from where it is with other settings or another sample time.
     #[cold]
-    fn rebuild(&mut self, values: &[f64], sample_time: f64) -> Result<()> {
+    fn change(&mut self, values: &Numbers, sample_time: f64) -> Result<()> {
         let memory = self.valve.memory();
-        self.valve = self.built(values, sample_time)?;
-        self.valve.recall(&memory);
-        self.sample_time = sample_time;
-        Ok(())
+        self.rebuild(values, sample_time, |valve| valve.recall(&memory))
     }
 }
 
+#[cold]
+fn too_great(op: f64) -> String {
+    format!("with OP = {op} the VP is too great to compute")
+}
+
 impl Model for ValveModel {
-    fn restart(&mut self, values: &mut [f64], _time: f64) -> Result<()> {
-        let mut valve = self.built(values, self.sample_time)?;
-        valve.restart(Start::at_rest(values[VP_START]));
-        values[VP] = valve.position();
-        self.valve = valve;
+    fn restart(&mut self, values: &mut Numbers, _time: f64) -> Result<()> {
+        let start = Start::at_rest(values[VP_START]);
+        self.rebuild(values, self.sample_time, |valve| valve.restart(start))?;
+        values[VP] = self.valve.position();
         self.moves = Moves::begin(&mut values[MOVED]);
         Ok(())
     }
 
-    fn tune(&mut self, values: &[f64]) -> Result<()> {
-        self.rebuild(values, self.sample_time)
+    fn tune(&mut self, values: &Numbers) -> Result<()> {
+        self.change(values, self.sample_time)
     }
 
-    #[inline]
-    fn step(&mut self, values: &mut [f64], _time: f64, step: f64) -> Result<()> {
+    #[inline(always)]
+    fn step(&mut self, values: &mut Numbers, _time: f64, step: f64) -> Result<()> {
         if step != self.sample_time {
-            self.rebuild(values, step)?;
+            return self.step_anew(values, step);
         }
-        let before = self.valve.model().position();
         let vp = self.valve.step(values[OP]);
-        if !vp.is_finite() {
-            return Err(format!("with OP = {} the VP is too great to compute", values[OP]));
+        if !(vp.abs() <= f64::MAX) {
+            return Err(too_great(values[OP]));
         }
-        self.moves.note(before, self.valve.model().position(), &mut values[MOVED]);
+        let position = if self.bare { vp } else { self.valve.model().position() };
+        self.moves.note(self.position, position, &mut values[MOVED]);
+        self.position = position;
         values[VP] = vp;
         Ok(())
     }
@@ -136,12 +167,12 @@ impl Model for ValveModel {
         memory
     }
 
-    fn recall(&mut self, values: &[f64], memory: &[f64]) -> Result<()> {
+    fn recall(&mut self, values: &Numbers, memory: &[f64]) -> Result<()> {
         let Ok([a, b, c, d, e, f, g, direction, sample_time]) = <[f64; 9]>::try_from(memory) else {
             return Err("this is not the state of a valve".to_owned());
         };
-        self.rebuild(values, sample_time)?;
-        self.valve.recall(&[a, b, c, d, e, f, g]);
+        let memory = [a, b, c, d, e, f, g];
+        self.rebuild(values, sample_time, |valve| valve.recall(&memory))?;
         self.moves.direction = direction;
         Ok(())
     }

@@ -39,6 +39,100 @@ pub enum Variability {
     Tunable,
 }
 
+/// The most variables a model has: one bit each in a [`Set`].
+pub(crate) const MOST: usize = 64;
+
+/// A set of variables, by value reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Set(u64);
+
+impl Set {
+    /// Whether the variable with this reference is in it.
+    #[inline]
+    pub(crate) fn has(self, reference: u32) -> bool {
+        reference < MOST as u32 && self.0 >> reference & 1 != 0
+    }
+
+    /// The same, or nothing.
+    pub(crate) fn only_if(self, condition: bool) -> Self {
+        if condition { self } else { Self(0) }
+    }
+}
+
+impl std::ops::BitAnd for Set {
+    type Output = Self;
+
+    #[inline]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl std::ops::BitOr for Set {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl FromIterator<u32> for Set {
+    fn from_iter<I: IntoIterator<Item = u32>>(references: I) -> Self {
+        Self(references.into_iter().fold(0, |set, reference| set | 1 << reference))
+    }
+}
+
+/// One number for each variable there could be, in the order of the table.
+pub(crate) type Numbers = [f64; MOST];
+
+/// The values of all variables of a model.
+#[derive(Debug, Clone)]
+#[repr(C)]
+pub(crate) struct Values {
+    numbers: Numbers,
+    len: usize,
+}
+
+impl Values {
+    /// Those of the variables that there are.
+    pub(crate) fn known(&self) -> &[f64] {
+        &self.numbers[..self.len]
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn known_mut(&mut self) -> &mut [f64] {
+        &mut self.numbers[..self.len]
+    }
+}
+
+impl FromIterator<f64> for Values {
+    /// Panics if they are more than [`MOST`].
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        let mut all = Self { numbers: [0.0; MOST], len: 0 };
+        for value in values {
+            all.numbers[all.len] = value;
+            all.len += 1;
+        }
+        all
+    }
+}
+
+impl std::ops::Deref for Values {
+    type Target = Numbers;
+
+    #[inline]
+    fn deref(&self) -> &Numbers {
+        &self.numbers
+    }
+}
+
+impl std::ops::DerefMut for Values {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut Numbers {
+        &mut self.numbers
+    }
+}
+
 /// One variable. Its value reference is its place in the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variable {

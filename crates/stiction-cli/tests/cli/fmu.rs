@@ -53,8 +53,12 @@ fn everything_listed_can_be_exported() {
     let folder = folder("fmu-list");
     let list = run(&folder, &["fmu", "--list", "--json"]).json();
     let text = run(&folder, &["fmu", "--list"]).quiet_success();
-    assert_eq!(text.lines().count(), list.as_array().unwrap().len());
-    for entry in list.as_array().unwrap() {
+    let models = list["models"].as_array().unwrap();
+    assert_eq!(text.lines().count(), models.len() + 2);
+    let own = format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS);
+    assert_eq!(list["platforms"][0], own.as_str());
+    assert!(text.lines().last().unwrap().contains(&own));
+    for entry in models {
         let (model, law) = (entry["model"].as_str().unwrap(), entry["law"].as_str().unwrap());
         let law_of_valve = format!("valve.model=\"{law}\"");
         let chosen = match model {
