@@ -11,6 +11,7 @@ stiction=${CARGO_TARGET_DIR:-target}/debug/stiction
         valve) what=(--model "$name") ;;
         stem) what=(--stem "$name") ;;
         loop) what=(paper/closed-loop --set "valve.model=\"$name\"") ;;
+        *) continue ;; # The platforms, below the models.
     esac
     for fmi in 2 3; do
         "$stiction" fmu "${what[@]}" --fmi "$fmi" -o "$folder/$kind-$name-$fmi.fmu"

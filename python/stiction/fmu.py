@@ -144,7 +144,8 @@ def export(
     fmi : {2, 3}, default 2
         Version of FMI. FMI 2.0: co-simulation, and of stems also model exchange; FMI 3.0: co-simulation.
     libraries : mapping, optional
-        Compiled libraries of further platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``.
+        Compiled libraries of further platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``; that of a
+        platform which is built in is replaced.
 
     Returns
     -------

@@ -73,9 +73,11 @@ impl Fmu {
             3 => Fmi::V3,
             _ => return Err(PyValueError::new_err(format!("fmi is {fmi}, but must be 2 or 3"))),
         };
-        let mut all = vec![Library::own()];
-        let given = libraries.into_iter();
-        all.extend(given.map(|(arch, os, bytes)| Library { arch, os, bytes: bytes.into() }));
+        let further = libraries
+            .into_iter()
+            .map(|(arch, os, bytes)| Library { arch, os, bytes: bytes.into() })
+            .collect();
+        let all = Library::built_in_and(further);
         let bytes =
             py.detach(|| stiction_fmu_export::write(&self.0, fmi, &all)).map_err(refused)?;
         Ok(PyBytes::new(py, &bytes))
