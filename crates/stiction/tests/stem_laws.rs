@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use serde_json::Value;
 use stiction::stem::friction::{Armstrong, Classical, Dahl, Karnopp};
 use stiction::stem::{
-    FrictionLaw, ParameterSet, PressureSignal, Response, Stem, StemParameters, StemStart,
+    FrictionLaw, MovingStem, ParameterSet, PressureSignal, Response, Stem, StemParameters,
+    StemStart,
 };
 
 fn fixture(name: &str) -> String {
@@ -196,4 +197,31 @@ fn coulomb_in_extended_precision() {
     }
     println!("Coulomb, Fv = 3.5: event times {time:.1e} relative, positions {place:.1e} m");
     assert!(time < 1e-12 && place < 1e-12, "{time} {place}");
+}
+
+/// A stem that has come as near to its balance as numbers go still costs one step a memory time, no more:
+/// of changes that are rounding alone, the solver must not ask that they shrink.
+#[test]
+fn a_stem_in_balance_goes_on_for_long() {
+    for memory_s in [0.0, 0.01] {
+        let law = Armstrong {
+            presliding_n_per_m: 2.6e7,
+            coulomb_n: 700.0,
+            viscous_n_s_per_m: 125_000.0,
+            static_excess_n: 80.0,
+            stribeck_m_per_s: 5e-4,
+            memory_s,
+            rise_s: 1.0,
+        };
+        let set = ParameterSet::named("usp").unwrap();
+        let stem = Stem::new(set.stem, FrictionLaw::Armstrong(law)).unwrap();
+        let high = set.stem.pressure_pa(100.0);
+        let mut moving = MovingStem::new(&stem, StemStart::at_rest(0.0), high, 0.0).unwrap();
+        moving.hold(high, 1000.0).unwrap();
+        let held_n = law.coulomb_n + law.static_excess_n;
+        let balance_m =
+            (set.stem.area_m2 * high - set.stem.preload_n - held_n) / set.stem.spring_n_per_m;
+        let off_m = moving.sample().position_m - balance_m;
+        assert!(off_m.abs() < 1e-9 * set.stem.stroke_m, "{memory_s}: {off_m}");
+    }
 }

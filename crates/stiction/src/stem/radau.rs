@@ -245,7 +245,9 @@ fn attempt<const N: usize, S: System<N>>(
         }),
     };
     let mut w = combine(&T_INVERSE, &z);
-    let close = (10.0 * f64::EPSILON / tolerance.relative).max(tolerance.relative.sqrt().min(0.03));
+    // What rounding alone can change: of such changes no trend can be asked.
+    let noise = 10.0 * f64::EPSILON / tolerance.relative;
+    let close = noise.max(tolerance.relative.sqrt().min(0.03));
     let mut change_before = f64::NAN;
     let mut iterations = 0;
     let mut converged = false;
@@ -273,13 +275,14 @@ fn attempt<const N: usize, S: System<N>>(
         }
         iterations += 1;
         let ratio = change / change_before;
-        if iterations > 1 {
+        if iterations > 1 && change > noise {
             let left = (MOST_ITERATIONS - iterations) as i32;
             if ratio >= 1.0 || ratio.powi(left) / (1.0 - ratio) * change > close {
                 return None;
             }
         }
-        converged = change == 0.0 || (iterations > 1 && ratio / (1.0 - ratio) * change < close);
+        converged = change == 0.0
+            || (iterations > 1 && (change <= noise || ratio / (1.0 - ratio) * change < close));
         change_before = change;
     }
     if !converged {
