@@ -50,7 +50,9 @@ fn library(root: &Path, out: &Path, target: &str, os: &str) -> PathBuf {
     // A target directory of its own: the outer build holds the lock of the usual one.
     let folder = out.join("library");
     let built = Command::new(var("CARGO"))
-        .args(["build", "--release", "--lib", "--locked", "--config", "profile.release.strip=true"])
+        // As nothing but a library for C: beside one for Rust it would not be optimised as a whole.
+        .args(["rustc", "--release", "--lib", "--crate-type", "cdylib", "--locked"])
+        .args(["--config", "profile.release.strip=true"])
         .args(["--target", target])
         .arg("--manifest-path")
         .arg(root.join("crates/stiction-fmu/Cargo.toml"))

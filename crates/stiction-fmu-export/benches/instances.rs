@@ -1,11 +1,11 @@
 //! 1,000 valves, 10,000 samples each: what FMI costs beside the library itself.
 //!
-//! An importer loads the library's file and, sample by sample and valve by valve, sets OP, takes a step and
+//! An importer loads the library, the one that FMUs hold, and, sample by sample and valve by valve, sets OP, takes a step and
 //! gets VP. Its peers: the same valves in a vector, stepped directly; and three C functions that do the
 //! same and check nothing. The machine is shared: rounds alternate, and the best of each is printed.
 #![allow(unsafe_code)]
 
-#[path = "../tests/common/library.rs"]
+#[path = "../../stiction-fmu/tests/common/library.rs"]
 mod library;
 
 use std::ffi::c_int;
@@ -93,7 +93,9 @@ fn main() {
     let resources = std::env::temp_dir().join(format!("stiction-fmu-{}", std::process::id()));
     std::fs::create_dir_all(&resources).unwrap();
     std::fs::write(resources.join("stiction.json"), fmu.json()).unwrap();
-    let library = Library::own();
+    let file = resources.join("library");
+    std::fs::write(&file, &stiction_fmu_export::Library::built_in()[0].bytes).unwrap();
+    let library = Library::open(file);
     let two = black_box(Two::of(&library));
     let three = black_box(Three::of(&library));
     let unchecked =
