@@ -1,11 +1,15 @@
 #!/usr/bin/env bash
-# Exports every model for both versions of FMI, and has the fmi crate import and simulate each. Needs libclang.
+# Exports every model for both versions of FMI, and has the fmi crate import and simulate each: check.sh [STICTION]
+# with the command to export with, which else is built. Needs libclang.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-cargo build --quiet --locked -p stiction-cli
-stiction=${CARGO_TARGET_DIR:-target}/debug/stiction
+stiction=${1:-}
+if [ -z "$stiction" ]; then
+    cargo build --quiet --locked -p stiction-cli
+    stiction=${CARGO_TARGET_DIR:-target}/debug/stiction
+fi
 "$stiction" fmu --list | while read -r kind name _; do
     case $kind in
         valve) what=(--model "$name") ;;

@@ -47,8 +47,9 @@ fn main() {
 
 /// Builds the library for one target; says where it is.
 fn library(root: &Path, out: &Path, target: &str, os: &str) -> PathBuf {
-    // A target directory of its own: the outer build holds the lock of the usual one.
-    let folder = out.join("library");
+    // A target directory of its own, because the outer build holds the lock of the usual one; beside the build
+    // directories of the profile, so that checks, tests and builds have it in common.
+    let folder = out.ancestors().nth(3).unwrap_or(out).join("fmu-library");
     let built = Command::new(var("CARGO"))
         // As nothing but a library for C: beside one for Rust it would not be optimised as a whole.
         .args(["rustc", "--release", "--lib", "--crate-type", "cdylib", "--locked"])
