@@ -15,7 +15,7 @@ use stiction_fmu_export::{Library, of_scenario, write};
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction fmu --model two-phase --S 5 --J 3 -o valve.fmu
-  stiction fmu --stem lugre --set supply=1.5 -o stem.fmu
+  stiction fmu --stem lugre --set supply=2e5 -o stem.fmu
   stiction fmu paper/closed-loop -o loop.fmu --fmi 3
   stiction fmu --list")]
 pub struct Args {
