@@ -48,7 +48,7 @@ class FmuVariable(Result):
     role : str
         ``"time"``, ``"input"``, ``"output"``, ``"parameter"``, ``"tunable"`` (a parameter that may be changed while
         the simulation runs) or ``"local"``.
-    start : float or bool or None
+    start : float or int or bool or None
         Value at the start; None if it is computed.
     unit : str
         Its unit.

@@ -1,4 +1,4 @@
-//! 1,000 valves, 10,000 samples each: what FMI costs beside the library itself.
+//! 1,000 valves, or as many as are asked for (`-- 10`), 10,000 samples each: what FMI costs beside the library itself.
 //!
 //! An importer loads the library, the one that FMUs hold, and, sample by sample and valve by valve, sets OP, takes a step and
 //! gets VP. Its peers: the same valves in a vector, stepped directly; and three C functions that do the
@@ -17,7 +17,6 @@ use stiction::Bands;
 use stiction::valve::{Assembly, Model, Start, Valve};
 use stiction_fmu::Fmu;
 
-const INSTANCES: usize = 1_000;
 const SAMPLES: usize = 10_000;
 const ROUNDS: usize = 7;
 
@@ -67,8 +66,8 @@ fn valve() -> Assembly {
 }
 
 /// The same by the library itself.
-fn direct(op: &[f64]) -> (f64, f64) {
-    let mut valves = vec![valve(); INSTANCES];
+fn direct(instances: usize, op: &[f64]) -> (f64, f64) {
+    let mut valves = vec![valve(); instances];
     let began = Instant::now();
     let mut sum = 0.0;
     for op in op {
@@ -80,6 +79,9 @@ fn direct(op: &[f64]) -> (f64, f64) {
 }
 
 fn main() {
+    // Cargo adds an option of its own.
+    let asked = std::env::args().skip(1).find(|argument| !argument.starts_with("--"));
+    let instances = asked.map_or(1_000, |count| count.parse().expect("a number of valves"));
     let mut op = 50.0;
     // About 50 %, with reversals and pauses.
     let wandering = |k: usize| {
@@ -103,13 +105,13 @@ fn main() {
 
     let mut best = [f64::INFINITY; 4];
     for _ in 0..ROUNDS {
-        let twos: Vec<C> = (0..INSTANCES).map(|_| two.start(&resources, &token)).collect();
-        let threes: Vec<C> = (0..INSTANCES).map(|_| three.start(&resources, &token)).collect();
+        let twos: Vec<C> = (0..instances).map(|_| two.start(&resources, &token)).collect();
+        let threes: Vec<C> = (0..instances).map(|_| three.start(&resources, &token)).collect();
         let mut bares: Vec<_> =
-            (0..INSTANCES).map(|_| Bare { op: 0.0, vp: 0.0, valve: valve() }).collect();
+            (0..instances).map(|_| Bare { op: 0.0, vp: 0.0, valve: valve() }).collect();
         let bares: Vec<C> = bares.iter_mut().map(|bare| std::ptr::from_mut(bare).cast()).collect();
         let found = [
-            direct(&op),
+            direct(instances, &op),
             imported(&unchecked, &bares, &op),
             imported(&two, &twos, &op),
             imported(&three, &threes, &op),
@@ -122,7 +124,7 @@ fn main() {
         threes.into_iter().for_each(|c| three.free(c));
     }
     std::fs::remove_dir_all(&resources).unwrap();
-    let each = 1e9 / (INSTANCES * SAMPLES) as f64;
+    let each = 1e9 / (instances * SAMPLES) as f64;
     for (name, seconds) in ["library", "3 C calls", "FMI 2.0", "FMI 3.0"].into_iter().zip(best) {
         println!("{name:9} {:5.1} ns a step, {:.2} times", seconds * each, seconds / best[0]);
     }

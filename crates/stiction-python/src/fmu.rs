@@ -48,7 +48,8 @@ impl Fmu {
             let start = match (variable.kind, variable.start) {
                 (_, None) => py.None(),
                 (Kind::Boolean, Some(value)) => (value != 0.0).into_pyobject(py)?.to_owned().into(),
-                (_, Some(value)) => value.into_pyobject(py)?.into(),
+                (Kind::Int32, Some(value)) => (value as i32).into_pyobject(py)?.into(),
+                (Kind::Float64, Some(value)) => value.into_pyobject(py)?.into(),
             };
             Ok(dict!(py,
                 "name": variable.name,
