@@ -24,12 +24,18 @@ __all__ = [
     "Diagnosis",
     "Drift",
     "Estimate",
+    "Fault",
+    "FewSlips",
     "History",
     "Judged",
     "Kpi",
+    "Limit",
     "Mended",
+    "NoResponse",
     "Observation",
+    "Relation",
     "RepairEffect",
+    "Rest",
     "Stiction",
     "Verdict",
     "Votes",
@@ -128,6 +134,22 @@ class ConfirmingTest(Result):
 
 
 @result
+class Limit(Result):
+    """An upper limit of S.
+
+    Attributes
+    ----------
+    value : float
+        Stick band plus dead band, percent of span.
+    confidence : float
+        Of valves that stick by more, the share that would have been seen.
+    """
+
+    value: float
+    confidence: float
+
+
+@result
 class Verdict(Result):
     """The conclusion.
 
@@ -139,6 +161,9 @@ class Verdict(Result):
         The probability that the valve sticks; None where there is none.
     basis : str
         What it rests on, such as ``"evidence in OP and PV"``.
+    S_below : Limit or None
+        An S above this would have shown in this very recording; None where the valve is at fault or no such
+        number is known.
     votes : Votes
         How the published methods voted.
     reasons : list of str
@@ -154,6 +179,7 @@ class Verdict(Result):
     class_: str
     probability: float | None
     basis: str
+    S_below: Limit | None
     votes: Votes
     reasons: list[str]
     contradictions: list[str]
@@ -212,6 +238,109 @@ class Stiction(Result):
 
 
 @result
+class Relation(Result):
+    """A likely mistake in the columns of a recording.
+
+    Attributes
+    ----------
+    mismatch : str
+        The mistake, such as ``"PV and OP look exchanged"``.
+    because : str
+        What the data show of it.
+    remedy : str
+        What to do about it.
+    """
+
+    mismatch: str
+    because: str
+    remedy: str
+
+
+@result
+class Rest(Result):
+    """A time in which the PV rests away from its set point while the OP travels.
+
+    Attributes
+    ----------
+    from_s, to_s : float
+        Its beginning and end, s on the recording's clock.
+    op_travel : float
+        How far the OP travels in it, percent.
+    error : float
+        Mean of SP less PV in it, in units of the PV.
+    overwhelming : bool
+        Whether that alone names the fault.
+    """
+
+    from_s: float
+    to_s: float
+    op_travel: float
+    error: float
+    overwhelming: bool
+
+
+@result
+class Fault(Result):
+    """Why a PV may not respond.
+
+    Attributes
+    ----------
+    name : str
+        Its name, such as ``"line isolated"``.
+    told_by : str
+        How to tell it from the others.
+    """
+
+    name: str
+    told_by: str
+
+
+@result
+class NoResponse(Result):
+    """A PV that does not respond.
+
+    Attributes
+    ----------
+    silence : {"PV at its low end", "PV at its high end", "PV frozen", "PV moves without the OP"}
+        What the PV does.
+    decides : bool
+        Whether the verdict rests on it.
+    rest : Rest or None
+        The rest of the PV in which the OP travels farthest; None if it moves on.
+    faults : list of Fault
+        What it may be, the likeliest first.
+    """
+
+    silence: str
+    decides: bool
+    rest: Rest | None
+    faults: list[Fault]
+
+
+@result
+class FewSlips(Result):
+    """A record that looks stuck, with too few slips to decide.
+
+    Attributes
+    ----------
+    seen, needed : int
+        Slips that the best valve model sees, and those that a decision takes.
+    record_for_s : float or None
+        For how much longer to record, s, if the valve goes on slipping as often; None if it never slipped.
+    step : float
+        How large steps of the OP would make it slip, percent of span.
+    words : str
+        The same in a sentence.
+    """
+
+    seen: int
+    needed: int
+    record_for_s: float | None
+    step: float
+    words: str
+
+
+@result
 class Kpi(Result):
     """A key figure of a loop.
 
@@ -250,6 +379,8 @@ class Window(Result):
         The probability that the valve sticks.
     S, J : Estimate or None
         Percent of span; None where they could not be quantified.
+    S_below : Limit or None
+        An S above this would have shown in this window; None where nothing could have been seen.
     """
 
     from_s: float
@@ -257,6 +388,7 @@ class Window(Result):
     probability: float
     S: Estimate | None
     J: Estimate | None
+    S_below: Limit | None
 
 
 @result
@@ -328,6 +460,18 @@ class Weighing(Result):
         S if the valve sticks, percent of span, with its 90 % interval, however wide.
     J_over_S : Estimate
         J over S if the valve sticks, with its 90 % interval, however wide.
+    limit : float or None
+        Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been
+        seen.
+    z : float
+        Standard errors by which a valve that sticks predicts the PV better than one that follows; from 2 on a valve
+        is not cleared.
+    op_range : float
+        Range of the OP in its widest window, percent of span.
+    distance : float
+        How far the recording is from the loops of training; above 1 it is unlike all of them and not judged.
+    strangest : list of str
+        What lies farthest outside of them.
     features : dict
         The numbers of the most typical window by name, see `evidence_features`; NaN where not measured.
     """
@@ -337,6 +481,11 @@ class Weighing(Result):
     causes: dict[str, float]
     S: Estimate
     J_over_S: Estimate
+    limit: float | None
+    z: float
+    op_range: float
+    distance: float
+    strangest: list[str]
     features: dict[str, float]
 
 
@@ -356,6 +505,8 @@ class Observation(Result):
         Percent of span, where they were quantified.
     weight : float
         How much it counts, such as its number of cycles.
+    windows : float
+        Of how many windows of evidence it was put together: one of a week says more than one of an hour.
     """
 
     time_s: float
@@ -364,6 +515,7 @@ class Observation(Result):
     S: Estimate | None = None
     J: Estimate | None = None
     weight: float = 1.0
+    windows: float = 1.0
 
 
 @result
@@ -390,6 +542,12 @@ class Diagnosis(Result):
         What each published method says, by its name.
     kpis : dict of Kpi
         Key figures of the loop by name.
+    relation : Relation or None
+        The likely mistake in the columns; None where OP and PV belong together, as far as can be told.
+    no_response : NoResponse or None
+        What the PV does that does not respond; None where it responds, as far as can be told.
+    few_slips : FewSlips or None
+        Slips that a record lacks which looks stuck; None where it does not, or has enough.
     windows : list of Window
         The windows of the judged stretch that were weighed one by one, in order of time.
     evidence : Weighing or None
@@ -413,6 +571,9 @@ class Diagnosis(Result):
     fitness: Fitness
     findings: dict[str, Finding]
     kpis: dict[str, Kpi]
+    relation: Relation | None
+    no_response: NoResponse | None
+    few_slips: FewSlips | None
     windows: list[Window]
     evidence: Weighing | None
     judged: Judged | None
@@ -432,7 +593,7 @@ class Diagnosis(Result):
         seen = _kept(self).observation()
         if seen is None:
             return None
-        time, class_, probability, s, j, weight = seen
+        time, class_, probability, s, j, weight, windows = seen
         return Observation(
             time_s=time,
             class_=class_,
@@ -440,6 +601,7 @@ class Diagnosis(Result):
             S=None if s is None else _interval(s),
             J=None if j is None else _interval(j),
             weight=weight,
+            windows=windows,
         )
 
     def method_evidence(self, method: str) -> MethodEvidence | None:
@@ -871,6 +1033,24 @@ def _interval(found: tuple[float, float, float]) -> Estimate:
     return Estimate(value=found[0], low=found[1], high=found[2])
 
 
+def _limit(found: dict[str, float] | None) -> Limit | None:
+    return None if found is None else Limit(**found)
+
+
+def _window(found: dict[str, Any]) -> Window:
+    s, j, limit = (found.pop(name) for name in ("S", "J", "S_below"))
+    return Window(S=_estimate(s), J=_estimate(j), S_below=_limit(limit), **found)
+
+
+def _no_response(found: dict[str, Any] | None) -> NoResponse | None:
+    if found is None:
+        return None
+    rest, faults = found.pop("rest"), found.pop("faults")
+    return NoResponse(
+        rest=None if rest is None else Rest(**rest), faults=[Fault(**each) for each in faults], **found
+    )
+
+
 def _weighing(found: dict[str, Any]) -> Weighing:
     return Weighing(
         probability=found["probability"],
@@ -878,6 +1058,11 @@ def _weighing(found: dict[str, Any]) -> Weighing:
         causes=dict(found["causes"]),
         S=_interval(found["s"]),
         J_over_S=_interval(found["j_over_s"]),
+        limit=found["limit"],
+        z=found["z"],
+        op_range=found["op_range"],
+        distance=found["distance"],
+        strangest=found["strangest"],
         features=dict(found["features"]),
     )
 
@@ -889,6 +1074,7 @@ def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, An
     signal, oscillation = handle.oscillation() or (None, None)
     weighing = handle.weighing()
     confirm, judged = verdict["confirm"], loop["judged"]
+    relation, few_slips = loop["relation"], loop["few_slips"]
     made = Diagnosis(
         name=loop["loop"],
         loop_type=loop["type"],
@@ -896,6 +1082,7 @@ def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, An
             class_=verdict["class"],
             probability=verdict["probability"],
             basis=verdict["basis"],
+            S_below=_limit(verdict["S_below"]),
             votes=Votes(**verdict["votes"]),
             reasons=verdict["reasons"],
             contradictions=verdict["contradictions"],
@@ -913,7 +1100,10 @@ def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, An
         fitness=_fitness(loop["fitness"]),
         findings={each["name"]: Finding(**each) for each in findings},
         kpis={each["name"]: Kpi(**each) for each in loop["kpis"]},
-        windows=[Window(S=_estimate(each.pop("S")), J=_estimate(each.pop("J")), **each) for each in loop["windows"]],
+        relation=None if relation is None else Relation(**relation),
+        no_response=_no_response(loop["no_response"]),
+        few_slips=None if few_slips is None else FewSlips(**few_slips),
+        windows=[_window(each) for each in loop["windows"]],
         evidence=None if weighing is None else _weighing(weighing),
         judged=None if judged is None else Judged(**judged),
         repairs=[Mended(**each) for each in loop["repairs"]],
@@ -966,6 +1156,7 @@ def _seen(observations: Iterable[Diagnosis | Observation]) -> list[Any]:
                 None if s is None else (s.value, s.low, s.high),
                 None if j is None else (j.value, j.low, j.high),
                 number("weight", observation.weight),
+                number("windows", observation.windows),
             )
         )
     return seen

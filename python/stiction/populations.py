@@ -37,6 +37,12 @@ class Truth(Result):
         Slip jump, percent of span.
     slips : int
         How often the stem of a sticking valve began to move within the record.
+    gain : float
+        How much likelier the recorded PV is to who knows the stem besides the OP, nats; 0 unless its own valve sticks.
+    swing : float
+        Range of the OP over the S that the valve has, or would have if it stuck.
+    op_noise : float
+        Standard deviation of the noise that the controller gives its OP, over that S.
     facts : dict
         What else was drawn, and what came of it, by name; ``docs/population.md`` of the project explains it.
         Times are in seconds, PVs in percent of the transmitter's span.
@@ -49,6 +55,9 @@ class Truth(Result):
     S: float
     J: float
     slips: int
+    gain: float
+    swing: float
+    op_noise: float
     facts: dict[str, float | int | bool | str]
 
 
@@ -231,7 +240,7 @@ def population_kinds() -> dict[str, float]:
     --------
     >>> import stiction
     >>> stiction.population_kinds()["sticky valve"]
-    0.45
+    0.48
     """
     return dict(_core.population_kinds())
 

@@ -75,12 +75,16 @@ class Evidence(Result):
         Dominant period, s.
     op_only : bool
         Whether it is of the OP alone.
+    z : float
+        Standard errors by which a valve that sticks predicts the PV better than one that follows; 0 where nothing
+        can be predicted.
     """
 
     values: dict[str, float]
     op_span: float
     period_s: float
     op_only: bool
+    z: float = 0.0
 
 
 def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, *, sample_time: float) -> Evidence:
@@ -139,6 +143,14 @@ class Weighed(Result):
         S if the valve sticks, percent of span, with its 90 % interval.
     J_over_S : Estimate
         J over S if the valve sticks, with its 90 % interval.
+    limit : float or None
+        Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been
+        seen, or the OP is alone.
+    z : float
+        As that of the evidence; from 2 on a diagnosis does not clear a valve.
+    distance : float
+        How far the evidence is from that of the loops of training; above 1 it is unlike all of them, and what else
+        is said means little.
     """
 
     probability: float
@@ -146,6 +158,9 @@ class Weighed(Result):
     causes: dict[str, float]
     S: Estimate
     J_over_S: Estimate
+    limit: float | None
+    z: float
+    distance: float
 
 
 def weigh(evidence: Evidence) -> Weighed:
@@ -179,6 +194,9 @@ def weigh(evidence: Evidence) -> Weighed:
         causes=dict(found["causes"]),
         S=_interval(found["s"]),
         J_over_S=_interval(found["j_over_s"]),
+        limit=found["limit"],
+        z=evidence.z,
+        distance=found["distance"],
     )
 
 

@@ -2,6 +2,7 @@
 
 mod labelled;
 mod measure;
+mod positions;
 mod results;
 mod simulated;
 
@@ -28,15 +29,26 @@ use stiction_report::scoreboard::{self, Scoreboard};
 #[command(after_help = "Examples:
   stiction bench --simulated 1000
   stiction bench --simulated 10000 --only verdict --html board.html
+  stiction bench --invented 300 --only verdict
+  stiction bench --positions 1000 --only verdict
   stiction bench --labels plant/index.csv --html board.html --reports reports --csv details.csv")]
 pub struct Args {
     /// Index of labelled recordings
-    #[arg(long, value_name = "INDEX.csv", required_unless_present = "simulated")]
+    #[arg(long, value_name = "INDEX.csv",
+          required_unless_present_any = ["simulated", "invented", "positions"])]
     labels: Option<PathBuf>,
     /// Simulate this many members of the mixed population
     #[arg(long, value_name = "N", conflicts_with = "labels",
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     simulated: Option<u64>,
+    /// Simulate this many loops of each kind that the verdict was never trained on, half of them healthy
+    #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated"],
+          value_parser = clap::value_parser!(u64).range(2..=100_000))]
+    invented: Option<u64>,
+    /// Simulate this many loops whose valve position is recorded, behind any lag
+    #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated", "invented"],
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    positions: Option<u64>,
     /// Add loops until there are so many of each kind; by default one for twenty members
     #[arg(long, value_name = "M", requires = "simulated",
           value_parser = clap::value_parser!(u64).range(0..=100_000))]
@@ -91,9 +103,13 @@ pub fn run(args: Args) -> Result<()> {
         time: args.time,
         reports: args.reports.as_deref(),
     };
-    let (mut about, measured) = match (&args.labels, args.simulated) {
-        (Some(index), _) => labelled::measure(index, &plan)?,
-        (None, n) => simulated::measure(args.seed, n.unwrap_or(1), args.per_kind, &plan)?,
+    let (mut about, measured) = match (&args.labels, args.invented, args.positions) {
+        (Some(index), ..) => labelled::measure(index, &plan)?,
+        (None, Some(n), _) => simulated::invented(args.seed, n, &plan)?,
+        (None, None, Some(n)) => positions::measure(args.seed, n, &plan)?,
+        (None, None, None) => {
+            simulated::measure(args.seed, args.simulated.unwrap_or(1), args.per_kind, &plan)?
+        }
     };
     if plan.options.detectors != Detectors::All && measured.majority {
         about.origin +=
@@ -148,6 +164,7 @@ fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
     }
     tables.extend(scoreboard::calibration(board));
     tables.extend(scoreboard::quantification(board));
+    tables.extend(scoreboard::sureness(board));
     if !measured.times.is_empty() {
         tables.push(scoreboard::times(&measured.times));
     }

@@ -78,7 +78,10 @@ pub fn run(args: Args) -> Result<()> {
         for (k, (name, Simulated { recording, truth })) in batch.iter().enumerate() {
             let facts = truth.facts.entries();
             if from == 0 && k == 0 {
-                let fixed = ["file", "kind", "sticks", "visible", "model", "S", "J", "slips"];
+                let fixed = [
+                    "file", "kind", "sticks", "visible", "model", "S", "J", "slips", "gain",
+                    "swing", "op_noise",
+                ];
                 truths
                     .write_record(fixed.into_iter().chain(facts.iter().map(|(name, _)| *name)))?;
             }
@@ -91,6 +94,9 @@ pub fn run(args: Args) -> Result<()> {
                 truth.s.to_string(),
                 truth.j.to_string(),
                 truth.slips.to_string(),
+                truth.gain.to_string(),
+                truth.swing.to_string(),
+                truth.op_noise.to_string(),
             ];
             truths.write_record(fixed.iter().chain(facts.iter().map(|(_, value)| value)))?;
             let label = if truth.sticks { "stiction" } else { "no stiction" };

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 use stiction::evidence::Evidence;
 use stiction::evidence::shift::{Shift, shifts};
-use stiction::population;
+use stiction::fusion;
 use stiction::recording::{Grid, GridOptions, Recording};
 
 /// Compare recordings with the simulated loops that the verdict was trained on, without any label.
@@ -19,17 +19,11 @@ use stiction::recording::{Grid, GridOptions, Recording};
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction shift plant/*.csv
-  stiction shift export.parquet --n 5000 --csv shift.csv")]
+  stiction shift export.parquet --csv shift.csv")]
 pub struct Args {
     /// CSV, Parquet or MATLAB files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Number of simulated loops
-    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u64).range(10..=1_000_000))]
-    n: u64,
-    /// Seed of their population
-    #[arg(long, default_value_t = 1, value_name = "SEED")]
-    seed: u64,
     /// Show only so many features
     #[arg(long, value_name = "K")]
     top: Option<usize>,
@@ -54,26 +48,19 @@ pub fn run(args: Args) -> Result<()> {
     if recorded.is_empty() {
         bail!("none of the {} recordings has a stretch in automatic to measure", recordings.len());
     }
-    let progress = progress::bar("simulating", args.n as usize);
-    let simulated: Vec<Evidence> = (0..args.n)
-        .into_par_iter()
-        .map(|k| {
-            let simulated = population::member(args.seed, k)?;
-            progress.inc(1);
-            Ok(evidence(&simulated.recording))
-        })
-        .collect::<stiction::Result<Vec<_>>>()?
-        .into_iter()
-        .flatten()
-        .collect();
-    progress.finish_and_clear();
-    let found = shifts(&simulated, &recorded);
+    let bundle = fusion::shipped()?;
+    let Some(simulated) = &bundle.full.reference else {
+        bail!("the model of the verdict does not know the loops it was trained on: train it again");
+    };
+    let found = shifts(simulated, &recorded);
     if let Some(path) = &args.csv {
         output::write(Some(path), csv(&found)?.as_bytes())?;
         if path.as_os_str() == "-" {
             return Ok(());
         }
     }
+    let distance = |each: &&Evidence| simulated.distance(&fusion::row(&each.values)) > 1.0;
+    let unlike = recorded.iter().filter(distance).count();
     let far = found.iter().filter(|shift| shift.distance() > 0.5).count();
     let rows = std::iter::once(["feature", "place", "simulated", "recorded"].map(str::to_owned))
         .chain(found.iter().take(args.top.unwrap_or(usize::MAX)).map(|shift| {
@@ -88,12 +75,13 @@ pub fn run(args: Args) -> Result<()> {
     output::write(
         None,
         format!(
-            "{} recordings against {} simulated loops (population {}, seed {}). {far} of {} features \
-             differ by more than 0.5.\nMedian and middle 90 % of each.\n\n{}",
+            "{} recordings against the {} simulated loops of the training (population {}, seed {}). {far} \
+             of {} features differ by more than 0.5; {unlike} recordings are unlike all of them.\n\
+             Median and middle 90 % of each.\n\n{}",
             recorded.len(),
-            simulated.len(),
-            population::VERSION,
-            args.seed,
+            bundle.provenance.trained,
+            bundle.provenance.population,
+            bundle.provenance.seed,
             found.len(),
             text::columns(&rows, &[false, true, false, false])
         )

@@ -83,6 +83,11 @@ impl Diagnosed {
             "causes": causes,
             "s": triple(Some(weighing.s)),
             "j_over_s": triple(Some(weighing.j_over_s)),
+            "limit": weighing.limit,
+            "z": weighing.z,
+            "op_range": weighing.op_range,
+            "distance": weighing.distance,
+            "strangest": weighing.strangest.clone(),
             "features": typical,
         )))
     }
@@ -106,14 +111,15 @@ impl Diagnosed {
     fn observation(&self) -> Option<Seen> {
         let seen = self.diagnosis.observation(self.diagnosis.start.unwrap_or(0.0))?;
         let (s, j) = (triple(seen.s), triple(seen.j));
-        Some((seen.time, seen.class.name().to_owned(), seen.probability, s, j, seen.weight))
+        let class = seen.class.name().to_owned();
+        Some((seen.time, class, seen.probability, s, j, seen.weight, seen.windows))
     }
 }
 
 /// A value with the ends of its interval.
 type Triple = (f64, f64, f64);
-/// An observation: time, class, probability, S, J, weight.
-type Seen = (f64, String, Option<f64>, Option<Triple>, Option<Triple>, f64);
+/// An observation: time, class, probability, S, J, weight, windows.
+type Seen = (f64, String, Option<f64>, Option<Triple>, Option<Triple>, f64, f64);
 
 fn triple(estimate: Option<Estimate>) -> Option<Triple> {
     estimate.map(|e| (e.value, e.low, e.high))
@@ -242,6 +248,7 @@ fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<Table> {
         number("J", &|d| d.stiction.j.map(|j| j.value)),
         number("J_low", &|d| d.stiction.j.map(|j| j.low)),
         number("J_high", &|d| d.stiction.j.map(|j| j.high)),
+        number("S_below", &|d| d.verdict.s_below.map(|limit| limit.value)),
         text("alternative", &|d| Some(d.verdict.alternatives.first()?.cause.name().to_owned())),
         number("alternative_likelihood", &|d| Some(d.verdict.alternatives.first()?.likelihood)),
     ])
@@ -249,10 +256,10 @@ fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<Table> {
 
 fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
     let estimate = |(value, low, high)| Estimate { value, low, high };
-    let observation = |(time, class, probability, s, j, weight): Seen| {
+    let observation = |(time, class, probability, s, j, weight, windows): Seen| {
         let class = VerdictClass::by_name(&class).map_err(refused)?;
         let (s, j) = (s.map(estimate), j.map(estimate));
-        Ok(Observation { time, class, probability, s, j, weight })
+        Ok(Observation { time, class, probability, s, j, weight, windows })
     };
     seen.into_iter().map(observation).collect()
 }

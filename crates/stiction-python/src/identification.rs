@@ -336,12 +336,14 @@ fn evidence_of<'py>(
     let stretch = stretch(&op, pv, sp, None, sample_time)?;
     let op_only = stretch.pv.is_none();
     let evidence = long(py, None, move |_| Evidence::of(&stretch))?.map_err(unfit)?;
+    let z = evidence.information.as_ref().map_or(0.0, |told| told.z());
     let named: Vec<_> = features().map(|f| f.name).zip(evidence.values).collect();
     Ok(dict!(py,
         "values": named,
         "op_span": evidence.op_span,
         "period_s": evidence.period_s,
         "op_only": op_only,
+        "z": z,
     ))
 }
 
@@ -364,6 +366,8 @@ fn weigh_evidence<'py>(
         "causes": causes,
         "s": triple(says.s),
         "j_over_s": triple(says.j_over_s),
+        "limit": says.limit,
+        "distance": says.distance,
     ))
 }
 

@@ -52,6 +52,9 @@ impl Loops {
             "S": truth.s,
             "J": truth.j,
             "slips": truth.slips,
+            "gain": truth.gain,
+            "swing": truth.swing,
+            "op_noise": truth.op_noise,
             "facts": facts,
         );
         Ok(dict!(py,
@@ -104,7 +107,7 @@ enum Fact {
 }
 
 /// How many there are before those of `Facts`.
-const FIXED: usize = 7;
+const FIXED: usize = 10;
 
 /// Everything that is true of a loop, by name, in the order of the command line's table.
 fn facts_of(truth: &Truth) -> Vec<(&'static str, Fact)> {
@@ -127,16 +130,19 @@ fn facts_of(truth: &Truth) -> Vec<(&'static str, Fact)> {
         ("S", Fact::Number(truth.s)),
         ("J", Fact::Number(truth.j)),
         ("slips", Fact::Count(truth.slips as i64)),
+        ("gain", Fact::Number(truth.gain)),
+        ("swing", Fact::Number(truth.swing)),
+        ("op_noise", Fact::Number(truth.op_noise)),
     ];
     all.extend(facts!(
         text process, number gain, number tau_s, number tau2_s, number dead_time_s,
         number valve_lag_s, number pv_filter_s, number kc, number ti_s, number td_s,
-        number gain_margin, flag few_events, number op_low, number op_high, number sample_time_s,
+        number gain_margin, text situation, text controller, number own_noise, number coupling, number op_low, number op_high, number sample_time_s,
         count steps_per_sample, number activity, text noise, number noise_ratio,
         flag non_stationary, text set_point, number sensor_play, number controller_gap,
         number transmitter_quantum, flag averaged, count held_samples, number op_quantum,
-        number pv_quantum, number compression, number faulty_share, number op_travel,
-        number at_limit, number twin_ratio, count redrawn,
+        number pv_quantum, number op_compression, number pv_compression, number op_exception,
+        number pv_exception, number faulty_share, number op_travel, number at_limit, count redrawn,
     ));
     let names =
         |all: &[(&'static str, Fact)]| all.iter().map(|(name, _)| *name).collect::<Vec<_>>();

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stiction::detect::{self, Finding};
 use stiction::diagnose::{self, Diagnosis};
+use stiction::fusion::LIMIT;
 use stiction::oscillation;
 use stiction::recording::{Repair, fitness};
 
@@ -53,10 +54,18 @@ pub struct Loop {
     pub detectors: Vec<Detector>,
     /// Key figures of the loop.
     pub kpis: Vec<Kpi>,
+    /// The likely mistake in the columns; null where OP and PV belong together, as far as can be told.
+    pub relation: Option<Relation>,
+    /// What the PV does that does not respond; null where it responds, as far as can be told.
+    pub no_response: Option<NoResponse>,
     /// The conclusion.
     pub verdict: Verdict,
     /// How much the valve sticks.
     pub stiction: Stiction,
+    /// Slips that a record lacks which looks stuck; null where it does not, or has enough.
+    pub few_slips: Option<FewSlips>,
+    /// The evidence that was weighed, all windows together; null where nothing could be.
+    pub evidence: Option<Evidence>,
     /// The windows of the judged stretch that were weighed one by one, in order of time; empty where the
     /// stretch was judged as a whole only.
     pub windows: Vec<Window>,
@@ -260,6 +269,97 @@ pub struct Kpi {
     pub note: Option<String>,
 }
 
+/// A likely mistake in the columns of a recording.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Relation {
+    /// The mistake, such as `PV and OP look exchanged`.
+    pub mismatch: String,
+    /// What the data show of it.
+    pub because: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// A PV that does not respond.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct NoResponse {
+    /// What the PV does: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the OP`.
+    pub silence: String,
+    /// Whether the verdict rests on it.
+    pub decides: bool,
+    /// The rest of the PV in which the OP travels farthest; null if it moves on.
+    pub rest: Option<Rest>,
+    /// What it may be, the likeliest first.
+    pub faults: Vec<Fault>,
+}
+
+/// A time in which the PV rests away from its set point while the OP travels.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Rest {
+    /// Its beginning, s on the recording's clock.
+    pub from_s: f64,
+    /// Its end, s on the recording's clock.
+    pub to_s: f64,
+    /// How far the OP travels in it, percent.
+    pub op_travel: f64,
+    /// Mean of SP less PV in it, in units of the PV.
+    pub error: f64,
+    /// Whether that alone names the fault.
+    pub overwhelming: bool,
+}
+
+/// Why a PV may not respond.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Fault {
+    /// Its name, such as `line isolated`.
+    pub name: String,
+    /// How to tell it from the others.
+    pub told_by: String,
+}
+
+/// A record that looks stuck, with too few slips to decide.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct FewSlips {
+    /// Slips that the best valve model sees.
+    pub seen: usize,
+    /// Slips that a decision takes.
+    pub needed: usize,
+    /// For how much longer to record, s, if the valve goes on slipping as often; null if it never slipped.
+    pub record_for_s: Option<f64>,
+    /// How large steps of the OP would make it slip, percent of span.
+    pub step: f64,
+    /// The same in words.
+    pub words: String,
+}
+
+/// The evidence that was weighed.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Evidence {
+    /// What each line of evidence says by itself.
+    pub lines: Vec<Line>,
+    /// Standard errors by which a valve that sticks predicts the PV better than one that follows; from 2 on a
+    /// valve is not cleared.
+    pub z: f64,
+    /// An S above this would have shown; null where nothing could have been seen.
+    #[serde(rename = "S_below")]
+    pub s_below: Option<Limit>,
+    /// Range of the OP in its widest window, percent of span.
+    pub op_range: f64,
+    /// How far the recording is from the loops of training; above 1 it is unlike all of them.
+    pub distance: f64,
+    /// What lies farthest outside of them.
+    pub strangest: Vec<String>,
+}
+
+/// What a line of evidence says.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Line {
+    /// Its name.
+    pub name: String,
+    /// The probability of a fault by this line alone.
+    pub probability: f64,
+}
+
 /// The conclusion.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Verdict {
@@ -271,6 +371,10 @@ pub struct Verdict {
     /// What it rests on: `measured valve position`, `evidence in OP and PV`, `shape of the OP alone`,
     /// `majority of the families of methods that apply` or `none`.
     pub basis: String,
+    /// An S above this would have shown in this very recording; null where the valve is at fault or no such
+    /// number is known.
+    #[serde(rename = "S_below")]
+    pub s_below: Option<Limit>,
     /// How the families of published methods voted, one vote each.
     pub votes: Votes,
     /// Why.
@@ -284,6 +388,15 @@ pub struct Verdict {
     /// What a person concluded of this recording; null if nobody did.
     #[serde(rename = "override")]
     pub overruled: Option<Override>,
+}
+
+/// An upper limit of S.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Limit {
+    /// Stick band plus dead band, percent of span.
+    pub value: f64,
+    /// Of valves that stick by more, the share that would have been seen.
+    pub confidence: f64,
 }
 
 /// A cause other than the concluded one.
@@ -392,6 +505,9 @@ pub struct Window {
     /// Slip jump, percent of span; null where it could not be quantified.
     #[serde(rename = "J")]
     pub j: Option<Estimate>,
+    /// An S above this would have shown in this window; null where nothing could have been seen.
+    #[serde(rename = "S_below")]
+    pub s_below: Option<Limit>,
 }
 
 /// A number with an interval.
@@ -530,6 +646,7 @@ impl From<&diagnose::Verdict> for Verdict {
             class: verdict.class.name().into(),
             probability: verdict.probability,
             basis: verdict.basis.name().into(),
+            s_below: verdict.s_below.map(Limit::from),
             votes: Votes {
                 sticks: votes.sticks,
                 does_not_stick: votes.does_not_stick,
@@ -560,6 +677,92 @@ impl From<&diagnose::Verdict> for Verdict {
     }
 }
 
+impl From<diagnose::Limit> for Limit {
+    fn from(limit: diagnose::Limit) -> Self {
+        Self { value: limit.value, confidence: limit.confidence }
+    }
+}
+
+impl Limit {
+    /// What would have shown with the confidence of all limits.
+    fn of(value: Option<f64>) -> Option<Self> {
+        Some(Self { value: value.and_then(finite)?, confidence: LIMIT })
+    }
+}
+
+impl Relation {
+    /// The mistake in the columns, if there is one.
+    fn of(relation: &diagnose::Relation) -> Option<Self> {
+        let mismatch = relation.mismatch?;
+        Some(Self {
+            mismatch: mismatch.name().into(),
+            because: relation.because.clone(),
+            remedy: mismatch.remedy().into(),
+        })
+    }
+}
+
+impl From<diagnose::Fault> for Fault {
+    fn from(fault: diagnose::Fault) -> Self {
+        Self { name: fault.name().into(), told_by: fault.told_by().into() }
+    }
+}
+
+impl NoResponse {
+    /// What does not respond in a diagnosis.
+    fn of(diagnosis: &Diagnosis) -> Option<Self> {
+        let decides = diagnosis.silence();
+        let silence = decides.or(diagnosis.no_response.map(|rest| rest.silence))?;
+        let rest = diagnosis.no_response.zip(diagnosis.stretch()).map(|(rest, stretch)| {
+            let at = |sample: usize| stretch.from + sample as f64 * stretch.sample_time;
+            Rest {
+                from_s: at(rest.first),
+                to_s: at(rest.end),
+                op_travel: rest.op_travel,
+                error: rest.error,
+                overwhelming: rest.overwhelming,
+            }
+        });
+        Some(Self {
+            silence: silence.name().into(),
+            decides: decides.is_some(),
+            rest,
+            faults: diagnose::Fault::behind(silence).iter().copied().map(Fault::from).collect(),
+        })
+    }
+}
+
+impl From<&diagnose::FewSlips> for FewSlips {
+    fn from(few: &diagnose::FewSlips) -> Self {
+        Self {
+            seen: few.seen,
+            needed: few.needed,
+            record_for_s: few.record_for_s,
+            step: few.step,
+            words: few.words.clone(),
+        }
+    }
+}
+
+impl From<&diagnose::Weighing> for Evidence {
+    fn from(weighing: &diagnose::Weighing) -> Self {
+        let lines = weighing.lines.iter();
+        Self {
+            lines: lines
+                .map(|(line, probability)| Line {
+                    name: line.name().into(),
+                    probability: *probability,
+                })
+                .collect(),
+            z: weighing.z,
+            s_below: Limit::of(weighing.limit),
+            op_range: weighing.op_range,
+            distance: weighing.distance,
+            strangest: weighing.strangest.clone(),
+        }
+    }
+}
+
 impl From<diagnose::Estimate> for Estimate {
     fn from(estimate: diagnose::Estimate) -> Self {
         Self { value: estimate.value, low: estimate.low, high: estimate.high }
@@ -574,6 +777,7 @@ impl From<&diagnose::Window> for Window {
             probability: window.probability,
             s: window.s.map(Estimate::from),
             j: window.j.map(Estimate::from),
+            s_below: Limit::of(window.limit),
         }
     }
 }
@@ -651,8 +855,12 @@ impl Loop {
             oscillation,
             detectors: findings.map(|f| Detector::new(f, &parameters(f))).collect(),
             kpis: kpis.collect(),
+            relation: diagnosis.relation.as_ref().and_then(Relation::of),
+            no_response: NoResponse::of(diagnosis),
             verdict: Verdict { overruled, ..Verdict::from(&diagnosis.verdict) },
             stiction: Stiction::from(&diagnosis.stiction),
+            few_slips: diagnosis.few_slips.as_ref().map(FewSlips::from),
+            evidence: diagnosis.evidence.as_ref().map(Evidence::from),
             windows: diagnosis.windows.iter().map(Window::from).collect(),
             notes: diagnosis.notes.clone(),
         }

@@ -78,6 +78,9 @@ pub fn html(of: &Scoreboard<'_>) -> Result<String, Error> {
     if let Some(table) = quantification(board) {
         report = report.block(Block::Heading("How much it sticks".to_owned())).block(table);
     }
+    if let Some(table) = sureness(board) {
+        report = report.block(Block::Heading("Sure and wrong".to_owned())).block(table);
+    }
     if !of.times.is_empty() {
         report = report.block(Block::Heading("Time".to_owned())).block(times(of.times));
     }
@@ -305,6 +308,30 @@ pub fn quantification(board: &Board) -> Option<Table> {
     };
     let table = row(row(table, "S", &board.s), "J", &board.j);
     (!table.rows.is_empty()).then_some(table)
+}
+
+/// Whether the verdict is ever sure and wrong; `None` where it is never sure.
+pub fn sureness(board: &Board) -> Option<Table> {
+    let of = board.sureness?;
+    let table = Table::new(
+        "Sure and wrong: limits of S and probabilities near 0 and 1 against the truth. Sticking that the \
+         record cannot show counts in the first three, because a limit is a promise about it, too.",
+    )
+    .words("of")
+    .words("those")
+    .numbers("share", "");
+    let row = |table: Table, of: &str, those: &str, is: Share| {
+        table.row([of.to_owned(), those.to_owned(), share(is)])
+    };
+    let sticking = "sticking loops";
+    let table = row(table, "sticking loops told a limit", "that stick by more", of.above);
+    let table = row(table, sticking, "that are cleared", of.cleared);
+    let table =
+        row(table, "these", "that stick by more than they are told, if anything", of.cleared_above);
+    let table = row(table, "visible and healthy loops", "with p up to 2 % or from 98 %", of.sure);
+    let table = row(table, "these", "that are wrong", of.wrong);
+    let limit = of.limit.map_or(DASH.to_owned(), |limit| format!("{limit:.2} %"));
+    Some(table.row(["healthy loops that are cleared".to_owned(), "median limit".to_owned(), limit]))
 }
 
 /// What the diagnosis and its methods take.

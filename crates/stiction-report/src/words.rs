@@ -1,8 +1,13 @@
 //! A verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
 
 use crate::document::Override;
+use crate::report::evidence::sentence;
 use crate::report::layout::number;
-use stiction::diagnose::{ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, VerdictClass};
+use stiction::diagnose::{
+    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Ruling, Silence,
+    VerdictClass,
+};
+use stiction::recording::Stretch;
 use stiction::recording::fitness::Class;
 
 /// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
@@ -41,13 +46,15 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
             join(["The measured position shows that the valve sticks.".to_owned(), band(diagnosis)])
         }
         (VerdictClass::DoesNotStick, Basis::ValvePosition) => {
-            "The measured position shows that the valve follows the controller.".to_owned()
+            let follows = "The measured position shows that the valve follows the controller.";
+            join([follows.to_owned(), limit(diagnosis)])
         }
-        (VerdictClass::DoesNotRespond, _) => {
-            "The valve does not respond: the controller output travels and the flow does not. It may be stuck \
-             fast, shut off, or without power or air; or the sensor may be dead."
+        (VerdictClass::DoesNotRespond, Basis::ValvePosition) => {
+            "The valve does not respond: the controller output travels and the measured position does not. It \
+             may be stuck fast, shut off, or without power or air; or the position's transmitter may be dead."
                 .to_owned()
         }
+        (VerdictClass::DoesNotRespond, _) => no_response(diagnosis),
         (VerdictClass::CannotTell, _) => cannot_tell(diagnosis),
         (_, Basis::OpAlone) => op_alone(diagnosis),
         (VerdictClass::Sticks, Basis::Majority) => format!(
@@ -58,9 +65,10 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
         ),
         (VerdictClass::DoesNotStick, Basis::Majority) => format!(
             "Preliminary: the loop does not behave like one with a sticking valve, say {} of {} \
-             families of methods that decide.",
+             families of methods that decide. {}",
             verdict.votes.does_not_stick,
-            verdict.votes.sticks + verdict.votes.does_not_stick
+            verdict.votes.sticks + verdict.votes.does_not_stick,
+            limit(diagnosis)
         ),
         (VerdictClass::Sticks, _) => {
             let likely = sure.map_or(String::new(), |p| format!(": {p}"));
@@ -71,7 +79,7 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
             let cause = verdict.alternatives.first().map_or(String::new(), |other| {
                 format!("The likeliest cause of what is seen is {}.", cause(other.cause.name()))
             });
-            join([format!("The valve most likely does not stick{left}."), cause])
+            join([format!("The valve most likely does not stick{left}."), limit(diagnosis), cause])
         }
         _ => cannot_tell(diagnosis),
     }
@@ -116,19 +124,74 @@ fn op_alone(diagnosis: &Diagnosis) -> String {
     )
 }
 
+/// What does not respond, and what that may be.
+fn no_response(diagnosis: &Diagnosis) -> String {
+    let silence = diagnosis.silence().unwrap_or(Silence::Unmoved);
+    let says = match silence {
+        Silence::AtItsLowEnd => {
+            "The valve does not respond: the controller output travels and the PV rests at its low end."
+        }
+        Silence::AtItsHighEnd => {
+            "The valve does not respond: the controller output travels and the PV rests at its high end."
+        }
+        Silence::Frozen => {
+            "The PV does not respond: it is frozen, away from its set point, while the controller output travels."
+        }
+        _ => "The valve does not respond: the controller output travels and the flow does not.",
+    };
+    let faults: Vec<&str> = Fault::behind(silence).iter().map(|fault| fault.name()).collect();
+    format!("{says} It may be, the likeliest first: {}.", faults.join("; "))
+}
+
+/// Why it cannot be told, the most important reason alone; empty where something was told.
+pub fn why(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
+    if verdict.class != VerdictClass::CannotTell {
+        return String::new();
+    }
+    let clause = |text: &String| text.trim_start_matches("but ").trim_end_matches('.').to_owned();
+    let first = || verdict.reasons.first().map(clause);
+    let last = || verdict.reasons.last().map(clause);
+    let unfit = || diagnosis.fitness.reasons().first().map(|reason| clause(&(*reason).to_owned()));
+    let found = match verdict.basis {
+        _ if diagnosis.mistaken().is_some() => first(),
+        Basis::ValvePosition => first(),
+        _ if diagnosis.fitness.class == Class::Unfit => unfit(),
+        _ => last(),
+    };
+    found.unwrap_or("nothing decides".to_owned())
+}
+
 fn cannot_tell(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
-    let clause = |text: &str| text.trim_start_matches("but ").trim_end_matches('.').to_owned();
+    let why = why(diagnosis);
+    if diagnosis.mistaken().is_some() {
+        return format!(
+            "The columns of the recording look mistaken, so nothing is said of the valve: {why}."
+        );
+    }
+    if verdict.basis == Basis::ValvePosition {
+        return format!(
+            "Whether the valve sticks cannot be told from its measured position: {why}."
+        );
+    }
     if diagnosis.fitness.class == Class::Unfit {
-        let reasons = diagnosis.fitness.reasons();
-        let first = reasons.first().map_or("there are none".to_owned(), |reason| clause(reason));
-        return format!("The data cannot answer: {first}.");
+        let few = diagnosis.few_slips.as_ref();
+        let few = few.map_or(String::new(), |few| format!("The valve {}.", few.words));
+        return join([format!("The data cannot answer: {why}."), few]);
     }
     if verdict.basis == Basis::OpAlone {
         return op_alone(diagnosis);
     }
-    let why = verdict.reasons.last().map_or("nothing decides".to_owned(), |reason| clause(reason));
     match verdict.probability {
+        Some(p) if p <= CLEARED_UP_TO => format!(
+            "Whether the valve sticks cannot be told: the evidence makes it {}, but does not clear it; {why}.",
+            percent(p)
+        ),
+        Some(p) if p >= ACCUSED_FROM => format!(
+            "Whether the valve sticks cannot be told: the evidence makes it {}, but does not accuse it; {why}.",
+            percent(p)
+        ),
         Some(p) => format!(
             "Whether the valve sticks cannot be told: the evidence leaves it at {}; {why}.",
             percent(p)
@@ -139,10 +202,12 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
 
 /// What to record so that more can be told; `None` where something was told.
 pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
-    if diagnosis.verdict.class != VerdictClass::CannotTell
-        && diagnosis.verdict.basis != Basis::OpAlone
-    {
+    let verdict = &diagnosis.verdict;
+    if verdict.class != VerdictClass::CannotTell && verdict.basis != Basis::OpAlone {
         return None;
+    }
+    if let Some(mismatch) = diagnosis.mistaken() {
+        return Some(sentence(mismatch.remedy()));
     }
     let Some(stretch) = diagnosis.stretch() else {
         return Some(
@@ -151,6 +216,63 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
                 .to_owned(),
         );
     };
+    if verdict.basis == Basis::ValvePosition {
+        // What a position lacks is told with why it decides nothing.
+        return verdict.reasons.get(1).map(|reason| sentence(reason));
+    }
+    // A position is not asked for where one was read.
+    let position = match stretch.vp {
+        None => "a recording of the valve position",
+        Some(_) => "a position that belongs to this valve",
+    };
+    if let Some(few) = &diagnosis.few_slips {
+        return Some(format!("{}, or {position}, would answer.", missing(few)));
+    }
+    let ask = match diagnosis.undecided_by() {
+        Some(Ruling::Mistaken) => {
+            return Some(format!(
+                "Look up which column is which: OP and PV of one loop, {position}, or a manual step test would answer."
+            ));
+        }
+        Some(Ruling::Strange) => {
+            return Some(format!(
+                "More of the same would not help, because the recording is unlike the simulated loops: {position}, \
+                 or a manual step test would answer."
+            ));
+        }
+        Some(Ruling::Contradicts(..)) => "A recording of another time".to_owned(),
+        Some(Ruling::DeadZone) => {
+            return Some(format!(
+                "Only the stem tells a valve from play elsewhere in the loop: {position}, or a look at the stem \
+                 while the output steps in manual would answer."
+            ));
+        }
+        Some(Ruling::Harmless) => {
+            return Some(format!(
+                "If it has to be known, {position}, or a manual step test would answer."
+            ));
+        }
+        Some(Ruling::Blind) => {
+            "A recording in which the output travels farther, as at a changing load or set \
+                                point, or a longer one"
+                .to_owned()
+        }
+        _ => recording(diagnosis, stretch),
+    };
+    Some(format!("{ask}, or {position}, or a manual step test would answer."))
+}
+
+/// What slips are missing, as an order.
+fn missing(few: &FewSlips) -> String {
+    let step = format!("steps of the output by {} % up and down", rough(few.step));
+    match few.record_for_s {
+        Some(time) => format!("A recording {} longer, or {step}", span(time)),
+        None => format!("Manual {step}"),
+    }
+}
+
+/// What a better recording would be like.
+fn recording(diagnosis: &Diagnosis, stretch: &Stretch) -> String {
     let period = diagnosis.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
     let mut wants = vec![];
     if stretch.pv.is_none() {
@@ -179,11 +301,12 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     if unfit("PV explained by the set point") {
         wants.push("with the set point at rest".to_owned());
     }
-    let ask = match wants.is_empty() {
-        true => "A longer recording, at least ten cycles long".to_owned(),
-        false => format!("A recording {}", wants.join(", ")),
-    };
-    Some(format!("{ask}, or one of the valve position, or a manual step test would answer."))
+    match (wants.is_empty(), period) {
+        (false, _) => format!("A recording {}", wants.join(", ")),
+        // It has ten cycles.
+        (true, Some(_)) => "A longer recording".to_owned(),
+        (true, None) => "A longer recording, at least ten cycles long".to_owned(),
+    }
 }
 
 /// A duration in the unit that suits it.
@@ -215,6 +338,18 @@ fn said(verdict: &str) -> String {
     match verdict {
         "cannot tell" => "cannot be judged".to_owned(),
         verb => verb.to_owned(),
+    }
+}
+
+/// What the recording would have shown, of a valve that is cleared.
+fn limit(diagnosis: &Diagnosis) -> String {
+    match diagnosis.verdict.s_below {
+        Some(limit) => format!(
+            "Had it stuck by more than {} %, this recording would have shown it ({:.0} %).",
+            rough(limit.value),
+            100.0 * limit.confidence
+        ),
+        None => "By how little it could stick without being seen is not known.".to_owned(),
     }
 }
 

@@ -15,7 +15,7 @@ fn loops() -> Vec<Scored> {
         .map(|k| {
             let sticks = k % 3 == 0;
             let p = 0.1 + 0.013 * f64::from(k) + if sticks { 0.1 } else { 0.0 };
-            let kind = if sticks { Kind::Sticky } else { Kind::ALL[2 + usize::from(k) % 10] };
+            let kind = if sticks { Kind::Sticky } else { Kind::ALL[3 + usize::from(k) % 10] };
             let class = match p {
                 p if p > 0.7 => VerdictClass::Sticks,
                 p if p < 0.4 => VerdictClass::DoesNotStick,
@@ -46,6 +46,7 @@ fn loops() -> Vec<Scored> {
                 probability: Some(p),
                 s: sticks.then_some(Estimate { value: 2.0 + p, low: 2.0, high: 4.0 }),
                 j: None,
+                s_below: (!sticks).then_some(1.0),
             }
         })
         .collect()
@@ -131,6 +132,7 @@ fn tables_have_a_cell_for_every_column() {
     tables.extend(scoreboard::methods_by_kind(&board, name));
     tables.extend(scoreboard::calibration(&board));
     tables.extend(scoreboard::quantification(&board));
+    tables.extend(scoreboard::sureness(&board));
     assert_eq!(tables.len(), 8);
     for table in &tables {
         assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{table:?}");

@@ -4,8 +4,9 @@ mod html;
 
 use html::well_formed;
 use stiction::diagnose::{
-    Alternative, Basis, Cause, ConfirmingTest, Definition, Diagnosis, Estimate, Observation,
-    Options, Stiction, Verdict, VerdictClass, Votes, Window, combine, diagnose, repair,
+    Alternative, Basis, Cause, ConfirmingTest, Definition, Diagnosis, Estimate, FewSlips, Limit,
+    Observation, Options, Stiction, Verdict, VerdictClass, Votes, Window, combine, diagnose,
+    repair,
 };
 use stiction::recording::Recording;
 use stiction_report::document::{self, Document, Loop, Override, Source, Valve, ValveHistory};
@@ -26,6 +27,7 @@ fn verdict(class: VerdictClass, basis: Basis, probability: Option<f64>) -> Verdi
         class,
         basis,
         probability,
+        s_below: None,
         votes: Votes { sticks: 3, does_not_stick: 1, undecided: 1, abstains: 1 },
         reasons: vec!["the PV has corners where the OP is a triangle".to_owned()],
         contradictions: vec![],
@@ -98,6 +100,7 @@ fn full() -> Diagnosis {
                 high: 5.5,
             }),
             j: None,
+            limit: (k != 3).then_some(1.2),
         })
         .collect();
     diagnosis
@@ -212,6 +215,111 @@ fn the_document_carries_all_of_it() {
     assert_eq!(found["stiction"]["definitions"][1]["value"], serde_json::Value::Null);
     assert_eq!(found["windows"].as_array().unwrap().len(), 6);
     assert_eq!(found["windows"][2]["S"], serde_json::Value::Null);
+    assert_eq!(found["windows"][2]["S_below"]["value"], 1.2);
+    assert_eq!(found["windows"][3]["S_below"], serde_json::Value::Null);
+}
+
+#[test]
+fn mistaken_columns_are_named_with_what_to_do() {
+    let op: Vec<f64> = (0..1200).map(|k| 50.0 + 2.0 * (f64::from(k) * 0.1).sin()).collect();
+    let recording = Recording::regular("FIC101", 1.0, &op, Some(&op), None).unwrap();
+    let diagnosis = diagnose(&recording, &Options::default()).unwrap();
+    let mistaken = diagnosis.mistaken().expect("a copy is no PV");
+    let text = words::verdict(&diagnosis);
+    assert!(text.contains("look mistaken") && text.contains(mistaken.name()), "{text}");
+    let advice = words::what_would_answer(&diagnosis).unwrap();
+    assert!(advice.contains("export") && !advice.contains("ten cycles"), "{advice}");
+    let json = serde_json::to_value(Loop::new(&diagnosis, source(), None)).unwrap();
+    assert_eq!(json["relation"]["mismatch"], mistaken.name());
+    assert_eq!(json["relation"]["remedy"], mistaken.remedy());
+    assert!(!json["relation"]["because"].as_str().unwrap().is_empty());
+    // Where nothing is wrong, nothing is told.
+    let json = serde_json::to_value(Loop::new(&swinging(), source(), None)).unwrap();
+    assert!(json["relation"].is_null() && json["no_response"].is_null(), "{json}");
+}
+
+#[test]
+fn what_does_not_respond_has_its_faults() {
+    let op: Vec<f64> = (0..720).map(|k| 5.0 + 75.0 * f64::from(k) / 719.0).collect();
+    let recording =
+        Recording::regular("FIC101", 10.0, &op, Some(&[0.0; 720]), Some(&[40.0; 720])).unwrap();
+    let diagnosis = diagnose(&recording, &Options::default()).unwrap();
+    assert_eq!(diagnosis.verdict.class, VerdictClass::DoesNotRespond);
+    let text = words::verdict(&diagnosis);
+    assert!(text.contains("rests at its low end") && text.contains("line isolated"), "{text}");
+    assert_eq!(words::what_would_answer(&diagnosis), None);
+    let json = serde_json::to_value(Loop::new(&diagnosis, source(), None)).unwrap();
+    let told = &json["no_response"];
+    assert_eq!(told["silence"], "PV at its low end");
+    assert_eq!((&told["decides"], &told["rest"]["error"]), (&true.into(), &40.0.into()));
+    assert_eq!(told["rest"]["to_s"], 7200.0);
+    assert_eq!(told["faults"].as_array().unwrap().len(), 4);
+    let case = Case { diagnosis: &diagnosis, source: &source(), overruled: None };
+    let html = report::html("tool", &[case]).unwrap();
+    well_formed(&html);
+    for wanted in ["What it may be", "air or signal lost", "measure air supply and current"] {
+        assert!(html.contains(wanted), "{wanted}");
+    }
+}
+
+#[test]
+fn a_probability_that_decides_nothing_says_why() {
+    let mut diagnosis = full();
+    let why = "a valve that sticks predicts the PV better";
+    for (p, wanted) in [(0.03, "does not clear"), (0.96, "does not accuse"), (0.5, "leaves it")] {
+        diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::Evidence, Some(p));
+        diagnosis.verdict.reasons.push(why.to_owned());
+        let text = words::verdict(&diagnosis);
+        assert!(text.contains(wanted) && text.contains(why), "{p}: {text}");
+    }
+}
+
+#[test]
+fn a_cleared_valve_has_its_limit() {
+    let mut diagnosis = full();
+    for basis in [Basis::Evidence, Basis::ValvePosition, Basis::Majority] {
+        diagnosis.verdict = verdict(VerdictClass::DoesNotStick, basis, Some(0.03));
+        let none = words::verdict(&diagnosis);
+        assert!(none.contains("is not known"), "{none}");
+        diagnosis.verdict.s_below = Some(Limit { value: 0.81, confidence: 0.95 });
+        let text = words::verdict(&diagnosis);
+        assert!(text.contains("by more than 0.81 %") && text.contains("(95 %)"), "{text}");
+    }
+}
+
+#[test]
+fn advice_fits_what_is_missing() {
+    let mut diagnosis = full();
+    diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::Evidence, Some(0.7));
+    let advice = words::what_would_answer(&diagnosis).unwrap();
+    // 19 cycles were seen.
+    assert!(!advice.contains("ten cycles") && advice.contains("valve position"), "{advice}");
+    diagnosis.few_slips = Some(FewSlips {
+        seen: 2,
+        needed: 8,
+        record_for_s: Some(43_200.0),
+        step: 4.5,
+        words: "looks stuck; 2 slips seen, 8 needed".to_owned(),
+    });
+    let advice = words::what_would_answer(&diagnosis).unwrap();
+    assert!(
+        advice.starts_with("A recording 12 h longer, or steps of the output by 4.5 %"),
+        "{advice}"
+    );
+    let json = serde_json::to_value(Loop::new(&diagnosis, source(), None)).unwrap();
+    assert_eq!((&json["few_slips"]["seen"], &json["few_slips"]["step"]), (&2.into(), &4.5.into()));
+    // A position that was read is not asked for.
+    diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::ValvePosition, None);
+    diagnosis.verdict.reasons.push("a longer record would tell".to_owned());
+    let advice = words::what_would_answer(&diagnosis).unwrap();
+    assert_eq!(advice, "A longer record would tell.");
+    let text = words::verdict(&diagnosis);
+    assert!(
+        text.ends_with(
+            "from its measured position: the PV has corners where the OP is a triangle."
+        ),
+        "{text}"
+    );
 }
 
 #[test]
@@ -232,6 +340,7 @@ fn a_history_is_drawn_with_its_repair() {
             s: estimate(s, 0.8 * s, 1.3 * s),
             j: None,
             weight: 1.0,
+            windows: 1.0,
         }
     };
     let all: Vec<Observation> = (0..24).map(seen).collect();

@@ -154,11 +154,8 @@ pub fn shifts(predicted: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     let mut shifts: Vec<(f64, f64)> = vec![];
     for class in 0..classes {
         let end = |class: usize| class * sorted.len() / classes;
-        let mut misses: Vec<f64> =
-            sorted[end(class)..end(class + 1)].iter().map(|(_, miss)| *miss).collect();
-        misses.sort_by(f64::total_cmp);
-        let wanted = ((misses.len() + 1) as f64 * COVERAGE).ceil() as usize;
-        let shift = misses.get(wanted.min(misses.len()).saturating_sub(1)).copied().unwrap_or(0.0);
+        let misses = sorted[end(class)..end(class + 1)].iter().map(|(_, miss)| *miss);
+        let shift = upper(misses.collect(), COVERAGE);
         let width = match sorted.get(end(class + 1)) {
             Some((next, _)) if class + 1 < classes => *next,
             _ => f64::INFINITY,
@@ -168,6 +165,13 @@ pub fn shifts(predicted: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
         }
     }
     shifts
+}
+
+/// The smallest of some values that a share of them and of one more does not exceed; 0 of none.
+pub fn upper(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let wanted = ((values.len() + 1) as f64 * share).ceil() as usize;
+    values.get(wanted.min(values.len()).saturating_sub(1)).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -258,6 +262,13 @@ mod tests {
             let share = covered.count() as f64 / part.len() as f64;
             assert!((share - COVERAGE).abs() < 0.02, "{share}");
         }
+    }
+
+    #[test]
+    fn an_upper_quantile_counts_one_more() {
+        let values: Vec<f64> = (1..=99).rev().map(f64::from).collect();
+        assert_eq!((upper(values.clone(), 0.95), upper(values, 0.999)), (95.0, 99.0));
+        assert_eq!((upper(vec![2.0], 0.5), upper(vec![], 0.5)), (2.0, 0.0));
     }
 
     #[test]

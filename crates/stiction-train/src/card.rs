@@ -1,15 +1,17 @@
 //! The model card: what a bundle was trained on and how good it is, in Markdown.
 
-use crate::dataset::Dataset;
-use crate::learn::{FEWEST_SLIPS, Learned, j_over_s, ln_s};
+use crate::dataset::{Dataset, Truth};
+use crate::learn::{FEWEST_SLIPS, Learned, at_fault, j_over_s, ln_s};
 use crate::measure::{
     Detection, QUANTIFIED, Share, THRESHOLDS, detection, estimates, estimation, is_quantified,
     judge,
 };
 use crate::members::Both;
+use crate::mistakes;
 use anyhow::Result;
+use std::collections::BTreeMap;
 use std::fmt::Write;
-use stiction::fusion::{COVERAGE, Weighed};
+use stiction::fusion::{COVERAGE, LIMIT, Weighed};
 
 /// What the card is to say of the loops it was tested on.
 pub struct Test<'a> {
@@ -28,7 +30,8 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         out,
         "# The model of the verdict\n\n\
          `verdict.bin` holds the frozen model that turns evidence into probabilities and intervals: sums \
-         of boosted trees, their calibration and the shifts of their intervals. It was trained on \
+         of boosted trees, their calibration and the shifts of their intervals, the detection limit, and \
+         what the loops of training look like. It was trained on \
          simulated loops only and has seen no real recording. This card is written by the training.\n"
     )?;
     writeln!(out, "| | |\n|---|---|")?;
@@ -66,6 +69,20 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         writeln!(out, "\n## {title}")?;
         detected(&mut out, &detection(&data.truth, &weighed))?;
         extent(&mut out, data, &weighed)?;
+        if !op_only {
+            limited(&mut out, data, &weighed)?;
+            let mistaken = &test.data.mistaken;
+            let of_mistaken = judge(bundle, mistaken, false)?;
+            out += &mistakes::table((mistaken, &of_mistaken), (data, &weighed))?;
+        }
+        if let Some(families) = &learned.families {
+            let said = "Every family of loops was left out of the training of smaller models in turn, which \
+                were then asked about it. A family of one class is completed by loops of the other at the \
+                population's shares, which weigh so much; brackets give 95 % intervals and plain counts. \
+                What is told rests on the other families.";
+            writeln!(out, "\n### Families left out\n\n{said}\n")?;
+            out += &families[usize::from(op_only)].table();
+        }
     }
     writeln!(out, "\n## What it looks at\n\nShare of what all splits gained, OP and PV.\n")?;
     writeln!(out, "| fault | | median of S | |\n|---|---|---|---|")?;
@@ -117,8 +134,54 @@ fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
     Ok(())
 }
 
+/// Whether S lies at or below the limit that is told, and how far from training loops are.
+fn limited(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Result {
+    let holds =
+        |(truth, weighed): &(&Truth, &Weighed)| weighed.limit.is_none_or(|limit| truth.s <= limit);
+    let all: Vec<(&Truth, &Weighed)> = test.truth.iter().zip(weighed).collect();
+    let faulty: Vec<_> =
+        all.iter().filter(|(truth, _)| at_fault(truth).is_some()).copied().collect();
+    let mut groups: BTreeMap<&str, Vec<(&Truth, &Weighed)>> = BTreeMap::new();
+    for each in &faulty {
+        each.0.families.iter().for_each(|name| groups.entry(name).or_default().push(*each));
+    }
+    writeln!(
+        out,
+        "\nThe detection limit: of valves at fault, visible or not, those whose S is at or below their \
+         limit, or that have none; promised are {LIMIT}.\n\n| valves at fault | at or below |\n|---|---|"
+    )?;
+    writeln!(out, "| all | {} |", Share::of(faulty.iter().map(holds)))?;
+    let cleared = |(_, weighed): &&(&Truth, &Weighed)| weighed.probability <= 0.2;
+    writeln!(out, "| cleared (0.2) | {} |", Share::of(faulty.iter().filter(cleared).map(holds)))?;
+    for (name, part) in groups {
+        writeln!(out, "| {name} | {} |", Share::of(part.iter().map(holds)))?;
+    }
+    let healthy: Vec<&(&Truth, &Weighed)> =
+        all.iter().filter(|(truth, _)| !truth.cause.is_fault()).collect();
+    let mut limits: Vec<f64> =
+        healthy.iter().map(|(_, weighed)| weighed.limit.unwrap_or(f64::INFINITY)).collect();
+    let mut spans: Vec<f64> = healthy
+        .iter()
+        .map(|(truth, weighed)| weighed.limit.map_or(f64::INFINITY, |l| l / truth.op_span))
+        .collect();
+    for values in [&mut limits, &mut spans] {
+        values.sort_by(f64::total_cmp);
+    }
+    let median = |values: &[f64]| values.get(values.len() / 2).copied().unwrap_or(f64::NAN);
+    writeln!(
+        out,
+        "\nOf loops without a fault {} have a limit; its median is {:.2} % of span, or {:.2} spans of the \
+         OP; {} are below 1 %. Unlike all loops of training (a distance above 1) are {} of all.",
+        Share::of(limits.iter().map(|limit| limit.is_finite())),
+        median(&limits),
+        median(&spans),
+        Share::of(limits.iter().map(|limit| *limit < 1.0)),
+        Share::of(weighed.iter().map(|weighed| weighed.distance > 1.0))
+    )
+}
+
 fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Result {
-    let known = |truth: &crate::dataset::Truth| ln_s(truth).map(|_| truth.s);
+    let known = |truth: &Truth| ln_s(truth).map(|_| truth.s);
     let all = estimates(&test.truth, weighed, known, |weighed| weighed.s);
     writeln!(
         out,

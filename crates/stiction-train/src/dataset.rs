@@ -41,6 +41,8 @@ pub struct Truth {
     pub steps: u64,
     /// Span of the OP, percent.
     pub op_span: f64,
+    /// The families it belongs to, such as `noise: spikes`.
+    pub families: Vec<String>,
 }
 
 /// Rows of features and truth, in the order of their index.

@@ -4,11 +4,17 @@ use crate::bins::Bins;
 use crate::boost::{Loss, Options, Task, boost};
 use crate::calibrate;
 use crate::dataset::{Dataset, Truth};
+use crate::families::{Families, Lesson, families};
 use crate::grow::Limits;
 use crate::members::Both;
+use crate::mistakes;
+use crate::reference::reference;
 use anyhow::{Context, Result};
 use stiction::evidence::Line;
-use stiction::fusion::{Bundle, Calibration, Cause, Ensemble, Model, Provenance, Quantiles, row};
+use stiction::fusion::{
+    Bundle, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, Mismatch, Model, Provenance,
+    Quantiles, row,
+};
 
 /// The fewest slips of a valve whose S is learned from: fewer show where it sticks, not how much.
 pub const FEWEST_SLIPS: u64 = 3;
@@ -46,8 +52,10 @@ const FAULT: Recipe = recipe(3, 2000, 0.05, 31, 6.0);
 const NO_RESPONSE: Recipe = recipe(1, 150, 0.1, 8, 2.0);
 const LINE: Recipe = recipe(1, 300, 0.08, 8, 4.0);
 const CAUSES: Recipe = recipe(1, 200, 0.1, 16, 4.0);
+const MISMATCH: Recipe = recipe(1, 300, 0.1, 16, 4.0);
 const S: Recipe = recipe(2, 1000, 0.05, 20, 20.0);
 const J_OVER_S: Recipe = recipe(1, 500, 0.06, 14, 30.0);
+const LIMIT_OF_S: Recipe = recipe(1, 400, 0.08, 15, 20.0);
 
 /// Features that the models of a fault are kept from. They tell how a loop was recorded, and in a simulated
 /// population that can tell more of the valve than it does in a plant.
@@ -64,6 +72,8 @@ pub struct Learned {
     /// PV; each adds up to one.
     pub fault_gains: Vec<f64>,
     pub s_gains: Vec<f64>,
+    /// What leaving out families showed, of OP and PV and of the OP alone; `None` if none were.
+    pub families: Option<[Families; 2]>,
 }
 
 /// Whether a loop has a fault that shows; `None` for one that hides and teaches nothing.
@@ -85,24 +95,61 @@ pub fn j_over_s(truth: &Truth) -> Option<f64> {
     ln_s(truth).map(|_| truth.j / truth.s)
 }
 
+/// `ln(S / OP span)` of any loop, as a limit bounds it: healthy valves have none, no OP moves stuck ones.
+/// A fault without an S, such as one in a loop below, is not known in this OP and bounds nothing.
+pub fn limit_target(truth: &Truth) -> Option<f64> {
+    let s = if truth.cause.is_fault() { truth.s } else { 0.0 };
+    let known = truth.op_span > 0.0 && (s > 0.0 || !truth.cause.is_fault());
+    known.then(|| Limit::target(s, truth.op_span))
+}
+
+/// The same of valves at fault only, whether it shows or not.
+pub fn at_fault(truth: &Truth) -> Option<f64> {
+    limit_target(truth).filter(|_| truth.cause.is_fault())
+}
+
 /// Learns all models from members of the population, as recorded and with the OP alone: from the first
-/// `trained` of them the trees, from the rest calibration and intervals.
+/// `trained` of them the trees, from the rest calibration and intervals, and, where `leaves_out` says so,
+/// confidence from leaving out every family in turn.
 ///
 /// # Errors
 /// If there are too few loops of a sort.
-pub fn learn(both: &Both, provenance: Provenance, report: impl Fn(&str)) -> Result<Learned> {
-    let Both { full, alone } = both;
+pub fn learn(
+    both: &Both,
+    provenance: Provenance,
+    leaves_out: bool,
+    report: impl Fn(&str),
+) -> Result<Learned> {
+    let Both { full, alone, mistaken } = both;
     let mut school = School::new(full, provenance.trained, &report);
     let all: Vec<usize> = (0..full.columns.len()).collect();
-    let (of_both, fault_gains, s_gains) = school.model("OP and PV", &all)?;
+    let (mut of_both, fault_gains, s_gains) = school.model("OP and PV", &all)?;
+    of_both.mismatch = school.mismatch(mistaken, &all, &of_both)?;
+    let left = if leaves_out { Some(school.families(&all)?) } else { None };
     let mut notes = school.notes;
     let mut school = School::new(alone, provenance.trained, &report);
     let of_op: Vec<usize> = all.into_iter().filter(|k| alone.columns[*k].op_only).collect();
-    let (op_only, ..) = school.model("OP alone", &of_op)?;
+    let (mut op_only, ..) = school.model("OP alone", &of_op)?;
+    let mut families = None;
+    if let Some(of_full) = left {
+        let of_alone = school.families(&of_op)?;
+        (of_both.confidence, of_both.s.stretch) = (of_full.confidence, of_full.stretch);
+        op_only.confidence = of_alone.confidence;
+        families = Some([of_full, of_alone]);
+    }
     notes.extend(school.notes);
     let features = full.columns.iter().map(|column| column.name.clone()).collect();
     let bundle = Bundle { provenance, features, full: of_both, op_only };
-    Ok(Learned { bundle, notes, fault_gains, s_gains })
+    Ok(Learned { bundle, notes, fault_gains, s_gains, families })
+}
+
+/// Leaves out every family in turn, of the evidence of OP and PV.
+///
+/// # Errors
+/// If there are too few loops of a sort.
+pub fn leave_out(data: &Dataset, trained: u64, report: impl Fn(&str)) -> Result<Families> {
+    let all: Vec<usize> = (0..data.columns.len()).collect();
+    School::new(data, trained, report).families(&all)
 }
 
 /// Learns quantiles of S alone, from the loops that `is_taught` names.
@@ -143,22 +190,48 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         }
     }
 
+    /// Of some columns those that models of a fault may look at.
+    fn open(&self, columns: &[usize]) -> Vec<usize> {
+        let of_op = self.is_of_op(columns);
+        let is_shortcut = |k: &usize| {
+            let name = &self.data.columns[*k].name[..];
+            SHORTCUTS.contains(&name) || (of_op && SHORTCUTS_OF_OP.contains(&name))
+        };
+        columns.iter().filter(|k| !is_shortcut(k)).copied().collect()
+    }
+
+    fn is_of_op(&self, columns: &[usize]) -> bool {
+        columns.iter().all(|k| self.data.columns[*k].op_only)
+    }
+
+    /// Leaves out every family in turn; with the OP alone only to find the confidence of its verdict.
+    fn families(&self, columns: &[usize]) -> Result<Families> {
+        let lesson = Lesson {
+            data: self.data,
+            bins: &self.bins,
+            monotone: &self.monotone,
+            columns,
+            open: &self.open(columns),
+            trained: &self.trained,
+            calibrated: &self.calibrated,
+            thorough: !self.is_of_op(columns),
+        };
+        families(&lesson, &self.report)
+    }
+
     /// All models that look at these columns, and what columns gained in those of a fault and of S.
     fn model(&mut self, name: &str, columns: &[usize]) -> Result<(Model, Vec<f64>, Vec<f64>)> {
         let named = |what: &str| format!("{name}: {what}");
 
         let target = |truth: &Truth| fault(truth).map(f64::from);
         let monotone = self.monotone.clone();
-        let of_op = columns.iter().all(|k| self.data.columns[*k].op_only);
-        let is_shortcut = |k: &usize| {
-            let name = &self.data.columns[*k].name[..];
-            SHORTCUTS.contains(&name) || (of_op && SHORTCUTS_OF_OP.contains(&name))
-        };
-        let open: Vec<usize> = columns.iter().filter(|k| !is_shortcut(k)).copied().collect();
+        let open = self.open(columns);
         let (mut trees, fault_gains) =
             self.fit(&named("fault"), Loss::Logistic, &open, &monotone, &FAULT, &target)?;
         let fault_trees = trees.swap_remove(0);
-        let calibration = self.calibration(&fault_trees, &target);
+        // Smooth, because confidence asks how far out log-odds are, which pools of loops do not tell.
+        let (margins, truth) = self.margins(&fault_trees, &target);
+        let calibration = calibrate::beta(&margins, &truth);
 
         let mut lines = vec![];
         for (line, parts) in Line::WEIGHED {
@@ -200,9 +273,70 @@ impl<'a, R: Fn(&str)> School<'a, R> {
 
         let (s, s_gains) = self.quantiles(&named("S"), columns, &S, &ln_s)?;
         let (j_over_s, _) = self.quantiles(&named("J/S"), columns, &J_OVER_S, &j_over_s)?;
-        let model =
-            Model { fault: fault_trees, calibration, lines, no_response, causes, s, j_over_s };
+        let limit = match self.is_of_op(columns) {
+            true => None,
+            false => Some(self.limit(&named("detection limit"), columns)?),
+        };
+        (self.report)(&format!("{name}: distance"));
+        let known = reference(self.data, columns, &self.trained, &self.calibrated);
+        let model = Model {
+            fault: fault_trees,
+            calibration,
+            confidence: Confidence::IDENTITY,
+            lines,
+            no_response,
+            causes,
+            s,
+            j_over_s,
+            limit,
+            reference: Some(known),
+            mismatch: None,
+        };
         Ok((model, fault_gains, s_gains))
+    }
+
+    /// What tells mistaken columns; `None` without any to learn from.
+    fn mismatch(
+        &mut self,
+        mistaken: &Dataset,
+        columns: &[usize],
+        model: &Model,
+    ) -> Result<Option<Mismatch>> {
+        if mistaken.truth.is_empty() {
+            return Ok(None);
+        }
+        let probability = |k: u32| {
+            let margin = model.fault.margin(&row(&self.data.row(k as usize)));
+            model.calibration.probability(margin)
+        };
+        let lesson = mistakes::Lesson {
+            data: self.data,
+            mistaken,
+            trained: &self.trained,
+            calibrated: &self.calibrated,
+            columns: &self.open(columns),
+            options: &MISMATCH.options,
+            probability: &probability,
+        };
+        let (known, rounds, loss) = mistakes::mismatch(&lesson)?;
+        let name = "OP and PV: mistaken columns".to_owned();
+        (self.report)(&format!("{name}: {rounds} rounds, loss {loss:.4}"));
+        self.notes.push((name, rounds, loss));
+        Ok(Some(known))
+    }
+
+    /// An upper limit on S, moved so that it holds for valves at fault.
+    fn limit(&mut self, name: &str, columns: &[usize]) -> Result<Limit> {
+        let free = vec![0; self.monotone.len()];
+        let loss = Loss::Pinball(LIMIT);
+        let (mut trees, _) = self.fit(name, loss, columns, &free, &LIMIT_OF_S, &limit_target)?;
+        let trees = trees.swap_remove(0);
+        let excess = |k: &u32| {
+            let z = at_fault(&self.data.truth[*k as usize])?;
+            Some(z - trees.margin(&row(&self.data.row(*k as usize))))
+        };
+        let excess = self.calibrated.iter().filter_map(excess).collect();
+        Ok(Limit { shift: calibrate::upper(excess, LIMIT), trees })
     }
 
     /// Quantiles, moved so that their interval covers, and what columns gained in the median.
@@ -227,7 +361,8 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         }
         let [low, middle, high] =
             <[Ensemble; 3]>::try_from(fitted).unwrap_or_else(|_| unreachable!());
-        let mut quantiles = Quantiles { low, middle, high, shifts: vec![(f64::INFINITY, 0.0)] };
+        let shifts = vec![(f64::INFINITY, 0.0)];
+        let mut quantiles = Quantiles { low, middle, high, shifts, stretch: 1.0 };
         let predicted: Vec<(f64, f64, f64)> = self
             .calibrated
             .iter()
@@ -242,12 +377,21 @@ impl<'a, R: Fn(&str)> School<'a, R> {
     }
 
     fn calibration(&self, trees: &Ensemble, target: &dyn Fn(&Truth) -> Option<f64>) -> Calibration {
+        let (margins, truth) = self.margins(trees, target);
+        calibrate::calibration(&margins, &truth).0
+    }
+
+    /// What trees say of the loops to calibrate on, and what is so.
+    fn margins(
+        &self,
+        trees: &Ensemble,
+        target: &dyn Fn(&Truth) -> Option<f64>,
+    ) -> (Vec<f64>, Vec<bool>) {
         let known = self.calibrated.iter().filter_map(|k| {
             let truth = target(&self.data.truth[*k as usize])?;
             Some((trees.margin(&row(&self.data.row(*k as usize))), truth == 1.0))
         });
-        let (margins, truth): (Vec<f64>, Vec<bool>) = known.unzip();
-        calibrate::calibration(&margins, &truth).0
+        known.unzip()
     }
 
     /// The mean of several models of different seeds, each stopped by other loops, and what each column
@@ -295,30 +439,40 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         self.notes.push((name.to_owned(), rounds, lost));
         let outputs = members[0].len();
         let mean = |output: usize| {
-            Ensemble::mean(&members.iter().map(|each| each[output].clone()).collect::<Vec<_>>())
+            let all: Vec<Ensemble> = members.iter().map(|each| each[output].clone()).collect();
+            // As the file keeps them: calibration and intervals are those of what is read.
+            Ensemble::mean(&all).rounded()
         };
         Ok(((0..outputs).map(mean).collect(), gains))
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::synthetic;
 
-    fn learned() -> (Learned, Dataset) {
+    fn learned(leaves_out: bool) -> (Learned, Dataset) {
         let data = synthetic::dataset(1, 8000);
+        let both = Both { full: data.clone(), alone: data, mistaken: Dataset::default() };
+        (learned_from(&both, leaves_out), synthetic::dataset(2, 4000))
+    }
+
+    /// What is learned of 8000 loops.
+    pub fn learned_from(both: &Both, leaves_out: bool) -> Learned {
         let provenance = Provenance { trained: 6000, calibrated: 2000, ..Default::default() };
-        let both = Both { full: data.clone(), alone: data };
-        (learn(&both, provenance, |_| {}).unwrap(), synthetic::dataset(2, 4000))
+        learn(both, provenance, leaves_out, |_| {}).unwrap()
     }
 
     #[test]
     fn a_bundle_says_what_is_so() {
-        let (learned, fresh) = learned();
+        let (learned, fresh) = learned(true);
+        let [of_both, _] = learned.families.as_ref().unwrap();
+        assert_eq!(learned.bundle.full.confidence, of_both.confidence);
         let bundle = Bundle::from_bytes(&learned.bundle.to_bytes()).unwrap();
+        assert_eq!(bundle, learned.bundle);
         let (mut hits, mut said, mut right, mut causes) = (0.0, 0.0, 0, 0);
-        let (mut covered, mut measured) = (0, 0);
+        let (mut covered, mut measured, mut faults, mut below) = (0, 0, 0, 0);
         for (k, truth) in fresh.truth.iter().enumerate() {
             let weighed = bundle.weigh(&fresh.row(k), truth.op_span, false).unwrap();
             let Some(fault) = fault(truth) else { continue };
@@ -327,6 +481,10 @@ mod tests {
             right += usize::from((weighed.probability > 0.5) == fault);
             let likeliest = weighed.causes.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
             causes += usize::from(likeliest == truth.cause);
+            if truth.cause.is_fault() {
+                faults += 1;
+                below += usize::from(weighed.limit.is_none_or(|limit| truth.s <= limit));
+            }
             if ln_s(truth).is_some() {
                 measured += 1;
                 covered += usize::from((weighed.s.low..=weighed.s.high).contains(&truth.s));
@@ -338,6 +496,8 @@ mod tests {
         assert!(causes as f64 / n > 0.7, "{causes} of {n}");
         let share = covered as f64 / measured as f64;
         assert!((share - 0.9).abs() < 0.03, "{share}");
+        let share = below as f64 / faults as f64;
+        assert!((share - LIMIT).abs() < 0.03, "{share}");
         // What tells S is found, and tells nothing of a fault.
         assert!(learned.fault_gains[3] < 0.05, "{:?}", learned.fault_gains);
         assert!(learned.s_gains[3] > 0.5, "{:?}", learned.s_gains);
@@ -345,7 +505,7 @@ mod tests {
 
     #[test]
     fn op_only_looks_at_nothing_else() {
-        let (learned, fresh) = learned();
+        let (learned, fresh) = learned(false);
         let mut blind = fresh.clone();
         for column in [0, 2, 3] {
             blind.values[column].fill(f32::NAN);

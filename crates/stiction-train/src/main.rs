@@ -2,7 +2,9 @@
 //!
 //! ```text
 //! population ──> evidence ──> dataset ──> bins ──> boost (grow) ──> learn (calibrate) ──> Bundle
-//!                             (matrix_file)                             measure ──> card
+//!                             (matrix_file)   ├──> families (left out in turn)     measure ──> card
+//!                                             ├──> mistakes (of columns)
+//!                                             └──> reference (quantiles, distance)
 //! ```
 
 mod bins;
@@ -10,18 +12,22 @@ mod boost;
 mod calibrate;
 mod card;
 mod dataset;
+mod families;
 mod grow;
 mod learn;
 mod matrix_file;
 mod measure;
 mod members;
 mod mismatch;
+mod mistakes;
 mod random;
+mod reference;
 #[cfg(test)]
 mod synthetic;
 
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, Subcommand};
+use dataset::Dataset;
 use members::Both;
 use sha2::{Digest, Sha256};
 use std::io::IsTerminal;
@@ -32,11 +38,15 @@ use stiction::population;
 /// The share of the members that calibration and intervals rest on.
 const CALIBRATED: f64 = 0.25;
 
+/// Members for each recording with a mistake in its columns.
+const MISTAKEN: u64 = 8;
+
 /// Train the model of the verdict on simulated loops.
 ///
 /// Simulates members of the population, gathers their evidence, learns from three quarters of them,
-/// calibrates on the rest, measures on members of another seed, and writes verdict.bin and its model
-/// card README.md. The same arguments give the same bytes on any number of threads.
+/// calibrates on the rest, leaves out every family of loops in turn to find how much confidence the
+/// verdict may show, measures on members of another seed, and writes verdict.bin and its model card
+/// README.md. The same arguments give the same bytes on any number of threads.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction-train --n 40000 --seed 1 -o crates/stiction/model
@@ -57,6 +67,9 @@ struct Args {
     /// features; not found out is whether a feature is computed differently by now
     #[arg(long, value_name = "DIR", global = true)]
     cache: Option<PathBuf>,
+    /// Leave out no families: confidence stays as it is calibrated, and S as it is covered; for trials
+    #[arg(long)]
+    no_families: bool,
     /// Folder for verdict.bin and README.md
     #[arg(short, long, value_name = "DIR", required = true)]
     output: Option<PathBuf>,
@@ -69,6 +82,8 @@ struct Args {
 enum Experiment {
     /// Print what becomes of the intervals of S on loops unlike those of training
     Mismatch,
+    /// Print what becomes of the verdict on every family of loops that is left out of its training
+    Families,
     /// Only gather the evidence, into the folder of --cache
     Gather,
     /// Print what a model says of every loop to measure on, as CSV
@@ -83,14 +98,18 @@ fn main() -> Result<()> {
     let members = args.test.unwrap_or((args.n / 4).max(100));
     let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
     let fresh = args.seed.wrapping_add(1);
-    let test = gather(&args, fresh, members)?;
+    let mut test = gather(&args, fresh, members)?;
     if let Some(Experiment::Judge { model }) = &args.experiment {
         let bytes =
             std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
         print!("{}", measure::sayings(&Bundle::from_bytes(&bytes)?, &test.full)?);
         return Ok(());
     }
-    let train = gather(&args, args.seed, args.n)?;
+    let mut train = gather(&args, args.seed, args.n)?;
+    if args.experiment.is_none() || matches!(args.experiment, Some(Experiment::Gather)) {
+        test.mistaken = mistaken(&args, fresh, members / MISTAKEN)?;
+        train.mistaken = mistaken(&args, args.seed, args.n / MISTAKEN)?;
+    }
     match (&args.experiment, &args.output) {
         (Some(Experiment::Gather), _) => {
             ensure!(
@@ -101,12 +120,16 @@ fn main() -> Result<()> {
         (Some(Experiment::Mismatch), _) => {
             print!("{}", mismatch::table(&train.full, trained, &test.full, tell)?);
         }
+        (Some(Experiment::Families), _) => {
+            print!("{}", learn::leave_out(&train.full, trained, tell)?.table());
+        }
         (None, Some(folder)) => {
             let provenance = Provenance {
                 command: format!(
-                    "cargo run --release -p stiction-train -- --n {} --seed {} --test {members} -o {}",
+                    "cargo run --release -p stiction-train -- --n {} --seed {} --test {members}{} -o {}",
                     args.n,
                     args.seed,
+                    if args.no_families { " --no-families" } else { "" },
                     folder.display()
                 ),
                 population: population::VERSION,
@@ -114,7 +137,7 @@ fn main() -> Result<()> {
                 trained,
                 calibrated: args.n - trained,
             };
-            let learned = learn::learn(&train, provenance, tell)?;
+            let learned = learn::learn(&train, provenance, !args.no_families, tell)?;
             let bytes = learned.bundle.to_bytes();
             let sha256: String =
                 Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
@@ -146,16 +169,11 @@ fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
         && alone.exists()
     {
         let read = |path| matrix_file::read(path, &key, members::columns());
-        return Ok(Both { full: read(full)?, alone: read(alone)? });
+        let mistaken = Dataset::default();
+        return Ok(Both { full: read(full)?, alone: read(alone)?, mistaken });
     }
-    let both = members::simulate(seed, members, |done| {
-        if std::io::stderr().is_terminal() {
-            eprint!("\rseed {seed}: {done} of {members} loops");
-            if done == members {
-                eprintln!();
-            }
-        }
-    })?;
+    let both =
+        members::simulate(seed, members, |done| tell_progress(seed, done, members, "loops"))?;
     if let (Some(folder), Some([full, alone])) = (&args.cache, &paths) {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make {}", folder.display()))?;
@@ -163,6 +181,34 @@ fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
         matrix_file::write(alone, &key, &both.alone)?;
     }
     Ok(both)
+}
+
+/// The evidence of the first mistaken recordings of a seed, kept or made.
+fn mistaken(args: &Args, seed: u64, recordings: u64) -> Result<Dataset> {
+    let key = matrix_file::key_of_mistaken(population::VERSION, seed, recordings);
+    let path =
+        args.cache.as_ref().map(|folder| folder.join(format!("mistaken-{seed}-{recordings}.csv")));
+    if let Some(path) = path.as_ref().filter(|path| path.exists()) {
+        return matrix_file::read(path, &key, members::columns());
+    }
+    let progress = |done| tell_progress(seed, done, recordings, "mistaken recordings");
+    let data = members::mistaken(seed, recordings, progress)?;
+    if let (Some(folder), Some(path)) = (&args.cache, &path) {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make {}", folder.display()))?;
+        matrix_file::write(path, &key, &data)?;
+    }
+    Ok(data)
+}
+
+/// Says how many are done, on a terminal.
+fn tell_progress(seed: u64, done: u64, all: u64, what: &str) {
+    if std::io::stderr().is_terminal() {
+        eprint!("\rseed {seed}: {done} of {all} {what}");
+        if done == all {
+            eprintln!();
+        }
+    }
 }
 
 /// Says what is done, on a terminal.

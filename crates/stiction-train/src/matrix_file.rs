@@ -12,8 +12,9 @@ use std::path::Path;
 use stiction::fusion::Cause;
 
 /// The columns of truth.
-const TRUTH: [&str; 11] = [
+const TRUTH: [&str; 12] = [
     "index", "kind", "cause", "visible", "slips", "S", "J", "model", "process", "steps", "op_span",
+    "families",
 ];
 
 /// What a file holds, as its first line says.
@@ -21,16 +22,22 @@ pub fn key(population: u32, seed: u64, members: u64) -> String {
     format!("# stiction: population {population}, seed {seed}, members 0 to {members}")
 }
 
+/// The same of recordings with a mistake in their columns.
+pub fn key_of_mistaken(population: u32, seed: u64, recordings: u64) -> String {
+    format!("# stiction: population {population}, seed {seed}, mistaken 0 to {recordings}")
+}
+
 /// Writes a dataset.
 pub fn write(path: &Path, key: &str, data: &Dataset) -> Result<()> {
     let lines: Vec<String> = (0..data.truth.len())
         .into_par_iter()
         .map(|row| {
-            let Truth { index, kind, cause, visible, slips, s, j, model, process, steps, op_span } =
-                &data.truth[row];
+            let Truth { index, kind, cause, visible, slips, s, j, .. } = &data.truth[row];
+            let Truth { model, process, steps, op_span, families, .. } = &data.truth[row];
             let mut line = format!(
-                "{index},{kind},{},{visible},{slips},{s},{j},{model},{process},{steps},{op_span}",
-                cause.name()
+                "{index},{kind},{},{visible},{slips},{s},{j},{model},{process},{steps},{op_span},{}",
+                cause.name(),
+                families.join(";")
             );
             for column in &data.values {
                 let value = column[row];
@@ -108,6 +115,7 @@ fn row(line: &str, fields: usize) -> Result<(Truth, Vec<f32>)> {
         process: cells[8].to_owned(),
         steps: cells[9].parse()?,
         op_span: cells[10].parse()?,
+        families: cells[11].split(';').filter(|name| !name.is_empty()).map(str::to_owned).collect(),
     };
     let values = cells[TRUTH.len()..].iter().map(|cell| match *cell {
         "" => Ok(f32::NAN),

@@ -15,7 +15,12 @@ pub struct Both {
     pub full: Dataset,
     /// The OP, and neither PV nor SP.
     pub alone: Dataset,
+    /// Recordings with a mistake in their columns, with all their signals; empty if none were asked for.
+    pub mistaken: Dataset,
 }
+
+/// Members between two reports of progress.
+const BATCH: u64 = 512;
 
 /// The truth of a member, and its evidence if there is any.
 type Row = (Truth, Option<Vec<f32>>);
@@ -40,8 +45,6 @@ pub fn columns() -> Vec<Column> {
 /// # Errors
 /// If a member cannot be simulated or brought onto a grid.
 pub fn simulate(seed: u64, members: u64, progress: impl Fn(u64)) -> anyhow::Result<Both> {
-    /// Members between two reports of progress.
-    const BATCH: u64 = 512;
     let (mut full, mut alone) = (Gathered::default(), Gathered::default());
     for from in (0..members).step_by(BATCH as usize) {
         let batch = from..(from + BATCH).min(members);
@@ -53,7 +56,25 @@ pub fn simulate(seed: u64, members: u64, progress: impl Fn(u64)) -> anyhow::Resu
         }
         progress((from + BATCH).min(members));
     }
-    Ok(Both { full: full.into_dataset(), alone: alone.into_dataset() })
+    let (full, alone) = (full.into_dataset(), alone.into_dataset());
+    Ok(Both { full, alone, mistaken: Dataset::default() })
+}
+
+/// Makes mistaken recordings of a seed and gathers their evidence; the kind of each is its mistake.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn mistaken(seed: u64, recordings: u64, progress: impl Fn(u64)) -> anyhow::Result<Dataset> {
+    let mut gathered = Gathered::default();
+    for from in (0..recordings).step_by(BATCH as usize) {
+        let batch = from..(from + BATCH).min(recordings);
+        let rows: Vec<_> = batch.into_par_iter().map(|index| mistake(seed, index)).collect();
+        for row in rows {
+            gathered.add(row?);
+        }
+        progress((from + BATCH).min(recordings));
+    }
+    Ok(gathered.into_dataset())
 }
 
 /// Rows as they come.
@@ -76,39 +97,85 @@ impl Gathered {
     }
 }
 
+/// A mistake, and what the recording says. Of its truth, nothing but number and mistake has a meaning.
+fn mistake(seed: u64, index: u64) -> stiction::Result<Row> {
+    let (mistake, recording) = population::mistaken(seed, index)?;
+    let evidence = evidence(&recording)?;
+    let truth = Truth {
+        index,
+        kind: mistake.name().to_owned(),
+        cause: Cause::NormalOperation,
+        visible: false,
+        slips: 0,
+        s: 0.0,
+        j: 0.0,
+        model: String::new(),
+        process: String::new(),
+        steps: 1,
+        op_span: evidence.as_ref().map_or(f64::NAN, |evidence| evidence.op_span),
+        families: vec![],
+    };
+    Ok((truth, evidence.map(|evidence| row(&evidence.values))))
+}
+
+/// The evidence in a recording, if there is any.
+fn evidence(recording: &Recording) -> stiction::Result<Option<Evidence>> {
+    let grid = Grid::of(recording, &GridOptions::default())?;
+    // As in a diagnosis, a long recording is looked at in windows; one of them is enough to learn from.
+    Ok(grid.longest().and_then(|stretch| {
+        let windows = evidence::windows(stretch);
+        Evidence::of(&windows[windows.len() / 2]).ok()
+    }))
+}
+
 /// What a member is, and what all its signals and its OP alone say.
 fn member(seed: u64, index: u64) -> stiction::Result<[Row; 2]> {
     let Simulated { recording, truth } = population::member(seed, index)?;
     let alone = Recording { pv: None, sp: None, ..recording.clone() };
     let row_of = |recording: &Recording| -> stiction::Result<Row> {
-        let grid = Grid::of(recording, &GridOptions::default())?;
-        // As in a diagnosis, a long recording is looked at in windows; one of them is enough to learn from.
-        let evidence = grid.longest().and_then(|stretch| {
-            let windows = evidence::windows(stretch);
-            Evidence::of(&windows[windows.len() / 2]).ok()
-        });
+        let evidence = evidence(recording)?;
+        let families = families(&truth);
         let truth = Truth {
             index,
             kind: truth.kind.name().to_owned(),
             cause: cause_of(truth.kind),
             visible: truth.visible,
             slips: truth.slips as u64,
-            s: truth.s,
-            j: truth.j,
+            // S and J of a valve in the loop below are of another OP than the one recorded.
+            s: if truth.kind == Kind::StickyBelow { 0.0 } else { truth.s },
+            j: if truth.kind == Kind::StickyBelow { 0.0 } else { truth.j },
             model: truth.model.map_or_else(String::new, |model| model.describe().name.to_owned()),
             process: truth.facts.process.name().to_owned(),
             steps: truth.facts.steps_per_sample as u64,
             op_span: evidence.as_ref().map_or(f64::NAN, |evidence| evidence.op_span),
+            families,
         };
         Ok((truth, evidence.map(|evidence| row(&evidence.values))))
     };
     Ok([row_of(&recording)?, row_of(&alone)?])
 }
 
+/// The families that a loop belongs to: what a plant could have that the population has not is asked by leaving
+/// them out in turn.
+fn families(truth: &population::Truth) -> Vec<String> {
+    let facts = &truth.facts;
+    let own = truth.families();
+    let mut names: Vec<(&str, &str)> = own.iter().map(|f| (f.axis(), f.name())).collect();
+    names.push(("kind", truth.kind.name()));
+    names.push(("margin", if facts.gain_margin < 2.2 { "below 2.2" } else { "2.2 or more" }));
+    names.push(match facts.steps_per_sample {
+        1 => ("sampling", "every step"),
+        2..=9 => ("sampling", "2 to 9 steps"),
+        10..=19 => ("sampling", "10 to 19 steps"),
+        _ => ("sampling", "20 steps or more"),
+    });
+    names.into_iter().map(|(axis, name)| format!("{axis}: {name}")).collect()
+}
+
 /// What is the matter with a loop of a kind.
 fn cause_of(kind: Kind) -> Cause {
     match kind {
-        Kind::Sticky => Cause::StickingValve,
+        Kind::Sticky | Kind::StickyBelow => Cause::StickingValve,
         Kind::Stuck => Cause::NoResponse,
         Kind::Sine | Kind::Irregular => Cause::ExternalOscillation,
         Kind::AggressiveTuning => Cause::AggressiveTuning,
@@ -117,7 +184,8 @@ fn cause_of(kind: Kind) -> Cause {
         Kind::DeadZoneElsewhere => Cause::DeadZoneElsewhere,
         Kind::SetPoint => Cause::SetPointChanges,
         Kind::ProcessNonlinearity => Cause::ProcessNonlinearity,
-        Kind::ExternalWave => Cause::ExternalWave,
+        Kind::ExternalWave | Kind::StickingNeighbour => Cause::ExternalWave,
+        Kind::RampAndReset => Cause::ResettingLoad,
         _ => Cause::NormalOperation,
     }
 }

@@ -45,6 +45,7 @@ pub fn dataset(seed: u64, rows: u64) -> Dataset {
             (place + 0.5 * normal()) as f32,
             if chance.unit() < 0.1 { f32::NAN } else { extent as f32 },
         ];
+        let process = if chance.unit() < 0.5 { "first order" } else { "second order" };
         let truth = Truth {
             index,
             kind: cause.name().replace(' ', "-"),
@@ -61,9 +62,10 @@ pub fn dataset(seed: u64, rows: u64) -> Dataset {
                 "he"
             }
             .into(),
-            process: if chance.unit() < 0.5 { "first order" } else { "second order" }.into(),
+            process: process.into(),
             steps: 1 + index % 10,
             op_span: span,
+            families: vec![format!("process: {process}"), format!("cause: {}", cause.name())],
         };
         (truth, values)
     });

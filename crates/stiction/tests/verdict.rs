@@ -1,7 +1,8 @@
 //! What the verdict must not depend on, and what it must hold to.
 
 use stiction::diagnose::{
-    ACCUSED_FROM, Basis, CLEARED_UP_TO, Detectors, Diagnosis, Options, VerdictClass, diagnose,
+    ACCUSED_FROM, Basis, CLEARED_UP_TO, Detectors, Diagnosis, NAMED_FROM, Options, Ruling,
+    VerdictClass, diagnose,
 };
 use stiction::population::{self, Kind};
 use stiction::recording::{Channel, Recording};
@@ -62,13 +63,17 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
         }
         let p = verdict.probability.expect("evidence has a probability");
         match verdict.class {
-            VerdictClass::Sticks | VerdictClass::DoesNotRespond => assert!(p >= ACCUSED_FROM),
+            VerdictClass::Sticks => assert!(p >= ACCUSED_FROM),
+            VerdictClass::DoesNotRespond => assert!(p >= NAMED_FROM),
             VerdictClass::DoesNotStick => {
-                assert!(p <= CLEARED_UP_TO);
+                assert!(p <= CLEARED_UP_TO && verdict.s_below.is_some());
                 assert!(diagnosis.stiction.s.is_none() && diagnosis.stiction.why_not.is_some());
             }
-            // From there on only a dead zone elsewhere stands against an accusation.
-            _ => assert!(p > CLEARED_UP_TO),
+            // Whatever keeps a decisive probability from deciding is told.
+            _ if p <= CLEARED_UP_TO || p >= ACCUSED_FROM => {
+                assert!(diagnosis.undecided_by().is_some_and(|ruling| ruling != Ruling::Open));
+            }
+            _ => assert_eq!(diagnosis.undecided_by(), Some(Ruling::Open)),
         }
         assert!(!verdict.reasons.is_empty());
         let others: f64 = verdict.alternatives.iter().map(|other| other.likelihood).sum();
@@ -88,7 +93,7 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
 
 #[test]
 fn what_is_clear_is_said() {
-    // Shares of loops that are accused; the full figures stand in BENCHMARKS.md.
+    // Shares of loops that are accused; the full figures stand in docs/accuracy.md.
     let accused = |kind: Kind, visible: bool| {
         let loops: Vec<_> = (0..60).map(|seed| kind.simulate(5_000 + seed).unwrap()).collect();
         let counted: Vec<_> = loops.iter().filter(|each| !visible || each.truth.visible).collect();
@@ -130,13 +135,13 @@ fn a_long_recording_is_looked_at_in_windows() {
     let long = Recording::regular("long", 1.0, &op, Some(&pv), None).unwrap();
     let diagnosis = judged(&long);
     let windows = &diagnosis.windows;
-    assert!((2..=6).contains(&windows.len()), "{}", windows.len());
+    assert!((2..=60).contains(&windows.len()), "{}", windows.len());
     assert!(windows.is_sorted_by(|a, b| a.from < b.from));
     let probabilities: Vec<f64> = windows.iter().map(|window| window.probability).collect();
     let pooled = diagnosis.evidence.unwrap().probability;
-    let (low, high) =
-        probabilities.iter().fold((1.0, 0.0), |(l, h): (f64, f64), p| (l.min(*p), h.max(*p)));
-    assert!(low <= pooled && pooled <= high);
+    // Evidence for sticking adds up, evidence against it does not.
+    let low = probabilities.iter().fold(1.0, |l: f64, p| l.min(*p));
+    assert!(low <= pooled && pooled < 1.0, "{low} {pooled}");
 }
 
 /// Samples `from` to `until` of a recording.
@@ -166,7 +171,7 @@ fn noisier(recording: &Recording, seed: u64) -> Recording {
 }
 
 /// How often a decided verdict changes, and how often it turns into its opposite: the figures of
-/// BENCHMARKS.md.
+/// docs/accuracy.md.
 ///
 /// `cargo test --release -p stiction --test verdict -- --ignored --nocapture`
 #[test]

@@ -6,7 +6,8 @@ use anyhow::Result;
 use serde_json::{Value, json};
 use stiction::diagnose::Estimate;
 use stiction::diagnose::scoreboard::{
-    Auc, Board, Calibration, Counts, Errors, Outcomes, Quantification, Scored, Share, VERDICT,
+    Auc, Board, Calibration, Counts, Errors, Outcomes, Quantification, Scored, Share, Sureness,
+    VERDICT,
 };
 
 /// Version of what is printed; a change that breaks its readers is a new one.
@@ -34,6 +35,7 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
         "J",
         "J_low",
         "J_high",
+        "S_below",
     ])?;
     let say = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     for each in loops {
@@ -54,6 +56,7 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
             let of = |part: fn(Estimate) -> f64| say(estimate.map(part));
             row.extend([of(|e| e.value), of(|e| e.low), of(|e| e.high)]);
         }
+        row.push(say(each.s_below));
         writer.write_record(&row)?;
         for said in &each.methods {
             let mut row = known.to_vec();
@@ -63,7 +66,7 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
                 say(said.threshold),
                 said.decision.name().to_owned(),
             ]);
-            row.resize(18, String::new());
+            row.resize(19, String::new());
             writer.write_record(&row)?;
         }
     }
@@ -108,6 +111,7 @@ pub fn json(about: &About, board: &Board, measured: &Measured) -> Result<String>
         "calibration": board.calibration.as_ref().map(calibration),
         "S": board.s.as_ref().map(quantification),
         "J": board.j.as_ref().map(quantification),
+        "sureness": board.sureness.as_ref().map(sureness),
         "times": times.collect::<Vec<_>>(),
     });
     Ok(serde_json::to_string_pretty(&document)?)
@@ -164,6 +168,17 @@ fn calibration(of: &Calibration) -> Value {
         "brier": of.brier,
         "expected_error": of.error,
         "bins": bins.collect::<Vec<_>>(),
+    })
+}
+
+fn sureness(of: &Sureness) -> Value {
+    json!({
+        "S_above_limit": share(of.above),
+        "cleared_above_limit": share(of.cleared_above),
+        "sticking_cleared": share(of.cleared),
+        "median_limit_of_cleared_healthy": of.limit,
+        "sure": share(of.sure),
+        "sure_and_wrong": share(of.wrong),
     })
 }
 

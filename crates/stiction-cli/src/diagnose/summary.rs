@@ -5,7 +5,7 @@ use crate::text::{columns, number, seconds, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
-use stiction::diagnose::{Basis, Diagnosis, Estimate, VerdictClass, Votes};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
 use stiction_report::words;
 
@@ -78,10 +78,18 @@ fn weighed(diagnosis: &Diagnosis) -> String {
     match verdict.basis {
         // Those of a majority are the methods' own, which stand in the table.
         Basis::Majority => {}
+        // The mistake stands in the verdict, what to do about it in what is needed.
+        _ if diagnosis.mistaken().is_some() => {}
         _ if verdict.class == VerdictClass::CannotTell => list("why", &verdict.reasons),
         _ => list("for it", &verdict.reasons),
     }
     list("against", &verdict.contradictions);
+    if let Some(silence) = diagnosis.silence() {
+        for (k, fault) in Fault::behind(silence).iter().enumerate() {
+            let text = format!("- {}: {}", fault.name(), fault.told_by());
+            out += &field(if k == 0 { "may be" } else { "" }, &text);
+        }
+    }
     let others: Vec<String> = verdict
         .alternatives
         .iter()
@@ -245,7 +253,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
             diagnosis.verdict.class.name().to_owned(),
             diagnosis.verdict.probability.map_or("-".to_owned(), words::percent),
             format!("{sticks}:{does_not_stick}"),
-            diagnosis.stiction.s.map_or("-".to_owned(), |s| words::rough(s.value)),
+            band(diagnosis),
             diagnosis.fitness.class.name().to_owned(),
             oscillation.and_then(|o| o.period_s).map_or("-".to_owned(), seconds),
             oscillation
@@ -282,15 +290,20 @@ pub fn several(loops: &[Diagnosed]) -> String {
     out
 }
 
+/// S, or what it is below.
+fn band(diagnosis: &Diagnosis) -> String {
+    match (diagnosis.stiction.s, diagnosis.verdict.s_below) {
+        (Some(s), _) => words::rough(s.value),
+        (None, Some(limit)) => format!("<{}", words::rough(limit.value)),
+        (None, None) => "-".to_owned(),
+    }
+}
+
 /// The most important thing to know, short.
 fn why(diagnosis: &Diagnosis) -> String {
-    let reasons = diagnosis.fitness.reasons();
-    let text = match (diagnosis.fitness.class, reasons.first()) {
-        (Class::Unfit, Some(reason)) => reason,
-        _ => match diagnosis.verdict.class {
-            VerdictClass::CannotTell => diagnosis.verdict.reasons.last().map_or("", String::as_str),
-            _ => "",
-        },
+    let text = match diagnosis.silence() {
+        Some(silence) => silence.name().to_owned(),
+        None => words::why(diagnosis),
     };
     let mut short: String = text.chars().take(60).collect();
     if short.len() < text.len() {
@@ -326,6 +339,7 @@ pub fn csv(loops: &[Diagnosed]) -> Result<String> {
         "J",
         "J_low",
         "J_high",
+        "S_below",
         "alternative",
         "alternative_likelihood",
         "override",
@@ -366,6 +380,7 @@ pub fn csv(loops: &[Diagnosed]) -> Result<String> {
             say(diagnosis.stiction.j.map(|j| j.value)),
             say(diagnosis.stiction.j.map(|j| j.low)),
             say(diagnosis.stiction.j.map(|j| j.high)),
+            say(diagnosis.verdict.s_below.map(|limit| limit.value)),
             other.map_or(String::new(), |other| other.cause.name().to_owned()),
             say(other.map(|other| other.likelihood)),
             overruled.as_ref().map_or(String::new(), |said| said.verdict.clone()),

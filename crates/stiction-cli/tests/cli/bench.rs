@@ -131,6 +131,18 @@ fn the_same_on_any_number_of_threads_and_another_with_another_seed() {
 }
 
 #[test]
+fn loops_with_a_recorded_position_are_scored() {
+    let folder = folder("bench-positions");
+    let found = run(&folder, &["bench", "--positions", "12", "--only", "verdict", "--json"]).json();
+    assert!(
+        found["title"].as_str().is_some_and(|t| t.contains("recorded valve position")),
+        "{found}"
+    );
+    let text = run(&folder, &["bench", "--positions", "12", "--only", "verdict"]).quiet_success();
+    assert!(text.contains("every move recorded"), "{text}");
+}
+
+#[test]
 fn every_form_of_the_results_has_its_parts() {
     let folder = folder("bench-forms");
     let base = ["bench", "--simulated", "20", "--per-kind", "0", "--only", "verdict"];

@@ -9,7 +9,7 @@ fn repaired() -> String {
     let mut text = "timestamp,op,pv,vp\n".to_owned();
     let (mut op, mut vp, mut up) = (40.0_f64, 40.0_f64, true);
     for k in 0..12 * 600_u32 {
-        let s = if k < 6 * 600 { 4.0 } else { 0.5 };
+        let s = if k < 6 * 600 { 4.0 } else { 1.5 };
         op += if up { 0.4 } else { -0.4 };
         if (op - 50.0).abs() > 12.0 {
             up = op < 50.0;
@@ -33,7 +33,10 @@ fn a_repair_is_seen_in_the_measured_position() {
     let text = run(&folder, &arguments).quiet_success();
     assert!(text.starts_with("FIC7  FIC7.csv, 12 windows\n"), "{text}");
     assert!(text.contains("2026-03-01 06:00:00 UTC"), "{text}");
-    assert!(text.contains("S fell from 4") && text.contains("6 of 6 windows since"), "{text}");
+    assert!(
+        text.contains("S fell from 3.8 to 1.4 %") && text.contains("6 of 6 windows since"),
+        "{text}"
+    );
     assert!(text.lines().all(|line| line.chars().count() <= 120), "{text}");
     let json = run(&folder, &[&arguments[..], &["--json"]].concat()).json();
     let valve = &json["valves"][0];

@@ -131,6 +131,10 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     };
     facts.extend(estimate("S, stick band plus dead band", diagnosis.stiction.s));
     facts.extend(estimate("J, slip jump", diagnosis.stiction.j));
+    facts.extend(diagnosis.verdict.s_below.map(|limit| {
+        let name = format!("S is below this with {:.0} %", 100.0 * limit.confidence);
+        Fact::new(name, words::rough(limit.value), "%")
+    }));
     facts.extend([
         Fact::new("rests on", diagnosis.verdict.basis.name(), ""),
         Fact::new("families of methods that say it sticks", votes.sticks, ""),

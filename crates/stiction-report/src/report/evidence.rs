@@ -70,7 +70,7 @@ pub fn figure(method: &str, subject: &Subject<'_>, context: &Context<'_>) -> Opt
 }
 
 /// A sentence of its own: with a capital and a full stop.
-pub(super) fn sentence(clause: &str) -> String {
+pub(crate) fn sentence(clause: &str) -> String {
     let mut chars = clause.chars();
     let first = chars.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
     let stop = if clause.ends_with(['.', '!', '?']) { "" } else { "." };

@@ -8,7 +8,7 @@ use super::time_axis::duration;
 use super::views::WIDTH;
 use crate::figure::{Figure, Panel, Scale, Series, colour};
 use crate::words::{self, percent, rough};
-use stiction::diagnose::{Basis, Cause, ConfirmingTest, Diagnosis, VerdictClass};
+use stiction::diagnose::{Basis, Cause, ConfirmingTest, Diagnosis, Fault, VerdictClass, Weighing};
 
 /// Names of the rows of the figure of S and J: then come the definitions, by letters.
 const ROWS: &[&str] = &["", "J", "S", "a", "b", "c", "d", "e", "f", "g", "h", ""];
@@ -20,11 +20,24 @@ pub(super) fn blocks(mut section: Section, diagnosis: &Diagnosis) -> Section {
     if let Some(advice) = words::what_would_answer(diagnosis) {
         section = section.with(Block::Paragraph(advice));
     }
+    section = faults(section, diagnosis);
     section = evidence(section, diagnosis);
     section = alternatives(section, diagnosis);
     section = confirm(section, diagnosis);
     section = size(section, diagnosis);
     windows(section, diagnosis)
+}
+
+/// Why nothing responds, and how to tell the faults apart.
+fn faults(section: Section, diagnosis: &Diagnosis) -> Section {
+    let Some(silence) = diagnosis.silence() else { return section };
+    let caption =
+        format!("{}: the likeliest first.", sentence(silence.name()).trim_end_matches('.'));
+    let table = Table::new(caption).words("it may be").words("how to tell");
+    let table = Fault::behind(silence).iter().fold(table, |table, fault| {
+        table.row([fault.name().to_owned(), sentence(fault.told_by())])
+    });
+    section.heading("What it may be").with(table)
 }
 
 fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
@@ -44,7 +57,34 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
     if !verdict.contradictions.is_empty() {
         section = section.heading("What speaks against it").with(list(&verdict.contradictions));
     }
-    section
+    match &diagnosis.evidence {
+        Some(weighing) if verdict.basis == Basis::Evidence => section.with(measured(weighing)),
+        _ => section,
+    }
+}
+
+/// What bears a probability out, or does not.
+fn measured(weighing: &Weighing) -> Block {
+    let mut facts = vec![
+        Fact::new(
+            "standard errors by which sticking predicts the PV better (from 2 on not cleared)",
+            number((10.0 * weighing.z).round() / 10.0),
+            "",
+        ),
+        Fact::new(
+            "distance from the loops of training (above 1 not judged)",
+            words::rough(weighing.distance),
+            "",
+        ),
+        Fact::new("range of the OP", words::rough(weighing.op_range), "%"),
+    ];
+    facts.push(match weighing.limit {
+        Some(limit) => {
+            Fact::new("smallest S that would have shown (95 %)", words::rough(limit), "%")
+        }
+        None => Fact::new("smallest S that would have shown (95 %)", "none", ""),
+    });
+    Block::Facts(facts)
 }
 
 fn alternatives(section: Section, diagnosis: &Diagnosis) -> Section {
@@ -228,7 +268,8 @@ fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
         .words("duration")
         .numbers("probability", "")
         .numbers("S", "")
-        .numbers("J", "");
+        .numbers("J", "")
+        .numbers("would have shown S above", "%");
     let table = diagnosis.windows.iter().fold(table, |table, w| {
         let estimate = |e: Option<_>| e.map_or("–".to_owned(), words::interval);
         table.row([
@@ -237,6 +278,7 @@ fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
             percent(w.probability),
             estimate(w.s),
             estimate(w.j),
+            w.limit.map_or("–".to_owned(), words::rough),
         ])
     });
     let summary = format!("The numbers of all {} windows", diagnosis.windows.len());

@@ -339,7 +339,7 @@ impl<const N: usize> PidBank<N> {
     }
 
     /// Lets the controller in lane `l` go on from `output` instead of its own last output.
-    pub(super) fn track(&mut self, l: usize, output: f64) {
+    pub(crate) fn track(&mut self, l: usize, output: f64) {
         self.0[l].track(output);
     }
 }

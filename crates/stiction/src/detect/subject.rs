@@ -1,6 +1,7 @@
 //! What detectors look at.
 
 use super::{Abstention, Applies, Method, Needs};
+use crate::identify::lagged_position::{self, Judgement};
 use crate::recording::{Dynamics, LoopType, Stretch};
 use crate::series::{HalfWave, centred, half_waves, span};
 use std::cell::OnceCell;
@@ -35,6 +36,7 @@ pub struct Subject<'a> {
     pub period: Option<f64>,
     error: OnceCell<Option<ControlError>>,
     error_half_waves: OnceCell<Vec<HalfWave>>,
+    position: OnceCell<Result<Judgement, Abstention>>,
 }
 
 impl<'a> Subject<'a> {
@@ -46,6 +48,7 @@ impl<'a> Subject<'a> {
             period,
             error: OnceCell::new(),
             error_half_waves: OnceCell::new(),
+            position: OnceCell::new(),
         }
     }
 
@@ -130,5 +133,21 @@ impl<'a> Subject<'a> {
         self.error_half_waves.get_or_init(|| {
             self.error().map_or(vec![], |error| half_waves(&centred(&error.values)))
         })
+    }
+
+    /// What OP and measured valve position say.
+    ///
+    /// # Errors
+    /// As [`lagged_position::judge`]; and if no position is recorded.
+    pub fn position(&self) -> Result<&Judgement, Abstention> {
+        let Stretch { op, pv, sp, vp, .. } = self.stretch;
+        let judge = || match vp {
+            Some(vp) => {
+                let moves = lagged_position::moves(op, pv.as_deref(), sp.as_deref());
+                lagged_position::judge(op, vp, moves)
+            }
+            None => Err(Abstention("no valve position is recorded".to_owned())),
+        };
+        self.position.get_or_init(judge).as_ref().map_err(Clone::clone)
     }
 }

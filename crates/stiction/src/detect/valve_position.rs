@@ -2,7 +2,9 @@
 //!
 //! # What it measures
 //! From OP and measured valve position (VP): dead band, S, J, offset, travel and reversals. With the
-//! position known nothing has to be inferred; as a detector it is the judge of all others.
+//! position known nothing has to be inferred; as a detector it is the judge of all others. Its decision, and the S
+//! and J of a diagnosis, are those of a [fit](crate::identify::lagged_position) that knows of lags and noise; what
+//! is measured on rests and slips is shown beside it.
 //!
 //! # Assumptions
 //! OP and VP are percent of the same span and sampled at the same times, so densely that the stem's
@@ -22,12 +24,10 @@
 //! offset = mean of the two medians of e
 //! ```
 //! A slip falls between two samples: the OP half way between them counts, but no less than it reached
-//! before. Medians, with quartiles and counts. S above `least` and above the resolution: sticks.
+//! before. Medians, with quartiles and counts.
 //!
 //! # Parameters
-//! | name | unit | default | source |
-//! |---|---|---|---|
-//! | `least` | % | 0.5 | ours |
+//! None.
 //!
 //! # Limits
 //! The error of a single S is half of what the OP moves in a sample, plus half a quantum of VP. An S
@@ -47,24 +47,18 @@ use super::{
     Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
     Subject,
 };
+use crate::identify::lagged_position::{
+    ACCUSED_FROM, Behaviour, CLEARED_BELOW, HEALTHY_UP_TO, Judgement,
+};
 use crate::series::{median, quantile};
 use nalgebra::{Matrix3, Vector3};
 
 /// Rests in each direction from which the dead band is taken. Ours.
 const LEAST_RESTS: usize = 3;
 
-/// The measurement on the valve with its threshold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ValvePosition {
-    /// Smallest S that counts as stiction, percent.
-    pub least: f64,
-}
-
-impl Default for ValvePosition {
-    fn default() -> Self {
-        Self { least: 0.5 }
-    }
-}
+/// The measurement on the valve.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ValvePosition {}
 
 /// A quantity measured on several events.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -147,9 +141,9 @@ pub struct MeasuredValve {
     pub stuck_share: f64,
     /// The rests.
     pub rests: Vec<Rest>,
-    /// Threshold of S, percent.
-    pub threshold: f64,
-    /// The verdict; undecided if S is not known.
+    /// What the fit says, or why it says nothing.
+    pub judgement: Result<Judgement, Abstention>,
+    /// That of the fit; undecided if it says nothing, or nothing certain.
     pub decision: Decision,
     /// What to keep in mind.
     pub caveats: Vec<String>,
@@ -222,8 +216,10 @@ impl ValvePosition {
         name: "direct",
         title: "Direct measurement on the valve position",
         source: "ours",
-        statistic: "S, %",
-        rule: "sticks if S exceeds 0.5 % and the resolution of the valve position",
+        statistic: "t of the best valve without stiction",
+        rule: "sticks if every valve with S up to 0.3 %, behind any lag, is worse than the best by more than 2.5 \
+               standard deviations; 5 where S is below 1.5 times the OP's changes, \
+               2 where it is clear of them and likely",
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::OpAndVp,
@@ -295,11 +291,11 @@ impl ValvePosition {
             ))
         });
 
-        let threshold = self.least.max(2.0 * tolerance);
-        let decision = match &s {
-            Ok(s) if s.median > threshold => Decision::Sticks,
-            Ok(_) => Decision::DoesNotStick,
-            Err(_) => Decision::Undecided,
+        let judgement = subject.position().cloned();
+        let decision = match judgement.as_ref().map(|judged| judged.behaviour) {
+            Ok(Behaviour::Sticks | Behaviour::DoesNotMove) => Decision::Sticks,
+            Ok(Behaviour::Follows) => Decision::DoesNotStick,
+            Ok(Behaviour::Open) | Err(_) => Decision::Undecided,
         };
         let stuck: usize = rests.iter().map(|rest| rest.span.end - rest.span.first).sum();
         Ok(MeasuredValve {
@@ -314,7 +310,7 @@ impl ValvePosition {
             reversals_per_hour: legs.len().saturating_sub(1) as f64 / hours,
             stuck_share: stuck as f64 / x.len() as f64,
             rests,
-            threshold,
+            judgement,
             decision,
             caveats,
         })
@@ -377,7 +373,11 @@ impl Detector for ValvePosition {
     }
 
     fn parameters(&self) -> Vec<Number> {
-        vec![Number::new("least", self.least, "%")]
+        vec![
+            Number::new("healthy up to", HEALTHY_UP_TO, "%"),
+            Number::new("accused from", ACCUSED_FROM, "%"),
+            Number::new("cleared below", CLEARED_BELOW, "%"),
+        ]
     }
 
     fn judge(&self, subject: &Subject<'_>) -> Finding {
@@ -385,21 +385,23 @@ impl Detector for ValvePosition {
             Ok(result) => result,
             Err(why) => return Finding::abstains(&Self::METHOD, why),
         };
-        let s = match &r.s {
-            Ok(s) => *s,
+        let judged = match &r.judgement {
+            Ok(judged) => judged,
             Err(why) => return Finding::abstains(&Self::METHOD, why.clone()),
         };
-        let jump = match &r.j {
-            Ok(j) => format!("J is {:.2} %", j.median),
-            Err(_) => "no slip is seen".to_owned(),
-        };
-        let reason = format!(
-            "measured on the valve, S is {:.2} % (quartiles {:.2} and {:.2}) and {jump} (S above {:.2} \
-             % sticks)",
-            s.median, s.lower_quartile, s.upper_quartile, r.threshold
-        );
-        let mut numbers = vec![Number::new("S", s.median, "%")];
-        for (name, measured) in [("J", &r.j), ("dead band", &r.dead_band), ("offset", &r.offset)] {
+        let reason = judged.sentence(subject.stretch.sample_time);
+        let mut numbers = vec![];
+        if judged.behaviour == Behaviour::Sticks {
+            numbers.extend([
+                Number::new("S", judged.s.value, "%"),
+                Number::new("J", judged.j.value, "%"),
+            ]);
+        }
+        if judged.s_limit.is_finite() {
+            numbers.push(Number::new("S below", judged.s_limit, "%"));
+        }
+        numbers.push(Number::new("lag", judged.lag * subject.stretch.sample_time, "s"));
+        for (name, measured) in [("dead band", &r.dead_band), ("offset", &r.offset)] {
             if let Ok(spread) = measured {
                 numbers.push(Number::new(name, spread.median, "%"));
             }
@@ -411,7 +413,7 @@ impl Detector for ValvePosition {
             Number::new("stuck share", r.stuck_share, ""),
         ]);
         let finding =
-            Finding::new(&Self::METHOD, r.decision, s.median, r.threshold, reason, numbers);
+            Finding::new(&Self::METHOD, r.decision, judged.t, judged.threshold, reason, numbers);
         Finding { caveats: r.caveats, ..finding }
     }
 }

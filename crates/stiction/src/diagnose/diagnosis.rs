@@ -1,18 +1,22 @@
 //! All steps in a row.
 
+use super::belonging::Belonging;
+use super::by_evidence::Ruling;
 use super::confirm::confirming_test;
 use super::definitions::definitions;
+use super::few_slips::{FewSlips, few_slips};
+use super::fit_windows::fit_windows;
 use super::history::Observation;
+use super::measured::by_position;
+use super::no_response::{NoResponse, Silence};
 use super::quantify;
-use super::verdict::{Stiction, Verdict, VerdictClass, Votes, conclude};
+use super::relation::{Mismatch, Relation};
+use super::verdict::{Basis, Stiction, Verdict, VerdictClass, Votes, conclude};
 use super::weighing::Weighing;
 use super::{KpiOptions, Kpis};
-use crate::detect::{
-    self, Abstention, Detector, Family, Finding, Measured, Spread, Subject, ValvePosition,
-};
+use crate::detect::{self, Abstention, Detector, Family, Finding, Subject};
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
-use crate::identify::position;
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
@@ -97,6 +101,12 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
     pub kpis: Kpis,
+    /// Whether OP and PV belong together; `None` without a stretch.
+    pub relation: Option<Relation>,
+    /// Where the PV rests away from its set point while the OP travels, if it does.
+    pub no_response: Option<NoResponse>,
+    /// What is missing of a record that looks stuck and is not decided, if it is slips.
+    pub few_slips: Option<FewSlips>,
     /// The conclusion.
     pub verdict: Verdict,
     /// How much it sticks.
@@ -122,6 +132,8 @@ pub struct Window {
     pub s: Option<Estimate>,
     /// Slip jump, percent of span, where it could be quantified.
     pub j: Option<Estimate>,
+    /// Had the valve stuck by more, percent of span, this window would have shown it, with 95 %.
+    pub limit: Option<f64>,
 }
 
 impl Diagnosis {
@@ -150,6 +162,26 @@ impl Diagnosis {
         class - 0.999 * self.verdict.probability.unwrap_or(share)
     }
 
+    /// The mistake in the columns that ended the judgement, if one did.
+    pub fn mistaken(&self) -> Option<Mismatch> {
+        let measured = self.verdict.basis == Basis::ValvePosition;
+        self.relation.as_ref()?.ends(measured)
+    }
+
+    /// Why the evidence in OP and PV decided nothing; `None` where something else, or it, decided.
+    pub fn undecided_by(&self) -> Option<Ruling> {
+        let verdict = &self.verdict;
+        let open = verdict.class == VerdictClass::CannotTell && verdict.basis == Basis::Evidence;
+        self.evidence.as_ref().filter(|_| open).map(Ruling::of)
+    }
+
+    /// What the PV does, where the verdict is by OP and PV that it does not respond.
+    pub fn silence(&self) -> Option<Silence> {
+        let Verdict { class, basis, .. } = &self.verdict;
+        let silent = *class == VerdictClass::DoesNotRespond && *basis == Basis::Evidence;
+        silent.then(|| self.no_response.map_or(Silence::Unmoved, |rest| rest.silence))
+    }
+
     /// What it says of its valve in the middle of the judged stretch, with `origin` the time of zero of its clock;
     /// `None` if no stretch was judged.
     pub fn observation(&self, origin: f64) -> Option<Observation> {
@@ -161,6 +193,7 @@ impl Diagnosis {
             s: self.stiction.s,
             j: self.stiction.j,
             weight: 1.0,
+            windows: self.evidence.as_ref().map_or(1.0, |weighing| weighing.number),
         })
     }
 
@@ -171,7 +204,7 @@ impl Diagnosis {
     }
 }
 
-fn dominant<'a>(
+pub(super) fn dominant<'a>(
     error: Option<&'a Oscillation>,
     op: Option<&'a Oscillation>,
 ) -> Option<(&'static str, &'a Oscillation)> {
@@ -180,7 +213,7 @@ fn dominant<'a>(
 }
 
 /// The oscillations of the control error, where there is a PV, and of the OP.
-fn oscillations(stretch: &Stretch) -> (Option<Oscillation>, Oscillation) {
+pub(super) fn oscillations(stretch: &Stretch) -> (Option<Oscillation>, Oscillation) {
     let error = Subject::new(stretch, LoopType::Unknown, None).error().map(|e| e.values.clone());
     let error = error.map(|error| oscillation::analyse(&error, stretch.sample_time));
     (error, oscillation::analyse(&stretch.op, stretch.sample_time))
@@ -200,18 +233,25 @@ pub fn subject(stretch: &Stretch, loop_type: LoopType) -> Subject<'_> {
 pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> {
     let grid = Grid::of(recording, options)?;
     let period = grid.longest().and_then(|s| subject(s, recording.loop_type).period);
-    Ok(assessed(recording, &grid, period))
+    Ok(assessed(recording, &grid, period).1)
 }
 
-fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> Fitness {
+/// The windows that are judged, and whether they can answer.
+fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Stretch>, Fitness) {
     match grid.longest() {
-        Some(stretch) => fitness::assess(recording, grid, stretch, period),
-        None => Fitness::of(vec![no_stretch(grid)]),
+        Some(stretch) => {
+            let whole = fitness::assess(recording, grid, stretch, period);
+            fit_windows(recording, grid, stretch, whole)
+        }
+        None => (vec![], Fitness::of(vec![no_stretch(grid)])),
     }
 }
 
 /// The period of an oscillation that was found, in samples.
-fn period(oscillation: Option<(&'static str, &Oscillation)>, stretch: &Stretch) -> Option<f64> {
+pub(super) fn period(
+    oscillation: Option<(&'static str, &Oscillation)>,
+    stretch: &Stretch,
+) -> Option<f64> {
     let (_, oscillation) = oscillation.filter(|(_, oscillation)| oscillation.found)?;
     Some(oscillation.period_s? / stretch.sample_time)
 }
@@ -239,11 +279,11 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let dominant = dominant(error_oscillation.as_ref(), op_oscillation.as_ref());
     let period = stretch.and_then(|stretch| period(dominant, stretch));
 
-    let fitness = assessed(recording, &grid, period);
-    let findings: Vec<Finding> = match stretch {
-        Some(stretch) => {
-            let subject = Subject::new(stretch, loop_type, period);
-            detectors.iter().map(|detector| detect::judge(&**detector, &subject)).collect()
+    let (fit, fitness) = assessed(recording, &grid, period);
+    let subject = stretch.map(|stretch| Subject::new(stretch, loop_type, period));
+    let findings: Vec<Finding> = match &subject {
+        Some(subject) => {
+            detectors.iter().map(|detector| detect::judge(&**detector, subject)).collect()
         }
         None => detectors
             .iter()
@@ -256,26 +296,53 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
     let oscillates = dominant.is_some_and(|(_, o)| o.found);
-    let weighing = stretch.map(Weighing::of);
+    let weighing = stretch.map(|_| Weighing::of_windows(&fit));
     let op_only = stretch.is_some_and(|stretch| stretch.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
-    let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only);
+    let by_position = subject.as_ref().and_then(|subject| by_position(subject, &fitness));
+    let measured = matches!(by_position, Some(Ok(_)));
+    let belonging = stretch.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
+    let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only, &belonging);
+    let mistaken = belonging.ends();
+    match &by_position {
+        _ if mistaken.is_some() => {}
+        Some(Ok(said)) => verdict = said.verdict(verdict),
+        Some(Err(Abstention(why))) if fitness.class != Class::Unfit => {
+            verdict
+                .contradictions
+                .push(format!("the valve position that is recorded is of no use: {why}"));
+        }
+        _ => {}
+    }
+    let by_position = by_position.and_then(std::result::Result::ok);
+    let few_slips = stretch
+        .zip(weighed.filter(|_| mistaken.is_none()))
+        .and_then(|(stretch, weighing)| missing_slips(stretch, weighing, &verdict, &fitness));
+    verdict.reasons.extend(few_slips.as_ref().map(|few| few.words.clone()));
     let mut stiction = Stiction::default();
-    if let Some(stretch) = stretch {
-        let subject = Subject::new(stretch, loop_type, period);
-        stiction = match &weighing {
-            _ if stretch.vp.is_some() => measured(&subject),
-            Some(Ok(weighing)) => quantify::estimated(weighing, &verdict, op_only),
-            Some(Err(Abstention(why))) => {
+    if let Some(subject) = &subject {
+        stiction = match (&by_position, &weighing) {
+            _ if mistaken.is_some() => {
+                Stiction { why_not: mistaken.map(str::to_owned), ..Stiction::default() }
+            }
+            (Some(said), _) => said.stiction.clone(),
+            (None, Some(Ok(weighing))) => quantify::estimated(weighing, &verdict, op_only),
+            (None, Some(Err(Abstention(why)))) => {
                 Stiction { why_not: Some(why.clone()), ..Stiction::default() }
             }
-            None => Stiction::default(),
+            (None, None) => Stiction::default(),
         };
+        // A number with its interval says more than a limit.
+        verdict.s_below = verdict.s_below.filter(|_| stiction.s.is_none());
         // Where it does not stick, no number is called stiction.
-        if verdict.class != VerdictClass::DoesNotStick && fitness.class != Class::Unfit {
-            let s = stiction.s.or(weighed.map(|weighing| weighing.s)).map(|s| s.value);
-            stiction.definitions = definitions(&subject, stiction.s.map(|s| s.value));
-            verdict.confirm = confirming_test(&subject, s);
+        let answers =
+            mistaken.is_none() && (by_position.is_some() || fitness.class != Class::Unfit);
+        if verdict.class != VerdictClass::DoesNotStick && answers {
+            let limit = by_position.as_ref().and_then(|said| said.s_limit);
+            let weighed = weighed.map(|weighing| weighing.s.value);
+            let s = stiction.s.map(|s| s.value).or(limit).or(weighed);
+            stiction.definitions = definitions(subject, stiction.s.map(|s| s.value));
+            verdict.confirm = confirming_test(subject, s);
         }
     }
     let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
@@ -287,6 +354,15 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
             "the recording is cut into {} stretches; the longest, {:.0} % of its duration, is judged",
             grid.stretches.len(),
             100.0 * stretch.duration() / (grid.duration + grid.sample_time)
+        ));
+    }
+    if let Some(Relation { mismatch: Some(mismatch), because, .. }) = &belonging.relation
+        && by_position.is_some()
+        && mistaken.is_none()
+    {
+        notes.push(format!(
+            "{}: {because}; the verdict follows the measured valve position, which needs no PV",
+            mismatch.name()
         ));
     }
     Ok(Diagnosis {
@@ -301,6 +377,9 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         op_oscillation,
         findings,
         kpis,
+        relation: belonging.relation,
+        no_response: belonging.no_response,
+        few_slips,
         verdict,
         stiction,
         windows,
@@ -310,57 +389,26 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     })
 }
 
-/// Share of the variance of the valve position that a model must explain for its S and J to be told.
-const EXPLAINED: f64 = 0.8;
-
-/// How much the valve sticks by its measured position: S and J of the valve model that follows it best, or
-/// of the slips themselves if none follows it well.
-fn measured(subject: &Subject<'_>) -> Stiction {
-    let none = |why: String| Stiction { why_not: Some(why), ..Stiction::default() };
-    let Some(vp) = &subject.stretch.vp else {
-        let why = "no valve position is recorded, and an estimate from OP and PV is not made yet";
-        return none(why.to_owned());
-    };
-    let valve = match ValvePosition::default().run(subject) {
-        Ok(valve) => valve,
-        Err(Abstention(why)) => return none(why),
-    };
-    if let (Ok(s), Ok(fits)) = (&valve.s, position::fit(&subject.stretch.op, vp))
-        && fits.best().explained >= EXPLAINED
-    {
-        let best = fits.best();
-        let estimate = |of: position::Interval| {
-            let position::Interval { value, low, high } = of;
-            Some(Estimate { value, low, high })
-        };
-        return Stiction {
-            model: Some(format!(
-                "the {} model fitted to the measured valve position, of which it explains {:.1} % \
-                 (90 % intervals of a bootstrap); S measured on its slips is {:.2} %",
-                best.model.describe().name,
-                100.0 * best.explained,
-                s.median
-            )),
-            s: estimate(fits.s),
-            j: estimate(fits.j),
-            ..Stiction::default()
-        };
+/// The slips that a verdict lacks: where the evidence is undecided for no other reason than that it is too little, or
+/// data are unfit for no other than too few cycles.
+fn missing_slips(
+    stretch: &Stretch,
+    weighing: &Weighing,
+    verdict: &Verdict,
+    fitness: &Fitness,
+) -> Option<FewSlips> {
+    if stretch.pv.is_none() || verdict.class != VerdictClass::CannotTell {
+        return None;
     }
-    let estimate = |measured: &Measured| {
-        let spread = measured.as_ref().ok()?;
-        let Spread { median: value, lower_quartile: low, upper_quartile: high, .. } = *spread;
-        Some(Estimate { value, low, high })
+    let too_little = match verdict.basis {
+        Basis::Evidence => Ruling::of(weighing) == Ruling::Open,
+        Basis::None => {
+            let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+            fitness.class == Class::Unfit && unfit.all(|m| m.name == "cycles")
+        }
+        _ => false,
     };
-    let why = |measured: &Measured| measured.as_ref().err().map(|Abstention(why)| why.clone());
-    Stiction {
-        model: Some(
-            "the measured valve position (intervals are quartiles of its slips)".to_owned(),
-        ),
-        s: estimate(&valve.s),
-        j: estimate(&valve.j),
-        why_not: why(&valve.s).or_else(|| why(&valve.j)),
-        ..Stiction::default()
-    }
+    few_slips(weighing, stretch.duration()).filter(|_| too_little)
 }
 
 /// Why there is nothing to judge.

@@ -1,20 +1,8 @@
 //! Several recordings, or windows, of one valve together: what they say as a whole, and whether it gets
 //! worse.
 //!
-//! # How probabilities are combined
-//!
-//! Windows of one valve are no independent witnesses: they share the valve, the loop and whatever the
-//! model has wrong about both. With log-odds `l_i` of weights `w_i`,
-//!
-//! ```text
-//! l = n_e * sum(w_i l_i)/sum(w_i),   n_e = n/(1 + (n - 1) rho),   n = (sum w_i)^2/sum(w_i^2)
-//! ```
-//!
-//! where `n` is Kish's effective number of windows and `rho` the correlation of their errors
-//! ([`CORRELATION`]). One window keeps its probability; however many agree, they count for no more than
-//! `1/rho` independent ones; and windows that disagree leave the question open. Log-odds are limited to
-//! those of [`SUREST`], so that no window decides alone. The rule is ours, and its `rho` was fitted to
-//! nothing; that of effective sizes is L. Kish, "Survey Sampling", Wiley, 1965 (recalled, not read).
+//! Probabilities are combined by the one rule of [`combining`](super::combining), as those of the windows of one
+//! recording are: a week is judged alike as one recording and as seven.
 //!
 //! # Drift of S
 //!
@@ -25,15 +13,12 @@
 //! of all slopes (Theil and Sen) has the same sign. Both tests assume that windows err independently; where
 //! they do not, p-values are too small.
 
+use super::combining::{self, Witness};
 use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO, VerdictClass};
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
 
-/// Assumed correlation of the errors of two windows of one valve; ours.
-pub const CORRELATION: f64 = 0.5;
-/// The surest a window may be, as a probability; ours.
-pub const SUREST: f64 = 0.99;
 /// Smallest half-width that an interval of S is believed to have, relative to S; ours.
 pub const NARROWEST: f64 = 0.05;
 /// Windows with an S below which no drift is told; ours.
@@ -56,6 +41,8 @@ pub struct Observation {
     pub j: Option<Estimate>,
     /// How much it counts in the combination, such as its number of cycles; 1 for all alike.
     pub weight: f64,
+    /// How many windows of a long recording it combines, by their effective number; 1 for a short one.
+    pub windows: f64,
 }
 
 /// What observations of one valve say together.
@@ -105,7 +92,7 @@ impl Drift {
 /// Combines observations of one valve, in any order.
 ///
 /// # Errors
-/// If a time or an S is not finite, a probability not between 0 and 1, or a weight below 0. No
+/// If a time or an S is not finite, a probability not between 0 and 1, or a weight or number below 0. No
 /// observations at all are no error: they cannot tell.
 pub fn combine(observations: &[Observation]) -> Result<History> {
     let observations = checked(observations)?;
@@ -128,7 +115,9 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
         // Its cause is another one than stiction, whatever the probability of that.
         (Some(VerdictClass::DoesNotRespond), _) => VerdictClass::DoesNotRespond,
         (_, Some(p)) if p >= ACCUSED_FROM => VerdictClass::Sticks,
-        (_, Some(p)) if p <= CLEARED_UP_TO => VerdictClass::DoesNotStick,
+        (_, Some(p)) if p <= CLEARED_UP_TO && are_cleared(&observations) => {
+            VerdictClass::DoesNotStick
+        }
         (_, Some(_)) => VerdictClass::CannotTell,
         (majority, None) => majority.unwrap_or(VerdictClass::CannotTell),
     };
@@ -143,11 +132,24 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
     })
 }
 
+/// Whether most of the observations that a low probability would clear were cleared themselves: one that was vetoed,
+/// or blind, or unlike all that is known is not cleared by being repeated.
+fn are_cleared(observations: &[Observation]) -> bool {
+    let low = observations.iter().filter(|o| o.probability.is_some_and(|p| p <= CLEARED_UP_TO));
+    let (mut cleared, mut all) = (0.0, 0.0);
+    for each in low {
+        all += each.weight;
+        cleared += if each.class == VerdictClass::DoesNotStick { each.weight } else { 0.0 };
+    }
+    2.0 * cleared > all
+}
+
 /// The observations in order of time, if all their numbers make sense.
 pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> {
     for each in observations {
         finite("the time of an observation", each.time)?;
         non_negative("the weight of an observation", each.weight)?;
+        non_negative("the number of windows of an observation", each.windows)?;
         if let Some(p) = each.probability {
             require("a probability", p, (0.0..=1.0).contains(&p), "between 0 and 1")?;
         }
@@ -162,27 +164,11 @@ pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> 
     Ok(ordered)
 }
 
-/// Log-odds, those of [`SUREST`] at most.
-pub(super) fn log_odds(probability: f64) -> f64 {
-    let p = probability.clamp(1.0 - SUREST, SUREST);
-    (p / (1.0 - p)).ln()
-}
-
 pub(super) fn combined_probability(observations: &[Observation]) -> Option<f64> {
-    let parts: Vec<(f64, f64)> = observations
-        .iter()
-        .filter(|o| o.weight > 0.0)
-        .filter_map(|o| Some((o.weight, log_odds(o.probability?))))
-        .collect();
-    let total: f64 = parts.iter().map(|(w, _)| w).sum();
-    let squares: f64 = parts.iter().map(|(w, _)| w * w).sum();
-    if parts.is_empty() {
-        return None;
-    }
-    let n = total * total / squares;
-    let effective = n / (1.0 + (n - 1.0) * CORRELATION);
-    let mean = parts.iter().map(|(w, l)| w * l).sum::<f64>() / total;
-    Some(1.0 / (1.0 + (-effective * mean).exp()))
+    let witness = |o: &Observation| {
+        Some(Witness { probability: o.probability?, weight: o.weight, windows: o.windows })
+    };
+    combining::probability(&observations.iter().filter_map(witness).collect::<Vec<_>>())
 }
 
 const DAY: f64 = 86_400.0;
@@ -251,11 +237,15 @@ mod tests {
     fn seen(day: f64, probability: Option<f64>, s: Option<f64>) -> Observation {
         Observation {
             time: day * DAY,
-            class: VerdictClass::CannotTell,
+            class: match probability {
+                Some(p) if p <= CLEARED_UP_TO => VerdictClass::DoesNotStick,
+                _ => VerdictClass::CannotTell,
+            },
             probability,
             s: s.map(|value| Estimate { value, low: 0.8 * value, high: 1.2 * value }),
             j: None,
             weight: 1.0,
+            windows: 1.0,
         }
     }
 
@@ -266,25 +256,12 @@ mod tests {
     }
 
     #[test]
-    fn one_window_keeps_its_probability_and_many_do_not_run_away() {
-        assert!((of(&[0.8]).probability.unwrap() - 0.8).abs() < 1e-12);
-        // Two of 0.8 count as 2/(1 + 0.5) = 4/3: odds 4^(4/3).
-        let odds = 4f64.powf(4.0 / 3.0);
-        assert!((of(&[0.8, 0.8]).probability.unwrap() - odds / (1.0 + odds)).abs() < 1e-12);
-        // However many: no more than two independent ones, odds 16.
-        let many = of(&[0.8; 500]).probability.unwrap();
-        assert!(many < 16.0 / 17.0 && many > 15.5 / 16.5, "{many}");
-    }
-
-    #[test]
-    fn disagreement_stays_open_and_mirror_images_mirror() {
-        let open = of(&[0.9, 0.1, 0.9, 0.1]);
-        assert!((open.probability.unwrap() - 0.5).abs() < 1e-12);
-        assert_eq!(open.class, VerdictClass::CannotTell);
-        let (up, down) = (of(&[0.98, 0.9, 0.95]), of(&[0.02, 0.1, 0.05]));
-        assert!((up.probability.unwrap() + down.probability.unwrap() - 1.0).abs() < 1e-12);
-        assert_eq!((up.class, down.class), (VerdictClass::Sticks, VerdictClass::DoesNotStick));
-        // No window decides alone, however sure it says it is.
+    fn one_keeps_its_probability_and_none_decides_alone() {
+        assert_eq!(of(&[0.8]).probability, Some(0.8));
+        assert_eq!(of(&[0.9, 0.1, 0.9, 0.1]).class, VerdictClass::CannotTell);
+        assert_eq!(of(&[0.98, 0.9, 0.95]).class, VerdictClass::Sticks);
+        assert_eq!(of(&[0.02, 0.1, 0.05]).class, VerdictClass::DoesNotStick);
+        // However sure it says it is.
         assert_eq!(of(&[1.0, 0.2, 0.2, 0.2, 0.2, 0.2]).class, VerdictClass::CannotTell);
     }
 
@@ -361,10 +338,21 @@ mod tests {
     }
 
     #[test]
+    fn what_was_not_cleared_once_is_not_cleared_by_being_repeated() {
+        let mut all: Vec<Observation> =
+            (0..5).map(|k| seen(f64::from(k), Some(0.05), None)).collect();
+        assert_eq!(combine(&all).unwrap().class, VerdictClass::DoesNotStick);
+        // Vetoed, or blind: the probability is low, and nothing was concluded of it.
+        all.iter_mut().take(3).for_each(|each| each.class = VerdictClass::CannotTell);
+        assert_eq!(combine(&all).unwrap().class, VerdictClass::CannotTell);
+    }
+
+    #[test]
     fn nonsense_is_refused() {
         for wrong in [
             Observation { time: f64::NAN, ..seen(0.0, None, None) },
             Observation { weight: -1.0, ..seen(0.0, None, None) },
+            Observation { windows: f64::NAN, ..seen(0.0, None, None) },
             seen(0.0, Some(1.5), None),
             seen(0.0, Some(f64::NAN), None),
             seen(0.0, None, Some(f64::INFINITY)),

@@ -20,12 +20,17 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
         _ => {}
     }
     if weighing.probability <= super::CLEARED_UP_TO {
-        return why_not("the pattern is not that of a sticking valve".to_owned());
+        return why_not("the evidence does not speak for a valve that sticks".to_owned());
+    }
+    if weighing.distance > 1.0 {
+        return why_not(
+            "the recording is unlike those of the training, for which intervals hold".to_owned(),
+        );
     }
     let Some(s) = quantified(weighing.s) else {
         return why_not(format!(
-            "S lies between {} and {} % with 90 % confidence, which is wider than {:.0} % to either side and \
-             no number",
+            "if it sticks, S lies between {} and {} % with 90 % confidence, which is wider than {:.0} % to either \
+             side and no number",
             digits(weighing.s.low),
             digits(weighing.s.high),
             100.0 * WIDEST

@@ -153,6 +153,11 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
              for a loop with the same period that leads this one"
                 .to_owned()
         }
+        Cause::ResettingLoad => {
+            "a load that builds up and is reset, as by fouling and backwash, dumped batches or a relief, makes \
+             waves with corners, too: look what is switched when the PV jumps"
+                .to_owned()
+        }
         Cause::DeadZoneElsewhere => {
             "play in the sensor's linkage or a gap in the controller looks much like a dead band of the \
              valve: watch the stem itself while the output steps"

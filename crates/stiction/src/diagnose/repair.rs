@@ -6,7 +6,8 @@
 //! from a repair. Windows that err alike make p-values too small: let the windows before and after be of
 //! days of like operation.
 
-use super::history::{Observation, SIGNIFICANT, checked, combined_probability, log_odds, p_value};
+use super::combining::log_odds;
+use super::history::{Observation, SIGNIFICANT, checked, combined_probability, p_value};
 use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO};
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
@@ -208,6 +209,7 @@ mod tests {
             s: s.map(|value| Estimate { value, low: 0.9 * value, high: 1.1 * value }),
             j: None,
             weight: 1.0,
+            windows: 1.0,
         }
     }
 

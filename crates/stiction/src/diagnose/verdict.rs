@@ -1,5 +1,7 @@
 //! The verdict on a valve.
 
+use super::belonging::Belonging;
+use super::by_evidence::by_evidence;
 use super::reasons::{alternatives, percent, sayings};
 use super::scoreboard::Counts;
 use super::weighing::Weighing;
@@ -132,6 +134,11 @@ pub struct Verdict {
     pub basis: Basis,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
+    /// What this very recording would have shown: an S above this is ruled out with this confidence. Told where
+    /// the valve is cleared, and where nothing is decided; `None` where the valve is at fault, where S is a number with
+    /// an interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the training,
+    /// lines that contradict each other, a veto), or where no such number is known.
+    pub s_below: Option<Limit>,
     /// How the families of published methods voted.
     pub votes: Votes,
     /// Why, in sentences.
@@ -142,6 +149,15 @@ pub struct Verdict {
     pub alternatives: Vec<Alternative>,
     /// The manual test that would settle it, if one can be sized.
     pub confirm: Option<ConfirmingTest>,
+}
+
+/// An upper limit of S.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limit {
+    /// Stick band plus dead band, percent of span.
+    pub value: f64,
+    /// Of valves that stick by more, the share that would have been seen.
+    pub confidence: f64,
 }
 
 /// A cause other than the concluded one, and how likely it is.
@@ -221,7 +237,10 @@ pub const ACCUSED_FROM: f64 = 0.9;
 /// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be accused: in
 /// a single loop it looks much like the dead band of a valve, and a mechanic who was sent to a healthy valve
 /// does not come twice.
-pub const DEAD_ZONE_BELOW: f64 = 0.05;
+pub const DEAD_ZONE_BELOW: f64 = 0.03;
+/// S up to this many percent is no fault: healthy valves of the [population](crate::population) have dead bands as
+/// wide.
+pub const HARMLESS: f64 = 0.25;
 /// The probability up to which a valve is cleared.
 pub const CLEARED_UP_TO: f64 = 0.2;
 
@@ -231,14 +250,16 @@ pub const SIMULATED: [&str; 3] = ["cycles", "samples per cycle", "OP at a limit"
 
 /// The verdict.
 ///
+/// 0. Columns that do not belong together end the judgement, and a PV that does not respond is named
+///    before fitness can end it: [`Belonging`].
 /// 1. Data that are unfit give `cannot tell`; unless they are unfit by no more than [`SIMULATED`] and the valve
 ///    does not respond, which needs no cycle to be seen.
-/// 2. The method named `direct` is followed if it decided, because it has seen the valve move.
+/// 2. A recorded valve position is followed where it can be judged: [`by_position`](super::by_position), in place
+///    of all that follows here.
 /// 3. Without a PV nothing is concluded: the shape of the OP alone can be compatible with stiction, or
 ///    not, and that is all that is said of it.
-/// 4. Else the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides: a
-///    probability from [`ACCUSED_FROM`] accuses the valve (of not responding, if that is the likelier
-///    fault), unless a dead zone elsewhere keeps [`DEAD_ZONE_BELOW`] or more; one up to [`CLEARED_UP_TO`] clears it, and what lies between cannot be told.
+/// 4. Else the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides:
+///    [`by_evidence`].
 /// 5. Where nothing could be weighed, the published methods vote: [`preliminary`].
 ///
 /// What the published methods say stays beside it and is counted in [`Votes`].
@@ -248,12 +269,13 @@ pub(super) fn conclude(
     findings: &[Finding],
     weighing: Option<&Weighing>,
     op_only: bool,
+    belongs: &Belonging<'_>,
 ) -> Verdict {
     let preliminary = preliminary(fitness, oscillates, findings);
-    let Some(weighing) = weighing else { return preliminary };
-    if preliminary.basis == Basis::ValvePosition {
-        return preliminary;
+    if let Some(verdict) = belongs.verdict(weighing, fitness, &preliminary) {
+        return verdict;
     }
+    let Some(weighing) = weighing else { return preliminary };
     if fitness.class == Class::Unfit {
         let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
         if !unfit.all(|m| SIMULATED.contains(&m.name)) {
@@ -261,6 +283,7 @@ pub(super) fn conclude(
         }
         let probability = Some(weighing.probability);
         let idle = weighing.probability >= ACCUSED_FROM
+            && weighing.mismatch <= 1.0
             && weighing.likelihood(Cause::NoResponse) > weighing.likelihood(Cause::StickingValve);
         if op_only || !idle {
             return Verdict { probability, ..preliminary };
@@ -279,8 +302,8 @@ pub(super) fn conclude(
         };
     }
     let probability = weighing.probability;
-    let sayings = sayings(weighing);
     if op_only {
+        let sayings = sayings(weighing);
         let pattern = match probability {
             p if p >= ACCUSED_FROM => "is compatible with stiction",
             p if p <= CLEARED_UP_TO => "is not that of a sticking valve",
@@ -300,65 +323,18 @@ pub(super) fn conclude(
             ..preliminary
         };
     }
-    let dead_zone = weighing.likelihood(Cause::DeadZoneElsewhere);
-    let (sticking, idle) =
-        (weighing.likelihood(Cause::StickingValve), weighing.likelihood(Cause::NoResponse));
-    let (class, concluded) = match probability {
-        p if p >= ACCUSED_FROM && dead_zone >= DEAD_ZONE_BELOW => {
-            (VerdictClass::CannotTell, Some(Cause::StickingValve))
-        }
-        p if p >= ACCUSED_FROM && idle > sticking => {
-            (VerdictClass::DoesNotRespond, Some(Cause::NoResponse))
-        }
-        p if p >= ACCUSED_FROM => (VerdictClass::Sticks, Some(Cause::StickingValve)),
-        p if p <= CLEARED_UP_TO => (VerdictClass::DoesNotStick, None),
-        _ => (VerdictClass::CannotTell, Some(Cause::StickingValve)),
-    };
-    let (mut reasons, mut contradictions) = (vec![], vec![]);
-    let split = sayings.iter().map(|saying| saying.probability);
-    let spread = split.clone().fold(0.0, f64::max) - split.fold(1.0, f64::min);
-    for saying in sayings {
-        let agrees = match class {
-            VerdictClass::Sticks | VerdictClass::DoesNotRespond => saying.probability >= 0.5,
-            VerdictClass::DoesNotStick => saying.probability < 0.5,
-            VerdictClass::CannotTell => true,
-        };
-        if agrees { reasons.push(saying.sentence) } else { contradictions.push(saying.sentence) }
-    }
-    if class == VerdictClass::CannotTell {
-        reasons.push(if probability >= ACCUSED_FROM {
-            format!(
-                "play in the sensor or a dead zone in the controller would look the same and keeps {}",
-                percent(dead_zone)
-            )
-        } else if spread >= 0.5 {
-            "the lines of evidence contradict each other".to_owned()
-        } else {
-            "no line of evidence is clear enough".to_owned()
-        });
-    }
-    Verdict {
-        class,
-        basis: Basis::Evidence,
-        probability: Some(probability),
-        reasons,
-        contradictions,
-        alternatives: alternatives(weighing, concluded),
-        ..preliminary
-    }
+    by_evidence(weighing, preliminary)
 }
 
-/// The verdict of the published methods: that of the measured valve position if there is one, else that of the
-/// majority of the published methods.
+/// The verdict of the majority of the published methods.
 ///
 /// The rule, which is ours and has not been fitted to anything:
 ///
 /// 1. data that are unfit give `cannot tell`;
-/// 2. a method named `direct` that decided is followed, because it has seen the valve move;
-/// 3. else each [`Family`] of methods has one vote, that of most of its methods which decide: five
+/// 2. each [`Family`] of methods has one vote, that of most of its methods which decide: five
 ///    tests of the same windows are not five witnesses. With at least [`FEWEST_VOTES`] families that
 ///    decide, and more than half of them agreeing, they win; anything else is `cannot tell`;
-/// 4. but no valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is
+/// 3. but no valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is
 ///    `cannot tell`; and none is cleared by a loop that does not cycle, where sticking need not show.
 ///
 /// Methods that tell the cause of an oscillation abstain where none was found (see
@@ -370,6 +346,7 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
         class: VerdictClass::CannotTell,
         basis: Basis::None,
         probability: None,
+        s_below: None,
         votes,
         reasons,
         contradictions: vec![],
@@ -381,21 +358,6 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
         let unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
         reasons.extend(unfit.map(|m| m.reason.clone()));
         return cannot_tell(reasons);
-    }
-    let direct = findings.iter().find(|f| f.method.name == "direct");
-    if let Some(direct) = direct
-        && let Some(class) = class_of(direct.decision)
-    {
-        return Verdict {
-            class,
-            basis: Basis::ValvePosition,
-            probability: None,
-            votes,
-            reasons: vec![direct.reason.clone()],
-            contradictions: vec![],
-            alternatives: vec![],
-            confirm: None,
-        };
     }
     let decided = votes.sticks + votes.does_not_stick;
     let tally = match decided {
@@ -457,6 +419,7 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
         class,
         basis: Basis::Majority,
         probability: None,
+        s_below: None,
         votes,
         reasons,
         contradictions: vec![],

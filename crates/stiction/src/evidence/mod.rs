@@ -22,10 +22,12 @@ mod windows;
 pub use prepared::{Dense, Prepared, Trace, high_passed};
 pub use windows::windows;
 
+pub mod information;
 pub mod model;
 
 use crate::detect::Abstention;
 use crate::identify::hammerstein::{self, ModelEvidence};
+use crate::identify::information::Information;
 use crate::recording::Stretch;
 
 /// A number that evidence consists of.
@@ -80,6 +82,9 @@ impl Line {
     }
 }
 
+/// The least gain that counts: half a percent of what is left unpredicted.
+pub const LEAST_GAIN: f64 = 0.005;
+
 /// A table of features, whether they need the OP only, and what measures them.
 struct Part {
     features: &'static [Feature],
@@ -87,8 +92,8 @@ struct Part {
     measure: fn(&Prepared<'_>, &mut Vec<f64>),
 }
 
-/// The parts that are measured one by one, in the order of [`Evidence::values`]; behind them stands
-/// [`model`], whose fits are kept.
+/// The parts that are measured one by one, in the order of [`Evidence::values`]; behind them stand
+/// [`model`] and [`information`], whose fits are kept.
 const PARTS: [Part; 6] = [
     Part { features: &patterns::FEATURES, op_only: false, measure: patterns::measure },
     Part { features: &op_shape::FEATURES, op_only: true, measure: op_shape::measure },
@@ -104,7 +109,12 @@ const PARTS: [Part; 6] = [
 
 /// All features, in the order of [`Evidence::values`].
 pub fn features() -> impl Iterator<Item = &'static Feature> {
-    PARTS.iter().flat_map(|part| part.features).chain(model::FEATURES).chain(model::DENSE)
+    PARTS
+        .iter()
+        .flat_map(|part| part.features)
+        .chain(model::FEATURES)
+        .chain(model::DENSE)
+        .chain(&information::FEATURES)
 }
 
 /// The places, in [`features`], of those that need the OP only. Recordings without a PV have no others.
@@ -135,6 +145,8 @@ pub struct Evidence {
     pub model: Option<ModelEvidence>,
     /// The same at the [dense](Prepared::dense) resolution, where there is one.
     pub dense: Option<ModelEvidence>,
+    /// What the window can tell of any S at all; `None` where too little can be predicted.
+    pub information: Option<Information>,
 }
 
 impl Evidence {
@@ -159,9 +171,28 @@ impl Evidence {
         let dense = prepared.dense.as_ref().and_then(model::weigh_dense);
         model::measure(model.as_ref(), &mut values);
         model::measure_dense(dense.as_ref().or(model.as_ref()), &mut values);
+        let information = prepared.stretch.pv.as_deref().and_then(|pv| {
+            let period = prepared.period * prepared.factor as f64;
+            information::of(&prepared.stretch.op, pv, period)
+        });
+        information::measure(information.as_ref(), prepared.op_span(), &mut values);
         // A ratio to nothing is no number.
         values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = f64::NAN);
-        Self { values, op_span: prepared.op_span(), period_s: prepared.period_s(), model, dense }
+        Self {
+            values,
+            op_span: prepared.op_span(),
+            period_s: prepared.period_s(),
+            model,
+            dense,
+            information,
+        }
+    }
+
+    /// Whether a valve that sticks predicts the PV better than one that follows by a share that counts, in any
+    /// of the fits.
+    pub fn finds_gain(&self) -> bool {
+        let fits = [&self.model, &self.dense].into_iter().flatten();
+        fits.into_iter().any(|fits| fits.best().gain >= LEAST_GAIN)
     }
 
     /// The value of the feature of that name; `None` if there is none of that name.
@@ -246,7 +277,9 @@ mod tests {
             for (which, other) in others.iter().enumerate() {
                 let other = Evidence::of(other).unwrap();
                 for ((feature, a), b) in features().zip(&found.values).zip(&other.values) {
-                    let same = a.is_nan() && b.is_nan() || (a - b).abs() <= 1e-9 * a.abs().max(1.0);
+                    // Valves that all but follow solve all but singular equations.
+                    let fine = if feature.name.starts_with("info_") { 1e-5 } else { 1e-9 };
+                    let same = a.is_nan() && b.is_nan() || (a - b).abs() <= fine * a.abs().max(1.0);
                     assert!(same, "{} of {s} under {which}: {a} and {b}", feature.name);
                 }
             }

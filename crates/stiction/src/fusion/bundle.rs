@@ -3,8 +3,13 @@
 use super::bytes::{Reader, Writer, damaged};
 use super::calibration::Calibration;
 use super::cause::Cause;
+use super::confidence::{Confidence, Side};
+use super::limit::Limit;
+use super::mismatch::Mismatch;
+use super::packed::Cuts;
 use super::quantiles::Quantiles;
-use super::trees::{Ensemble, LEAF, MISSING_RIGHT, MOST_FEATURES, Node};
+use super::reference::{QUANTILES, Reference, Spread};
+use super::trees::{Ensemble, MOST_FEATURES};
 use crate::error::{Error, Result};
 use crate::evidence::Line;
 
@@ -12,7 +17,7 @@ use crate::evidence::Line;
 const MAGIC: [u8; 8] = *b"STICTION";
 
 /// The version of its form.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Everything that is frozen: what the verdict's probabilities and intervals are computed with.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +54,8 @@ pub struct Model {
     pub fault: Ensemble,
     /// From that margin to a probability.
     pub calibration: Calibration,
+    /// From that probability to the one that is told.
+    pub confidence: Confidence,
     /// What each line of evidence makes of a fault by itself, of those in [`Line::WEIGHED`] that the
     /// recording has.
     pub lines: Vec<(Line, Ensemble, Calibration)>,
@@ -60,6 +67,12 @@ pub struct Model {
     pub s: Quantiles,
     /// Quantiles of J/S, given that the valve sticks.
     pub j_over_s: Quantiles,
+    /// An upper limit on S; `None` with the OP alone.
+    pub limit: Option<Limit>,
+    /// What the loops of training looked like.
+    pub reference: Option<Reference>,
+    /// Whether OP and PV are those of one loop; `None` with the OP alone.
+    pub mismatch: Option<Mismatch>,
 }
 
 impl Bundle {
@@ -86,7 +99,8 @@ impl Bundle {
         }
     }
 
-    /// Its file.
+    /// Its file. Leaves of trees are [rounded](Ensemble::rounded) in it: what is read is what was written
+    /// if they were so before, and nearly so otherwise.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Writer(MAGIC.to_vec());
         out.u32(VERSION);
@@ -95,8 +109,8 @@ impl Bundle {
         out.u32(*population);
         [seed, trained, calibrated].into_iter().for_each(|number| out.u64(*number));
         out.list(self.features.iter(), |out, name| out.text(name));
-        self.full.write(&mut out);
-        self.op_only.write(&mut out);
+        self.full.write(&mut out, self.features.len());
+        self.op_only.write(&mut out, self.features.len());
         out.0
     }
 
@@ -145,104 +159,151 @@ impl Model {
                 all.push((format!("{what}, {which}"), trees));
             }
         }
+        all.extend(self.limit.iter().map(|limit| ("detection limit".to_owned(), &limit.trees)));
+        all.extend(self.mismatch.iter().map(|known| ("mistaken columns".to_owned(), &known.trees)));
         all
     }
 
-    fn write(&self, out: &mut Writer) {
-        write_trees(out, &self.fault);
+    fn write(&self, out: &mut Writer, features: usize) {
+        let cuts = Cuts::of(self.ensembles().into_iter().map(|(_, trees)| trees), features);
+        cuts.write(out);
+        cuts.write_trees(out, &self.fault);
         write_calibration(out, &self.calibration);
+        for Side { reached, most } in [self.confidence.clearing, self.confidence.accusing] {
+            out.f64(reached);
+            out.f64(most);
+        }
         out.list(self.lines.iter(), |out, (line, trees, calibration)| {
             out.text(line.name());
-            write_trees(out, trees);
+            cuts.write_trees(out, trees);
             write_calibration(out, calibration);
         });
-        write_trees(out, &self.no_response);
+        cuts.write_trees(out, &self.no_response);
         out.list(self.causes.iter(), |out, (cause, trees)| {
             out.text(cause.name());
-            write_trees(out, trees);
+            cuts.write_trees(out, trees);
         });
-        for Quantiles { low, middle, high, shifts } in [&self.s, &self.j_over_s] {
-            [low, middle, high].into_iter().for_each(|trees| write_trees(out, trees));
-            out.list(shifts.iter(), |out, (width, shift)| {
-                out.f64(*width);
-                out.f64(*shift);
-            });
+        for Quantiles { low, middle, high, shifts, stretch } in [&self.s, &self.j_over_s] {
+            [low, middle, high].into_iter().for_each(|trees| cuts.write_trees(out, trees));
+            write_shifts(out, shifts);
+            out.f64(*stretch);
         }
+        out.list(self.limit.iter(), |out, Limit { trees, shift }| {
+            cuts.write_trees(out, trees);
+            out.f64(*shift);
+        });
+        out.list(self.reference.iter(), write_reference);
+        out.list(self.mismatch.iter(), |out, Mismatch { trees, threshold }| {
+            cuts.write_trees(out, trees);
+            out.f64(*threshold);
+        });
     }
 
     fn read(from: &mut Reader<'_>, features: usize) -> Result<Self> {
-        let trees = |from: &mut Reader<'_>| {
-            let trees = read_trees(from)?;
-            if trees.features() > features {
-                return Err(damaged("splits by a feature that has no name"));
-            }
-            Ok(trees)
+        let cuts = Cuts::read(from)?;
+        let trees = |from: &mut Reader<'_>| named(cuts.read_trees(from)?, features);
+        let side = |from: &mut Reader<'_>| -> Result<Side> {
+            Ok(Side { reached: from.f64()?, most: from.f64()? })
         };
         let quantiles = |from: &mut Reader<'_>| {
             let [low, middle, high] = [trees(from)?, trees(from)?, trees(from)?];
-            let shifts = from.list(16, |from| Ok((from.f64()?, from.f64()?)))?;
-            Quantiles { low, middle, high, shifts }.checked()
+            let (shifts, stretch) = (read_shifts(from)?, from.f64()?);
+            Quantiles { low, middle, high, shifts, stretch }.checked()
+        };
+        let limit = |from: &mut Reader<'_>| {
+            let (trees, shift) = (trees(from)?, from.f64()?);
+            match shift.is_finite() {
+                true => Ok(Limit { trees, shift }),
+                false => Err(damaged("has a limit that is moved to infinity")),
+            }
+        };
+        let mismatch = |from: &mut Reader<'_>| {
+            let (trees, threshold) = (trees(from)?, from.f64()?);
+            match threshold.is_finite() {
+                true => Ok(Mismatch { trees, threshold }),
+                false => Err(damaged("has an infinite threshold of mistaken columns")),
+            }
         };
         Ok(Self {
             fault: trees(from)?,
             calibration: read_calibration(from)?,
+            confidence: Confidence { clearing: side(from)?, accusing: side(from)? }.checked()?,
             lines: from.list(16, |from| {
-                let name = from.text()?;
-                let known = Line::WEIGHED.into_iter().find(|(line, _)| line.name() == name);
-                let (line, _) =
-                    known.ok_or_else(|| damaged("names an unknown line of evidence"))?;
+                let line = read_line(from)?;
                 Ok((line, trees(from)?, read_calibration(from)?))
             })?,
             no_response: trees(from)?,
-            causes: from.list(16, |from| {
-                let name = from.text()?;
-                let known = Cause::ALL.into_iter().find(|cause| cause.name() == name);
-                let cause = known.ok_or_else(|| damaged("names an unknown cause"))?;
-                if cause.is_fault() {
-                    return Err(damaged("has a fault among the other causes"));
-                }
-                Ok((cause, trees(from)?))
-            })?,
+            causes: from.list(16, |from| Ok((read_cause(from)?, trees(from)?)))?,
             s: quantiles(from)?,
             j_over_s: quantiles(from)?,
+            limit: at_most_one(from.list(16, limit)?)?,
+            reference: at_most_one(from.list(16, |from| read_reference(from, features))?)?,
+            mismatch: at_most_one(from.list(16, mismatch)?)?,
         })
     }
 }
 
-/// The base, and the nodes of every tree in preorder; so no file can hold a node that leads nowhere.
-fn write_trees(out: &mut Writer, trees: &Ensemble) {
-    out.f64(trees.base());
-    let trees: Vec<Vec<Node>> = trees.nodes().collect();
-    out.list(trees.iter(), |out, tree| {
-        out.list(tree.iter(), |out, node| match *node {
-            Node::Split { feature, threshold, missing_right } => {
-                out.u16(feature | if missing_right { MISSING_RIGHT } else { 0 });
-                out.f32(threshold);
-            }
-            Node::Leaf(value) => {
-                out.u16(LEAF);
-                out.f32(value);
-            }
-        });
+/// Trees that split by features that have names.
+pub(super) fn named(trees: Ensemble, features: usize) -> Result<Ensemble> {
+    match trees.features() <= features {
+        true => Ok(trees),
+        false => Err(damaged("splits by a feature that has no name")),
+    }
+}
+
+pub(super) fn read_line(from: &mut Reader<'_>) -> Result<Line> {
+    let name = from.text()?;
+    let known = Line::WEIGHED.into_iter().find(|(line, _)| line.name() == name);
+    known.map(|(line, _)| line).ok_or_else(|| damaged("names an unknown line of evidence"))
+}
+
+pub(super) fn read_cause(from: &mut Reader<'_>) -> Result<Cause> {
+    let name = from.text()?;
+    let known = Cause::ALL.into_iter().find(|cause| cause.name() == name);
+    let cause = known.ok_or_else(|| damaged("names an unknown cause"))?;
+    if cause.is_fault() {
+        return Err(damaged("has a fault among the other causes"));
+    }
+    Ok(cause)
+}
+
+fn at_most_one<T>(mut all: Vec<T>) -> Result<Option<T>> {
+    let last = all.pop();
+    if all.is_empty() { Ok(last) } else { Err(damaged("has two of what there is one of")) }
+}
+
+fn write_shifts(out: &mut Writer, shifts: &[(f64, f64)]) {
+    out.list(shifts.iter(), |out, (width, shift)| {
+        out.f64(*width);
+        out.f64(*shift);
     });
 }
 
-fn read_trees(from: &mut Reader<'_>) -> Result<Ensemble> {
-    let base = from.f64()?;
-    let trees = from.list(10, |from| {
-        from.list(6, |from| {
-            let (feature, value) = (from.u16()?, from.f32()?);
-            Ok(match feature {
-                LEAF => Node::Leaf(value),
-                feature => Node::Split {
-                    feature: feature & !MISSING_RIGHT,
-                    threshold: value,
-                    missing_right: feature & MISSING_RIGHT != 0,
-                },
-            })
-        })
+pub(super) fn read_shifts(from: &mut Reader<'_>) -> Result<Vec<(f64, f64)>> {
+    from.list(16, |from| Ok((from.f64()?, from.f64()?)))
+}
+
+fn write_reference(out: &mut Writer, reference: &Reference) {
+    out.list(reference.spreads.iter(), |out, Spread { feature, missing, quantiles }| {
+        out.u16(*feature);
+        out.f32(*missing);
+        quantiles.iter().for_each(|quantile| out.f32(*quantile));
+    });
+    out.list(reference.whitening.iter(), |out, weight| out.f32(*weight));
+    out.f64(reference.threshold);
+}
+
+fn read_reference(from: &mut Reader<'_>, features: usize) -> Result<Reference> {
+    let spreads = from.list(4 * QUANTILES, |from| {
+        let (feature, missing) = (from.u16()?, from.f32()?);
+        if usize::from(feature) >= features {
+            return Err(damaged("knows loops by a feature that has no name"));
+        }
+        let quantiles = (0..QUANTILES).map(|_| from.f32()).collect::<Result<_>>()?;
+        Ok(Spread { feature, missing, quantiles })
     })?;
-    Ensemble::new(base, &trees)
+    let whitening = from.list(4, Reader::f32)?;
+    Reference { spreads, whitening, threshold: from.f64()? }.checked()
 }
 
 fn write_calibration(out: &mut Writer, calibration: &Calibration) {
@@ -261,7 +322,7 @@ fn write_calibration(out: &mut Writer, calibration: &Calibration) {
     }
 }
 
-fn read_calibration(from: &mut Reader<'_>) -> Result<Calibration> {
+pub(super) fn read_calibration(from: &mut Reader<'_>) -> Result<Calibration> {
     match from.u8()? {
         0 => Calibration::Beta { a: from.f64()?, b: from.f64()?, c: from.f64()? },
         1 => Calibration::Isotonic(from.list(16, |from| Ok((from.f64()?, from.f64()?)))?),
@@ -273,6 +334,8 @@ fn read_calibration(from: &mut Reader<'_>) -> Result<Calibration> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::fusion::Node;
+    use crate::fusion::reference::level;
     use proptest::prelude::*;
 
     fn stump(feature: u16, left: f32, right: f32) -> Ensemble {
@@ -281,22 +344,38 @@ pub(super) mod tests {
         Ensemble::new(0.25, &[vec![split, Node::Leaf(left), Node::Leaf(right)]]).unwrap()
     }
 
+    /// Two features that do not go together, whose log-odds of place are their values.
+    fn reference() -> Reference {
+        let quantiles: Vec<f32> = (0..QUANTILES).map(|k| level(k) as f32).collect();
+        let spread = |feature| Spread { feature, missing: 0.125, quantiles: quantiles.clone() };
+        Reference {
+            spreads: vec![spread(0), spread(1)],
+            whitening: vec![1.0, 0.0, 1.0],
+            threshold: 2.0,
+        }
+    }
+
     fn model(shift: f32) -> Model {
         let quantiles = |middle: f32| Quantiles {
             low: stump(0, middle - 0.5 - shift, middle - 0.5),
             middle: stump(0, middle - shift, middle),
             high: stump(0, middle + 0.5 - shift, middle + 0.5),
             shifts: vec![(1.0, 0.0), (f64::INFINITY, 0.125)],
+            stretch: 1.0,
         };
         let others = Cause::ALL.into_iter().filter(|cause| !cause.is_fault());
         Model {
             fault: stump(0, -2.0, 2.0),
             calibration: Calibration::Isotonic(vec![(-2.0, 0.1), (2.0, 0.9)]),
+            confidence: Confidence { clearing: Side::reaching(5.0), ..Confidence::IDENTITY },
             lines: vec![(Line::Model, stump(1, -0.5, 0.5), Calibration::IDENTITY)],
             no_response: stump(1, -1.0, 3.0),
             causes: others.enumerate().map(|(k, c)| (c, stump(1, k as f32, 0.0))).collect(),
             s: quantiles(-0.5),
             j_over_s: quantiles(0.5),
+            limit: Some(Limit { trees: stump(0, 2.0, -1.0), shift: 0.5 }),
+            reference: Some(reference()),
+            mismatch: Some(Mismatch { trees: stump(1, -3.0, 3.0), threshold: 1.0 }),
         }
     }
 
@@ -310,7 +389,12 @@ pub(super) mod tests {
             },
             features: vec!["first".into(), "second".into()],
             full: model(0.0),
-            op_only: Model { calibration: Calibration::IDENTITY, ..model(0.25) },
+            op_only: Model {
+                calibration: Calibration::IDENTITY,
+                limit: None,
+                mismatch: None,
+                ..model(0.25)
+            },
         }
     }
 
@@ -364,6 +448,7 @@ pub(super) mod tests {
                 && let Ok(weighed) = read.weigh(&values, 10.0, false)
             {
                 prop_assert!((0.0..=1.0).contains(&weighed.probability));
+                prop_assert!(weighed.distance >= 0.0 && weighed.mismatch >= 0.0);
             }
         }
     }

@@ -14,6 +14,8 @@ pub enum Cause {
     ExternalOscillation,
     /// A wave with corners comes in from outside, such as from another sticking valve.
     ExternalWave,
+    /// A load ramps and resets, as of fouling and backwash or of batches.
+    ResettingLoad,
     /// Play or a dead zone in the sensor or the controller.
     DeadZoneElsewhere,
     /// A transmitter or historian of coarse resolution.
@@ -30,12 +32,13 @@ pub enum Cause {
 
 impl Cause {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::StickingValve,
         Self::NoResponse,
         Self::AggressiveTuning,
         Self::ExternalOscillation,
         Self::ExternalWave,
+        Self::ResettingLoad,
         Self::DeadZoneElsewhere,
         Self::Quantisation,
         Self::Saturation,
@@ -52,6 +55,7 @@ impl Cause {
             Self::AggressiveTuning => "aggressive tuning",
             Self::ExternalOscillation => "external oscillation",
             Self::ExternalWave => "external wave with corners",
+            Self::ResettingLoad => "load that ramps and resets",
             Self::DeadZoneElsewhere => "dead zone elsewhere",
             Self::Quantisation => "quantisation",
             Self::Saturation => "saturation",

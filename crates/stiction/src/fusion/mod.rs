@@ -6,25 +6,38 @@
 //! [`Bundle::weigh`] asks it:
 //!
 //! ```text
-//! features ──> fault (boosted trees, monotone) ──> calibration ──> P(fault)
+//! features ──> fault (boosted trees, monotone) ──> calibration ──> confidence ──> P(fault)
 //!          ├─> no response, given a fault       ──> P(sticks), P(no response)
 //!          ├─> other causes, given none         ──> softmax ──> their probabilities
-//!          └─> quantiles of ln(S / OP span), of J/S, given that it sticks ──> 90 % intervals
+//!          ├─> quantiles of ln(S / OP span), of J/S, given that it sticks ──> 90 % intervals
+//!          ├─> 95 % quantile of ln(S / OP span), of all valves ──> detection limit
+//!          ├─> reference ──> distance from the loops of training
+//!          └─> mismatch ──> whether OP and PV are those of one loop
 //! ```
 //!
-//! What it says holds on loops like the simulated ones. It has seen no real recording.
+//! What it says holds on loops like the simulated ones, and [confidence](Confidence) is no more than kinds
+//! of loops that were left out of training bear out. It has seen no real recording.
 
 mod bundle;
 mod bytes;
 mod calibration;
 mod cause;
+mod confidence;
+mod limit;
+mod mismatch;
+mod packed;
 mod quantiles;
+mod reference;
 mod trees;
 
 pub use bundle::{Bundle, Model, Provenance};
 pub use calibration::{Calibration, sigmoid, softplus};
 pub use cause::Cause;
+pub use confidence::{Confidence, SURE, Side, logit};
+pub use limit::{LIMIT, Limit};
+pub use mismatch::Mismatch;
 pub use quantiles::{COVERAGE, Estimate, Quantiles};
+pub use reference::{QUANTILES, Reference, Spread, Unlike, level};
 pub use trees::{Ensemble, MOST_FEATURES, Node, row};
 
 use crate::error::{Error, Result};
@@ -45,6 +58,15 @@ pub struct Weighed {
     pub s: Estimate,
     /// Slip jump over S if the valve sticks, and its 90 % interval.
     pub j_over_s: Estimate,
+    /// Had the valve stuck by more, percent of span, the recording would have shown it: of valves at fault
+    /// at most 5 % have a larger S. `None` if that is more than three spans of the OP, or the OP is alone.
+    pub limit: Option<f64>,
+    /// How far the recording is from the loops of training: above 1 it is unlike all of them, and what
+    /// else is said means little. 0 of a model that does not know.
+    pub distance: f64,
+    /// Whether OP and PV look like those of one loop: above 1 they do not, see [`Mismatch::odds`]. 0 of a
+    /// model that does not know.
+    pub mismatch: f64,
 }
 
 impl Weighed {
@@ -89,7 +111,8 @@ impl Bundle {
         crate::error::positive("the span of the OP", op_span)?;
         let model = if op_only { &self.op_only } else { &self.full };
         let row = row(values);
-        let probability = model.calibration.probability(model.fault.margin(&row));
+        let calibrated = model.calibration.probability(model.fault.margin(&row));
+        let probability = model.confidence.told(calibrated);
         let lines = model
             .lines
             .iter()
@@ -128,6 +151,9 @@ impl Bundle {
                 low: j_over_s.low.max(0.0),
                 high: j_over_s.high.max(0.0),
             },
+            limit: model.limit.as_ref().and_then(|limit| limit.spans(&row)).map(|l| op_span * l),
+            distance: model.reference.as_ref().map_or(0.0, |known| known.distance(&row)),
+            mismatch: model.mismatch.as_ref().map_or(0.0, |known| known.odds(&row)),
         })
     }
 }
@@ -176,6 +202,24 @@ mod tests {
         assert!(weighed.probability > 0.0 && weighed.probability < 1.0);
         assert!(weighed.s.low > 0.0 && weighed.s.low <= weighed.s.value);
         assert!(weighed.s.value <= weighed.s.high && weighed.s.high.is_finite());
+    }
+
+    #[test]
+    fn limits_and_distances_are_told() {
+        let of = |values: [f64; 2], op_only| bundle().weigh(&values, 10.0, op_only).unwrap();
+        let small = of([1.0, 0.0], false);
+        assert!((small.limit.unwrap() - 10.0 * (-0.25f64).exp()).abs() < 1e-12);
+        assert!(small.distance < 1.0 && of([1.0, -60.0], false).distance > 1.0);
+        // Beyond three spans of the OP, and with the OP alone, there is no limit.
+        assert_eq!((of([-1.0, 0.0], false).limit, of([1.0, 0.0], true).limit), (None, None));
+    }
+
+    #[test]
+    fn mistakes_are_told_of_op_and_pv_only() {
+        let of =
+            |second: f64, op_only| bundle().weigh(&[0.5, second], 10.0, op_only).unwrap().mismatch;
+        assert!(of(-1.0, false) < 1.0 && of(1.0, false) > 1.0);
+        assert_eq!(of(1.0, true), 0.0);
     }
 
     #[test]

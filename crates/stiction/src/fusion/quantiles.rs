@@ -40,6 +40,9 @@ pub struct Quantiles {
     /// The largest predicted width of each class, ascending, and its c. What is wider belongs to the
     /// last one.
     pub shifts: Vec<(f64, f64)>,
+    /// How much wider, about its middle, the moved interval is made, at least 1: what loops of kinds that
+    /// were left out of training need to be covered nearly as often.
+    pub stretch: f64,
 }
 
 impl Quantiles {
@@ -50,7 +53,9 @@ impl Quantiles {
     pub fn checked(self) -> Result<Self> {
         let sound = !self.shifts.is_empty()
             && self.shifts.iter().all(|(width, shift)| !width.is_nan() && shift.is_finite())
-            && self.shifts.windows(2).all(|two| two[0].0 < two[1].0);
+            && self.shifts.windows(2).all(|two| two[0].0 < two[1].0)
+            && self.stretch.is_finite()
+            && self.stretch >= 1.0;
         if sound { Ok(self) } else { Err(Error::Bundle("the widths do not ascend".into())) }
     }
 
@@ -65,7 +70,9 @@ impl Quantiles {
     pub fn estimate(&self, row: &[f32]) -> Estimate {
         let [low, value, high] = self.raw(row);
         let shift = self.shift(high - low);
-        Estimate { value, low: (low - shift).min(value), high: (high + shift).max(value) }
+        let more = (self.stretch - 1.0) * (0.5 * (high - low) + shift).max(0.0);
+        let moved = shift + more;
+        Estimate { value, low: (low - moved).min(value), high: (high + moved).max(value) }
     }
 
     /// What an interval of that predicted width is moved by.
@@ -86,7 +93,7 @@ mod tests {
 
     fn of(quantiles: [f32; 3], shifts: &[(f64, f64)]) -> Quantiles {
         let [low, middle, high] = quantiles.map(constant);
-        Quantiles { low, middle, high, shifts: shifts.to_vec() }
+        Quantiles { low, middle, high, shifts: shifts.to_vec(), stretch: 1.0 }
     }
 
     #[test]
@@ -98,6 +105,14 @@ mod tests {
             assert_eq!(estimate, Estimate { value: 0.0, low: -end, high: end });
         }
         assert_eq!(of([0.0, 1.0, 9.0], &shifts[..1]).estimate(&[]).high, 9.25);
+    }
+
+    #[test]
+    fn a_stretch_widens_about_the_middle() {
+        let stretched = Quantiles { stretch: 1.5, ..of([-1.0, 0.0, 2.0], &[(9.0, 0.5)]) };
+        assert_eq!(stretched.estimate(&[]), Estimate { value: 0.0, low: -2.5, high: 3.5 });
+        assert!(Quantiles { stretch: 0.9, ..stretched.clone() }.checked().is_err());
+        assert!(Quantiles { stretch: f64::NAN, ..stretched }.checked().is_err());
     }
 
     #[test]

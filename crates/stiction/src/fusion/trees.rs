@@ -44,10 +44,10 @@ struct Step {
 }
 
 /// The feature of a leaf, in memory and in a file.
-pub(super) const LEAF: u16 = 0x7fff;
+const LEAF: u16 = 0x7fff;
 
 /// The bit of a feature that sends missing values right.
-pub(super) const MISSING_RIGHT: u16 = 0x8000;
+const MISSING_RIGHT: u16 = 0x8000;
 
 /// The most features there can be.
 pub const MOST_FEATURES: usize = LEAF as usize;
@@ -129,6 +129,25 @@ impl Ensemble {
             }));
         }
         mean
+    }
+
+    /// The same with leaves that are whole numbers of 16 bits times a power of two, the smallest that
+    /// serves the largest leaf: as a file keeps them. What is rounded stays as it is when rounded again.
+    pub fn rounded(mut self) -> Self {
+        let unit = 2f64.powi(self.exponent());
+        for leaf in self.steps.iter_mut().filter(|step| step.feature == LEAF) {
+            leaf.value = ((f64::from(leaf.value) / unit).round() * unit) as f32;
+        }
+        self
+    }
+
+    /// The exponent of that power of two.
+    pub(super) fn exponent(&self) -> i32 {
+        let leaves = self.steps.iter().filter(|step| step.feature == LEAF);
+        let largest = leaves.map(|step| f64::from(step.value.abs())).fold(0.0, f64::max);
+        let exponent = (largest / f64::from(i16::MAX)).log2().ceil();
+        // Below, `f32` has no whole steps; without a leaf, or with none but 0, any serves.
+        if exponent.is_finite() { (exponent as i32).max(-120) } else { 0 }
     }
 
     /// The sum at a [`row`] of features. A feature beyond its end is missing.
@@ -240,6 +259,20 @@ mod tests {
             }
         }
         assert_eq!(Ensemble::mean(&[]).margin(&[]), 0.0);
+    }
+
+    #[test]
+    fn rounding_changes_little_and_only_once() {
+        for scale in [1e-30_f32, 1e-3, 0.37, 1.0, 5e9, 3e38] {
+            let leaves = [-1.0, 0.123_456, 0.0, 0.999_99].map(|x| vec![Node::Leaf(scale * x)]);
+            let plain = Ensemble::new(0.0, &leaves).unwrap();
+            let once = plain.clone().rounded();
+            for (a, b) in once.steps.iter().zip(&plain.steps) {
+                assert!((a.value - b.value).abs() <= scale / 32_000.0, "{} {}", a.value, b.value);
+            }
+            assert_eq!(once.clone().rounded(), once);
+        }
+        assert_eq!(Ensemble::mean(&[]).rounded(), Ensemble::mean(&[]));
     }
 
     #[test]

@@ -3,8 +3,10 @@
 //! * [`arx`]: the PV by its past and the input; [`earx`]: with a disturbance that wanders.
 //! * [`fopdt`]: first order plus dead time.
 //! * [`hammerstein`]: how much better a sticking valve explains the PV, with its controls.
+//! * [`information`]: what a recording can tell of any S at all.
 //! * [`srinivasan`], [`lee`], [`jelali`], [`karra_karim`]: the published fits of a valve before a process,
 //!   which share what is in [`published`].
+//! * [`lagged_position`]: whether a valve sticks, by a recorded position that lags.
 //! * [`position`]: valve models fitted to a recorded valve position.
 //! * [`physical`]: a stem with friction fitted to a recorded valve position.
 //! * [`cycle_closed_form`]: S and J from period and amplitude where the loop is known.
@@ -15,8 +17,10 @@ pub mod cycle_closed_form;
 pub mod earx;
 pub mod fopdt;
 pub mod hammerstein;
+pub mod information;
 pub mod jelali;
 pub mod karra_karim;
+pub mod lagged_position;
 mod least_squares;
 pub mod lee;
 mod nelder_mead;

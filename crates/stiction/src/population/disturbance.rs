@@ -2,8 +2,9 @@
 //! named after.
 
 use super::Kind;
-use super::design::{Design, NoiseKind, SetPointKind};
+use super::design::Design;
 use super::draw::Draw;
+use super::families::{DisturbanceKind, NoiseKind, ProcessKind, SetPointKind, Situation};
 use crate::closed_loop::{NormalStream, Signal, Wave};
 use crate::error::Result;
 
@@ -17,6 +18,44 @@ pub(super) struct Tapes {
     pub noise: Vec<f64>,
     /// Set point, or the part of it that does not come from a controller above; percent of span.
     pub set_point: Vec<f64>,
+    /// Adds to the OP, percent; empty for nothing.
+    pub op: Vec<f64>,
+    /// What a selector puts in the place of the OP.
+    pub selected: Option<Selected>,
+    /// When somebody else has the OP.
+    pub spells: Vec<Spell>,
+    /// What happens, but for the cause.
+    pub kinds: Vec<DisturbanceKind>,
+}
+
+/// Another controller's OP at a selector.
+pub(super) struct Selected {
+    op: Vec<f64>,
+    /// Whether the lower of both is taken, or the higher.
+    low: bool,
+}
+
+impl Selected {
+    /// What the selector takes.
+    pub fn of(&self, k: usize, op: f64) -> f64 {
+        if self.low { op.min(self.op[k]) } else { op.max(self.op[k]) }
+    }
+}
+
+/// A time in which an operator has the OP.
+#[derive(Clone)]
+pub(super) struct Spell {
+    pub from: usize,
+    pub until: usize,
+    /// Steps at which the OP is moved, and how far, percent.
+    moves: Vec<(usize, f64)>,
+}
+
+impl Spell {
+    /// The OP at step `k`.
+    pub fn op(&self, k: usize, last: f64) -> f64 {
+        last + self.moves.iter().filter(|(at, _)| *at == k).map(|(_, by)| by).sum::<f64>()
+    }
 }
 
 impl Tapes {
@@ -26,29 +65,88 @@ impl Tapes {
     /// If a signal refuses its settings.
     pub fn draw(kind: Kind, design: &Design, draw: &mut Draw) -> Result<Self> {
         let mut cause = draw.fork();
-        let n = design.all_steps();
-        let mut tapes = Self {
-            load: vec![0.0; n],
-            output: vec![0.0; n],
-            noise: noise(design, draw)?,
-            set_point: set_point(kind, design, draw)?,
-        };
-        tapes.everyday(design, draw)?;
+        let mut tapes = Self::length(kind, design, draw)?;
+        let mut later = cause.beside();
+        while tapes.load.len() < design.all_steps() {
+            tapes.go_on(Self::length(kind, design, &mut later)?);
+        }
+        let Self { load, output, noise, set_point, op, .. } = &mut tapes;
+        for tape in [load, output, noise, set_point, op] {
+            tape.truncate(design.all_steps());
+        }
         match kind {
             Kind::Sine => tapes.oscillation(design, &mut cause, sine)?,
             Kind::Irregular => tapes.oscillation(design, &mut cause, narrow_band)?,
             Kind::ExternalWave => tapes.oscillation(design, &mut cause, slip_wave)?,
+            Kind::RampAndReset => tapes.resets(design, &mut cause)?,
+            Kind::LongMemory => {
+                let wave = long_memory(design.all_steps(), design.drawn_steps, &mut cause);
+                add(&mut tapes.load, &wave, design.activity * cause.log(0.7, 3.0));
+            }
+            Kind::OneWay => {
+                let size = design.activity * cause.sign() * cause.uniform(3.0, 9.0);
+                let size = size.clamp(-50.0, 50.0);
+                let n = design.drawn_steps as f64;
+                ramp(
+                    &mut tapes.load,
+                    cause.uniform(-0.3, 0.1) * n,
+                    n * cause.uniform(0.9, 1.3),
+                    size,
+                );
+            }
             Kind::ProcessNonlinearity => {
                 let regular = cause.chance(0.5);
-                let wave =
-                    oscillation(design, &mut cause, if regular { sine } else { narrow_band })?;
+                let shape: Shape = if regular { sine } else { narrow_band };
                 let size = design.activity * cause.uniform(1.0, 3.5);
+                let wave = oscillation(design, &mut cause, design.all_steps(), shape)?;
                 add(&mut tapes.load, &wave, size);
             }
             Kind::Saturation => tapes.too_much(design, &mut cause)?,
             _ => {}
         }
         Ok(tapes)
+    }
+
+    /// What happens in the length of the record as it was drawn, but for the cause.
+    fn length(kind: Kind, design: &Design, draw: &mut Draw) -> Result<Self> {
+        let n = design.drawn_steps;
+        let mut tapes = Self {
+            load: vec![0.0; n],
+            output: vec![0.0; n],
+            noise: noise(design, draw)?,
+            set_point: set_point(kind, design, draw)?,
+            op: vec![],
+            selected: None,
+            spells: vec![],
+            kinds: vec![],
+        };
+        let mut special = draw.fork();
+        tapes.everyday(design, draw)?;
+        tapes.situation(design, &mut special)?;
+        Ok(tapes)
+    }
+
+    /// What happens next; loads come over from where they were within a tenth of it.
+    fn go_on(&mut self, next: Self) {
+        let over = next.load.len() as f64 / 10.0;
+        for (tape, next) in [(&mut self.load, next.load), (&mut self.output, next.output)] {
+            let apart = tape.last().copied().unwrap_or(0.0) - next[0];
+            let come = |k: usize| apart * (1.0 - k as f64 / over).max(0.0);
+            tape.extend(next.iter().enumerate().map(|(k, v)| v + come(k)));
+        }
+        let before = self.noise.len();
+        let later = |spell: &Spell| Spell {
+            from: spell.from + before,
+            until: spell.until + before,
+            moves: spell.moves.iter().map(|(at, by)| (at + before, *by)).collect(),
+        };
+        self.spells.extend(next.spells.iter().map(later));
+        if let (Some(selected), Some(next)) = (&mut self.selected, next.selected) {
+            selected.op.extend(next.op);
+        }
+        self.op.extend(next.op);
+        self.noise.extend(next.noise);
+        self.set_point.extend(next.set_point);
     }
 
     /// What happens to every loop.
@@ -60,10 +158,12 @@ impl Tapes {
         let offset = a * draw.sign() * draw.uniform(0.3, 1.5);
         load.iter_mut().for_each(|v| *v = offset);
         if draw.chance(0.6) {
+            self.kinds.push(DisturbanceKind::Drift);
             let sd_per_sqrt_s = a * draw.log(0.05, 1.5) / duration.sqrt();
             play(load, step, &Signal::RandomWalk { sd_per_sqrt_s, seed: draw.seed() })?;
         }
         if draw.chance(0.3) {
+            self.kinds.push(DisturbanceKind::Steps);
             for _ in 0..draw.count(1, 5) {
                 let size = a * draw.sign() * draw.uniform(0.3, 2.0);
                 let at = draw.uniform(0.0, duration);
@@ -71,11 +171,13 @@ impl Tapes {
             }
         }
         if draw.chance(0.2) {
+            self.kinds.push(DisturbanceKind::Ramp);
             let from = draw.uniform(-0.2, 0.8) * duration;
             let length = draw.uniform(0.1, 0.8) * duration;
             ramp(load, from / step, length / step, a * draw.sign() * draw.uniform(0.5, 3.0));
         }
         if draw.chance(0.12) {
+            self.kinds.push(DisturbanceKind::Pulses);
             for _ in 0..draw.count(1, 4) {
                 let size = a * draw.sign() * draw.uniform(0.5, 2.0);
                 let from = draw.uniform(0.0, duration);
@@ -85,10 +187,12 @@ impl Tapes {
             }
         }
         if draw.chance(0.1) {
-            let wave = oscillation(design, draw, sine)?;
+            self.kinds.push(DisturbanceKind::Oscillation);
+            let wave = oscillation(design, draw, load.len(), sine)?;
             add(load, &wave, a * draw.log(0.05, 0.5));
         }
         if draw.chance(0.12) {
+            self.kinds.push(DisturbanceKind::Isolated);
             for _ in 0..draw.count(1, 4) {
                 let mut size = design.gain * a * draw.sign() * draw.uniform(0.5, 3.0);
                 let from = draw.uniform(0.0, self.output.len() as f64) as usize;
@@ -99,14 +203,123 @@ impl Tapes {
                 }
             }
         }
+        self.rarer(design, draw)
+    }
+
+    /// What happens to some loops.
+    fn rarer(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
+        let (a, n) = (design.activity, self.load.len());
+        if draw.chance(0.1) {
+            self.kinds.push(DisturbanceKind::LongMemory);
+            let wave = long_memory(n, n, draw);
+            add(&mut self.load, &wave, a * draw.log(0.1, 1.5));
+        }
+        if draw.chance(0.08) {
+            self.kinds.push(DisturbanceKind::RampAndReset);
+            let wave = ramps_and_resets(design, n, draw);
+            add(&mut self.load, &wave, a * draw.log(0.1, 2.0));
+        }
+        if draw.chance(0.06) {
+            self.kinds.push(DisturbanceKind::OneWay);
+            let size = (a * draw.sign() * draw.uniform(1.0, 6.0)).clamp(-50.0, 50.0);
+            ramp(&mut self.load, draw.uniform(-0.3, 0.1) * n as f64, n as f64, size);
+        }
+        if draw.chance(0.06) {
+            self.kinds.push(DisturbanceKind::OnOff);
+            let on = design.pace * draw.log(5.0, 200.0);
+            let off = on * draw.log(0.3, 3.0);
+            let vary = draw.uniform(0.0, 0.8);
+            let (size, keep) = (a * draw.log(0.1, 1.5), 1.0 - 1.0 / draw.log(1.0, 20.0));
+            let (mut is_on, mut left, mut value) = (draw.chance(0.5), 0.0, 0.0);
+            for v in &mut self.load {
+                if left <= 0.0 {
+                    is_on = !is_on;
+                    left = if is_on { on } else { off } * (1.0 + vary * draw.uniform(-1.0, 1.0));
+                }
+                left -= design.step();
+                value = keep * value + (1.0 - keep) * f64::from(u8::from(is_on));
+                *v += size * value;
+            }
+        }
+        Ok(())
+    }
+
+    /// What happens because of the situation.
+    fn situation(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
+        let (a, n, step) = (design.activity, self.load.len(), design.step());
+        if design.own_noise > 0.0 {
+            let noise = Signal::Noise { sd: design.own_noise, tau_s: 0.0, seed: draw.seed() };
+            self.op = noise.sample(step, n)?;
+        }
+        match design.situation {
+            Situation::Feedforward => {
+                let tau_s = design.pace * draw.log(5.0, 200.0);
+                let sd = a * draw.log(0.2, 2.0);
+                let measured = Signal::Noise { sd, tau_s, seed: draw.seed() }.sample(step, n)?;
+                let late = (design.dead_time / step * draw.uniform(0.0, 2.0)) as usize;
+                let right = draw.log(0.5, 2.0);
+                for (k, load) in self.load.iter_mut().enumerate() {
+                    *load -= right * measured[k.saturating_sub(late)];
+                }
+                match self.op.is_empty() {
+                    true => self.op = measured,
+                    false => add(&mut self.op, &measured, 1.0),
+                }
+            }
+            Situation::Override => {
+                let low = draw.chance(0.5);
+                let away = a * draw.uniform(0.3, 2.0) * if low { 1.0 } else { -1.0 };
+                let tau_s = n as f64 * step * draw.log(0.01, 0.1);
+                let sd = a * draw.log(0.3, 2.0);
+                let mut op = Signal::Noise { sd, tau_s, seed: draw.seed() }.sample(step, n)?;
+                let offset = design.op_rest - self.load[0] + away;
+                op.iter_mut().for_each(|v| *v += offset);
+                self.selected = Some(Selected { op, low });
+            }
+            Situation::ManualSpells => self.by_hand(design, draw),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Spells in which the OP rests, or is moved by hand once or twice.
+    fn by_hand(&mut self, design: &Design, draw: &mut Draw) {
+        let n = self.load.len();
+        let long = if design.process == ProcessKind::Integrating { 0.06 } else { 0.2 };
+        let mut from = (draw.uniform(0.05, 0.4) * n as f64) as usize;
+        for _ in 0..draw.count(1, 3) {
+            let until = from + (draw.log(0.02, long) * n as f64) as usize;
+            let moves = (0..draw.count(0, 3))
+                .map(|_| {
+                    let by = design.activity * draw.sign() * draw.log(0.2, 1.5);
+                    (draw.count(from, until.max(from + 1) - 1), by)
+                })
+                .collect();
+            self.spells.push(Spell { from, until: until.min(n), moves });
+            from = until + 1 + (draw.uniform(0.05, 0.4) * n as f64) as usize;
+        }
+        self.spells.retain(|spell| spell.from < n);
+    }
+
+    /// A load that ramps and resets, at the load or, rarely, at the PV.
+    fn resets(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
+        let size = design.activity * draw.uniform(0.8, 5.0);
+        let at_load = draw.chance(0.85);
+        let wave = ramps_and_resets(design, self.load.len(), draw);
+        if at_load {
+            add(&mut self.load, &wave, size);
+        } else {
+            add(&mut self.output, &wave, size * design.gain);
+        }
         Ok(())
     }
 
     /// An oscillation from outside, of half to three times the activity, at the load or at the PV.
     fn oscillation(&mut self, design: &Design, draw: &mut Draw, shape: Shape) -> Result<()> {
-        let wave = oscillation(design, draw, shape)?;
         let size = design.activity * draw.uniform(0.5, 3.0);
-        if draw.chance(0.65) {
+        let at_load = draw.chance(0.65);
+        let wave = oscillation(design, draw, self.load.len(), shape)?;
+        if at_load {
             add(&mut self.load, &wave, size);
         } else {
             add(&mut self.output, &wave, size * design.gain);
@@ -117,7 +330,7 @@ impl Tapes {
     /// A load beyond what the OP can make good: a slow sine, or pulses.
     fn too_much(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
         let step = design.step();
-        let duration = self.load.len() as f64 * step;
+        let duration = design.drawn_steps as f64 * step;
         let (below, above) = (design.op_rest - design.limits.0, design.limits.1 - design.op_rest);
         if draw.chance(0.5) {
             let amplitude = below.min(above) * draw.uniform(1.15, 2.0);
@@ -133,15 +346,23 @@ impl Tapes {
             return play(&mut self.load, step, &wave);
         }
         let warm_up = design.warm_up as f64 * step;
-        for _ in 0..draw.count(1, 3) {
-            let size = match draw.chance(0.5) {
-                true => below * draw.uniform(1.1, 1.6),
-                false => -above * draw.uniform(1.1, 1.6),
-            };
-            let from = draw.uniform(0.7 * warm_up, 0.85 * duration);
-            let until = from + (duration - warm_up) * draw.uniform(0.1, 0.3);
-            let pulse = Signal::Steps(vec![(f64::MIN, 0.0), (from, size), (until, 0.0)]);
-            play(&mut self.load, step, &pulse)?;
+        let drawn = duration - warm_up;
+        // As often in every further length of the record.
+        for length in
+            0..(self.load.len() - design.warm_up).div_ceil(design.drawn_steps - design.warm_up)
+        {
+            let later = length as f64 * drawn;
+            for _ in 0..draw.count(1, 3) {
+                let size = match draw.chance(0.5) {
+                    true => below * draw.uniform(1.1, 1.6),
+                    false => -above * draw.uniform(1.1, 1.6),
+                };
+                let first = if length == 0 { 0.7 * warm_up } else { warm_up };
+                let from = later + draw.uniform(first, 0.85 * duration);
+                let until = from + drawn * draw.uniform(0.1, 0.3);
+                let pulse = Signal::Steps(vec![(f64::MIN, 0.0), (from, size), (until, 0.0)]);
+                play(&mut self.load, step, &pulse)?;
+            }
         }
         Ok(())
     }
@@ -169,11 +390,11 @@ fn ramp(tape: &mut [f64], from: f64, length: f64, size: f64) {
 /// A shape of oscillation: `n` steps of `step` s with the given period, s, between about -1 and 1.
 type Shape = fn(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<f64>>;
 
-/// An oscillation of a period between 8 samples of an ordinary historian and a third of the record.
-fn oscillation(design: &Design, draw: &mut Draw, shape: Shape) -> Result<Vec<f64>> {
-    let duration = design.samples as f64 * design.sample_time;
+/// `n` steps of an oscillation of a period between 8 samples of an ordinary historian and a third of the record.
+fn oscillation(design: &Design, draw: &mut Draw, n: usize, shape: Shape) -> Result<Vec<f64>> {
+    let duration = (design.drawn_steps - design.warm_up) as f64 * design.step();
     let period = draw.log(8.0 * design.pace, duration / 3.0);
-    shape(design.all_steps(), design.step(), period, draw)
+    shape(n, design.step(), period, draw)
 }
 
 fn sine(n: usize, step: f64, period_s: f64, draw: &mut Draw) -> Result<Vec<f64>> {
@@ -195,7 +416,7 @@ fn narrow_band(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<
     let mut stream = NormalStream::new(draw.seed());
     let (mut last, mut before) = (0.0, 0.0);
     // It starts in its stationary state, but for what is left after a few memories.
-    let memory = ((3.0 / (1.0 - radius)) as usize).min(n);
+    let memory = ((3.0 / (1.0 - radius)) as usize).min(100_000);
     let mut wave = Vec::with_capacity(n);
     for k in 0..memory + n {
         let now = first * last + second * before + stream.draw();
@@ -252,9 +473,64 @@ fn slip_wave(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<f6
     Ok(wave)
 }
 
+/// `n` steps from 0 to 1 over a period and back, over and over: straight or bent, upwards or downwards, of one length
+/// or of many, with a reset of up to a twentieth of the period.
+fn ramps_and_resets(design: &Design, n: usize, draw: &mut Draw) -> Vec<f64> {
+    let duration = (design.drawn_steps - design.warm_up) as f64 * design.step();
+    let longest = (duration / 4.0).max(40.0 * design.pace);
+    let period = draw.log(30.0 * design.pace, longest);
+    let down = draw.chance(0.5);
+    let bend = if draw.chance(0.5) { 1.0 } else { draw.log(0.5, 2.0) };
+    let vary = if draw.chance(0.5) { draw.uniform(0.02, 0.4) } else { 0.0 };
+    let reset = draw.uniform(0.0, 0.05);
+    let (mut gone, mut length) = (draw.unit() * period, period);
+    let mut wave = Vec::with_capacity(n);
+    for _ in 0..n {
+        if gone >= length {
+            gone = 0.0;
+            length = period * (1.0 + vary * draw.uniform(-1.0, 1.0));
+        }
+        let place = gone / length;
+        let up = match place > 1.0 - reset {
+            true => (1.0 - place) / reset,
+            false => (place / (1.0 - reset)).powf(bend),
+        };
+        wave.push(if down { 1.0 - up } else { up });
+        gone += design.step();
+    }
+    wave
+}
+
+/// `n` steps of noise whose power falls with the frequency to the power of u(0.6, 1.7), down to periods of `longest`
+/// steps: octaves of noise with straight lines between their knots. Of standard deviation one or so.
+fn long_memory(n: usize, longest: usize, draw: &mut Draw) -> Vec<f64> {
+    let exponent = draw.uniform(0.6, 1.7);
+    let seed = draw.seed();
+    let mut wave = vec![0.0; n];
+    let (mut every, mut power) = (longest.max(2), 0.0);
+    while every >= 2 && power < 20.0 {
+        // Each octave has the power of its frequencies.
+        let part = (every as f64 / longest as f64).powf((exponent - 1.0) / 2.0);
+        power += part * part * 2.0 / 3.0;
+        let mut stream = NormalStream::new(seed ^ every as u64);
+        let (mut from, mut to) = (stream.draw(), stream.draw());
+        for (k, v) in wave.iter_mut().enumerate() {
+            let place = (k % every) as f64 / every as f64;
+            if k > 0 && k % every == 0 {
+                (from, to) = (to, stream.draw());
+            }
+            *v += part * (from + place * (to - from));
+        }
+        every /= 2;
+    }
+    let scale = 1.0 / power.sqrt();
+    wave.iter_mut().for_each(|v| *v *= scale);
+    wave
+}
+
 /// The noise of the transmitter.
 fn noise(design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
-    let n = design.all_steps();
+    let n = design.drawn_steps;
     let sd = design.noise_ratio * design.activity * design.gain.abs();
     let tau_s = match design.noise {
         NoiseKind::Correlated => design.sample_time * draw.log(0.5, 10.0),
@@ -280,7 +556,8 @@ fn noise(design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
         }
         NoiseKind::Spikes => {
             // By the sample, whatever the rate of the controller.
-            let many = draw.log(0.0005, 0.01) * design.samples as f64;
+            let samples = (design.drawn_steps - design.warm_up) / design.steps;
+            let many = draw.log(0.0005, 0.01) * samples as f64;
             for _ in 0..(many.ceil() as usize) {
                 let from = draw.count(0, n - 1);
                 let size = sd * draw.sign() * draw.uniform(4.0, 15.0);
@@ -305,7 +582,7 @@ fn noise(design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
 
 /// The set point, but for what a controller above adds.
 fn set_point(kind: Kind, design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
-    let (n, step) = (design.all_steps(), design.step());
+    let (n, step) = (design.drawn_steps, design.step());
     let duration = n as f64 * step;
     let scale = (design.gain * design.activity).abs();
     // Where the set point is the cause, it moves more.

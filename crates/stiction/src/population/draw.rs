@@ -18,6 +18,11 @@ impl Draw {
         Self::of(&[self.seed()])
     }
 
+    /// Another stream, that belongs to the state of this and leaves it as it is.
+    pub fn beside(&self) -> Self {
+        Self::of(&[Self(self.0.clone()).seed(), 1])
+    }
+
     /// Any number.
     pub fn seed(&mut self) -> u64 {
         self.0.next_u64()

@@ -1,6 +1,7 @@
 //! What a historian does to a signal.
 
 use super::draw::Draw;
+use super::families::HistorianKind;
 use crate::closed_loop::quantised;
 use crate::series::std;
 
@@ -15,8 +16,10 @@ pub(super) struct Historian {
     pub op_quantum: f64,
     /// Resolution of the PV, in its standard deviations; 0 for none.
     pub pv_quantum: f64,
-    /// Deviation of the swinging door, in standard deviations; 0 for none.
-    pub deviation: f64,
+    /// Deviation of the swinging door on OP and on PV, in standard deviations; 0 for none.
+    pub doors: [f64; 2],
+    /// Changes of OP and PV that are reported, in standard deviations; 0 for all.
+    pub exceptions: [f64; 2],
 }
 
 impl Historian {
@@ -29,22 +32,53 @@ impl Historian {
         let op_quantised = draw.chance(0.4);
         let pv_quantum = draw.log(0.01, 0.4);
         let pv_quantised = draw.chance(0.4);
-        let deviation = draw.log(0.02, 0.5);
-        let compressed = draw.chance(0.2);
+        let door = draw.unit();
+        let doors = doors(draw, 0.02);
+        let exception = draw.unit();
+        let exceptions = [draw.log(0.02, 0.5), draw.log(0.02, 0.5)];
+        let reported = draw.weighted([([1.0, 1.0], 1.0), ([1.0, 0.0], 0.5), ([0.0, 1.0], 0.5)]);
         Self {
             averaged,
             hold: if held { hold } else { 1 },
             op_quantum: if op_quantised { op_quantum } else { 0.0 },
             pv_quantum: if pv_quantised { pv_quantum } else { 0.0 },
-            deviation: if compressed { deviation } else { 0.0 },
+            doors: if door < 0.2 { doors } else { [0.0; 2] },
+            exceptions: match exception < 0.08 && door >= 0.2 {
+                true => [exceptions[0] * reported[0], exceptions[1] * reported[1]],
+                false => [0.0; 2],
+            },
         }
+    }
+
+    /// Compresses the OP, the PV or both, and more than most do.
+    pub fn compress(&mut self, draw: &mut Draw) {
+        self.doors = doors(draw, 0.1);
+        self.exceptions = [0.0; 2];
+    }
+
+    /// What it does.
+    pub fn kinds(&self, steps: usize) -> Vec<HistorianKind> {
+        let any = |x: [f64; 2]| x.iter().any(|v| *v > 0.0);
+        let all = [
+            (self.averaged, HistorianKind::Averaging),
+            (self.hold > 1, HistorianKind::Holding),
+            (any([self.op_quantum, self.pv_quantum]), HistorianKind::Rounding),
+            (any(self.doors), HistorianKind::SwingingDoor),
+            (any(self.exceptions), HistorianKind::Exception),
+            (steps >= 20, HistorianKind::Slow),
+        ];
+        let mut kinds: Vec<_> = all.iter().filter(|(is, _)| *is).map(|(_, kind)| *kind).collect();
+        if kinds.is_empty() {
+            kinds.push(HistorianKind::Plain);
+        }
+        kinds
     }
 
     /// The OP as it is recorded, of `steps` steps a sample.
     pub fn op(&self, op: &[f64], steps: usize) -> Vec<f64> {
         let mut op = self.sampled(op, steps);
         op.iter_mut().for_each(|v| *v = quantised(*v, self.op_quantum));
-        self.compressed(op)
+        Self::kept(op, self.doors[0], self.exceptions[0])
     }
 
     /// The PV as it is recorded, of `steps` steps a sample.
@@ -55,7 +89,7 @@ impl Historian {
         }
         let quantum = if self.pv_quantum > 0.0 { self.pv_quantum * std(&pv) } else { 0.0 };
         pv.iter_mut().for_each(|v| *v = quantised(*v, quantum));
-        self.compressed(pv)
+        Self::kept(pv, self.doors[1], self.exceptions[1])
     }
 
     fn sampled(&self, x: &[f64], steps: usize) -> Vec<f64> {
@@ -66,10 +100,38 @@ impl Historian {
         x.chunks_exact(steps).map(value).collect()
     }
 
-    fn compressed(&self, x: Vec<f64>) -> Vec<f64> {
-        if self.deviation > 0.0 { swinging_door(&x, self.deviation * std(&x)) } else { x }
+    /// What comes back of what was kept.
+    fn kept(x: Vec<f64>, door: f64, exception: f64) -> Vec<f64> {
+        match (door > 0.0, exception > 0.0) {
+            (true, _) => swinging_door(&x, door * std(&x)),
+            (_, true) => reported(&x, exception * std(&x)),
+            _ => x,
+        }
     }
 }
+
+/// Deviations of the swinging door of OP and PV, each lu(`least`, 1) standard deviations: on both, or one.
+fn doors(draw: &mut Draw, least: f64) -> [f64; 2] {
+    let deviations = [draw.log(least, 1.0), draw.log(least, 1.0)];
+    match draw.unit() {
+        place if place < 0.4 => deviations,
+        place if place < 0.6 => [deviations[0], 0.0],
+        _ => [0.0, deviations[1]],
+    }
+}
+
+/// The last value that had changed by more than `change` since the one before it: exception reporting.
+fn reported(x: &[f64], change: f64) -> Vec<f64> {
+    let mut last = f64::NAN;
+    let keep = |v: &f64| {
+        if !((v - last).abs() <= change) {
+            last = *v;
+        }
+        last
+    };
+    x.iter().map(keep).collect()
+}
+
 /// The samples that a swinging-door compression with the given deviation keeps, and straight lines
 /// between them: what comes back from a historian that interpolates. The first and last samples are
 /// kept; every other one lies within `deviation` of what comes back.
@@ -111,6 +173,15 @@ fn extend(back: &mut Vec<f64>, x: &[f64], from: usize, to: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_reported_is_within_the_change() {
+        let x: Vec<f64> = (0..300).map(|k| (f64::from(k) * 0.1).sin()).collect();
+        let held = reported(&x, 0.3);
+        assert!(x.iter().zip(&held).all(|(a, b)| (a - b).abs() <= 0.3));
+        assert!(held.windows(2).filter(|w| w[0] == w[1]).count() > 150);
+        assert_eq!(reported(&x, 0.0), x);
+    }
 
     #[test]
     fn what_comes_back_is_within_the_deviation() {

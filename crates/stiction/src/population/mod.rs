@@ -11,22 +11,33 @@
 //!                      load, SP)
 //! ```
 //!
-//! Version 3. A change of what a seed gives is a new version and is named in the change log.
+//! Version 4. A change of what a seed gives is a new version and is named in the change log.
 
 mod design;
 mod disturbance;
 mod draw;
+mod families;
 mod historian;
+mod invented;
 mod kind;
 mod member;
+mod mistaken;
+mod neighbour;
 mod plant;
+pub mod position;
 mod truth;
+mod visibility;
 
-pub use design::{NoiseKind, ProcessKind, SetPointKind};
+pub use families::{
+    ControllerKind, DisturbanceKind, Family, HistorianKind, NoiseKind, ProcessKind, SetPointKind,
+    Situation,
+};
 pub use historian::swinging_door;
+pub use invented::{Invented, Invention};
 pub use kind::Kind;
 pub use member::member;
+pub use mistaken::{Mistake, mistaken};
 pub use truth::{Facts, Simulated, Truth};
 
 /// Version of the population: which loop a seed gives.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;

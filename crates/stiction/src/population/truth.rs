@@ -1,6 +1,9 @@
 //! What is true of a simulated loop.
 
-use super::{Kind, NoiseKind, ProcessKind, SetPointKind};
+use super::{
+    ControllerKind, DisturbanceKind, Family, HistorianKind, Kind, NoiseKind, ProcessKind,
+    SetPointKind, Situation,
+};
 use crate::recording::Recording;
 use crate::valve::Model;
 
@@ -29,19 +32,27 @@ pub struct Truth {
     pub j: f64,
     /// Whether the record can show the fault. False of healthy valves.
     ///
-    /// Of a sticking valve it is false if any of these holds over the record, at the rate of the
-    /// controller:
-    /// * OP less stem position has a standard deviation below 0.35 of the OP's;
-    /// * the OP travels less than S, and the standard deviation of PV less SP is at most 1.05 times that
-    ///   of the twin: the same loop, noise and disturbances with the healthy valve;
-    /// * the stem never slips, and the OP travels less than half of S;
-    /// * the PV that a healthy valve, given the same OP, would have made differs from the PV by a standard
-    ///   deviation below the noise's: what sticking does is drowned.
+    /// Of a sticking valve it is true if the stem slipped and [`gain`](Self::gain) is at least 15.6 nats: 8; 4,
+    /// which chance gains; and `ln 36` for an observer who has to find S and J among 36 instead of knowing
+    /// the stem.
+    ///
+    /// Of a sticking valve in the loop below it is true if the stem slipped twice, and the PV that a healthy
+    /// valve, given the same OP, would have made differs from the PV by a standard deviation of at least the noise's:
+    /// the OP recorded is not that of the valve, and there is no likelihood of it.
     ///
     /// Of a stuck valve it is true if the PV that a healthy valve, given the same OP, would have made
     /// differs from the PV by a standard deviation of at least three times the noise's and half the
     /// PV's own.
     pub visible: bool,
+    /// How much likelier the recorded PV is to who knows the true stem besides the OP, nats: the gain in
+    /// log-likelihood, robust and of as many samples as are independent, when past means of the stem are added to
+    /// a regression of the PV on its past and on past means of the OP. 0 of loops whose own valve does not
+    /// stick.
+    pub gain: f64,
+    /// Range of the OP over the S that the valve has, or would have if it stuck.
+    pub swing: f64,
+    /// Standard deviation of the noise that the controller gives its OP, open loop, over that S.
+    pub op_noise: f64,
     /// How often the stem of a sticking valve began to move within the record, having been at rest one
     /// step of the controller before. 0 of a healthy or stuck valve.
     pub slips: usize,
@@ -49,6 +60,30 @@ pub struct Truth {
     pub vp: Vec<f64>,
     /// What else was drawn, and what came of it.
     pub facts: Facts,
+}
+
+impl Truth {
+    /// Whether S and J are in percent of the OP that is recorded, and of a valve that sticks: what an estimate may be
+    /// compared with. False of a stuck valve, and of one that sticks in the loop below.
+    pub fn has_bands(&self) -> bool {
+        self.kind == Kind::Sticky
+    }
+
+    /// The families that the loop belongs to, one or several an axis: what can be left out of a training.
+    pub fn families(&self) -> Vec<Family> {
+        let facts = &self.facts;
+        let mut families = vec![
+            Family::Process(facts.process),
+            Family::Controller(facts.controller),
+            Family::Noise(facts.noise),
+            Family::SetPoint(facts.set_point),
+            Family::Situation(facts.situation),
+        ];
+        families.extend(self.model.map(Family::Valve));
+        families.extend(facts.disturbances.iter().copied().map(Family::Disturbance));
+        families.extend(facts.historian.iter().copied().map(Family::Historian));
+        families
+    }
 }
 
 /// What was drawn of a loop, and what came of it. PV in percent of the transmitter's span.
@@ -72,14 +107,20 @@ pub struct Facts {
     pub pv_filter_s: f64,
     /// Controller gain, percent of OP per percent of span.
     pub kc: f64,
-    /// Integral time, s.
+    /// Integral time, s; 0 without integral action.
     pub ti_s: f64,
     /// Derivative time, s, or 0.
     pub td_s: f64,
     /// Ultimate gain over controller gain.
     pub gain_margin: f64,
-    /// Whether the loop was drawn slow for its record, so that little happens.
-    pub few_events: bool,
+    /// What is special about the loop and its surroundings.
+    pub situation: Situation,
+    /// What the controller is.
+    pub controller: ControllerKind,
+    /// Standard deviation of the noise that the controller adds to its OP by itself, percent, or 0.
+    pub own_noise: f64,
+    /// How much of another loop's valve or PV acts on this one's load, or 0.
+    pub coupling: f64,
     /// Lower limit of the OP, percent.
     pub op_low: f64,
     /// Upper limit of the OP, percent.
@@ -112,32 +153,41 @@ pub struct Facts {
     pub op_quantum: f64,
     /// Resolution of the recorded PV in its standard deviations, or 0.
     pub pv_quantum: f64,
-    /// Deviation of the swinging door in standard deviations, or 0.
-    pub compression: f64,
+    /// Deviation of the swinging door on the OP in its standard deviations, or 0.
+    pub op_compression: f64,
+    /// Deviation of the swinging door on the PV in its standard deviations, or 0.
+    pub pv_compression: f64,
+    /// Change of the OP that is reported in its standard deviations, or 0.
+    pub op_exception: f64,
+    /// Change of the PV that is reported in its standard deviations, or 0.
+    pub pv_exception: f64,
+    /// What the historian did.
+    pub historian: Vec<HistorianKind>,
+    /// What happens to the loop from outside, but for the cause of its kind.
+    pub disturbances: Vec<DisturbanceKind>,
     /// Share of the record in which a valve at fault has its S and J; 0 of a healthy valve.
     pub faulty_share: f64,
     /// Range of the OP over the record, percent.
     pub op_travel: f64,
     /// Share of the record in which the OP is at a limit.
     pub at_limit: f64,
-    /// Standard deviation of PV less SP over that of the twin with the healthy valve; 1 of a healthy
-    /// valve and of a stuck one, which has no such twin.
-    pub twin_ratio: f64,
     /// How many draws were given up before this one.
     pub redrawn: usize,
 }
 
 impl Facts {
-    /// All facts by name, as a table shows them.
+    /// All facts by name, as a table shows them, but for the historian and the disturbances: those that have numbers of
+    /// their own are there, and all are in [`Truth::families`].
     pub fn entries(&self) -> Vec<(&'static str, String)> {
         /// Names that are those of the fields.
         macro_rules! entries {
             ($($name:ident)*) => { vec![$((stringify!($name), Cell::cell(&self.$name))),*] };
         }
         entries!(process gain tau_s tau2_s dead_time_s valve_lag_s pv_filter_s kc ti_s td_s gain_margin
-            few_events op_low op_high sample_time_s steps_per_sample activity noise noise_ratio
+            situation controller own_noise coupling op_low op_high sample_time_s steps_per_sample activity noise noise_ratio
             non_stationary set_point sensor_play controller_gap transmitter_quantum averaged held_samples
-            op_quantum pv_quantum compression faulty_share op_travel at_limit twin_ratio redrawn)
+            op_quantum pv_quantum op_compression pv_compression op_exception pv_exception
+            faulty_share op_travel at_limit redrawn)
     }
 }
 
@@ -171,6 +221,18 @@ impl Cell for ProcessKind {
 }
 
 impl Cell for NoiseKind {
+    fn cell(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
+impl Cell for Situation {
+    fn cell(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
+impl Cell for ControllerKind {
     fn cell(&self) -> String {
         self.name().to_owned()
     }

@@ -290,7 +290,7 @@ fn moves(name: &'static str, signal: &str, x: &[f64]) -> Measure {
 ///
 /// The smallest step is the 5 % quantile of the steps there are, so that a few interpolated samples do
 /// not hide the stairs of the others.
-fn levels(x: &[f64]) -> Option<f64> {
+pub(crate) fn levels(x: &[f64]) -> Option<f64> {
     let range = span(x);
     // What rounding makes of a standing signal is no step.
     let steps: Vec<f64> =

@@ -1,7 +1,7 @@
 //! All that is counted of some loops.
 
 use super::auc::{Auc, Ranked, auc, by_valve, logit, roc};
-use super::{Calibration, Counts, Outcomes, Quantification, Scored, Share};
+use super::{Calibration, Counts, Outcomes, Quantification, Scored, Share, Sureness};
 use crate::detect::{Decision, Method};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -35,6 +35,8 @@ pub struct Board {
     pub s: Option<Quantification>,
     /// What the estimates of J are worth.
     pub j: Option<Quantification>,
+    /// What limits of S and probabilities near 0 and 1 are worth; `None` where nothing is so told.
+    pub sureness: Option<Sureness>,
 }
 
 /// How right a method is.
@@ -124,6 +126,7 @@ impl Board {
             ),
             s: estimated(|each| (each.truth.s, each.s)),
             j: estimated(|each| (each.truth.j, each.j)),
+            sureness: Sureness::of(loops),
             methods,
         }
     }
@@ -232,6 +235,7 @@ mod tests {
             probability: p,
             s: p.map(|p| Estimate { value: 2.0 * p, low: p, high: 2.0 }),
             j: None,
+            s_below: None,
         }
     }
 

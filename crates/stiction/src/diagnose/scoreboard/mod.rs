@@ -4,7 +4,8 @@
 //! Diagnosis + Truth ──> Scored ──┬──> Outcomes   recall, false alarms, precision, abstention
 //!                                ├──> Auc        how well a statistic ranks
 //!                                ├──> Calibration  what a probability is worth
-//!                                └──> Quantification  what S and J are worth
+//!                                ├──> Quantification  what S and J are worth
+//!                                └──> Sureness       what limits and sure probabilities are worth
 //! ```
 //!
 //! A [`Scored`] keeps of a diagnosis what is counted, so that populations of any size can be scored; a
@@ -19,6 +20,7 @@ mod calibration;
 mod counts;
 mod quantification;
 mod scored;
+mod sureness;
 
 pub use auc::{Auc, DRAWS, Ranked, auc, by_valve, logit, roc};
 pub use board::{Board, KindRow, MethodRow, VERDICT};
@@ -26,3 +28,4 @@ pub use calibration::{Bin, Calibration};
 pub use counts::{Counts, Outcomes, Share, wilson};
 pub use quantification::{Errors, Quantification};
 pub use scored::{Said, Scored, Truth};
+pub use sureness::{SURE, Sureness};

@@ -50,6 +50,8 @@ pub struct Scored {
     pub s: Option<Estimate>,
     /// The estimate of J, percent of span.
     pub j: Option<Estimate>,
+    /// The upper limit of S, percent of span.
+    pub s_below: Option<f64>,
 }
 
 impl Said {
@@ -77,6 +79,7 @@ impl Scored {
             probability: diagnosis.verdict.probability,
             s: diagnosis.stiction.s,
             j: diagnosis.stiction.j,
+            s_below: diagnosis.verdict.s_below.map(|limit| limit.value),
         }
     }
 

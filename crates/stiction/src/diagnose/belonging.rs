@@ -1,0 +1,53 @@
+//! What is asked of a stretch before its valve is judged: do OP and PV belong together, and does the PV respond?
+
+use super::no_response::{self, NoResponse};
+use super::relation::{Mismatch, Relation};
+use super::verdict::Verdict;
+use super::weighing::Weighing;
+use crate::recording::Stretch;
+use crate::recording::fitness::Fitness;
+
+/// The answers.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Belonging<'a> {
+    stretch: Option<&'a Stretch>,
+    /// Whether a measured valve position is to be followed.
+    measured: bool,
+    /// Whether OP and PV belong together.
+    pub relation: Option<Relation>,
+    /// Where the PV rests while the OP travels.
+    pub no_response: Option<NoResponse>,
+}
+
+impl<'a> Belonging<'a> {
+    /// Asks a stretch; `measured` if a valve position is recorded that can be judged.
+    pub fn of(stretch: &'a Stretch, measured: bool) -> Self {
+        let relation = Relation::of(stretch);
+        let no_response = NoResponse::of(stretch).filter(|_| relation.mismatch.is_none());
+        Self { stretch: Some(stretch), measured, relation: Some(relation), no_response }
+    }
+
+    /// What the mistake is called, if the verdict is that the columns are mistaken.
+    pub fn ends(&self) -> Option<&'static str> {
+        self.stretch.filter(|stretch| stretch.pv.is_some())?;
+        self.relation.as_ref()?.ends(self.measured).map(Mismatch::name)
+    }
+
+    /// The verdict, where one of the answers ends the judgement. A PV that does not respond goes first only where the
+    /// columns belong together; a stem that was seen to move is followed whatever the rest says.
+    pub fn verdict(
+        &self,
+        weighing: Option<&Weighing>,
+        fitness: &Fitness,
+        preliminary: &Verdict,
+    ) -> Option<Verdict> {
+        let stretch = self.stretch.filter(|stretch| stretch.pv.is_some())?;
+        if let Some(verdict) =
+            self.relation.as_ref().and_then(|r| r.verdict(preliminary, self.measured))
+        {
+            return Some(verdict);
+        }
+        let (rest, step) = (self.no_response.as_ref(), stretch.sample_time);
+        no_response::verdict(rest, step, weighing, fitness, preliminary)
+    }
+}

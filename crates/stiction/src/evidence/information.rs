@@ -1,0 +1,117 @@
+//! What a window can tell of any S at all, as numbers: see [`crate::identify::information`].
+
+use super::{Feature, Line};
+use crate::identify::information::{At, Information, STEPS, information};
+
+/// A feature of this line.
+const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Feature {
+    Feature { name, meaning, line: Line::Model, monotone }
+}
+
+/// What is told of a whole window.
+const OF_ALL: usize = 9;
+
+/// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort
+/// for every S of the grid.
+pub const FEATURES: [Feature; OF_ALL + 3 * STEPS] = [
+    feature(
+        "info_z",
+        1,
+        "standard errors by which a sticking valve predicts the PV better, the best",
+    ),
+    feature("info_z_s", 0, "S at which that is so, share of the OP's range, ln"),
+    feature("info_gain", 1, "its gain in log-likelihood, nats, ln(1 + x)"),
+    feature("info_gain_s", 0, "S of the largest gain, share of the OP's span, ln"),
+    feature("info_power", 0, "nats to be had if it sticks so, ln(1 + x)"),
+    feature("info_range", 0, "range of the OP over its span, ln"),
+    feature("info_independent", 0, "independent samples, ln"),
+    feature(
+        "info_autocorrelation",
+        0,
+        "correlation of neighbouring errors behind a valve that follows",
+    ),
+    feature("info_unexplained", 0, "share of the PV, given its past, that the OP leaves, ln"),
+    feature("info_z_1", 0, "standard errors in favour of an S of 0.015 of the OP's range"),
+    feature("info_z_2", 0, "the same of 0.027"),
+    feature("info_z_3", 0, "the same of 0.05"),
+    feature("info_z_4", 0, "the same of 0.09"),
+    feature("info_z_5", 0, "the same of 0.16"),
+    feature("info_z_6", 0, "the same of 0.3"),
+    feature("info_z_7", 0, "the same of 0.54"),
+    feature("info_z_8", 0, "the same of 0.99"),
+    feature("info_z_9", 0, "the same of 1.8"),
+    feature(
+        "info_gain_1",
+        0,
+        "nats in favour of an S of 0.015 of the OP's range, signed ln(1 + x)",
+    ),
+    feature("info_gain_2", 0, "the same of 0.027"),
+    feature("info_gain_3", 0, "the same of 0.05"),
+    feature("info_gain_4", 0, "the same of 0.09"),
+    feature("info_gain_5", 0, "the same of 0.16"),
+    feature("info_gain_6", 0, "the same of 0.3"),
+    feature("info_gain_7", 0, "the same of 0.54"),
+    feature("info_gain_8", 0, "the same of 0.99"),
+    feature("info_gain_9", 0, "the same of 1.8"),
+    feature("info_power_1", 0, "nats to be had if S is 0.015 of the OP's range, ln(1 + x)"),
+    feature("info_power_2", 0, "the same of 0.027"),
+    feature("info_power_3", 0, "the same of 0.05"),
+    feature("info_power_4", 0, "the same of 0.09"),
+    feature("info_power_5", 0, "the same of 0.16"),
+    feature("info_power_6", 0, "the same of 0.3"),
+    feature("info_power_7", 0, "the same of 0.54"),
+    feature("info_power_8", 0, "the same of 0.99"),
+    feature("info_power_9", 0, "the same of 1.8"),
+];
+
+/// What a window of OP and PV can tell; `None` where it is too little.
+pub(super) fn of(op: &[f64], pv: &[f64], period: f64) -> Option<Information> {
+    information(op, pv, Some(period)).ok()
+}
+
+/// Appends one value for each of [`FEATURES`], `op_span` being the span of the OP, percent; NaN where it is
+/// missing.
+pub fn measure(information: Option<&Information>, op_span: f64, out: &mut Vec<f64>) {
+    let Some(told) = information else {
+        out.extend(FEATURES.iter().map(|_| f64::NAN));
+        return;
+    };
+    let signed = |nats: f64| nats.signum() * nats.abs().ln_1p();
+    let At { s, gain, power, .. } = told.refined;
+    let range = (told.op_range / op_span).ln();
+    out.extend([
+        told.z(),
+        told.best_at().s.ln(),
+        signed(gain),
+        s.ln() + range,
+        signed(power),
+        range,
+        told.independent.ln(),
+        told.autocorrelation,
+        told.unexplained.max(1e-9).ln(),
+    ]);
+    out.extend(told.profile.iter().map(|at| at.z));
+    out.extend(told.profile.iter().map(|at| signed(at.gain)));
+    out.extend(told.profile.iter().map(|at| signed(at.power)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_value_a_feature() {
+        let mut values = vec![];
+        measure(None, 1.0, &mut values);
+        assert!(values.len() == FEATURES.len() && values.iter().all(|v| v.is_nan()));
+        let op: Vec<f64> = (0..400).map(|k| 50.0 + (0.14 * f64::from(k)).sin()).collect();
+        let pv: Vec<f64> = op.iter().map(|u| (u - 50.0).signum()).collect();
+        let told = of(&op, &pv, 45.0).unwrap();
+        let mut values = vec![];
+        measure(Some(&told), 2.0, &mut values);
+        assert!(values.len() == FEATURES.len() && values.iter().all(|v| v.is_finite()));
+        // The grid that the names tell of.
+        let grid = crate::identify::information::grid().map(|s| format!("{s:.2}"));
+        assert_eq!(grid[1..].join(" "), "0.03 0.05 0.09 0.16 0.30 0.54 0.99 1.80");
+    }
+}

@@ -1,0 +1,151 @@
+//! No more confidence than loops of kinds left out of training bear out.
+
+use crate::error::{Error, Result};
+
+/// Probabilities between this and 1 less this are told as they are calibrated.
+const FREE: f64 = 0.1;
+
+/// A decision beyond this probability, or below 1 less this, is a sure one.
+pub const SURE: f64 = 0.98;
+
+/// What calibrated log-odds are told as.
+///
+/// Calibration holds on loops like those of training. On loops of a kind that was left out of it, a
+/// calibrated 0.98 is wrong more often than once in fifty, and how much more often is found by leaving
+/// out each kind in turn. So log-odds l are told as they are between probabilities of 0.1 and 0.9, and
+/// beyond, on either side, compressed by a straight line,
+///
+/// ```text
+/// told = ln 9 + (|l| - ln 9) (ln 49 - ln 9) / (reached - ln 9)      |l| > ln 9
+/// ```
+///
+/// so that 0.98 (or 0.02) is told at `reached`, from where on decisions on left-out kinds are right; and
+/// never beyond `most`, should there be no such place. The order of loops is kept, apart from those
+/// beyond `most`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Confidence {
+    /// Below 0.1: against a fault.
+    pub clearing: Side,
+    /// Above 0.9: for one.
+    pub accusing: Side,
+}
+
+/// One side of a [`Confidence`], in the size of log-odds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    /// The calibrated log-odds that are told as 0.98; at least its own.
+    pub reached: f64,
+    /// The largest log-odds that are told; infinite if there is no such bound.
+    pub most: f64,
+}
+
+impl Side {
+    /// Tells what is calibrated.
+    pub const IDENTITY: Self = Self { reached: 3.891_820_298_110_627, most: f64::INFINITY };
+
+    /// Reaches 0.98 at these log-odds, or at its own if that is more.
+    pub fn reaching(log_odds: f64) -> Self {
+        Self { reached: log_odds.max(Self::IDENTITY.reached), most: f64::INFINITY }
+    }
+
+    /// Never tells more than a probability, which it reaches at these log-odds at the earliest.
+    pub fn bounded(log_odds: f64, most: f64) -> Self {
+        Self { most: logit(most), ..Self::reaching(log_odds) }
+    }
+
+    fn told(self, size: f64) -> f64 {
+        let (free, sure) = (logit(1.0 - FREE), logit(SURE));
+        if size <= free {
+            return size;
+        }
+        let slope = (sure - free) / (self.reached - free);
+        (free + (size - free) * slope).min(self.most)
+    }
+
+    fn is_sound(self) -> bool {
+        let sure = logit(SURE);
+        self.reached >= sure - 1e-9 && self.reached.is_finite() && self.most > logit(1.0 - FREE)
+    }
+}
+
+impl Confidence {
+    /// Tells what is calibrated.
+    pub const IDENTITY: Self = Self { clearing: Side::IDENTITY, accusing: Side::IDENTITY };
+
+    /// Accepts a map that never says more than is calibrated.
+    ///
+    /// # Errors
+    /// If it does, or is not finite.
+    pub fn checked(self) -> Result<Self> {
+        match self.clearing.is_sound() && self.accusing.is_sound() {
+            true => Ok(self),
+            false => Err(Error::Bundle("the confidence is more than was calibrated".into())),
+        }
+    }
+
+    /// The probability to tell of a calibrated one.
+    pub fn told(&self, probability: f64) -> f64 {
+        if (FREE..=1.0 - FREE).contains(&probability) {
+            return probability;
+        }
+        let log_odds = logit(probability);
+        let side = if log_odds < 0.0 { self.clearing } else { self.accusing };
+        super::sigmoid(side.told(log_odds.abs()).copysign(log_odds))
+    }
+}
+
+/// `ln(p / (1 - p))`.
+pub fn logit(p: f64) -> f64 {
+    (p / (1.0 - p)).ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn identity_changes_nothing() {
+        assert!((Side::IDENTITY.reached - logit(SURE)).abs() < 1e-12);
+        for p in [0.0, 1e-6, 0.02, 0.1, 0.5, 0.93, 0.999, 1.0] {
+            assert!((Confidence::IDENTITY.told(p) - p).abs() < 1e-12, "{p}");
+        }
+    }
+
+    #[test]
+    fn sure_is_told_where_it_is_reached() {
+        let map = Confidence { clearing: Side::reaching(6.0), accusing: Side::reaching(5.0) };
+        let map = map.checked().unwrap();
+        assert!((map.told(crate::fusion::sigmoid(-6.0)) - 0.02).abs() < 1e-9);
+        assert!((map.told(crate::fusion::sigmoid(5.0)) - 0.98).abs() < 1e-9);
+        assert_eq!((map.told(0.1), map.told(0.3), map.told(0.9)), (0.1, 0.3, 0.9));
+        let never = Confidence { clearing: Side::bounded(6.0, 0.97), ..map };
+        assert!((never.told(1e-12) - 0.03).abs() < 1e-9 && never.told(0.999) > 0.98);
+    }
+
+    #[test]
+    fn more_than_calibrated_is_refused() {
+        let of = |reached, most| Confidence {
+            clearing: Side { reached, most },
+            accusing: Side::IDENTITY,
+        };
+        assert!(of(3.0, f64::INFINITY).checked().is_err());
+        assert!(of(f64::NAN, f64::INFINITY).checked().is_err());
+        assert!(of(f64::INFINITY, f64::INFINITY).checked().is_err());
+        assert!(of(5.0, 1.0).checked().is_err() && of(5.0, f64::NAN).checked().is_err());
+        assert!(of(5.0, 3.0).checked().is_ok());
+    }
+
+    proptest! {
+        /// Told probabilities keep their order and never lie further out.
+        #[test]
+        fn order_is_kept(a in 0.0..=1.0f64, b in 0.0..=1.0f64, low in 3.9..9.0f64, high in 3.9..9.0f64) {
+            let map = Confidence { clearing: Side::reaching(low), accusing: Side::bounded(high, 0.97) };
+            let (small, large) = (map.told(a.min(b)), map.told(a.max(b)));
+            prop_assert!((0.0..=1.0).contains(&small) && small <= large + 1e-12);
+            for p in [a, b] {
+                prop_assert!((map.told(p) - 0.5).abs() <= (p - 0.5).abs() + 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Whether OP and PV are those of one loop.
+
+use super::trees::Ensemble;
+
+/// Tells recordings whose columns belong together from mistaken ones: exchanged columns, signals of two loops, noise
+/// in the place of a signal ([`Mistake`](crate::population::Mistake)).
+///
+/// A logistic regression by boosted trees on the evidence, of simulated loops of all kinds, stuck valves among them,
+/// against such loops with a mistake made in their columns. The threshold is the margin that so few true loops exceed that were
+/// left out of its training as the model card says, by kind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mismatch {
+    /// The margin of a mistake.
+    pub trees: Ensemble,
+    /// The margin from which it is named.
+    pub threshold: f64,
+}
+
+impl Mismatch {
+    /// The odds of a mistake over those of the threshold, `exp(margin - threshold)`: above 1 the columns look mistaken.
+    pub fn odds(&self, row: &[f32]) -> f64 {
+        (self.trees.margin(row) - self.threshold).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fusion::Node;
+
+    #[test]
+    fn odds_are_one_at_the_threshold() {
+        let of = |margin: f32| {
+            let trees = Ensemble::new(0.0, &[vec![Node::Leaf(margin)]]).unwrap();
+            Mismatch { trees, threshold: 1.5 }.odds(&[])
+        };
+        assert_eq!(of(1.5), 1.0);
+        assert!(of(1.25) < 1.0 && (of(2.5) - 1f64.exp()).abs() < 1e-12);
+    }
+}

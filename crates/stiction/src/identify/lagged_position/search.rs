@@ -1,0 +1,230 @@
+//! The search for the valve and the lag that lead from OP to the recorded position.
+
+use super::candidate::{Candidate, Fitted, Friction, Place};
+use super::evaluate::{Piece, Target};
+use crate::series::{median, median_absolute_deviation, span, std};
+
+/// Lags tried at first, samples.
+const LAGS: [f64; 11] = [0.0, 0.25, 0.5, 0.9, 1.5, 2.3, 3.5, 5.2, 8.0, 12.0, 18.0];
+/// fd over fs tried at first.
+const RATIOS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 0.9, 1.0];
+/// Second lags over first ones.
+const SECOND: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
+/// fs tried at first: from, up to, %, and the step in its logarithm.
+const FS: (f64, f64, f64) = (0.03, 20.0, 0.25);
+/// Small bands that count as healthy, tried at the lags that were found, %.
+const SMALL: [f64; 4] = [0.03, 0.06, 0.1, 0.14];
+/// Limits of the gain: a smaller one would let a valve that follows pass for a play.
+const GAIN: (f64, f64) = (0.85, 1.18);
+/// Standard deviations of the residual up to which a loss is quadratic.
+const HUBER: f64 = 2.5;
+/// Most basins that are refined in each round, with the half widths of the search in ln fs, fd over fs and ln
+/// T, and how many fs are tried in it.
+const ROUNDS: [(usize, f64, f64, f64, usize); 3] =
+    [(12, 0.2, 0.15, 0.3, 7), (4, 0.07, 0.07, 0.12, 7), (2, 0.025, 0.03, 0.05, 5)];
+/// How far bands of a family lie apart that count as two basins, in ln fs: the grid is too coarse to rank them.
+const APART: f64 = 0.2;
+/// Samples that are simulated and not scored, and at most which share of a piece.
+const BURN: (usize, usize) = (60, 8);
+/// A longer recording is cut into [`PIECES`] pieces, evenly spread, of so many samples together.
+pub(super) const MOST_SAMPLES: usize = 16_000;
+/// How many pieces.
+const PIECES: usize = 8;
+
+/// Everything that was tried on equal terms.
+pub(super) struct Search {
+    pub all: Vec<Fitted>,
+    pub best: usize,
+    /// Standard deviation of VP less the best fit, robust, %.
+    pub left: f64,
+    /// Share of the variance of VP that the best explains.
+    pub explained: f64,
+    /// Gain of the best linear fit if the gain may be anything from 0.
+    pub free_gain: f64,
+}
+
+/// Searches; OP and VP in percent, of one length, finite, and moving.
+pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
+    let n = op.len();
+    let (count, length) = if n > MOST_SAMPLES { (PIECES, MOST_SAMPLES / PIECES) } else { (1, n) };
+    let parts: Vec<std::ops::Range<usize>> = (0..count)
+        .map(|i| {
+            let from = (n - length) * i / (count - 1).max(1);
+            from..from + length
+        })
+        .collect();
+    let (u, v) = (less_mean(op), less_mean(vp));
+    let pieces = |gain: f64| -> Vec<Piece<'_>> {
+        let piece = |part: &std::ops::Range<usize>| {
+            let (u, v) = (&u[part.clone()], &v[part.clone()]);
+            let offset = mean(v) - gain * mean(u);
+            let burn = BURN.0.min(u.len() / BURN.1);
+            Piece { u, v, start: (v[0] - offset) / gain, burn }
+        };
+        parts.iter().map(piece).collect()
+    };
+    // Where the stem begins, from the valve that follows.
+    let follows = [Candidate::ideal(Place::After, 0.0)];
+    let unscaled = pieces(1.0);
+    let free =
+        Target::new(&unscaled, 0.0, f64::INFINITY, (0.0, f64::INFINITY)).fit(&follows, &LAGS);
+    let gain = Target::new(&unscaled, 0.0, f64::INFINITY, GAIN).fit(&follows, &LAGS)[0].gain();
+    let pieces = pieces(gain);
+
+    // A first look, for what is left and how it hangs together.
+    let most = span(op).min(FS.1).max(1.0);
+    let steps = ((most / FS.0).ln() / FS.2).ceil() as usize;
+    let fs: Vec<f64> = (0..steps).map(|i| FS.0 * (FS.2 * i as f64).exp()).collect();
+    let every_second = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
+    let mut few = healthy(&SECOND);
+    few.extend(grid(&every_second(&fs), &[0.0, 0.5, 1.0], &FAMILIES));
+    let plain = Target::new(&pieces, 0.0, f64::INFINITY, GAIN);
+    let first = plain.fit(&few, &every_second(&LAGS));
+    let left = residual(&plain, &first[best(&first)]);
+    let (mut squares, mut products) = (0.0, 0.0);
+    for left in &left {
+        squares += left.iter().map(|x| x * x).sum::<f64>();
+        products += left.windows(2).map(|x| x[0] * x[1]).sum::<f64>();
+    }
+    let rho = if squares > 0.0 { (products / squares).clamp(0.0, 0.95) } else { 0.0 };
+    let white: Vec<f64> =
+        left.iter().flat_map(|left| left.windows(2).map(|x| x[1] - rho * x[0])).collect();
+    // `median_absolute_deviation` is scaled to the standard deviation of a normal distribution.
+    let huber = HUBER * median_absolute_deviation(&white).max(0.3 * std(&white));
+    let target = Target::new(&pieces, rho, if huber > 0.0 { huber } else { f64::INFINITY }, GAIN);
+
+    let mut all = target.fit(&healthy(&SECOND), &LAGS);
+    all.extend(target.fit(&grid(&fs, &RATIOS, &FAMILIES), &LAGS));
+    for (round, (basins, width_fs, width_ratio, width_lag, count)) in ROUNDS.into_iter().enumerate()
+    {
+        // Each basin about its own lag: at a wrong one the right band is no better than a wrong band.
+        for leader in leading(&all, basins) {
+            let (mut of, mut lag) = (all[leader].candidate, all[leader].lag);
+            if round == 1 {
+                let tried = target.fit(&SECOND.map(|second| Candidate { second, ..of }), &LAGS);
+                let found = &tried[best(&tried)];
+                if found.loss < all[leader].loss {
+                    (of, lag) = (found.candidate, found.lag);
+                }
+                all.extend(tried);
+            }
+            let mut lags: Vec<f64> = match lag > 0.0 {
+                true => spread(7).map(|x| lag * (width_lag * x).exp()).collect(),
+                false => vec![0.1, 0.2, 0.3],
+            };
+            lags.extend(if round == 0 { &LAGS[..] } else { &LAGS[..1] });
+            let mut ratios: Vec<f64> =
+                spread(5).map(|x| (of.fd / of.fs + width_ratio * x).clamp(0.0, 1.0)).collect();
+            ratios.dedup();
+            let fs: Vec<f64> = spread(count).map(|x| of.fs * (width_fs * x).exp()).collect();
+            let near = grid(&fs, &ratios, &[(of.place, of.friction)]);
+            let second = of.second;
+            let near: Vec<Candidate> =
+                near.into_iter().map(|near| Candidate { second, ..near }).collect();
+            all.extend(target.fit(&near, &lags));
+        }
+    }
+    let second = all[best(&all)].candidate.second;
+    // Healthy valves with lags as fine, and small bands, so that they are not at a disadvantage.
+    let found = all[best(&all)].lag;
+    for behind in SECOND {
+        let own = all.iter().filter(|f| f.candidate.is_ideal() && f.candidate.second == behind);
+        let own = own.min_by(|a, b| a.loss.total_cmp(&b.loss)).map_or(found, |f| f.lag);
+        let mut lags = LAGS.to_vec();
+        lags.extend(spread(7).map(|x| own * (0.3 * x).exp()).filter(|lag| *lag > 0.0));
+        lags.extend(spread(5).map(|x| found * (0.1 * x).exp()).filter(|lag| *lag > 0.0));
+        let mut tried = healthy(&[behind]);
+        if behind == 0.0 || behind == second {
+            let small = grid(&SMALL, &[0.0, 0.5, 1.0], &FAMILIES);
+            tried.extend(small.into_iter().map(|small| Candidate { second: behind, ..small }));
+        }
+        all.extend(target.fit(&tried, &lags));
+    }
+    let best = best(&all);
+    let left: Vec<f64> = residual(&target, &all[best]).concat();
+    let scored: Vec<f64> = pieces.iter().flat_map(|p| less_mean(&p.v[p.burn..])).collect();
+    let share = std(&left) / std(&scored).max(f64::MIN_POSITIVE);
+    Search {
+        best,
+        left: median_absolute_deviation(&left),
+        explained: 1.0 - share * share,
+        free_gain: free[0].gain(),
+        all,
+    }
+}
+
+/// Every place of the lag with every friction that is its own there.
+const FAMILIES: [(Place, Friction); 4] = [
+    (Place::After, Friction::TwoPhase),
+    (Place::After, Friction::He),
+    (Place::Before, Friction::TwoPhase),
+    (Place::Before, Friction::HeBetween),
+];
+
+fn healthy(second: &[f64]) -> Vec<Candidate> {
+    let of = |place| second.iter().map(move |second| Candidate::ideal(place, *second));
+    [Place::After, Place::Before].into_iter().flat_map(of).collect()
+}
+
+fn grid(fs: &[f64], ratios: &[f64], families: &[(Place, Friction)]) -> Vec<Candidate> {
+    let mut all = vec![];
+    for &(place, friction) in families {
+        for &fs in fs {
+            // A play is the same whichever way the valve slips.
+            let plays = |ratio: &&f64| friction == Friction::TwoPhase || **ratio < 1.0;
+            let of = |ratio: &f64| Candidate { place, friction, fs, fd: fs * ratio, second: 0.0 };
+            all.extend(ratios.iter().filter(plays).map(of));
+        }
+    }
+    all
+}
+
+/// Which leaves least; the first of equals.
+fn best(all: &[Fitted]) -> usize {
+    let losses = all.iter().enumerate().map(|(i, fitted)| (i, fitted.loss));
+    losses.reduce(|a, b| if b.1 < a.1 { b } else { a }).map_or(0, |(i, _)| i)
+}
+
+/// The best of each basin with a band, the best basins first.
+fn leading(all: &[Fitted], most: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..all.len()).filter(|i| !all[*i].candidate.is_ideal()).collect();
+    order.sort_by(|a, b| all[*a].loss.total_cmp(&all[*b].loss));
+    let mut leading: Vec<usize> = vec![];
+    let family = |i: usize| (all[i].candidate.place, all[i].candidate.friction);
+    for i in order {
+        let apart = |known: usize| {
+            family(known) != family(i)
+                || (all[known].candidate.fs / all[i].candidate.fs).ln().abs() > APART
+        };
+        if leading.iter().all(|known| apart(*known)) {
+            leading.push(i);
+        }
+        if leading.len() == most {
+            break;
+        }
+    }
+    leading
+}
+
+/// What is left of VP in each piece, less its median.
+fn residual(target: &Target<'_>, fitted: &Fitted) -> Vec<Vec<f64>> {
+    let less_median = |left: Vec<f64>| {
+        let middle = median(&left);
+        left.iter().map(|x| x - middle).collect()
+    };
+    target.residual(fitted).into_iter().map(less_median).collect()
+}
+
+/// `count` numbers from -1 to 1.
+fn spread(count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |i| 2.0 * i as f64 / (count - 1) as f64 - 1.0)
+}
+
+fn mean(x: &[f64]) -> f64 {
+    x.iter().sum::<f64>() / x.len() as f64
+}
+
+fn less_mean(x: &[f64]) -> Vec<f64> {
+    let mean = mean(x);
+    x.iter().map(|x| x - mean).collect()
+}
