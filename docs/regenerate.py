@@ -1,0 +1,35 @@
+"""Makes the generated parts of the documents again: what stands between `<!-- stiction ... -->` and `<!-- end -->`.
+
+python3 docs/regenerate.py [path of the command, default target/release/stiction]
+"""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+MARKED = re.compile(r"(<!-- (stiction [^\n]*?) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+
+
+def main() -> None:
+    binary = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/stiction").resolve()
+
+    def printed(match: re.Match[str]) -> str:
+        begin, command, old, end = match.groups()
+        print(command, file=sys.stderr)
+        run = subprocess.run([binary, *shlex.split(command)[1:]], cwd=ROOT, capture_output=True, text=True)
+        if run.returncode != 0:
+            print(f"kept as it was: {run.stderr.strip()}", file=sys.stderr)
+            return begin + old + end
+        return f"{begin}\n```sh\n{command}\n```\n\n{run.stdout.strip()}\n\n{end}"
+
+    for document in sorted(ROOT.glob("docs/*.md")):
+        text = document.read_text()
+        if MARKED.search(text):
+            document.write_text(MARKED.sub(printed, text))
+
+
+if __name__ == "__main__":
+    main()
