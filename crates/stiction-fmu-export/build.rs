@@ -14,9 +14,8 @@ fn main() {
     let root = Path::new(&var("CARGO_MANIFEST_DIR")).join("../..");
     let root = root.canonicalize().expect("the workspace is there");
     for source in [
-        "crates/stiction/src",
-        "crates/stiction/model",
-        "crates/stiction/Cargo.toml",
+        "crates/stiction-model/src",
+        "crates/stiction-model/Cargo.toml",
         "crates/stiction-fmu/src",
         "crates/stiction-fmu/Cargo.toml",
         "Cargo.toml",
@@ -52,8 +51,8 @@ fn library(root: &Path, out: &Path, target: &str, os: &str) -> PathBuf {
     let folder = out.ancestors().nth(3).unwrap_or(out).join("fmu-library");
     let built = Command::new(var("CARGO"))
         // As nothing but a library for C: beside one for Rust it would not be optimised as a whole.
-        .args(["rustc", "--release", "--lib", "--crate-type", "cdylib", "--locked"])
-        .args(["--config", "profile.release.strip=true"])
+        .args(["rustc", "--profile", "dist", "--lib", "--crate-type", "cdylib", "--locked"])
+        .args(["--config", "profile.dist.strip=true"])
         .args(["--target", target])
         .arg("--manifest-path")
         .arg(root.join("crates/stiction-fmu/Cargo.toml"))
@@ -72,7 +71,7 @@ fn library(root: &Path, out: &Path, target: &str, os: &str) -> PathBuf {
         "macos" => "libstiction_fmu.dylib",
         _ => "libstiction_fmu.so",
     };
-    folder.join(target).join("release").join(name)
+    folder.join(target).join("dist").join(name)
 }
 
 /// Flags of the compiler: those of this build if the target is the same, and what keeps paths out.

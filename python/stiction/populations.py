@@ -37,7 +37,7 @@ class Truth(Result):
         Slip jump, percent of span.
     slips : int
         How often the stem of a sticking valve began to move within the record.
-    gain : float
+    evidence_nats : float
         How much likelier the recorded PV is to who knows the stem besides the OP, nats; 0 unless its own valve sticks.
     swing : float
         Range of the OP over the S that the valve has, or would have if it stuck.
@@ -55,7 +55,7 @@ class Truth(Result):
     S: float
     J: float
     slips: int
-    gain: float
+    evidence_nats: float
     swing: float
     op_noise: float
     facts: dict[str, float | int | bool | str]

@@ -79,8 +79,17 @@ pub fn run(args: Args) -> Result<()> {
             let facts = truth.facts.entries();
             if from == 0 && k == 0 {
                 let fixed = [
-                    "file", "kind", "sticks", "visible", "model", "S", "J", "slips", "gain",
-                    "swing", "op_noise",
+                    "file",
+                    "kind",
+                    "sticks",
+                    "visible",
+                    "model",
+                    "S",
+                    "J",
+                    "slips",
+                    "evidence_nats",
+                    "swing",
+                    "op_noise",
                 ];
                 truths
                     .write_record(fixed.into_iter().chain(facts.iter().map(|(name, _)| *name)))?;

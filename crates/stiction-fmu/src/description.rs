@@ -99,7 +99,7 @@ impl Fmu {
 
     /// How many numbers a solver from outside watches.
     fn indicators(&self) -> usize {
-        if self.is_continuous() { stiction::stem::MovingStem::GUARDS } else { 0 }
+        if self.is_continuous() { stiction_model::stem::MovingStem::GUARDS } else { 0 }
     }
 
     fn write_2(&self, xml: &mut String) -> std::fmt::Result {

@@ -2,9 +2,9 @@
 
 use std::ops::{Deref, DerefMut};
 
-use stiction::stem::friction::LAWS;
-use stiction::stem::{ParameterSet, SETS};
-use stiction::valve::Model as Law;
+use stiction_model::stem::friction::LAWS;
+use stiction_model::stem::{ParameterSet, SETS};
+use stiction_model::valve::Model as Law;
 
 use crate::json::{self, Value};
 use crate::model::{self, Model};
@@ -53,7 +53,7 @@ const MODELS: &str = "valve, stem, loop";
 
 impl Fmu {
     /// A `valve` or a `loop` with a data-driven law, or a `stem` with a friction law or one of the
-    /// parameter sets of [`stiction::stem`], with its usual start values.
+    /// parameter sets of [`stiction_model::stem`], with its usual start values.
     ///
     /// # Errors
     /// If there is none; the sentence lists those there are.

@@ -1,7 +1,7 @@
 //! The physical stem: integrated over a step with the OP held, or by a solver from outside.
 
-use stiction::stem::friction::{Armstrong, Dahl, LAWS};
-use stiction::stem::{
+use stiction_model::stem::friction::{Armstrong, Dahl, LAWS};
+use stiction_model::stem::{
     EventKind, FrictionLaw, MovingStem, ParameterSet, SETS, Stem, StemParameters, StemStart,
 };
 
@@ -56,7 +56,7 @@ pub(crate) fn preset(name: &str) -> Option<Result<(StemParameters, FrictionLaw)>
         };
         Ok((set.stem, friction))
     };
-    Some(preset().map_err(|e: stiction::Error| e.to_string()))
+    Some(preset().map_err(|e: stiction_model::Error| e.to_string()))
 }
 
 /// Unit and meaning of a friction parameter.

@@ -1,9 +1,9 @@
 //! A whole loop, PI or PID controller, sticking valve and process, as a source of test signals.
 
-use stiction::closed_loop::{
+use stiction_model::closed_loop::{
     AntiWindup, ClosedLoop, Controller, Player, Process, Signal, SignalSource,
 };
-use stiction::valve::{Model as Law, Valve};
+use stiction_model::valve::{Model as Law, Valve};
 
 use crate::model::{Model, Moves, Result};
 use crate::valve;
@@ -69,7 +69,7 @@ struct Built {
     noise: Option<SignalSource>,
 }
 
-fn build(law: Law, values: &[f64]) -> stiction::Result<Built> {
+fn build(law: Law, values: &[f64]) -> stiction_model::Result<Built> {
     let [
         sample_time,
         kc,
@@ -97,7 +97,7 @@ fn build(law: Law, values: &[f64]) -> stiction::Result<Built> {
         controller = controller.with_limits(low, high, AntiWindup::Clamping)?;
     }
     if bumpless != 0.0 {
-        controller = controller.with_handover(stiction::closed_loop::Handover::Bumpless);
+        controller = controller.with_handover(stiction_model::closed_loop::Handover::Bumpless);
     }
     let process = if tau2 == 0.0 {
         Process::first_order(gain, tau, dead_time)?
@@ -116,7 +116,7 @@ fn build(law: Law, values: &[f64]) -> stiction::Result<Built> {
     }
     .player()?;
     if !(seed >= 0.0) {
-        return Err(stiction::Error::Parameter {
+        return Err(stiction_model::Error::Parameter {
             name: "seed",
             value: seed,
             allowed: "at least 0".to_owned(),

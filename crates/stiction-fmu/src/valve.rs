@@ -1,7 +1,9 @@
 //! A data-driven valve: one sample a step.
 
-use stiction::Bands;
-use stiction::valve::{AnyModel, Assembly, HeWang, Model as Law, Start, StemLag, TwoPhase, Valve};
+use stiction_model::Bands;
+use stiction_model::valve::{
+    AnyModel, Assembly, HeWang, Model as Law, Start, StemLag, TwoPhase, Valve,
+};
 
 use crate::model::{Model, Moves, Result};
 use crate::variables::{MOVES, Numbers, Variable};
@@ -40,7 +42,11 @@ pub(crate) fn settings() -> [Variable; SETTINGS] {
 }
 
 /// A valve with the [`settings`] in `values`, sampled every `sample_time` seconds, stuck at 0.
-pub(crate) fn build(law: Law, values: &[f64], sample_time: f64) -> stiction::Result<Assembly> {
+pub(crate) fn build(
+    law: Law,
+    values: &[f64],
+    sample_time: f64,
+) -> stiction_model::Result<Assembly> {
     let [s, j, k, rest, lag, limited, low, high] = *values else {
         unreachable!("a valve has as many settings as its table")
     };

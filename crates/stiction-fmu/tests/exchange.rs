@@ -4,8 +4,8 @@
 mod common;
 
 use common::{Client, Unpacked, reference};
-use stiction::stem::{EventKind, FrictionLaw, PressureSignal, Stem, StemStart};
 use stiction_fmu::{Fmi, Fmu, fmi2};
+use stiction_model::stem::{EventKind, FrictionLaw, PressureSignal, Stem, StemStart};
 
 /// A fixed-step solver of the fourth order, with events by bisection: as plain as can be.
 struct Solver<'a> {
@@ -64,7 +64,8 @@ fn events_are_found_by_their_indicators() {
 
     let stem = Stem::named("cts").unwrap();
     let FrictionLaw::Classical(law) = *stem.friction() else { unreachable!() };
-    let law = stiction::stem::friction::Classical::new(law.static_n(), law.coulomb_n(), 61.29, 0.0);
+    let law =
+        stiction_model::stem::friction::Classical::new(law.static_n(), law.coulomb_n(), 61.29, 0.0);
     let stem = Stem::new(*stem.parameters(), FrictionLaw::Classical(law.unwrap())).unwrap();
     let p = |t: f64| (t, stem.parameters().pressure_pa(op(t)));
     let signal = PressureSignal::from_points(vec![p(0.0), p(60.0), p(end)]).unwrap();

@@ -3,11 +3,11 @@
 mod common;
 
 use common::{Client, Unpacked, reference, wandering};
-use stiction::Bands;
-use stiction::closed_loop::{ClosedLoop, Controller, Process, Signal};
-use stiction::stem::{PressureSignal, SETS, Stem, StemStart};
-use stiction::valve::{AnyModel, Assembly, HeWang, Model, Start, StemLag, Valve};
 use stiction_fmu::{Fmi, Fmu};
+use stiction_model::Bands;
+use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Signal};
+use stiction_model::stem::{PressureSignal, SETS, Stem, StemStart};
+use stiction_model::valve::{AnyModel, Assembly, HeWang, Model, Start, StemLag, Valve};
 
 const VERSIONS: [Fmi; 2] = [Fmi::V2, Fmi::V3];
 

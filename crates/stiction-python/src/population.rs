@@ -52,7 +52,7 @@ impl Loops {
             "S": truth.s,
             "J": truth.j,
             "slips": truth.slips,
-            "gain": truth.gain,
+            "evidence_nats": truth.gain,
             "swing": truth.swing,
             "op_noise": truth.op_noise,
             "facts": facts,
@@ -130,7 +130,7 @@ fn facts_of(truth: &Truth) -> Vec<(&'static str, Fact)> {
         ("S", Fact::Number(truth.s)),
         ("J", Fact::Number(truth.j)),
         ("slips", Fact::Count(truth.slips as i64)),
-        ("gain", Fact::Number(truth.gain)),
+        ("evidence_nats", Fact::Number(truth.gain)),
         ("swing", Fact::Number(truth.swing)),
         ("op_noise", Fact::Number(truth.op_noise)),
     ];

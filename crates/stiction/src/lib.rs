@@ -54,25 +54,17 @@
 //! # Ok::<(), stiction::Error>(())
 //! ```
 
-pub mod bands;
-pub mod closed_loop;
-pub mod compensate;
 pub mod detect;
 pub mod diagnose;
-mod error;
 pub mod evidence;
 pub mod fusion;
-mod golden;
 pub mod identify;
-pub mod limit_cycle;
 pub mod oscillation;
 pub mod population;
 pub mod recording;
 pub mod series;
-mod simd;
-pub mod stem;
-pub mod valve;
 pub mod what_if;
 
-pub use bands::Bands;
-pub use error::{Error, Result};
+pub use stiction_model::{Bands, Error, Number, Result};
+pub use stiction_model::{bands, closed_loop, compensate, limit_cycle, stem, valve};
+use stiction_model::{error, numeric, simd};

@@ -1,6 +1,7 @@
 //! What a detector says.
 
 use super::Method;
+use crate::Number;
 
 /// What a detector decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,24 +31,6 @@ impl Decision {
             Self::Undecided => "undecided",
             Self::Abstains => "abstains",
         }
-    }
-}
-
-/// A named number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Number {
-    /// Its name, such as `delta tau`.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// Its unit; empty for a ratio or count.
-    pub unit: &'static str,
-}
-
-impl Number {
-    /// A number with a unit; empty for none.
-    pub fn new(name: &'static str, value: f64, unit: &'static str) -> Self {
-        Self { name, value, unit }
     }
 }
 

@@ -7,7 +7,7 @@
 //! are all there is (E. J. Hannan, J. Rissanen, Biometrika 69 (1982) 81-94; recalled, not read).
 
 use super::arx::TAPS;
-use super::least_squares::{Solution, least_squares};
+use crate::numeric::least_squares::{Solution, least_squares};
 
 /// How many past values of PV and input, and past errors, a model knows.
 #[derive(Clone, Copy)]

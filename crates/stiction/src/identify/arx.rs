@@ -32,8 +32,8 @@
 // serve all delays. What the past of `y` explains is the same for every input and delay; its normal equations are
 // factored once, and only a system of four unknowns is left.
 
-use super::least_squares::{Solution, dot, least_squares};
 use crate::detect::Abstention;
+use crate::numeric::least_squares::{RIDGE, Solution, dot, least_squares};
 use crate::series::{centred, mean, std};
 use crate::simd::{Kernel, LANES, Lane, Width};
 
@@ -43,9 +43,6 @@ pub const PAST: usize = 5;
 pub const TAPS: usize = 4;
 /// A constant and the past of the PV.
 const COMMON: usize = PAST + 1;
-/// Added to each square on the diagonal, for series of variance one: keeps columns that are all but
-/// equal from being told apart by rounding.
-pub(super) const RIDGE: f64 = 1e-9;
 /// Samples whose positions stay in the first-level cache while all lags pass over them.
 const TILE: usize = 96;
 

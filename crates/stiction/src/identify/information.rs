@@ -289,14 +289,14 @@ impl Problem {
 
         let all = columns.len();
         let mut gram = DMatrix::from_fn(all, all, |i, j| match i >= j {
-            true => super::least_squares::dot(&columns[i], &columns[j]),
+            true => crate::numeric::least_squares::dot(&columns[i], &columns[j]),
             false => 0.0,
         });
         gram.fill_upper_triangle_with_lower_triangle();
         ridged(&mut gram);
         let products =
-            DVector::from_fn(all, |i, _| super::least_squares::dot(&columns[i], &target));
-        let power = super::least_squares::dot(&target, &target);
+            DVector::from_fn(all, |i, _| crate::numeric::least_squares::dot(&columns[i], &target));
+        let power = crate::numeric::least_squares::dot(&target, &target);
         let past = Fit::of(
             gram.view((0, 0), (common, common)).into(),
             &products.rows(0, common).into(),

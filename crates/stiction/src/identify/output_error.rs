@@ -5,7 +5,7 @@
 //! ```
 
 use super::arx::lag_sums;
-use super::least_squares::dot;
+use crate::numeric::least_squares::dot;
 use crate::simd::{Kernel, LANES, Lane, Width};
 
 /// Time constants of the lag, shares of the period; the integrator is tried as well.

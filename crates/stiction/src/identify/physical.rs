@@ -47,12 +47,12 @@
 //! Engineering Practice 13 (2005) 641-658 (recalled, not read). Estimating friction from stem position:
 //! R. A. Romano and C. Garcia, IFAC DYCOPS 2007 (abstract read). The map to S and J is of this project.
 
-use super::nelder_mead::{Minimum, minimise};
 use super::position::{self, Line, PositionFit, Record, Sums};
 use super::slips::Motion;
 use crate::Bands;
 use crate::detect::Abstention;
 use crate::error::{Result, positive};
+use crate::numeric::nelder_mead::{Minimum, minimise};
 use crate::series::{autocorrelation, span};
 use crate::stem::friction::Classical;
 use crate::stem::{FrictionLaw, Stem, StemParameters, StemValve};

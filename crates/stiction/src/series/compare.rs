@@ -1,7 +1,7 @@
 //! Whether two groups of values differ.
 
-use super::statistics::{mean, variance};
 use super::trend::two_sided_t;
+use super::{mean, variance};
 
 /// Up to how many values together all ways to part them are tried out.
 const MOST_TO_PERMUTE: usize = 20;

@@ -1,7 +1,8 @@
 //! Correlation; auto- and cross-correlation by the fast Fourier transform.
 
 use super::spectrum::{Spectrum, fft_length};
-use super::statistics::{centred, mean, span, variance};
+use super::statistics::centred;
+use super::{mean, span, variance};
 
 /// Autocorrelation of `x` less its mean at the lags 0 to `max_lag`, biased (divisor n) and 1 at lag
 /// zero; `None` if all samples are equal.

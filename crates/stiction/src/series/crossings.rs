@@ -79,25 +79,6 @@ pub fn half_waves(x: &[f64]) -> Vec<HalfWave> {
     waves.collect()
 }
 
-/// Turns of a series by more than `band`.
-pub fn reversals(x: &[f64], band: f64) -> usize {
-    let Some(&first) = x.first() else { return 0 };
-    let (mut low, mut high, mut turns) = (first, first, 0);
-    // The direction of the last move that was larger than the band.
-    let mut rising: Option<bool> = None;
-    for &v in x {
-        (low, high) = (low.min(v), high.max(v));
-        if rising != Some(true) && v > low + band {
-            turns += usize::from(rising == Some(false));
-            (rising, high) = (Some(true), v);
-        } else if rising != Some(false) && v < high - band {
-            turns += usize::from(rising == Some(true));
-            (rising, low) = (Some(false), v);
-        }
-    }
-    turns
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,12 +92,5 @@ mod tests {
         assert_eq!((waves[0].first, waves[0].end, waves[0].above), (1, 4, true));
         assert_eq!(waves[1].length(), 2.5);
         assert!(half_waves(&[0.0; 5]).is_empty());
-    }
-
-    #[test]
-    fn reversals_ignore_noise() {
-        assert_eq!(reversals(&[0.0, 5.0, 4.9, 5.1, 0.0, 3.0], 1.0), 2);
-        assert_eq!(reversals(&[0.0, 5.0, 4.0, 6.0, 0.0], 0.0), 3);
-        assert_eq!(reversals(&[], 1.0), 0);
     }
 }

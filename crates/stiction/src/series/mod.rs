@@ -17,13 +17,14 @@ mod trend;
 pub use butterworth::low_passed;
 pub use compare::{cliffs_delta, difference_of_means, welch};
 pub use correlation::{CrossCorrelation, autocorrelation, correlation, cross_correlation};
-pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, reversals, zero_crossings};
+pub use crossings::{Direction, HalfWave, ZeroCrossing, half_waves, zero_crossings};
 pub use fit::{Line, line};
 pub use resample::decimated;
 pub use spectrum::{Periodogram, Spectrum, fft_length, periodogram};
 pub use statistics::{
-    centred, detrended, excess_kurtosis, max, mean, median, median_absolute_deviation, min,
-    noise_std, quantile, sample_std, skewness, span, standardised, std, variance,
+    centred, detrended, excess_kurtosis, median, median_absolute_deviation, noise_std, quantile,
+    sample_std, skewness, standardised,
 };
+pub use stiction_model::numeric::summary::{max, mean, min, reversals, span, std, variance};
 pub use transform::{Transform, band_passed};
 pub use trend::{Trend, mann_kendall, theil_sen, weighted_trend};

@@ -1,6 +1,7 @@
 //! Spectra by the fast Fourier transform.
 
-use super::statistics::{centred, mean};
+use super::mean;
+use super::statistics::centred;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 

@@ -1,22 +1,7 @@
 //! Moments and order statistics.
 
 use super::fit::line;
-
-/// Arithmetic mean; NaN for none.
-pub fn mean(x: &[f64]) -> f64 {
-    x.iter().sum::<f64>() / x.len() as f64
-}
-
-/// Mean square deviation from the mean (divisor n); NaN for none.
-pub fn variance(x: &[f64]) -> f64 {
-    let m = mean(x);
-    x.iter().map(|v| (v - m) * (v - m)).sum::<f64>() / x.len() as f64
-}
-
-/// Root of [`variance`] (divisor n).
-pub fn std(x: &[f64]) -> f64 {
-    variance(x).sqrt()
-}
+use super::{mean, std, variance};
 
 /// Standard deviation of a sample (divisor n - 1); NaN for fewer than two.
 pub fn sample_std(x: &[f64]) -> f64 {
@@ -70,21 +55,6 @@ pub fn median_absolute_deviation(x: &[f64]) -> f64 {
 pub fn noise_std(x: &[f64]) -> f64 {
     let second: Vec<f64> = x.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
     if second.is_empty() { 0.0 } else { 1.4826 * median(&second) / 6f64.sqrt() }
-}
-
-/// The smallest sample; infinite for none.
-pub fn min(x: &[f64]) -> f64 {
-    x.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
-/// The largest sample; minus infinite for none.
-pub fn max(x: &[f64]) -> f64 {
-    x.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// Largest less smallest sample; 0 for none.
-pub fn span(x: &[f64]) -> f64 {
-    if x.is_empty() { 0.0 } else { max(x) - min(x) }
 }
 
 /// The samples less their mean.

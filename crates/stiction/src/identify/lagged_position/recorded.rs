@@ -1,6 +1,6 @@
 //! Whether a record holds every move of the controller.
 
-use super::super::least_squares::least_squares;
+use crate::numeric::least_squares::least_squares;
 use crate::series::{max, mean, min, std};
 
 /// Whether the controller may have acted between two samples of the record. If it may, the stem has followed

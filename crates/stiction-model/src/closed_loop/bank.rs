@@ -1,0 +1,431 @@
+//! Closed loops side by side: the arithmetic of one sample, for one loop or for sixteen.
+
+use super::between::{Between, Wire};
+use super::controller::{Engaged, PiBank, PidBank};
+use super::process::{DelayLine, ProcessBank};
+use super::signal::SignalSource;
+use super::simulate::{ClosedLoop, Prepared, Sources};
+use crate::simd::{Kernel, Lane, Width};
+use crate::valve::{AnyModel, Start, Valve};
+
+/// Valves side by side, each with its own OP.
+pub(super) trait ValveBank: Clone {
+    /// Steps the valve in lane `l`.
+    fn step(&mut self, l: usize, op: f64) -> f64;
+}
+
+/// `N` independent valves, stepped one after the other.
+#[derive(Debug, Clone)]
+pub(super) struct Each<V, const N: usize>(pub [V; N]);
+
+impl<V: Valve + Clone, const N: usize> ValveBank for Each<V, N> {
+    #[inline(always)]
+    fn step(&mut self, l: usize, op: f64) -> f64 {
+        self.0[l].step(op)
+    }
+}
+
+/// A sum of signals for each of `N` loops, drawn a few samples ahead.
+pub(super) struct Feed<const N: usize> {
+    constant: Lane<N>,
+    moving: Vec<(usize, SignalSource)>,
+    ahead: Vec<Lane<N>>,
+}
+
+/// Samples drawn ahead, played in a row, and then recorded. Sixteen lanes of them fit the
+/// first-level cache.
+const AHEAD: usize = 32;
+
+impl<const N: usize> Feed<N> {
+    fn new(constant: Lane<N>, moving: Vec<(usize, SignalSource)>) -> Self {
+        Self { constant, moving, ahead: vec![constant; AHEAD] }
+    }
+
+    /// The next samples, at most [`AHEAD`].
+    fn draw(&mut self, samples: usize) -> &[Lane<N>] {
+        let ahead = &mut self.ahead[..samples];
+        if !self.moving.is_empty() {
+            ahead.fill(self.constant);
+        }
+        for (lane, source) in &mut self.moving {
+            for sample in ahead.iter_mut() {
+                sample[*lane] += source.draw();
+            }
+        }
+        ahead
+    }
+}
+
+/// Takes what happens in `N` loops.
+pub(super) trait Recorder<const N: usize> {
+    /// The first sample it wants to see.
+    fn from(&self) -> usize {
+        0
+    }
+
+    /// Takes some samples in a row, the first of which is number `k`.
+    fn take(&mut self, k: usize, samples: &[Sample<N>]);
+}
+
+/// One sample of `N` loops.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample<const N: usize> {
+    pub sp: Lane<N>,
+    pub pv: Lane<N>,
+    pub op: Lane<N>,
+    pub vp: Lane<N>,
+}
+
+/// `N` closed loops with processes of at most `M` states.
+#[derive(Debug, Clone)]
+pub(super) struct LoopBank<V, const N: usize, const M: usize> {
+    state: LoopState<V, N, M>,
+    line: DelayLine<N>,
+    /// What goes beyond PI control without quantisation, if any lane does.
+    extras: Option<Extras<N>>,
+}
+
+/// The part of the loops that changes at every sample. It is copied before a stretch and then stays
+/// in registers; nothing may be in it that is rarely used or indexed at run time.
+#[derive(Debug, Clone)]
+struct LoopState<V, const N: usize, const M: usize> {
+    controller: PiBank<N>,
+    valve: V,
+    process: ProcessBank<N, M>,
+    op_rest: Lane<N>,
+    pv_rest: Lane<N>,
+}
+
+#[derive(Debug, Clone)]
+struct Extras<const N: usize> {
+    /// In place of the PI controllers.
+    controller: PidBank<N>,
+    op_quantum: Lane<N>,
+    pv_quantum: Lane<N>,
+}
+
+/// `value` in whole multiples of `quantum`, or as it is for a quantum of 0.
+#[inline(always)]
+pub fn quantised(value: f64, quantum: f64) -> f64 {
+    if quantum > 0.0 { (value / quantum).round_ties_even() * quantum } else { value }
+}
+
+impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
+    pub(super) fn new(loops: [&Prepared<'_>; N], valve: V) -> Self {
+        let extras = loops.iter().any(|l| {
+            let settings = l.settings;
+            let quantised = settings.op_quantum > 0.0 || settings.pv_quantum > 0.0;
+            quantised || !settings.controller.is_plain_pi()
+        });
+        Self::with_extras(loops, valve, extras)
+    }
+
+    /// Loops whose controllers are of every kind if there are to be `extras`.
+    fn with_extras(loops: [&Prepared<'_>; N], valve: V, extras: bool) -> Self {
+        let of = |get: fn(&ClosedLoop) -> f64| Lane(loops.map(|l| get(l.settings)));
+        let controllers = loops.map(|l| {
+            let settings = l.settings;
+            let (op, pv) = (settings.op_rest, settings.pv_rest);
+            Engaged::new(&settings.controller, settings.sample_time, op, l.first_sp, pv)
+        });
+        Self {
+            state: LoopState {
+                controller: PiBank::new(&controllers),
+                valve,
+                process: ProcessBank::new(loops.map(|l| &l.process)),
+                op_rest: of(|l| l.op_rest),
+                pv_rest: of(|l| l.pv_rest),
+            },
+            line: DelayLine::new(loops.map(|l| l.process.delay())),
+            extras: extras.then(|| Extras {
+                controller: PidBank::new(&controllers),
+                op_quantum: of(|l| l.op_quantum),
+                pv_quantum: of(|l| l.pv_quantum),
+            }),
+        }
+    }
+
+    /// Whether these loops can be played as `PLAIN`: PI control, no quantisation, and dead times
+    /// that are the same in all lanes.
+    pub(super) fn is_plain(&self) -> bool {
+        self.extras.is_none() && self.line.is_common()
+    }
+
+    /// The PV in lane `l` as the process gives it, before measurement.
+    pub(super) fn process_value(&self, l: usize) -> f64 {
+        self.state.process.output(l) + self.state.pv_rest[l]
+    }
+
+    /// Plays one sample of any loops; see [`LoopState::step`].
+    pub(super) fn step(
+        &mut self,
+        sp: &Lane<N>,
+        load: &Lane<N>,
+        measurement: &Lane<N>,
+    ) -> Sample<N> {
+        let (line, extras) = (&mut self.line, &mut self.extras);
+        self.state.step::<false, _>(line, extras, &mut Wire, sp, load, measurement)
+    }
+}
+
+impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
+    /// The valve of the loop.
+    pub(super) fn valve(&self) -> &V {
+        &self.state.valve.0[0]
+    }
+
+    pub(super) fn valve_mut(&mut self) -> &mut V {
+        &mut self.state.valve.0[0]
+    }
+
+    /// Appends what controller, process and dead time remember.
+    pub(super) fn remember(&self, memory: &mut Vec<f64>) {
+        match &self.extras {
+            None => memory.push(self.state.controller.integral()),
+            Some(extras) => memory.extend(extras.controller.memory()),
+        }
+        self.state.process.remember(memory);
+        self.line.remember(memory);
+    }
+
+    /// Takes it back.
+    pub(super) fn recall(&mut self, memory: &mut impl Iterator<Item = f64>) {
+        let mut next = || memory.next().unwrap_or(0.0);
+        match &mut self.extras {
+            None => self.state.controller.set_integral(next()),
+            Some(extras) => extras.controller.recall(std::array::from_fn(|_| next())),
+        }
+        self.state.process.recall(memory);
+        self.line.recall(memory);
+    }
+}
+
+impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
+    /// Plays one sample: `load` adds to the valve position, `measurement` to the PV.
+    ///
+    /// `PLAIN`, which only [plain](LoopBank::is_plain) banks may claim, leaves out all else. Asking
+    /// at every sample would cost more than the sample. What is `between` controller and valve can
+    /// act on the controller only where there are extras.
+    #[inline(always)]
+    fn step<const PLAIN: bool, B: Between + ?Sized>(
+        &mut self,
+        line: &mut DelayLine<N>,
+        extras: &mut Option<Extras<N>>,
+        between: &mut B,
+        sp: &Lane<N>,
+        load: &Lane<N>,
+        measurement: &Lane<N>,
+    ) -> Sample<N> {
+        // One loop over the lanes: the compiler turns it into vector code as a whole.
+        let zero = Lane::splat(0.0);
+        let (mut pv, mut op, mut vp, mut v) = (zero, zero, zero, zero);
+        for l in 0..N {
+            let signal;
+            pv[l] = (self.process.output(l) + self.pv_rest[l]) + measurement[l];
+            if let (false, Some(extras)) = (PLAIN, &mut *extras) {
+                pv[l] = quantised(pv[l], extras.pv_quantum[l]);
+                let integral = between.integral(sp[l], pv[l]);
+                op[l] = extras.controller.step_with(l, sp[l], pv[l], integral);
+                op[l] = quantised(op[l], extras.op_quantum[l]);
+                let sent = between.send(sp[l], pv[l], op[l]);
+                if sent.tracked {
+                    extras.controller.track(l, sent.signal);
+                }
+                signal = sent.signal;
+            } else {
+                op[l] = self.controller.step(l, sp[l], pv[l]);
+                signal = op[l];
+            }
+            vp[l] = self.valve.step(l, signal);
+            v[l] = (vp[l] - self.op_rest[l]) + load[l];
+        }
+        self.process.advance(line.push::<PLAIN>(v));
+        Sample { sp: *sp, pv, op, vp }
+    }
+}
+
+/// What drives `N` loops from outside.
+pub(super) struct Feeds<const N: usize> {
+    sp: Feed<N>,
+    load: Feed<N>,
+    measurement: Feed<N>,
+}
+
+impl<const N: usize> Feeds<N> {
+    pub(super) fn new(loops: [&Prepared<'_>; N]) -> Self {
+        let feed = |get: for<'a> fn(&'a Prepared<'_>) -> &'a Sources| {
+            let moving = (0..N).flat_map(|l| get(loops[l]).1.iter().map(move |s| (l, s.clone())));
+            Feed::new(Lane(loops.map(|l| get(l).0)), moving.collect())
+        };
+        Self { sp: feed(|l| &l.sp), load: feed(|l| &l.load), measurement: feed(|l| &l.measurement) }
+    }
+}
+
+/// Some samples in a row: the inner loop. It is compiled by itself, so that the registers need hold
+/// nothing but the state of the loops.
+struct Stretch<'a, const PLAIN: bool, V, B: ?Sized, const N: usize, const M: usize> {
+    bank: &'a mut LoopBank<V, N, M>,
+    between: &'a mut B,
+    sp: &'a [Lane<N>],
+    load: &'a [Lane<N>],
+    measurement: &'a [Lane<N>],
+    played: &'a mut [Sample<N>],
+}
+
+impl<const PLAIN: bool, V: ValveBank, B: Between + ?Sized, const N: usize, const M: usize> Kernel
+    for Stretch<'_, PLAIN, V, B, N, M>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let LoopBank { state: kept, line, extras } = self.bank;
+        let mut state = kept.clone();
+        let driven = self.sp.iter().zip(self.load).zip(self.measurement);
+        for (sample, ((sp, load), measurement)) in self.played.iter_mut().zip(driven) {
+            let Sample { pv, op, vp, .. } =
+                state.step::<PLAIN, B>(line, extras, self.between, sp, load, measurement);
+            // The arrays alone: a single lane would drag its padding along.
+            (sample.sp.0, sample.pv.0, sample.op.0, sample.vp.0) = (sp.0, pv.0, op.0, vp.0);
+        }
+        *kept = state;
+    }
+}
+
+/// Shows some samples in a row to a recorder.
+struct Record<'a, R, const N: usize> {
+    recorder: &'a mut R,
+    k: usize,
+    samples: &'a [Sample<N>],
+}
+
+impl<R: Recorder<N>, const N: usize> Kernel for Record<'_, R, N> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.recorder.take(self.k, self.samples);
+    }
+}
+
+/// Plays `samples` samples of `bank` and shows `recorder` those it wants to see. Only
+/// [plain](LoopBank::is_plain) banks may be played as `PLAIN`.
+pub(super) fn play<
+    const PLAIN: bool,
+    V: ValveBank,
+    R: Recorder<N>,
+    const N: usize,
+    const M: usize,
+>(
+    width: Width,
+    bank: LoopBank<V, N, M>,
+    feeds: Feeds<N>,
+    samples: usize,
+    recorder: R,
+) -> R {
+    play_between::<PLAIN, V, _, R, N, M>(width, bank, &mut Wire, feeds, samples, recorder)
+}
+
+/// The same, with `between` controllers and valves; see [`LoopState::step`].
+fn play_between<
+    const PLAIN: bool,
+    V: ValveBank,
+    B: Between + ?Sized,
+    R: Recorder<N>,
+    const N: usize,
+    const M: usize,
+>(
+    width: Width,
+    mut bank: LoopBank<V, N, M>,
+    between: &mut B,
+    mut feeds: Feeds<N>,
+    samples: usize,
+    mut recorder: R,
+) -> R {
+    let zero = Lane::splat(0.0);
+    let mut played = [Sample { sp: zero, pv: zero, op: zero, vp: zero }; AHEAD];
+    let from = recorder.from();
+    for k in (0..samples).step_by(AHEAD) {
+        let played = &mut played[..AHEAD.min(samples - k)];
+        width.run(Stretch::<PLAIN, V, B, N, M> {
+            bank: &mut bank,
+            between: &mut *between,
+            sp: feeds.sp.draw(played.len()),
+            load: feeds.load.draw(played.len()),
+            measurement: feeds.measurement.draw(played.len()),
+            played,
+        });
+        let unseen = from.saturating_sub(k);
+        if unseen < played.len() {
+            let samples = &played[unseen..];
+            width.run(Record { recorder: &mut recorder, k: k + unseen, samples });
+        }
+    }
+    recorder
+}
+
+/// Runs `$body` with the constant `$m` bound to the number of states reserved for `$order`.
+macro_rules! with_order {
+    ($order:expr, $m:ident => $body:expr) => {
+        match $order {
+            0 | 1 => {
+                const $m: usize = 1;
+                $body
+            }
+            2 => {
+                const $m: usize = 2;
+                $body
+            }
+            3 | 4 => {
+                const $m: usize = 4;
+                $body
+            }
+            _ => {
+                const $m: usize = 8;
+                $body
+            }
+        }
+    };
+}
+pub(super) use with_order;
+
+/// Plays one loop and shows its samples to `recorder`.
+pub(super) fn play_one<R: Recorder<1>>(prepared: &Prepared<'_>, recorder: R) -> R {
+    let settings = prepared.settings;
+    let mut valve = settings.valve.clone();
+    valve.restart(Start::at_rest(settings.op_rest));
+    with_order!(prepared.process.order(), M => match valve.into_bare_model() {
+        // The commonest valve without a dispatch at every sample.
+        Ok(AnyModel::TwoPhase(valve)) => play_with::<_, _, M>(prepared, valve, recorder),
+        Ok(model) => play_with::<_, _, M>(prepared, model, recorder),
+        Err(valve) => play_with::<_, _, M>(prepared, *valve, recorder),
+    })
+}
+
+/// Plays one loop with `between` controller and valve, and shows its samples to `recorder`.
+pub(super) fn play_one_between<R: Recorder<1>>(
+    prepared: &Prepared<'_>,
+    between: &mut dyn Between,
+    recorder: R,
+) -> R {
+    let settings = prepared.settings;
+    let mut valve = settings.valve.clone();
+    valve.restart(Start::at_rest(settings.op_rest));
+    with_order!(prepared.process.order(), M => {
+        let bank = LoopBank::<_, 1, M>::with_extras([prepared], Each([valve]), true);
+        let (width, feeds) = (Width::widest(), Feeds::new([prepared]));
+        play_between::<false, _, _, _, 1, M>(width, bank, between, feeds, settings.samples, recorder)
+    })
+}
+
+fn play_with<V: Valve + Clone, R: Recorder<1>, const M: usize>(
+    prepared: &Prepared<'_>,
+    valve: V,
+    recorder: R,
+) -> R {
+    let bank = LoopBank::<Each<V, 1>, 1, M>::new([prepared], Each([valve]));
+    let (feeds, samples) = (Feeds::new([prepared]), prepared.settings.samples);
+    if bank.is_plain() {
+        play::<true, _, _, 1, M>(Width::widest(), bank, feeds, samples, recorder)
+    } else {
+        play::<false, _, _, 1, M>(Width::widest(), bank, feeds, samples, recorder)
+    }
+}

@@ -1,0 +1,326 @@
+//! All methods on one loop, side by side.
+
+use super::{CompensatedRun, Knowledge, Measures, Method, run, settling_s};
+use crate::Number;
+use crate::closed_loop::{ClosedLoop, Signal};
+use crate::error::{Error, Result, finite, non_negative, positive};
+use rayon::prelude::*;
+
+/// The longest run, samples: several of this length together take gigabytes.
+const MOST_SAMPLES: f64 = 1e7;
+
+/// What every method goes through.
+///
+/// ```text
+/// 0         from_s        from_s + settle_s   + window_s          + step_s        + step_s
+/// |  OP as it is  | compensated, settling |  measured  | set-point step | load step |
+/// ```
+/// Set point and loads are those of the loop until the steps, which add to them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// When the compensator is switched on, s.
+    pub from_s: f64,
+    /// How long it is left alone before it is measured, s.
+    pub settle_s: f64,
+    /// Length of the window in which it is measured, s.
+    pub window_s: f64,
+    /// Time given to each step, s.
+    pub step_s: f64,
+    /// Height of the set-point step, in PV units.
+    pub set_point_step: f64,
+    /// Height of the load step, percent.
+    pub load_step: f64,
+    /// Control error within which the loop has settled, in PV units.
+    pub settling_band: f64,
+    /// Relative error in the assumed S and J, both ways.
+    pub error: f64,
+    /// Standard deviation of the white noise added to the PV in the case with noise, in its units.
+    pub noise_sd: f64,
+    /// Seed of that noise.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    /// On at 200 s, left alone for 200 s, measured for 200 s; steps of 2 PV units and 2 %, each given
+    /// 200 s to settle within 0.5 PV units; S and J wrong by 50 %; noise of 0.1.
+    fn default() -> Self {
+        Self {
+            from_s: 200.0,
+            settle_s: 200.0,
+            window_s: 200.0,
+            step_s: 200.0,
+            set_point_step: 2.0,
+            load_step: 2.0,
+            settling_band: 0.5,
+            error: 0.5,
+            noise_sd: 0.1,
+            seed: 1,
+        }
+    }
+}
+
+impl Options {
+    fn check(&self) -> Result<()> {
+        for (name, time) in [
+            ("time to settle", self.settle_s),
+            ("time before the compensator is on", self.from_s),
+            ("settling band", self.settling_band),
+            ("standard deviation of the noise", self.noise_sd),
+        ] {
+            non_negative(name, time)?;
+        }
+        positive("length of the window", self.window_s)?;
+        positive("time given to a step", self.step_s)?;
+        finite("set-point step", self.set_point_step)?;
+        finite("load step", self.load_step)?;
+        if !(0.0..1.0).contains(&self.error) {
+            return Err(Error::Parameter {
+                name: "relative error of S and J",
+                value: self.error,
+                allowed: "at least 0 and below 1".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    /// When the window, the set-point step and the load step begin, and when all ends, s.
+    pub fn times(&self) -> [f64; 4] {
+        let window = self.from_s + self.settle_s;
+        let set_point = window + self.window_s;
+        let load = set_point + self.step_s;
+        [window, set_point, load, load + self.step_s]
+    }
+}
+
+/// One run of a method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Case {
+    /// Factor on the assumed S.
+    pub s_factor: f64,
+    /// Factor on the assumed J.
+    pub j_factor: f64,
+    /// Whether noise was added.
+    pub noise: bool,
+}
+
+impl Case {
+    /// What is known is right, and nothing added.
+    pub const NOMINAL: Self = Self { s_factor: 1.0, j_factor: 1.0, noise: false };
+
+    /// The cases of a comparison.
+    fn all(options: &Options) -> [Self; 6] {
+        let (less, more) = (1.0 - options.error, 1.0 + options.error);
+        let wrong = |s_factor, j_factor| Self { s_factor, j_factor, noise: false };
+        [
+            Self::NOMINAL,
+            wrong(less, less),
+            wrong(less, more),
+            wrong(more, less),
+            wrong(more, more),
+            Self { noise: true, ..Self::NOMINAL },
+        ]
+    }
+}
+
+/// What came of a case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// The case.
+    pub case: Case,
+    /// Measures in the window.
+    pub measures: Measures,
+    /// Mean absolute control error in the time given to the set-point step, in PV units.
+    pub set_point_iae_per_s: f64,
+    /// The same in the time given to the load step.
+    pub load_iae_per_s: f64,
+    /// Time to settle after the set-point step, s; `None` if it did not.
+    pub set_point_settling_s: Option<f64>,
+    /// Time to settle after the load step, s; `None` if it did not.
+    pub load_settling_s: Option<f64>,
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The method; `None` for the loop as it is.
+    pub method: Option<Method>,
+    /// The parameters it was given, in the nominal case.
+    pub parameters: Vec<Number>,
+    /// The nominal case first, then S and J less and more than what is known by the relative error
+    /// (less, less), (less, more), (more, less), (more, more), then with noise.
+    pub outcomes: Vec<Outcome>,
+}
+
+impl Row {
+    /// The nominal case.
+    pub fn nominal(&self) -> &Outcome {
+        &self.outcomes[0]
+    }
+
+    /// The largest value of a quantity in the cases without noise: what wrong S and J can cost. Infinite if it
+    /// overflows in one of them.
+    pub fn worst(&self, quantity: impl Fn(&Outcome) -> f64) -> f64 {
+        let values = self.quiet().map(quantity);
+        values.map(|value| if value.is_nan() { f64::INFINITY } else { value }).fold(0.0, f64::max)
+    }
+
+    /// The largest PV standard deviation of the cases without noise.
+    pub fn worst_pv_std(&self) -> f64 {
+        self.worst(|outcome| outcome.measures.pv_std)
+    }
+
+    /// The cases without noise.
+    pub fn quiet(&self) -> impl Iterator<Item = &Outcome> {
+        self.outcomes.iter().filter(|outcome| !outcome.case.noise)
+    }
+
+    /// The case with noise, otherwise nominal.
+    pub fn noisy(&self) -> Option<&Outcome> {
+        self.outcomes.iter().find(|outcome| outcome.case.noise)
+    }
+}
+
+/// A table of methods.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// The loop as it is first, then the methods in the order asked for.
+    pub rows: Vec<Row>,
+}
+
+impl Comparison {
+    /// By how much `row` divides the PV standard deviation of the loop as it is; infinite if nothing is
+    /// left of it.
+    pub fn reduction(&self, row: &Row) -> f64 {
+        self.rows[0].nominal().measures.pv_std / row.nominal().measures.pv_std
+    }
+}
+
+/// Runs `methods` on `plant`, with parameters chosen from what is `known`, nominally, with wrong S and J,
+/// and with noise. The number of samples of the loop is that of the options; its controller and sample
+/// time are its own, whatever is known of them.
+///
+/// ```
+/// use stiction::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction::compensate::{Knowledge, Method, Options, compare};
+/// use stiction::{Bands, valve::{Assembly, Model}};
+///
+/// let controller = Controller::pi(1.1, 2.5)?;
+/// let mut sticky = ClosedLoop::new(
+///     controller.clone(),
+///     Assembly::new(Model::TwoPhase.build(Bands::from_s_j(5.0, 3.0)?)?),
+///     Process::first_order(1.5, 5.93, 1.07)?,
+/// );
+/// sticky.set_point = 5.0.into();
+/// let known = Knowledge::new(4.0, None, controller, 0.1);
+/// let table = compare(&sticky, &known, &[Method::ModifiedTwoMove], &Options::default())?;
+/// assert!(table.reduction(&table.rows[1]) > 6.0);
+/// # Ok::<(), stiction::Error>(())
+/// ```
+///
+/// # Errors
+/// If the loop, what is known, or an option is out of range; the message names it.
+pub fn compare(
+    plant: &ClosedLoop,
+    known: &Knowledge,
+    methods: &[Method],
+    options: &Options,
+) -> Result<Comparison> {
+    compare_watched(plant, known, methods, options, || true)
+}
+
+/// [`compare`], watched: `done` is called after every simulation, and gives up the rest by `false`. There are six
+/// for each method, and two for the loop as it is.
+///
+/// # Errors
+/// As [`compare`]; and [`Error::GivenUp`].
+pub fn compare_watched(
+    plant: &ClosedLoop,
+    known: &Knowledge,
+    methods: &[Method],
+    options: &Options,
+    done: impl Fn() -> bool + Sync,
+) -> Result<Comparison> {
+    options.check()?;
+    let [_, set_point_at, load_at, end] = options.times();
+    let mut plant = plant.clone();
+    // All of the last part, whatever is rounded.
+    let samples = (end / plant.sample_time - 1e-9).ceil();
+    if !(samples <= MOST_SAMPLES) {
+        return Err(Error::Inconsistent(format!(
+            "a run of {end} s is {samples:e} samples, more than {MOST_SAMPLES:e}; shorten the parts of the run, or \
+             take a longer sample time"
+        )));
+    }
+    plant.samples = samples as usize;
+    let stepped = Signal::step(0.0, options.set_point_step, set_point_at);
+    let total: Vec<f64> = {
+        let own = plant.set_point.sample(plant.sample_time, plant.samples)?;
+        let step = stepped.sample(plant.sample_time, plant.samples)?;
+        own.iter().zip(step).map(|(own, step)| own + step).collect()
+    };
+    plant.set_point = Signal::Samples(total);
+    plant.load.push(Signal::step(0.0, options.load_step, load_at));
+    let mut noisy = plant.clone();
+    noisy.measurement.push(Signal::Noise { sd: options.noise_sd, tau_s: 0.0, seed: options.seed });
+
+    let cases = Case::all(options);
+    let rows: Vec<Option<Method>> =
+        std::iter::once(None).chain(methods.iter().copied().map(Some)).collect();
+    // What is known makes no difference to the loop as it is: that is run once without noise.
+    let jobs: Vec<(Option<Method>, Case)> = rows
+        .iter()
+        .flat_map(|method| cases.map(|case| (*method, case)))
+        .filter(|(method, case)| method.is_some() || case.noise || *case == Case::NOMINAL)
+        .collect();
+    let played: Vec<(Vec<Number>, Outcome)> = jobs
+        .par_iter()
+        .map(|(method, case)| {
+            let plant = if case.noise { &noisy } else { &plant };
+            let played = outcome(plant, known, *method, *case, options)?;
+            if done() { Ok(played) } else { Err(Error::GivenUp) }
+        })
+        .collect::<Result<_>>()?;
+    let row = |method: Option<Method>| {
+        let of = |case: Case| {
+            let same = |job: &(Option<Method>, Case)| job.0 == method && job.1 == case;
+            jobs.iter().position(same).map(|k| &played[k])
+        };
+        let nominal = of(Case::NOMINAL)?;
+        let outcomes = cases.map(|case| Outcome { case, ..of(case).unwrap_or(nominal).1 });
+        Some(Row { method, parameters: nominal.0.clone(), outcomes: outcomes.to_vec() })
+    };
+    Ok(Comparison { rows: rows.into_iter().filter_map(row).collect() })
+}
+
+/// Runs one case; the parameters are those that the method was given.
+fn outcome(
+    plant: &ClosedLoop,
+    known: &Knowledge,
+    method: Option<Method>,
+    case: Case,
+    options: &Options,
+) -> Result<(Vec<Number>, Outcome)> {
+    let assumed = Knowledge {
+        s: known.s * case.s_factor,
+        j: known.j.map(|j| j * case.j_factor),
+        noise_sd: known.noise_sd.hypot(if case.noise { options.noise_sd } else { 0.0 }),
+        ..known.clone()
+    };
+    // Never switched on, any method leaves the loop as it is.
+    let mut compensator = method.unwrap_or(Method::Knocker).automatic(&assumed)?;
+    let parameters = method.map_or_else(Vec::new, |_| compensator.parameters());
+    let from_s = if method.is_some() { options.from_s } else { f64::INFINITY };
+    let played: CompensatedRun = run(plant, compensator.as_mut(), from_s)?;
+    let [window, set_point_at, load_at, end] = options.times();
+    let settling = |from, to| settling_s(&played, from, to, options.settling_band);
+    let iae_per_s = |from, to| Measures::of(&played, from, to).map(|measures| measures.iae_per_s);
+    let outcome = Outcome {
+        case,
+        measures: Measures::of(&played, window, set_point_at)?,
+        set_point_iae_per_s: iae_per_s(set_point_at, load_at)?,
+        load_iae_per_s: iae_per_s(load_at, end)?,
+        set_point_settling_s: settling(set_point_at, load_at)?,
+        load_settling_s: settling(load_at, end)?,
+    };
+    Ok((parameters, outcome))
+}

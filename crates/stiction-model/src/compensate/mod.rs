@@ -1,0 +1,104 @@
+//! Compensators: what can be put between a controller and a sticking valve until the valve is repaired.
+//!
+//! ```text
+//! sp ──> controller ── op ──> compensator ── signal ──> valve ── vp ──> process ──> pv
+//!            ^  ^                  │                                             │
+//!            │  └── tracks, stops ─┘                                             │
+//!            └───────────────────────────────────────────────────────────────────┘
+//! ```
+//! At every sample a [`Compensator`] gets set point, PV and OP and gives the signal that the valve
+//! receives. Some add to the OP, some take over and let the controller follow, some only hold its
+//! integral action. One compensator is one file; [`Method`] names them all and chooses their
+//! parameters from what is known of valve and loop ([`Knowledge`]). [`run`] puts one into a
+//! simulated loop, [`Measures`] judge what it did, [`compare`] sets all of them side by side.
+//!
+//! Compensation treats a symptom. It mostly trades the swing of the PV for travel of the stem, and so
+//! for wear; what repairs the valve is maintenance.
+
+mod compare;
+mod constant_reinforcement;
+mod integral_dead_zone;
+mod integral_limit;
+mod knocker;
+mod measures;
+mod modified_two_move;
+mod moves;
+mod registry;
+mod run;
+mod six_move;
+mod steady_op;
+mod supervised;
+mod three_move;
+mod tuning;
+mod two_move;
+
+pub use crate::closed_loop::{IntegralAction, Sent};
+pub use compare::{Case, Comparison, Options, Outcome, Row, compare, compare_watched};
+pub use constant_reinforcement::ConstantReinforcement;
+pub use integral_dead_zone::IntegralDeadZone;
+pub use integral_limit::IntegralLimit;
+pub use knocker::Knocker;
+pub use measures::{Measures, settling_s};
+pub use modified_two_move::ModifiedTwoMove;
+pub use moves::{Correction, Moves};
+pub use registry::{Description, Method};
+pub use run::{CompensatedRun, run};
+pub use six_move::SixMove;
+pub use supervised::Supervised;
+pub use three_move::ThreeMove;
+pub use tuning::Figures;
+pub use tuning::Knowledge;
+pub use two_move::TwoMove;
+
+use crate::Number;
+
+/// One sample as a compensator sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instant {
+    /// Time, s.
+    pub time_s: f64,
+    /// Set point, in PV units.
+    pub sp: f64,
+    /// Measured PV.
+    pub pv: f64,
+    /// What the controller gives, percent of span.
+    pub op: f64,
+}
+
+impl Instant {
+    /// The control error, `sp - pv`.
+    pub fn error(&self) -> f64 {
+        self.sp - self.pv
+    }
+}
+
+/// Gives the valve its signal, sample by sample.
+///
+/// Instants must be finite and come in the order of time.
+pub trait Compensator: std::fmt::Debug + Send {
+    /// Which method this is.
+    fn method(&self) -> Method;
+
+    /// The parameters it works with.
+    fn parameters(&self) -> Vec<Number>;
+
+    /// Forgets all it has seen.
+    fn reset(&mut self);
+
+    /// Sees a sample while it is off and the OP goes to the valve as it is.
+    fn watch(&mut self, _now: &Instant) {}
+
+    /// What the integral action of the controller may do at this sample. Asked before the controller
+    /// answers; `error` is `sp - pv`.
+    fn integral(&mut self, _error: f64) -> IntegralAction {
+        IntegralAction::Acts
+    }
+
+    /// What goes to the valve.
+    fn step(&mut self, now: &Instant) -> Sent;
+}
+
+/// Sign of a number: -1, 0 or 1.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { 1f64.copysign(value) }
+}

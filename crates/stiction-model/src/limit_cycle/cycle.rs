@@ -1,0 +1,54 @@
+//! A periodic motion of a loop, however it was found.
+
+use nalgebra::Complex;
+
+/// How a cycle was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// By harmonic balance with the describing function: as if OP and VP were sines.
+    DescribingFunction,
+    /// By the exact flow of the loop from slip to slip.
+    Exact,
+}
+
+impl Method {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::DescribingFunction => "describing function",
+            Self::Exact => "exact",
+        }
+    }
+}
+
+/// A number for each signal of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Swing {
+    /// Of the OP, percent of span.
+    pub op: f64,
+    /// Of the VP, percent of span.
+    pub vp: f64,
+    /// Of the PV, in its units.
+    pub pv: f64,
+}
+
+/// A limit cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    /// How it was found.
+    pub method: Method,
+    /// Its period, s.
+    pub period_s: f64,
+    /// Half of the peak-to-peak values.
+    pub half_pp: Swing,
+    /// The middle between the extremes.
+    pub middle: Swing,
+    /// Whether a motion beside it approaches it. A member of a continuous family attracts, at best,
+    /// towards the family: then this is `true`, and a multiplier of 1 stands in [`Cycle::multipliers`].
+    pub stable: bool,
+    /// The Floquet multipliers of a small deviation over one period, the largest first: how much of it is
+    /// left. Empty where the method knows none.
+    pub multipliers: Vec<Complex<f64>>,
+    /// How often the stem begins to move in a period.
+    pub slips: usize,
+}

@@ -1,0 +1,401 @@
+//! What a sticking valve makes of a sine: the describing function of every model.
+//!
+//! # What it computes
+//! The complex gain `N(X)` from the OP, a sine of amplitude `X`, to the fundamental of the VP, in the
+//! steady motion whose middle is the middle of the OP: in closed form by [`DescribingFunction`], and for any
+//! valve by following it over a period, [`by_integration`].
+//!
+//! # Assumptions
+//! The valve answers in continuous time: the limit of its model as the sample time goes to 0. It was moving
+//! before; a valve at rest in the middle begins to move only once the OP exceeds `fs`, but goes on moving
+//! above the smaller [`DescribingFunction::least_amplitude`].
+//!
+//! # Equations
+//! With `u = X cos q`, the VP `x`, and `N = 1 / (pi X) * integral of x exp(-jq) dq` over a period:
+//!
+//! A valve that **slides** rests at `x = X - fd` after the peak until the OP has returned by `R`, and then
+//! follows with `x = u + fd`. With `cos a = 1 - R/X`, for `X > R/2`:
+//! ```text
+//! Re N = [pi - a + 2 (1 - 2 fd/X) sin a - sin a cos a] / pi
+//! Im N = -[R^2 + 4 fd (X - R)] / (pi X^2)
+//! ```
+//! `R = S` for the two-phase model, for Kano's, Chen's and play (`J = 0`), and Choudhury's with `J <= S`;
+//! `R = J` for Choudhury's with `J > S`, whose chart asks for `J` at a reversal.
+//!
+//! A valve that climbs **stairs** of height `J` is a sum of relays with hysteresis. With `n` slips a stroke,
+//! the `k`-th at `h = (S - (n-1) J) / 2 + k J`, for `(S + (n-1) J) / 2 < X <= (S + (n+1) J) / 2`:
+//! ```text
+//! N = 2 J / (pi X) * sum over k = 0 .. n-1 of [sqrt(1 - (h/X)^2) - j h/X],    Im N = -n J S / (pi X^2)
+//! ```
+//! So it is for He's model; for He and Wang's with the overshoot `K`, with `K J` for `J` and `S - (K-1) J`
+//! for `S`; and for Stenman's, with `S = J = d`. The ranges of `n` and `n + 1` overlap: which it is depends
+//! on where the stairs stand, and both are steady.
+//!
+//! In both, `Im N = -A / (pi X^2)` with the area `A` that the path of `x` over `u` encloses.
+//!
+//! # Limits
+//! Only motions whose VP has the same middle as the OP. For a valve that slides there is no other; He's
+//! stairs may stand anywhere between, and have a mean VP beside the mean OP then. A sine between is an
+//! assumption: the cycle of a real loop is none.
+//!
+//! # References
+//! M. A. A. S. Choudhury, N. F. Thornhill, S. L. Shah, "Modelling valve stiction", Control Engineering
+//! Practice 13 (2005) 641-658, has the first closed form in its appendix (recalled, not read; derived and
+//! confirmed by integration here). The relay: A. Gelb, W. E. Vander Velde, "Multiple-Input Describing
+//! Functions and Nonlinear System Design", 1968 (recalled, not read).
+
+use crate::bands::Bands;
+use crate::error::{Error, Result, positive};
+use crate::valve::{Direction, HeWang, Model, Start, Valve};
+use nalgebra::Complex;
+use std::f64::consts::PI;
+
+/// What a valve does under a sine of the OP.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Response {
+    /// It does not move: the sine is too small.
+    Stuck,
+    /// It moves.
+    Moves {
+        /// The gain from OP to the fundamental of the VP.
+        n: Complex<f64>,
+        /// Slips in one direction; 0 for a valve without friction.
+        slips: usize,
+    },
+}
+
+impl Response {
+    /// The gain, if the valve moves.
+    pub fn gain(self) -> Option<Complex<f64>> {
+        match self {
+            Self::Stuck => None,
+            Self::Moves { n, .. } => Some(n),
+        }
+    }
+}
+
+/// A range of amplitudes over which a valve slips equally often.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Branch {
+    /// Slips in one direction.
+    pub slips: usize,
+    /// The amplitude above which it moves so, percent.
+    pub from: f64,
+    /// The largest amplitude at which it moves so, percent; may be infinite.
+    pub to: f64,
+}
+
+/// The describing function of a valve, in closed form.
+///
+/// ```
+/// use stiction::{Bands, limit_cycle::DescribingFunction, valve::Model};
+///
+/// let n = DescribingFunction::new(Model::TwoPhase, Bands::from_s_j(5.0, 2.0)?)?;
+/// let gain = n.at(10.0)?.gain().expect("10 % moves it");
+/// assert!((gain.re - 0.914765).abs() < 1e-6 && (gain.im + 0.175070).abs() < 1e-6);
+/// assert_eq!(n.at(2.5)?.gain(), None);
+/// # Ok::<(), stiction::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DescribingFunction(Motion);
+
+/// How a valve answers a sine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Motion {
+    /// As if it were not there.
+    Follows,
+    /// It rests until the OP has returned by `turn`, then trails it by `drag`.
+    Slides { turn: f64, drag: f64 },
+    /// It climbs steps of height `step`; up and down are `apart`.
+    Stairs { apart: f64, step: f64 },
+}
+
+impl DescribingFunction {
+    /// The most slips a stroke that are summed.
+    pub const MAX_SLIPS: usize = 1_000_000;
+
+    /// That of `model` with these bands.
+    ///
+    /// # Errors
+    /// If the model does not allow these bands.
+    pub fn new(model: Model, bands: Bands) -> Result<Self> {
+        model.build(bands)?;
+        let (s, j, fd) = (bands.s(), bands.j(), bands.fd());
+        let slides = |turn: f64, drag: f64| {
+            if turn == 0.0 && drag == 0.0 { Motion::Follows } else { Motion::Slides { turn, drag } }
+        };
+        let stairs = |apart: f64, step: f64| {
+            if step == 0.0 { slides(apart, apart / 2.0) } else { Motion::Stairs { apart, step } }
+        };
+        Ok(Self(match model {
+            Model::TwoPhase | Model::Kano | Model::Chen => slides(s, fd),
+            Model::Choudhury => slides(s.max(j), fd),
+            Model::Play => slides(s, s / 2.0),
+            Model::He => stairs(s, j),
+            Model::HeWang => {
+                let overshoot = HeWang::TYPICAL_OVERSHOOT;
+                stairs(s - (overshoot - 1.0) * j, overshoot * j)
+            }
+            Model::Stenman => stairs(j, j),
+            Model::Ideal => Motion::Follows,
+        }))
+    }
+
+    /// The amplitude of the OP above which a motion sustains itself, percent.
+    pub fn least_amplitude(&self) -> f64 {
+        self.branch(1).map_or(0.0, |branch| branch.from)
+    }
+
+    /// The amplitudes at which the valve slips `slips` times in one direction; `None` if it never does.
+    pub fn branch(&self, slips: usize) -> Option<Branch> {
+        let (from, to) = match self.0 {
+            Motion::Slides { turn, .. } if slips == 1 => (turn / 2.0, f64::INFINITY),
+            Motion::Stairs { apart, step } if slips >= 1 => {
+                let n = slips as f64;
+                ((apart + (n - 1.0) * step) / 2.0, (apart + (n + 1.0) * step) / 2.0)
+            }
+            _ => return None,
+        };
+        Some(Branch { slips, from, to })
+    }
+
+    /// The response to a sine of amplitude `x`, percent; with the fewest slips where there are several.
+    ///
+    /// # Errors
+    /// If `x` is not positive, or there would be more than [`DescribingFunction::MAX_SLIPS`] slips.
+    pub fn at(&self, x: f64) -> Result<Response> {
+        positive("amplitude of the OP", x)?;
+        if let Motion::Follows = self.0 {
+            return Ok(Response::Moves { n: Complex::new(1.0, 0.0), slips: 0 });
+        }
+        if x <= self.least_amplitude() {
+            return Ok(Response::Stuck);
+        }
+        let slips = self.fewest_slips(x)?;
+        Ok(Response::Moves { n: self.on_branch(slips, x).0, slips })
+    }
+
+    /// The response to a sine of amplitude `x`, percent, with just so many slips a stroke.
+    ///
+    /// # Errors
+    /// If the valve does not slip so often under that sine; the message says under which it does.
+    pub fn with_slips(&self, slips: usize, x: f64) -> Result<Complex<f64>> {
+        positive("amplitude of the OP", x)?;
+        match self.branch(slips) {
+            Some(branch) if branch.from < x && x <= branch.to && slips <= Self::MAX_SLIPS => {
+                Ok(self.on_branch(slips, x).0)
+            }
+            Some(Branch { from, to, .. }) => Err(Error::Inconsistent(format!(
+                "with {slips} slips a stroke the amplitude of the OP is above {from} % and at most {to} %, \
+                 but it is {x} %"
+            ))),
+            None => {
+                Err(Error::Inconsistent(format!("the valve never makes {slips} slips a stroke")))
+            }
+        }
+    }
+
+    /// The valve at the peak of a sine of amplitude `x`, in the motion of [`DescribingFunction::at`]: there
+    /// a model can be set off to take part in it. `None` if the valve is stuck.
+    ///
+    /// # Errors
+    /// As [`DescribingFunction::at`].
+    pub fn at_peak(&self, x: f64) -> Result<Option<Start>> {
+        let Response::Moves { slips, .. } = self.at(x)? else { return Ok(None) };
+        let position = match self.0 {
+            Motion::Follows => x,
+            Motion::Slides { drag, .. } => x - drag,
+            Motion::Stairs { step, .. } => slips as f64 * step / 2.0,
+        };
+        Ok(Some(Start { position, op: x, direction: Direction::Up, moving: true }))
+    }
+
+    /// The least number of slips under a sine that moves the valve.
+    fn fewest_slips(&self, x: f64) -> Result<usize> {
+        let Motion::Stairs { apart, step } = self.0 else { return Ok(1) };
+        let slips = (((2.0 * x - apart) / step).ceil() - 1.0).max(1.0);
+        if slips <= Self::MAX_SLIPS as f64 {
+            Ok(slips as usize)
+        } else {
+            Err(Error::Inconsistent(format!(
+                "slips of {step} % under an OP of amplitude {x} % are more than {} a stroke; without slip \
+                 jump the valve is play",
+                Self::MAX_SLIPS
+            )))
+        }
+    }
+
+    /// By how much the VP trails the OP of a valve that slides, percent; 0 for others.
+    pub(super) fn trail(&self) -> f64 {
+        if let Motion::Slides { drag, .. } = self.0 { drag.abs() } else { 0.0 }
+    }
+
+    /// `N` and its derivative with respect to `X` on the branch of `slips`, within its range.
+    pub(super) fn on_branch(&self, slips: usize, x: f64) -> (Complex<f64>, Complex<f64>) {
+        match self.0 {
+            Motion::Follows => (Complex::new(1.0, 0.0), Complex::new(0.0, 0.0)),
+            Motion::Slides { turn, drag } => sliding(turn, drag, x),
+            Motion::Stairs { apart, step } => {
+                let lowest = (apart - (slips as f64 - 1.0) * step) / 2.0;
+                let (mut n, mut slope) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
+                for k in 0..slips {
+                    let h = lowest + k as f64 * step;
+                    // Not by the square of X, of which the difference would keep nothing at X = h.
+                    let root = ((x - h) * (x + h)).max(0.0).sqrt();
+                    n += Complex::new(root, -h);
+                    slope += Complex::new(x / root - 2.0 * root / x, 2.0 * h / x);
+                }
+                let scale = 2.0 * step / (PI * x * x);
+                (scale * n, scale * slope)
+            }
+        }
+    }
+}
+
+fn sliding(turn: f64, drag: f64, x: f64) -> (Complex<f64>, Complex<f64>) {
+    let half = (turn / (2.0 * x)).min(1.0).sqrt();
+    let (angle, cos) = (2.0 * half.asin(), 1.0 - turn / x);
+    let sin = 2.0 * half * (1.0 - half * half).sqrt();
+    let free = 1.0 - 2.0 * drag / x;
+    let re = PI - angle + (2.0 * free - cos) * sin;
+    let im = -(turn * turn + 4.0 * drag * (x - turn)) / (x * x);
+    let turning = -turn / (x * x * sin);
+    let turning = if turn == 0.0 { 0.0 } else { turning };
+    let slope = Complex::new(
+        -turning
+            + 4.0 * drag * sin / (x * x)
+            + turning * (2.0 * free * cos - cos * cos + sin * sin),
+        -2.0 * im / x - 4.0 * drag / (x * x),
+    );
+    (Complex::new(re, im) / PI, slope / PI)
+}
+
+/// The response of any valve to a sine of amplitude `x`, percent, by following it.
+///
+/// The OP begins at its peak, with the valve in the state in which it is given, and goes on until the motion
+/// repeats itself. Where `valve` neither rests nor moves in proportion to the OP, the step is halved until
+/// slips are located to rounding; between, the integral is exact. So `N` comes out to about 1e-9 for a model
+/// whose VP depends on the course of the OP but not on its speed, as all of [`Model`] do.
+///
+/// Two are out of reach: `S = 0` with a slip jump, for the valve then stands at its threshold whenever it
+/// stops, and rounding decides; and He and Wang's model with `J = 0` and an overshoot, which jumps at every step.
+///
+/// # Errors
+/// If `x` is not positive, the valve jumps however small the step is, the motion does not repeat itself within
+/// 100 periods, or two successive numbers
+/// of steps do not agree.
+pub fn by_integration<V: Valve + Clone>(valve: &V, x: f64) -> Result<Response> {
+    const STEPS: [usize; 5] = [500, 1_000, 2_000, 4_000, 8_000];
+    positive("amplitude of the OP", x)?;
+    let mut before = None;
+    for steps in STEPS {
+        let found =
+            Follower { valve: valve.clone(), x, sum: Complex::default(), slips: 0, steps: 0 }
+                .settle(steps)?;
+        match (before, found) {
+            (Some(Response::Stuck), Response::Stuck) => return Ok(found),
+            (Some(Response::Moves { n, .. }), Response::Moves { n: finer, .. })
+                if (n - finer).norm() <= 1e-10 * (1.0 + n.norm()) =>
+            {
+                return Ok(found);
+            }
+            _ => before = Some(found),
+        }
+    }
+    Err(Error::Inconsistent(format!(
+        "the response to an OP of amplitude {x} % still depends on the number of steps at {} a period",
+        STEPS[STEPS.len() - 1]
+    )))
+}
+
+/// A valve under `x cos q`.
+struct Follower<V> {
+    valve: V,
+    x: f64,
+    /// The integral of `exp(-jq) dx` over the period so far.
+    sum: Complex<f64>,
+    /// Slips upwards in the period so far.
+    slips: usize,
+    /// Steps in the period so far.
+    steps: usize,
+}
+
+impl<V: Valve + Clone> Follower<V> {
+    /// The steepest that the VP follows the OP other than by a slip.
+    const STEEP: f64 = 8.0;
+    /// The most steps in a period. No valve that slips some thousand times needs so many.
+    const MOST_STEPS: usize = 1_000_000;
+    /// The narrowest step, in radians.
+    const NARROW: f64 = 1e-13;
+
+    fn op(&self, q: f64) -> f64 {
+        self.x * q.cos()
+    }
+
+    fn settle(mut self, steps: usize) -> Result<Response> {
+        const PERIODS: usize = 100;
+        let tolerance = 1e-11 * self.x;
+        self.valve.step(self.x);
+        let mut before = Complex::default();
+        for period in 0..PERIODS {
+            let begin = self.valve.position();
+            (self.sum, self.slips, self.steps) = (Complex::default(), 0, 0);
+            let angle = |k: usize| 2.0 * PI * k as f64 / steps as f64;
+            for k in 0..steps {
+                self.advance(angle(k), angle(k + 1));
+            }
+            if self.steps >= Self::MOST_STEPS {
+                return Err(Error::Inconsistent(format!(
+                    "under an OP of amplitude {} % the valve jumps however small the step is",
+                    self.x
+                )));
+            }
+            let repeats = (self.valve.position() - begin).abs() <= tolerance;
+            if period > 0 && repeats && (self.sum - before).norm() <= tolerance {
+                if self.sum.norm() <= tolerance {
+                    return Ok(Response::Stuck);
+                }
+                let n = Complex::new(0.0, -1.0) * self.sum / (PI * self.x);
+                return Ok(Response::Moves { n, slips: self.slips });
+            }
+            before = self.sum;
+        }
+        Err(Error::Inconsistent(format!(
+            "under an OP of amplitude {} % the valve does not repeat itself within {PERIODS} periods",
+            self.x
+        )))
+    }
+
+    /// Takes the OP from phase `a` to phase `b`.
+    fn advance(&mut self, a: f64, b: f64) {
+        let mid = 0.5 * (a + b);
+        let (from, middle, to) = (self.op(a), self.op(mid), self.op(b));
+        let begin = self.valve.position();
+        let mut probe = self.valve.clone();
+        let half_way = probe.step(middle);
+        let end = probe.step(to);
+        let change = end - begin;
+        let share = if to == from { 0.5 } else { (middle - from) / (to - from) };
+        let rounding = 1e-13 * self.x.max(end.abs());
+        // A slip where the OP hardly changes, near its peak, is no steep line.
+        let straight = change.abs() <= Self::STEEP * (to - from).abs() + rounding
+            && (half_way - begin - share * change).abs() <= rounding;
+        self.steps += 1;
+        let narrow = b - a <= Self::NARROW || self.steps >= Self::MOST_STEPS;
+        if !(straight || narrow) {
+            self.advance(a, mid);
+            self.advance(mid, b);
+            return;
+        }
+        self.valve = probe;
+        if narrow || to == from {
+            self.sum += Complex::new(mid.cos(), -mid.sin()) * change;
+            self.slips += usize::from(change > 1e-9 * self.x);
+        } else if change != 0.0 {
+            // The integral of exp(-jq) sin q.
+            let whole =
+                |q: f64| Complex::new(0.5 * q.sin() * q.sin(), 0.25 * (2.0 * q).sin() - 0.5 * q);
+            self.sum -= self.x * change / (to - from) * (whole(b) - whole(a));
+        }
+    }
+}

@@ -1,0 +1,400 @@
+//! Tuning a PI controller around a sticking valve: robust, and with the least swing of the PV.
+//!
+//! # What it computes
+//! What a tuning is worth where the valve does not matter ([`FrequencyResponse::margins`] for `Ms`,
+//! [`load_step_iae`]); a starting point ([`simc`], [`lambda`]); all tunings of a grid within a bound on `Ms`
+//! ([`robust`]); and the one of them in whose limit cycle the PV swings least, with what it costs
+//! ([`least_swing`]).
+//!
+//! # Assumptions
+//! The process is known. The cycle is what the given function says it is: by describing function
+//! ([`by_describing_function`]) or exactly.
+//!
+//! # Equations
+//! ```text
+//! IAE = integral of |sp - pv| dt after a step of the load by 1 percent, at rest before
+//! SIMC, first order:   Kc = tau / (K (tc + theta)),   Ti = min(tau, 4 (tc + theta))
+//! SIMC, integrator:    Kc = 1 / (K (tc + theta)),     Ti = 4 (tc + theta)
+//! SIMC, second order:  as first order with tau1 + tau2 / 2 and theta + tau2 / 2   (tau2 <= tau1)
+//! lambda:              Kc = tau / (K (lambda + theta)), Ti = tau
+//! ```
+//! Where the error keeps its sign, `IAE = |Ti / Kc|`.
+//!
+//! # Limits
+//! **Harmonic balance is a poor guide where it finds no cycle.** With an integral time well above the sum of time
+//! constant and dead time it sees none around a valve with slip jump, where simulation goes on cycling; and a
+//! slow process under a tight controller it says to cycle on dead band alone, which simulation confirms for
+//! some and not for others. A tuning "without a cycle" needs the exact method, or a simulation.
+//!
+//! The IAE is that of a loop whose valve follows: under stiction a load step smaller than the bands may not
+//! move the valve at all. PI only.
+//!
+//! # References
+//! S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", J. Process Control
+//! 13 (2003) 291-309 (recalled, not read). K. J. Åström, T. Hägglund, "Advanced PID Control", ISA, 2006.
+//! That a limit cycle can be tuned away so is an idea of Mohammad and Huang (2012; recalled, not read).
+
+use super::{ContinuousLoop, Cycle, FrequencyResponse, Stability, harmonic_balance};
+use crate::bands::Bands;
+use crate::closed_loop::{ClosedLoop, Controller, Process, Signal};
+use crate::error::{Error, Result, non_negative, positive, require};
+use crate::valve::{Assembly, Model};
+use rayon::prelude::*;
+
+/// The bound on `Ms` unless told otherwise: about what [`simc`] gives with `tc = theta`.
+pub const PEAK_SENSITIVITY: f64 = 1.7;
+
+/// Skogestad's PI tuning for the closed-loop time constant `tc`, s; `tc` equal to the dead time is his choice.
+///
+/// # Errors
+/// If `tc + theta` is not positive, or the process is not of first order, of second order with real stable
+/// poles and no zero, or an integrator.
+pub fn simc(process: &Process, tc: f64) -> Result<Controller> {
+    let closed = |theta: f64| positive("tc + theta", non_negative("tc", tc)? + theta);
+    match Plain::of(process)? {
+        Plain::FirstOrder { gain, tau, theta } => {
+            let sum = closed(theta)?;
+            Controller::pi(tau / (gain * sum), tau.min(4.0 * sum))
+        }
+        Plain::Integrator { gain, theta } => {
+            let sum = closed(theta)?;
+            Controller::pi(1.0 / (gain * sum), 4.0 * sum)
+        }
+    }
+}
+
+/// The PI tuning that cancels the pole and leaves a closed loop of time constant `lambda`, s.
+///
+/// # Errors
+/// If `lambda + theta` is not positive, or the process has no dominant time constant, see [`simc`].
+pub fn lambda(process: &Process, lambda: f64) -> Result<Controller> {
+    match Plain::of(process)? {
+        Plain::FirstOrder { gain, tau, theta } => {
+            let sum = positive("lambda + theta", non_negative("lambda", lambda)? + theta)?;
+            Controller::pi(tau / (gain * sum), tau)
+        }
+        Plain::Integrator { .. } => Err(Error::Inconsistent(
+            "an integrator has no time constant for the lambda rule to cancel; SIMC has a rule for it"
+                .to_owned(),
+        )),
+    }
+}
+
+/// A process as the rules see it.
+enum Plain {
+    FirstOrder { gain: f64, tau: f64, theta: f64 },
+    Integrator { gain: f64, theta: f64 },
+}
+
+impl Plain {
+    fn of(process: &Process) -> Result<Self> {
+        let (num, den) = process.coefficients();
+        let theta = process.dead_time();
+        let num = crate::numeric::polynomial::trimmed(&num);
+        let found = match (num[..].as_ref(), &den[..]) {
+            ([k], [a, b]) if *b == 0.0 => Some(Self::Integrator { gain: k / a, theta }),
+            ([k], [a, b]) if a / b > 0.0 => {
+                Some(Self::FirstOrder { gain: k / b, tau: a / b, theta })
+            }
+            ([k], [a, b, c]) => {
+                let (sum, product) = (b / c, a / c);
+                let root = 0.25 * sum * sum - product;
+                // Two equal time constants may come out complex by rounding.
+                let apart = root.max(0.0).sqrt();
+                let (long, short) = (0.5 * sum + apart, 0.5 * sum - apart);
+                (root >= -1e-12 * sum * sum && short > 0.0).then(|| Self::FirstOrder {
+                    gain: k / c,
+                    tau: long + 0.5 * short,
+                    theta: theta + 0.5 * short,
+                })
+            }
+            _ => None,
+        };
+        found.ok_or_else(|| {
+            Error::Inconsistent(
+                "the tuning rules know processes of first order, of second order with real stable poles \
+                 and no zero, and integrators"
+                    .to_owned(),
+            )
+        })
+    }
+}
+
+/// Integral of the absolute error after a step of the load by 1 percent of span while the valve follows the
+/// OP; PV units times s.
+///
+/// From two simulations, at a fine sample time and half of it, extrapolated to none.
+///
+/// # Errors
+/// If the loop is not stable, has no integral action (the error stays, and the integral has no end), or does
+/// not settle within 4 million samples.
+pub fn load_step_iae(continuous: &ContinuousLoop) -> Result<f64> {
+    /// Samples a radian at the highest frequency that matters.
+    const FINE: f64 = 50.0;
+    let response = FrequencyResponse::of(continuous)?;
+    let (kp, ki, kd) = continuous.controller.gains();
+    if response.stability() != Stability::Stable || ki == 0.0 {
+        return Err(Error::Inconsistent(
+            "the IAE of a load step needs a stable loop with integral action".to_owned(),
+        ));
+    }
+    let fast = response.last_crossover(0.5).unwrap_or(response.lowest());
+    let slow = response.where_gain_is(1.0).first().copied().unwrap_or(fast);
+    let mut step = 1.0 / (FINE * fast);
+    let dead_time = continuous.process.dead_time();
+    if dead_time > 0.0 {
+        step = dead_time / (dead_time / step).ceil();
+    }
+    let valve = Assembly::new(Model::Ideal.build(Bands::NONE)?);
+    let controller =
+        Controller::parallel(kp, ki, kd)?.with_filter(continuous.controller.filter_s())?;
+    let mut plant = ClosedLoop::new(controller, valve, continuous.process.clone());
+    plant.load = vec![Signal::Constant(1.0)];
+    let coarse = settled_iae(&mut plant, step, 30.0 / slow)?;
+    let fine = settled_iae(&mut plant, 0.5 * step, 30.0 / slow)?;
+    Ok(2.0 * fine - coarse)
+}
+
+/// The IAE of a simulated loop, over as long as it takes from `duration` on.
+fn settled_iae(plant: &mut ClosedLoop, sample_time: f64, duration: f64) -> Result<f64> {
+    const MOST_SAMPLES: f64 = 4e6;
+    const TAIL: f64 = 1e-8;
+    plant.sample_time = sample_time;
+    let mut samples = duration / sample_time;
+    while samples <= MOST_SAMPLES {
+        plant.samples = samples.ceil() as usize;
+        let run = plant.run()?;
+        let area = |pv: &[f64]| pv.iter().map(|pv| pv.abs()).sum::<f64>() * sample_time;
+        let (whole, tail) = (area(&run.pv), area(&run.pv[run.pv.len() / 2..]));
+        if tail <= TAIL * whole {
+            return Ok(whole);
+        }
+        samples *= 2.0;
+    }
+    Err(Error::Inconsistent(format!(
+        "the loop has not settled after a load step within {MOST_SAMPLES} samples of {sample_time} s"
+    )))
+}
+
+/// Gains and integral times to be tried, each with each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Gains, percent per PV unit.
+    pub kc: Vec<f64>,
+    /// Integral times, s.
+    pub ti: Vec<f64>,
+}
+
+impl Grid {
+    /// `points` gains and as many integral times, at equal ratios from a `factor`-th to the `factor`-fold of
+    /// those of `controller`.
+    ///
+    /// # Errors
+    /// If the controller lacks proportional or integral action, their signs differ, or `factor` is not above 1.
+    pub fn about(controller: &Controller, factor: f64, points: usize) -> Result<Self> {
+        require("factor", factor, factor > 1.0, "a finite number above 1")?;
+        let (kp, ki, _) = controller.gains();
+        if !(kp * ki > 0.0) {
+            return Err(Error::Inconsistent(
+                "a grid of PI tunings needs a controller with proportional and integral action of one \
+                 sign to begin from"
+                    .to_owned(),
+            ));
+        }
+        let spread = |value: f64| {
+            let last = points.saturating_sub(1).max(1) as f64;
+            (0..points).map(|k| value * factor.powf(2.0 * k as f64 / last - 1.0)).collect()
+        };
+        Ok(Self { kc: spread(kp), ti: spread(kp / ki) })
+    }
+}
+
+/// A tuning that was judged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// The controller.
+    pub controller: Controller,
+    /// Its `Ms`.
+    pub peak_sensitivity: f64,
+}
+
+/// Every PI controller of `grid` with which the loop is stable and `Ms` at most `bound`, gain by gain.
+///
+/// # Errors
+/// If a number of the grid is not allowed, or `bound` is not above 1.
+pub fn robust(continuous: &ContinuousLoop, grid: &Grid, bound: f64) -> Result<Vec<Candidate>> {
+    require("bound on Ms", bound, bound > 1.0, "a finite number above 1")?;
+    let mut controllers = vec![];
+    for kc in &grid.kc {
+        for ti in &grid.ti {
+            controllers.push(Controller::pi(*kc, *ti)?);
+        }
+    }
+    let judged: Vec<Result<Option<Candidate>>> = controllers
+        .into_par_iter()
+        .map(|controller| {
+            let response = FrequencyResponse::of(&tuned(continuous, &controller))?;
+            if response.stability() != Stability::Stable {
+                return Ok(None);
+            }
+            let (peak_sensitivity, _) = response.peak();
+            Ok((peak_sensitivity <= bound).then_some(Candidate { controller, peak_sensitivity }))
+        })
+        .collect();
+    judged.into_iter().filter_map(Result::transpose).collect()
+}
+
+/// The loop with another controller.
+fn tuned(continuous: &ContinuousLoop, controller: &Controller) -> ContinuousLoop {
+    ContinuousLoop { controller: controller.clone(), ..continuous.clone() }
+}
+
+/// The cycle towards which a loop swings, by describing function; `None` if there is none.
+///
+/// # Errors
+/// As [`harmonic_balance()`].
+pub fn by_describing_function(continuous: &ContinuousLoop) -> Result<Option<Cycle>> {
+    Ok(harmonic_balance(continuous)?.attracting().cloned())
+}
+
+/// What a tuning is worth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assessment {
+    /// The controller.
+    pub controller: Controller,
+    /// `Ms`; infinite if the loop is not stable without friction.
+    pub peak_sensitivity: f64,
+    /// [`load_step_iae`]; `None` if there is none.
+    pub load_iae: Option<f64>,
+    /// The cycle with the sticking valve; `None` if it has none.
+    pub cycle: Option<Cycle>,
+}
+
+impl Assessment {
+    /// Half of the peak-to-peak value of the PV in the cycle; 0 without one.
+    pub fn pv_swing(&self) -> f64 {
+        self.cycle.as_ref().map_or(0.0, |cycle| cycle.half_pp.pv)
+    }
+
+    fn of(
+        continuous: &ContinuousLoop,
+        cycle: &impl Fn(&ContinuousLoop) -> Result<Option<Cycle>>,
+    ) -> Result<Self> {
+        let response = FrequencyResponse::of(continuous)?;
+        let stable = response.stability() == Stability::Stable;
+        Ok(Self {
+            controller: continuous.controller.clone(),
+            peak_sensitivity: if stable { response.peak().0 } else { f64::INFINITY },
+            load_iae: load_step_iae(continuous).ok(),
+            cycle: cycle(continuous)?,
+        })
+    }
+}
+
+/// The tuning with the least swing of the PV beside the present one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Retuning {
+    /// The tuning that was given.
+    pub present: Assessment,
+    /// The best of those within the bound on `Ms`.
+    pub best: Assessment,
+    /// How many tunings were within the bound.
+    pub robust: usize,
+    /// Of how many of them the cycle could not be determined; they were passed over.
+    pub unjudged: usize,
+}
+
+impl Retuning {
+    /// The swing of the PV over that with the present tuning; `None` if the latter is 0.
+    pub fn swing_ratio(&self) -> Option<f64> {
+        let present = self.present.pv_swing();
+        (present > 0.0).then(|| self.best.pv_swing() / present)
+    }
+
+    /// What it costs: the IAE of a load step over that with the present tuning; `None` if either has none.
+    pub fn iae_ratio(&self) -> Option<f64> {
+        Some(self.best.load_iae? / self.present.load_iae?)
+    }
+}
+
+/// The PI tuning about `grid` with `Ms` at most `bound` in whose cycle the PV swings least; of several without
+/// a cycle, that with the least IAE of a load step.
+///
+/// `cycle` says to what cycle a loop tends, if any; [`by_describing_function`] does so approximately. After the
+/// grid the neighbourhood of the best is searched on two finer ones. An end of the grid may be the best: then
+/// a wider one may hold a better, and [`at_edge`] says so.
+///
+/// # Errors
+/// If a number is not allowed, no tuning of the grid is within the bound, or the cycle of none of them, or of
+/// the present tuning, can be determined.
+pub fn least_swing(
+    continuous: &ContinuousLoop,
+    grid: &Grid,
+    bound: f64,
+    cycle: impl Fn(&ContinuousLoop) -> Result<Option<Cycle>> + Sync,
+) -> Result<Retuning> {
+    const FINER: usize = 2;
+    const POINTS: usize = 7;
+    let mut grid = grid.clone();
+    let (mut robust_count, mut unjudged) = (0, 0);
+    let mut best: Option<(f64, f64, Controller)> = None;
+    for level in 0..=FINER {
+        let candidates = robust(continuous, &grid, bound)?;
+        robust_count += candidates.len();
+        let swings: Vec<Result<(f64, f64)>> = candidates
+            .par_iter()
+            .map(|candidate| {
+                let with = tuned(continuous, &candidate.controller);
+                Ok(match cycle(&with)? {
+                    Some(cycle) => (cycle.half_pp.pv, 0.0),
+                    None => (0.0, load_step_iae(&with)?),
+                })
+            })
+            .collect();
+        for (candidate, swing) in candidates.into_iter().zip(swings) {
+            let Ok((pv, iae)) = swing else {
+                unjudged += 1;
+                continue;
+            };
+            if best.as_ref().is_none_or(|old| (pv, iae) < (old.0, old.1)) {
+                best = Some((pv, iae, candidate.controller));
+            }
+        }
+        let Some((_, _, controller)) = &best else {
+            return Err(Error::Inconsistent(if robust_count == 0 {
+                format!("no tuning of the grid keeps Ms within {bound}")
+            } else {
+                format!("the cycle of none of {robust_count} robust tunings could be determined")
+            }));
+        };
+        if level < FINER {
+            let ratio = |values: &[f64]| match values {
+                [first, second, ..] => second / first,
+                _ => 1.0,
+            };
+            let step = ratio(&grid.kc).max(ratio(&grid.ti)).max(1.0 + 1e-6);
+            grid = Grid::about(controller, step, POINTS)?;
+        }
+    }
+    let Some((_, _, controller)) = best else {
+        return Err(Error::Inconsistent(format!("no tuning of the grid keeps Ms within {bound}")));
+    };
+    Ok(Retuning {
+        present: Assessment::of(continuous, &cycle)?,
+        best: Assessment::of(&tuned(continuous, &controller), &cycle)?,
+        robust: robust_count,
+        unjudged,
+    })
+}
+
+/// Whether a controller's gain or integral time lies at or beyond an end of `grid`.
+pub fn at_edge(controller: &Controller, grid: &Grid) -> bool {
+    let (kp, ki, _) = controller.gains();
+    let outside = |value: f64, values: &[f64]| {
+        let (low, high) = values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v.abs()), h.max(v.abs())));
+        !(value.abs() > low * (1.0 + 1e-9) && value.abs() < high * (1.0 - 1e-9))
+    };
+    outside(kp, &grid.kc) || outside(kp / ki, &grid.ti)
+}

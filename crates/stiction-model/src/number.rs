@@ -1,0 +1,19 @@
+//! A number with its name and unit, as methods and actions report them.
+
+/// A named number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Number {
+    /// Its name, such as `delta tau`.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its unit; empty for a ratio or count.
+    pub unit: &'static str,
+}
+
+impl Number {
+    /// A number with a unit; empty for none.
+    pub fn new(name: &'static str, value: f64, unit: &'static str) -> Self {
+        Self { name, value, unit }
+    }
+}

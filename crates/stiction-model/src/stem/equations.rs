@@ -1,0 +1,38 @@
+//! What a stem's motion is to a solver from outside: states, rates, and the guards that end a mode.
+
+use super::body::Recorder;
+use super::pressure::Drive;
+use crate::numeric::radau::GUARDS;
+
+/// Most states a motion may have: position, velocity, three deflections.
+pub(super) const STATES: usize = 5;
+
+/// A motion as equations. Unused states and rates are 0, unused guards infinite.
+pub(super) trait Equations {
+    /// How many states there are; `None` if the motion is no ordinary differential equation.
+    fn order(&self) -> Option<usize>;
+
+    fn states(&self) -> [f64; STATES];
+
+    fn place(&mut self, states: &[f64; STATES]);
+
+    fn rates(&self, drive: &Drive, time_s: f64) -> [f64; STATES];
+
+    /// Values that stay at least 0 until the present mode ends.
+    fn guards(&self, drive: &Drive, time_s: f64) -> [f64; GUARDS];
+
+    /// Goes over into the mode that follows when `guard` has fallen below 0.
+    fn pass(&mut self, guard: usize, drive: &Drive, time_s: f64, recorder: &mut Recorder<'_>);
+
+    /// Whether the stem rests, or hardly moves.
+    fn is_stuck(&self) -> bool;
+
+    /// Takes the first drive.
+    fn begin(&mut self, _drive: &Drive) {}
+
+    /// Appends everything that the motion depends on besides parameters, as plain numbers.
+    fn remember(&self, memory: &mut Vec<f64>);
+
+    /// Takes it back; `None` if there are too few numbers.
+    fn recall(&mut self, memory: &mut dyn Iterator<Item = f64>) -> Option<()>;
+}

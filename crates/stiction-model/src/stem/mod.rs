@@ -1,0 +1,80 @@
+//! The physical stem: mass, spring, air pressure and friction.
+//!
+//! # Equations
+//!
+//! ```text
+//! M x'' = Sa p - k x - Finit - F          force balance of stem and actuator
+//! tau p' = demand - p                     air lag, if tau > 0
+//! F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] sgn v + Fv v     moving
+//! F = Sa p - k x - Finit, at most Fs in size           at rest
+//! ```
+//!
+//! `x` is the position of the stem in m (0 closed), `p` the air pressure in Pa. The friction shown
+//! is the classical one; [`FrictionLaw`] lists the others. Seat force and the force of the fluid are
+//! neglected, as in the paper.
+//!
+//! # What was corrected
+//!
+//! These are equations (1)-(6) of "Modelling and Dynamic Analysis of Pneumatic Control Valve with
+//! Stiction" with its misprints mended:
+//!
+//! * (2)-(3) read `M x1'' = x2''`, `M x2'' = ...`; meant is `x1' = x2`, `M x2' = Sa u - k x1 - F`.
+//! * (5) compares `Fc` where the net applied force is meant: a resting stem is held by a friction
+//!   equal to that force, up to `Fs`.
+//! * (6), `Fv sgn v + (Fc - Fs) exp(-v/vs) sgn v`, has no Coulomb level, the wrong sign, a viscous
+//!   part without velocity, and an exponent that grows for `v < 0`. The usual Stribeck form stands
+//!   above.
+//!
+//! # How it is computed
+//!
+//! Sticking and slipping are modes; what ends a mode is an event whose time is found by bracketed
+//! root-finding, and the next mode follows from the event, so the stem never chatters between the
+//! two. A slip under constant Coulomb and viscous friction is advanced by its closed solution, all
+//! other motion by a Radau IIA integrator of order 5 with dense output. Nothing depends on a sample
+//! time.
+//!
+//! # Example
+//!
+//! ```
+//! use stiction::stem::{PressureSignal, Stem, StemStart};
+//!
+//! let stem = Stem::named("cts")?;
+//! assert!((stem.equivalent()?.bands.j() - 5.343).abs() < 1e-3);
+//!
+//! let ramp = PressureSignal::from_points(vec![(0.0, 0.0), (100.0, 68_948.0)])?;
+//! let response = stem.simulate(&ramp, StemStart::at_rest(0.0), &[50.0, 100.0])?;
+//! let slip = response.slips().next().expect("the ramp overcomes static friction");
+//! assert!((slip.time_s - 38.407).abs() < 1e-3);
+//! # Ok::<(), stiction::Error>(())
+//! ```
+//!
+//! # Where to find what
+//!
+//! * [`Stem`] and [`Stem::simulate`]: one valve, one pressure signal, samples and events.
+//! * [`StemValve`]: the same behind [`crate::valve::Valve`], for loops.
+//! * [`MovingStem`]: the same piece by piece, or as equations for a solver from outside.
+//! * [`StemParameters`], [`ParameterSet`]: numbers, and sets of them by name.
+//! * [`friction`]: one law, one file.
+//! * [`Equivalent`]: S, J, overshoot, and whether the valve slides or moves in steps.
+
+mod body;
+mod bristle_motion;
+mod equations;
+mod equivalent;
+pub mod friction;
+mod linear;
+mod moving_stem;
+mod parameters;
+mod pressure;
+mod simulate;
+mod stem_valve;
+mod stick_slip;
+mod sticking_law;
+
+pub use equivalent::{Equivalent, SlidingKind};
+pub use friction::FrictionLaw;
+pub use moving_stem::MovingStem;
+pub use parameters::{ParameterSet, SETS, StemParameters};
+pub use pressure::PressureSignal;
+pub use simulate::{Event, EventKind, Response, Sample, Stem, StemStart};
+pub use stem_valve::StemValve;
