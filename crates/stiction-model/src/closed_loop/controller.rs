@@ -282,7 +282,7 @@ impl PiBank<1> {
 }
 
 /// Controllers of every kind side by side, one a lane. A PI controller gives the same bits here as
-/// in a [`PiBank`].
+/// in a `PiBank`.
 #[derive(Debug, Clone)]
 pub struct PidBank<const N: usize>([Pid; N]);
 

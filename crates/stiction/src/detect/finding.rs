@@ -2,6 +2,7 @@
 
 use super::Method;
 use crate::Number;
+use std::fmt;
 
 /// What a detector decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,6 +38,20 @@ impl Decision {
 /// Why a method does not judge, a sentence that names the remedy where there is one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Abstention(pub String);
+
+impl fmt::Display for Abstention {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Abstention {}
+
+impl fmt::Display for Decision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
 
 /// What a detector says of one stretch.
 #[derive(Debug, Clone, PartialEq)]

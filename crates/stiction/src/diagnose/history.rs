@@ -1,7 +1,7 @@
 //! Several recordings, or windows, of one valve together: what they say as a whole, and whether it gets
 //! worse.
 //!
-//! Probabilities are combined by the one rule of [`combining`](super::combining), as those of the windows of one
+//! Probabilities are combined by the one rule of `combining`, as those of the windows of one
 //! recording are: a week is judged alike as one recording and as seven.
 //!
 //! # Drift of S

@@ -11,6 +11,7 @@ mod combining;
 mod confirm;
 mod definitions;
 mod diagnosis;
+mod display;
 pub mod few_slips;
 mod fit_windows;
 pub mod history;

@@ -27,7 +27,7 @@ pub struct Weighing {
     pub windows: Vec<Window>,
     /// The evidence of each window.
     pub evidence: Vec<Evidence>,
-    /// How much each window counts, see [`combining::weights`].
+    /// How much each window counts, see `combining::weights`.
     pub weights: Vec<f64>,
     /// The effective number of windows: of their weights, and of how much of them is no overlap.
     pub number: f64,
