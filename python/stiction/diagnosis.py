@@ -464,7 +464,7 @@ class Weighing(Result):
         Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been
         seen.
     z : float
-        Standard errors by which a valve that sticks predicts the PV better than one that follows; from 2 on a valve
+        Standard errors by which a valve that sticks predicts the PV better than one that follows; from 3 on a valve
         is not cleared.
     op_range : float
         Range of the OP in its widest window, percent of span.

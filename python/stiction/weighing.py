@@ -147,7 +147,7 @@ class Weighed(Result):
         Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been
         seen, or the OP is alone.
     z : float
-        As that of the evidence; from 2 on a diagnosis does not clear a valve.
+        As that of the evidence; from 3 on a diagnosis does not clear a valve.
     distance : float
         How far the evidence is from that of the loops of training; above 1 it is unlike all of them, and what else
         is said means little.

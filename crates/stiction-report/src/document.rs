@@ -337,7 +337,7 @@ pub struct FewSlips {
 pub struct Evidence {
     /// What each line of evidence says by itself.
     pub lines: Vec<Line>,
-    /// Standard errors by which a valve that sticks predicts the PV better than one that follows; from 2 on a
+    /// Standard errors by which a valve that sticks predicts the PV better than one that follows; from 3 on a
     /// valve is not cleared.
     pub z: f64,
     /// An S above this would have shown; null where nothing could have been seen.

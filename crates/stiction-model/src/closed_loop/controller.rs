@@ -61,9 +61,9 @@ pub enum Handover {
 /// `kd = Kc Td`. A negative gain makes a direct-acting controller.
 ///
 /// ```
-/// use stiction::closed_loop::{AntiWindup, Controller};
+/// use stiction_model::closed_loop::{AntiWindup, Controller};
 /// let flow = Controller::pi(0.6, 8.0)?.with_limits(0.0, 100.0, AntiWindup::Clamping)?;
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 ///
 /// # References

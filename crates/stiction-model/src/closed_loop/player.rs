@@ -12,8 +12,8 @@ use crate::valve::{Assembly, Start, Valve};
 /// It gives the bits of [`ClosedLoop::run`], which runs the same code.
 ///
 /// ```
-/// use stiction::closed_loop::{ClosedLoop, Controller, Process};
-/// use stiction::{Bands, valve::{Assembly, Model}};
+/// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction_model::{Bands, valve::{Assembly, Model}};
 ///
 /// let mut sticky = ClosedLoop::new(
 ///     Controller::pi(1.1, 2.5)?,
@@ -27,7 +27,7 @@ use crate::valve::{Assembly, Start, Valve};
 ///     let now = player.step(5.0, 0.0, 0.0)?;
 ///     assert_eq!((now.pv, now.op, now.vp), (run.pv[k], run.op[k], run.vp[k]));
 /// }
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Player(Bank);

@@ -10,8 +10,8 @@ use crate::valve::Assembly;
 /// A control loop and what happens to it. Plain data; [`ClosedLoop::run`] simulates it.
 ///
 /// ```
-/// use stiction::closed_loop::{ClosedLoop, Controller, Process};
-/// use stiction::{Bands, valve::{Assembly, Model}};
+/// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction_model::{Bands, valve::{Assembly, Model}};
 ///
 /// // The paper's loop under strong stiction, its set point stepping to 5 at the beginning.
 /// let mut sticky = ClosedLoop::new(
@@ -25,7 +25,7 @@ use crate::valve::Assembly;
 /// let run = sticky.run()?;
 /// let period = run.period_s().unwrap();
 /// assert!((period - 18.024).abs() < 1e-3);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClosedLoop {

@@ -200,9 +200,9 @@ impl Comparison {
 /// time are its own, whatever is known of them.
 ///
 /// ```
-/// use stiction::closed_loop::{ClosedLoop, Controller, Process};
-/// use stiction::compensate::{Knowledge, Method, Options, compare};
-/// use stiction::{Bands, valve::{Assembly, Model}};
+/// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction_model::compensate::{Knowledge, Method, Options, compare};
+/// use stiction_model::{Bands, valve::{Assembly, Model}};
 ///
 /// let controller = Controller::pi(1.1, 2.5)?;
 /// let mut sticky = ClosedLoop::new(
@@ -214,7 +214,7 @@ impl Comparison {
 /// let known = Knowledge::new(4.0, None, controller, 0.1);
 /// let table = compare(&sticky, &known, &[Method::ModifiedTwoMove], &Options::default())?;
 /// assert!(table.reduction(&table.rows[1]) > 6.0);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 ///
 /// # Errors

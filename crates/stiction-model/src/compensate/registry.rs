@@ -150,13 +150,13 @@ impl Method {
     /// [`Compensator::parameters`] tells them.
     ///
     /// ```
-    /// use stiction::closed_loop::Controller;
-    /// use stiction::compensate::{Knowledge, Method};
+    /// use stiction_model::closed_loop::Controller;
+    /// use stiction_model::compensate::{Knowledge, Method};
     /// let known = Knowledge::new(5.0, Some(3.0), Controller::pi(1.1, 2.5)?, 0.1);
     /// let knocker = Method::Knocker.with(&known, &[("width", 1.0)])?;
     /// assert_eq!(knocker.parameters()[1].value, 1.0);
     /// assert_eq!(knocker.parameters()[0].value, 2.5);
-    /// # Ok::<(), stiction::Error>(())
+    /// # Ok::<(), stiction_model::Error>(())
     /// ```
     ///
     /// # Errors

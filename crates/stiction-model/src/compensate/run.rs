@@ -20,10 +20,10 @@ pub struct CompensatedRun {
 /// ([`Assembly::with_limits`](crate::valve::Assembly::with_limits)).
 ///
 /// ```
-/// use stiction::closed_loop::{ClosedLoop, Controller, Process};
-/// use stiction::compensate::{self, Knocker};
-/// use stiction::series::std;
-/// use stiction::{Bands, valve::{Assembly, Model}};
+/// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction_model::compensate::{self, Knocker};
+/// use stiction_model::series::std;
+/// use stiction_model::{Bands, valve::{Assembly, Model}};
 ///
 /// let mut sticky = ClosedLoop::new(
 ///     Controller::pi(1.1, 2.5)?,
@@ -35,7 +35,7 @@ pub struct CompensatedRun {
 /// let knocked = compensate::run(&sticky, knocker.as_mut(), 200.0)?;
 /// let spread = |from: usize| std(&knocked.run.pv[from..from + 1000]);
 /// assert!(spread(1000) / spread(5000) > 4.0);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 ///
 /// # Errors

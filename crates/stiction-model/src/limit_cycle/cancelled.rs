@@ -92,8 +92,8 @@ impl CancelledLoop {
     /// The cycle of a two-phase valve; `None` unless `0 < q < 1` and `J > 0`.
     ///
     /// ```
-    /// use stiction::Bands;
-    /// use stiction::limit_cycle::CancelledLoop;
+    /// use stiction_model::Bands;
+    /// use stiction_model::limit_cycle::CancelledLoop;
     /// let known = CancelledLoop {
     ///     process_gain: 3.0,
     ///     controller_gain: 0.2,
@@ -103,7 +103,7 @@ impl CancelledLoop {
     /// let cycle = known.cycle(Bands::from_s_j(5.0, 5.0)?).expect("it cycles");
     /// assert!((cycle.period_s - 218.0 / 3.0).abs() < 1e-12);
     /// assert!((cycle.op - 25.0 / 7.0).abs() < 1e-12);
-    /// # Ok::<(), stiction::Error>(())
+    /// # Ok::<(), stiction_model::Error>(())
     /// ```
     pub fn cycle(&self, bands: Bands) -> Option<CancelledCycle> {
         let (kappa, q) = self.rate();

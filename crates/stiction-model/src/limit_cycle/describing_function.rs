@@ -88,13 +88,13 @@ pub struct Branch {
 /// The describing function of a valve, in closed form.
 ///
 /// ```
-/// use stiction::{Bands, limit_cycle::DescribingFunction, valve::Model};
+/// use stiction_model::{Bands, limit_cycle::DescribingFunction, valve::Model};
 ///
 /// let n = DescribingFunction::new(Model::TwoPhase, Bands::from_s_j(5.0, 2.0)?)?;
 /// let gain = n.at(10.0)?.gain().expect("10 % moves it");
 /// assert!((gain.re - 0.914765).abs() < 1e-6 && (gain.im + 0.175070).abs() < 1e-6);
 /// assert_eq!(n.at(2.5)?.gain(), None);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DescribingFunction(Motion);

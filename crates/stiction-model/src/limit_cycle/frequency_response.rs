@@ -72,10 +72,10 @@ pub struct Margins {
 /// The frequency response of a loop without its valve. Frequencies are in rad/s.
 ///
 /// ```
-/// use stiction::Bands;
-/// use stiction::closed_loop::{Controller, Process};
-/// use stiction::limit_cycle::{ContinuousLoop, FrequencyResponse, Stability};
-/// use stiction::valve::Model;
+/// use stiction_model::Bands;
+/// use stiction_model::closed_loop::{Controller, Process};
+/// use stiction_model::limit_cycle::{ContinuousLoop, FrequencyResponse, Stability};
+/// use stiction_model::valve::Model;
 ///
 /// let paper = ContinuousLoop::new(
 ///     Controller::pi(1.1, 2.5)?,
@@ -88,7 +88,7 @@ pub struct Margins {
 /// assert!((margins.peak_sensitivity - 1.5692).abs() < 1e-4);
 /// assert!(margins.gain_margin.is_some_and(|gain| (gain - 4.543).abs() < 1e-3));
 /// assert_eq!(response.stability(), Stability::Stable);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyResponse {

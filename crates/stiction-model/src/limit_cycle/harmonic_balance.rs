@@ -113,10 +113,10 @@ type Vertex = [f64; 3];
 /// The limit cycles of `continuous` by harmonic balance.
 ///
 /// ```
-/// use stiction::Bands;
-/// use stiction::closed_loop::{Controller, Process};
-/// use stiction::limit_cycle::{ContinuousLoop, harmonic_balance};
-/// use stiction::valve::Model;
+/// use stiction_model::Bands;
+/// use stiction_model::closed_loop::{Controller, Process};
+/// use stiction_model::limit_cycle::{ContinuousLoop, harmonic_balance};
+/// use stiction_model::valve::Model;
 ///
 /// let paper = ContinuousLoop::new(
 ///     Controller::pi(1.1, 2.5)?,
@@ -127,7 +127,7 @@ type Vertex = [f64; 3];
 /// let balance = harmonic_balance(&paper)?;
 /// let cycle = balance.attracting().expect("it cycles");
 /// assert!((cycle.period_s - 19.2292).abs() < 1e-4);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 ///
 /// # Errors

@@ -36,7 +36,7 @@
 //! # Example
 //!
 //! ```
-//! use stiction::stem::{PressureSignal, Stem, StemStart};
+//! use stiction_model::stem::{PressureSignal, Stem, StemStart};
 //!
 //! let stem = Stem::named("cts")?;
 //! assert!((stem.equivalent()?.bands.j() - 5.343).abs() < 1e-3);
@@ -45,7 +45,7 @@
 //! let response = stem.simulate(&ramp, StemStart::at_rest(0.0), &[50.0, 100.0])?;
 //! let slip = response.slips().next().expect("the ramp overcomes static friction");
 //! assert!((slip.time_s - 38.407).abs() < 1e-3);
-//! # Ok::<(), stiction::Error>(())
+//! # Ok::<(), stiction_model::Error>(())
 //! ```
 //!
 //! # Where to find what

@@ -14,7 +14,7 @@ use crate::numeric::radau::GUARDS;
 /// [events pass](MovingStem::pass_events) once one has fallen below 0.
 ///
 /// ```
-/// use stiction::stem::{MovingStem, Stem, StemStart};
+/// use stiction_model::stem::{MovingStem, Stem, StemStart};
 ///
 /// let mut stem = MovingStem::new(&Stem::named("cts")?, StemStart::at_rest(0.0), 0.0, 0.0)?;
 /// stem.hold(20_000.0, 1.0)?; // 1,290 N do not overcome 1,708 N
@@ -22,7 +22,7 @@ use crate::numeric::radau::GUARDS;
 /// stem.hold(40_000.0, 2.0)?;
 /// assert_eq!(stem.events().len(), 1);
 /// assert!(stem.sample().position_m > 0.02);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct MovingStem {

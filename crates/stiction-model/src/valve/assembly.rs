@@ -57,8 +57,8 @@ impl Assembly {
     /// other parameters.
     ///
     /// ```
-    /// use stiction::Bands;
-    /// use stiction::valve::{Assembly, Model, Valve};
+    /// use stiction_model::Bands;
+    /// use stiction_model::valve::{Assembly, Model, Valve};
     ///
     /// let mut valve = Assembly::new(Model::TwoPhase.build(Bands::from_s_j(2.0, 1.0)?)?);
     /// valve.step(10.0);
@@ -66,7 +66,7 @@ impl Assembly {
     /// worse.recall(&valve.memory());
     /// assert_eq!(worse.position(), 9.5);
     /// assert_eq!(worse.step(9.0), 9.5); // stuck
-    /// # Ok::<(), stiction::Error>(())
+    /// # Ok::<(), stiction_model::Error>(())
     /// ```
     pub fn memory(&self) -> [f64; 7] {
         let [a, b, c, d, e] = self.model.memory();
@@ -92,13 +92,13 @@ impl Assembly {
     /// lag does, and Kano's and Choudhury's models do.
     ///
     /// ```
-    /// use stiction::valve::{Assembly, Model, Valve};
-    /// let build = || Model::TwoPhase.build(stiction::Bands::from_s_j(5.0, 2.0)?).map(Assembly::new);
+    /// use stiction_model::valve::{Assembly, Model, Valve};
+    /// let build = || Model::TwoPhase.build(stiction_model::Bands::from_s_j(5.0, 2.0)?).map(Assembly::new);
     /// let (mut valve, mut resumed) = (build()?, build()?);
     /// valve.step(4.0);
     /// resumed.restart(valve.state().expect("a two-phase valve has one"));
     /// assert_eq!(resumed.step(5.0), valve.step(5.0));
-    /// # Ok::<(), stiction::Error>(())
+    /// # Ok::<(), stiction_model::Error>(())
     /// ```
     pub fn state(&self) -> Option<Start> {
         self.bare_model()?.state()

@@ -150,7 +150,7 @@ const STRETCH: usize = 128;
 /// Blocks run on all threads of the current rayon pool; the result does not depend on their number.
 ///
 /// ```
-/// use stiction::{Bands, valve::{Start, TwoPhase, lanes}};
+/// use stiction_model::{Bands, valve::{Start, TwoPhase, lanes}};
 /// let op: Vec<f64> = (0..1000).map(|k| 20.0 * (k as f64 * 0.01).sin()).collect();
 /// let bands: Vec<Bands> =
 ///     (0..40).map(|i| Bands::from_s_j(0.1 * i as f64, 0.05 * i as f64)).collect::<Result<_, _>>()?;
@@ -170,7 +170,7 @@ const STRETCH: usize = 128;
 /// )?
 /// .concat();
 /// assert!(products[0] > products[39]);
-/// # Ok::<(), stiction::Error>(())
+/// # Ok::<(), stiction_model::Error>(())
 /// ```
 ///
 /// # Errors

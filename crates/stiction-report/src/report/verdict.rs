@@ -8,6 +8,7 @@ use super::time_axis::duration;
 use super::views::WIDTH;
 use crate::figure::{Figure, Panel, Scale, Series, colour};
 use crate::words::{self, percent, rough};
+use stiction::diagnose::by_evidence::VETO;
 use stiction::diagnose::{Basis, Cause, ConfirmingTest, Diagnosis, Fault, VerdictClass, Weighing};
 
 /// Names of the rows of the figure of S and J: then come the definitions, by letters.
@@ -58,16 +59,20 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
         section = section.heading("What speaks against it").with(list(&verdict.contradictions));
     }
     match &diagnosis.evidence {
-        Some(weighing) if verdict.basis == Basis::Evidence => section.with(measured(weighing)),
+        Some(weighing) if verdict.basis == Basis::Evidence => {
+            section.with(measured(weighing, verdict.class))
+        }
         _ => section,
     }
 }
 
 /// What bears a probability out, or does not.
-fn measured(weighing: &Weighing) -> Block {
+fn measured(weighing: &Weighing, class: VerdictClass) -> Block {
     let mut facts = vec![
         Fact::new(
-            "standard errors by which sticking predicts the PV better (from 2 on not cleared)",
+            format!(
+                "standard errors by which sticking predicts the PV better (from {VETO} on not cleared)"
+            ),
             number((10.0 * weighing.z).round() / 10.0),
             "",
         ),
@@ -78,12 +83,12 @@ fn measured(weighing: &Weighing) -> Block {
         ),
         Fact::new("range of the OP", words::rough(weighing.op_range), "%"),
     ];
-    facts.push(match weighing.limit {
-        Some(limit) => {
-            Fact::new("smallest S that would have shown (95 %)", words::rough(limit), "%")
-        }
-        None => Fact::new("smallest S that would have shown (95 %)", "none", ""),
-    });
+    // How small an S could have been missed is no question where one was found.
+    if !matches!(class, VerdictClass::Sticks | VerdictClass::DoesNotRespond) {
+        let limit = weighing.limit.map_or_else(|| "none".to_owned(), words::rough);
+        let unit = if weighing.limit.is_some() { "%" } else { "" };
+        facts.push(Fact::new("smallest S that would have shown (95 %)", limit, unit));
+    }
     Block::Facts(facts)
 }
 

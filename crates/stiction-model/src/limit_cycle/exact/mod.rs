@@ -94,10 +94,10 @@
 //! not read). The map of the two-phase valve and its closed form were derived for this project.
 //!
 //! ```
-//! use stiction::Bands;
-//! use stiction::closed_loop::{Controller, Process};
-//! use stiction::limit_cycle::{ContinuousLoop, exact};
-//! use stiction::valve::Model;
+//! use stiction_model::Bands;
+//! use stiction_model::closed_loop::{Controller, Process};
+//! use stiction_model::limit_cycle::{ContinuousLoop, exact};
+//! use stiction_model::valve::Model;
 //!
 //! let sticky = ContinuousLoop::new(
 //!     Controller::pi(1.1, 2.5)?,
@@ -109,7 +109,7 @@
 //! let cycle = outcome.attractor().expect("it cycles");
 //! assert!((cycle.period_s - 18.04367).abs() < 1e-5);
 //! assert!((cycle.half_pp.op - 3.108014).abs() < 1e-6);
-//! # Ok::<(), stiction::Error>(())
+//! # Ok::<(), stiction_model::Error>(())
 //! ```
 
 mod flow;
