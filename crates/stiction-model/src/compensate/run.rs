@@ -22,7 +22,7 @@ pub struct CompensatedRun {
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
 /// use stiction_model::compensate::{self, Knocker};
-/// use stiction_model::series::std;
+/// use stiction_model::numeric::summary::std;
 /// use stiction_model::{Bands, valve::{Assembly, Model}};
 ///
 /// let mut sticky = ClosedLoop::new(
