@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-FIXTURES = Path(__file__).parents[2] / "crates" / "stiction" / "tests" / "fixtures"
+FIXTURES = Path(__file__).parents[2] / "crates" / "stiction-model" / "tests" / "fixtures"
 
 
 def table(name):

@@ -15,7 +15,7 @@ import polars as pl
 import pytest
 import stiction
 
-FIXTURES = Path(__file__).parents[2] / "crates" / "stiction" / "tests" / "fixtures"
+FIXTURES = Path(__file__).parents[2] / "crates" / "stiction-model" / "tests" / "fixtures"
 REFERENCE = json.loads((FIXTURES / "compensation.json").read_text())
 PAPER = "paper/closed-loop"
 STICKY = {"valve.S": 5, "valve.J": 3}

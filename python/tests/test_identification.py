@@ -14,7 +14,7 @@ import stiction
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-FIXTURES = Path(__file__).parents[2] / "crates" / "stiction" / "tests" / "fixtures" / "detect"
+FIXTURES = Path(__file__).parents[2] / "crates" / "stiction-diagnose" / "tests" / "fixtures" / "detect"
 REFERENCE = json.loads((FIXTURES / "detectors.json").read_text())
 
 

@@ -11,8 +11,8 @@ use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
 use std::path::{Path, PathBuf};
-use stiction::diagnose::scoreboard::{Board, MethodRow};
 use stiction::diagnose::{Detectors, Options};
+use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
 use stiction_report::scoreboard::{self, Scoreboard};
 

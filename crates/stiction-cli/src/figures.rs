@@ -1,11 +1,12 @@
 //! `stiction figures`: every figure of the paper.
 
 use crate::output;
+use crate::paper;
 use anyhow::{Context, Result};
 use clap::Parser;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
-use stiction_report::{Entry, Page, Picture, paper};
+use stiction_figure::{Entry, Page, Picture};
 
 /// Draw every figure of the paper that has a plot, and one that it lacks.
 ///

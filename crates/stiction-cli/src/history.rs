@@ -11,9 +11,10 @@ use std::path::PathBuf;
 use stiction::diagnose::{Estimate, Observation, Options, combine, repair};
 use stiction::oscillation;
 use stiction::recording::{Grid, GridOptions, Recording};
+use stiction_figure::figure;
 use stiction_io::timestamp::{Zone, instant};
 use stiction_report::document::{self, Combined, Point, RepairTest, Source, Valve, ValveHistory};
-use stiction_report::{figure, report, words};
+use stiction_report::{report, words};
 
 /// The shortest window by default, s: a day, so that every window sees all shifts.
 const DAY: f64 = 86_400.0;

@@ -13,10 +13,10 @@ use stiction::limit_cycle::map::{Axis, Map, Parameter, Point, Sensitivity, sensi
 use stiction::limit_cycle::tuning::{self, Assessment, Grid, Retuning};
 use stiction::limit_cycle::{ContinuousLoop, Cycle, Method, Swing, attractor};
 use stiction::valve::Model;
+use stiction_figure::limit_cycle::{self as pictures, Quantity};
+use stiction_figure::nyquist::nyquist;
 use stiction_io::scenario::System;
 use stiction_io::table;
-use stiction_report::limit_cycle::{self as pictures, Quantity};
-use stiction_report::nyquist::nyquist;
 
 /// Predict the limit cycle of a loop with a sticking valve, exactly and by describing function.
 ///

@@ -12,6 +12,7 @@ mod inspect;
 mod limit_cycle;
 mod output;
 mod overrule;
+mod paper;
 mod population;
 mod progress;
 mod reading_args;

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
-use stiction_report::Figure;
+use stiction_figure::Figure;
 
 /// Writes `bytes` to the file at `path`, or to standard output for none or `-`.
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {

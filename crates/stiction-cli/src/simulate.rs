@@ -7,9 +7,9 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 use stiction::closed_loop::Run;
+use stiction_figure::{Figure, run};
 use stiction_io::scenario::{self, Scenario, System};
 use stiction_io::table;
-use stiction_report::{Figure, run};
 
 /// Simulate a scenario: a valve on a test signal, a control loop, or a cascade.
 ///

@@ -13,9 +13,9 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use library::{C, Importer, Library, Three, Two};
-use stiction::Bands;
-use stiction::valve::{Assembly, Model, Start, Valve};
 use stiction_fmu::Fmu;
+use stiction_model::Bands;
+use stiction_model::valve::{Assembly, Model, Start, Valve};
 
 const SAMPLES: usize = 10_000;
 const ROUNDS: usize = 7;

@@ -2,10 +2,10 @@
 //! Prints the best times, s, of a valve over a million samples, its result allocated each time, and of a diagnosis.
 use std::hint::black_box;
 use std::time::Instant;
-use stiction::Bands;
-use stiction::diagnose::{Options, diagnose};
-use stiction::valve::{Assembly, Model, Start, Valve};
+use stiction_diagnose::diagnose::{Options, diagnose};
 use stiction_io::{ReadOptions, reading};
+use stiction_model::Bands;
+use stiction_model::valve::{Assembly, Model, Start, Valve};
 
 fn best(mut run: impl FnMut(), times: usize) -> f64 {
     let timed = |_| {

@@ -88,8 +88,8 @@ impl<'a, 'i> Fields<'a, 'i> {
 
     /// The core's refusal of what this table says, at the key it names if there is one: "stem lag"
     /// is `lag`, "rest tolerance" is `rest_tolerance`.
-    pub fn refused(&self, error: stiction::Error) -> Wrong {
-        let stiction::Error::Parameter { name, .. } = &error else {
+    pub fn refused(&self, error: stiction_model::Error) -> Wrong {
+        let stiction_model::Error::Parameter { name, .. } = &error else {
             return self.wrong_table(error);
         };
         let name = format!(" {}", name.to_lowercase().replace('_', " "));

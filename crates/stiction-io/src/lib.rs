@@ -1,10 +1,11 @@
-//! Reading and writing for [`stiction`]: scenarios in TOML, signals in CSV, recordings of plants as
+//! Reading and writing for stiction: scenarios in TOML, signals in CSV, recordings of plants as
 //! historians export them.
 //!
 //! Nothing read here is silently coerced, dropped or filled in: what cannot be understood is an
 //! error that names the file, the line or row, the key or column, and what would be right.
 #![forbid(unsafe_code)]
 
+#[cfg(any(feature = "matlab", feature = "parquet"))]
 mod budget;
 mod built_in;
 pub mod csv_sheet;
@@ -13,11 +14,13 @@ mod error;
 mod fields;
 pub mod layout;
 mod mapping;
+#[cfg(feature = "matlab")]
 pub mod matlab_file;
 mod mode;
 pub mod number;
 pub mod options;
 pub mod overrides;
+#[cfg(feature = "parquet")]
 pub mod parquet_file;
 mod quality;
 mod range;

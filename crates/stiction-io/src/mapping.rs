@@ -6,7 +6,7 @@ use crate::options::{LoopOptions, LoopSettings, Mapped, ReadOptions};
 use crate::role::{Role, Signal};
 use crate::{mode, quality};
 use std::path::Path;
-use stiction::recording::LoopType;
+use stiction_diagnose::recording::LoopType;
 use toml::de::DeTable;
 
 /// All keys at the top.

@@ -3,7 +3,6 @@
 //! A file is read into a tree of values first, whichever version it is of: level 5 (`-v6`, `-v7`) by
 //! `level5`, version 7.3, which is HDF5, by `hdf5`. Then `sheets` finds the sheets in the tree.
 
-#[cfg(feature = "matlab73")]
 mod hdf5;
 mod level5;
 mod sheets;
@@ -31,8 +30,7 @@ const HDF5_OFFSETS: [usize; 3] = [0, 512, 1024];
 /// the column that looks like that.
 ///
 /// # Errors
-/// If the file is cut short, damaged, of version 4, or has no vectors; if it is of version 7.3 and this
-/// was built without the feature `matlab73`.
+/// If the file is cut short, damaged, of version 4, or has no vectors.
 ///
 /// # Limits
 /// Sparse and complex arrays, function handles and objects, among them tables and timetables, are left
@@ -47,14 +45,7 @@ pub fn matlab_sheets(bytes: &[u8], origin: &str) -> Result<Vec<Sheet>> {
 fn variables(bytes: &[u8]) -> std::result::Result<Fields, Message> {
     let is_hdf5 = |at: usize| bytes.get(at..).is_some_and(|b| b.starts_with(HDF5_SIGNATURE));
     if HDF5_OFFSETS.into_iter().any(is_hdf5) {
-        #[cfg(feature = "matlab73")]
         return hdf5::variables(bytes);
-        #[cfg(not(feature = "matlab73"))]
-        return Err(
-            "is of MATLAB's version 7.3, which this program was built without; save it with \
-                    save(..., '-v7')"
-                .to_owned(),
-        );
     }
     level5::variables(bytes)
 }

@@ -1,7 +1,7 @@
 //! Words and codes for a controller's mode.
 
 use crate::number::{self, DecimalMark};
-use stiction::recording::Mode;
+use stiction_diagnose::recording::Mode;
 
 /// The modes that users name in a mapping file.
 pub const NAMES: [(&str, Mode); 4] = [

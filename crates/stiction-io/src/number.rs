@@ -1,7 +1,7 @@
 //! Cells that are numbers, and the words that historians write where there is none.
 
 use crate::sheet::{Cells, Column};
-use stiction::recording::Quality;
+use stiction_diagnose::recording::Quality;
 
 /// What separates whole numbers from decimals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -2,7 +2,7 @@
 
 use crate::role::{Pattern, Role, Signal};
 use crate::timestamp::{TimeFormat, Zone};
-use stiction::recording::{LoopType, Mode, Quality};
+use stiction_diagnose::recording::{LoopType, Mode, Quality};
 
 /// What the user says of a file; by default nothing, and all is recognised.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -36,7 +36,7 @@ use crate::error::{Error, Result};
 use crate::fields::{Fields, Wrong, line_of};
 use jiff::tz::TimeZone;
 use std::path::{Path, PathBuf};
-use stiction::diagnose::VerdictClass;
+use stiction_diagnose::diagnose::VerdictClass;
 use toml::de::DeTable;
 
 pub use jiff::civil::Date;

@@ -3,7 +3,7 @@
 use crate::number::{self, DecimalMark};
 use crate::sheet::Cells;
 use Quality::{Bad, Good, Missing, Uncertain};
-use stiction::recording::Quality;
+use stiction_diagnose::recording::Quality;
 
 /// The qualities that users name in a mapping file.
 pub const NAMES: [(&str, Quality); 3] = [("good", Good), ("uncertain", Uncertain), ("bad", Bad)];

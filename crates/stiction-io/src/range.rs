@@ -1,6 +1,6 @@
 //! The range of a signal that goes to a valve: given, told by the file, or estimated.
 
-use stiction::recording::{Channel, Range, RangeSource};
+use stiction_diagnose::recording::{Channel, Range, RangeSource};
 
 /// How far, in percent, a signal in percent may go beyond 0 and 100: controllers allow their outputs
 /// a few percent more.
@@ -13,7 +13,7 @@ pub fn of_valve_signal(
     channel: &Channel,
     given: Option<(f64, f64)>,
     told: Option<(f64, f64)>,
-) -> stiction::Result<(Option<Range>, Option<String>)> {
+) -> stiction_model::Result<(Option<Range>, Option<String>)> {
     if let Some((low, high)) = given {
         return Ok((Some(Range::new(low, high, RangeSource::Given)?), None));
     }

@@ -3,10 +3,8 @@
 use crate::csv_sheet::{self, Dialect};
 use crate::error::{Error, Result};
 use crate::layout::{self, Layout, LoopPlan, Place, Plan, Recognised};
-use crate::matlab_file::matlab_sheets;
 use crate::number::{self, DecimalMark};
 use crate::options::ReadOptions;
-use crate::parquet_file::parquet_sheets;
 use crate::range;
 use crate::role::{self, Signal};
 use crate::sheet::{Cells, Column, Sheet};
@@ -14,7 +12,9 @@ use crate::timestamp::{self, Clock, Times};
 use crate::{mode, quality};
 use sha2::{Digest, Sha256};
 use std::path::Path;
-use stiction::recording::{Channel, LoopType, Mode, Modes, Quality, Range, RangeSource, Recording};
+use stiction_diagnose::recording::{
+    Channel, LoopType, Mode, Modes, Quality, Range, RangeSource, Recording,
+};
 
 /// The format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,17 +149,34 @@ fn build(
     Ok(Reading { origin, sha256, format, layout, time, recordings, recognised, notes })
 }
 
+/// The refusal of a format that this library was built without.
+#[cfg(not(all(feature = "parquet", feature = "matlab")))]
+fn not_built_in(origin: &str, what: &str, feature: &str) -> Error {
+    Error::Table {
+        origin: origin.to_owned(),
+        message: format!(
+            "is {what}, which this was built without (feature \"{feature}\"); save it as CSV"
+        ),
+    }
+}
+
 /// The sheets in `bytes`, by the signature they begin with; what has none is text.
 fn sheets(bytes: &[u8], origin: &str) -> Result<(Format, Vec<Sheet>, Vec<String>)> {
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
     if bytes.starts_with(b"PAR1") {
-        return Ok((Format::Parquet, parquet_sheets(bytes, origin)?, vec![]));
+        #[cfg(feature = "parquet")]
+        return Ok((Format::Parquet, crate::parquet_file::parquet_sheets(bytes, origin)?, vec![]));
+        #[cfg(not(feature = "parquet"))]
+        return Err(not_built_in(origin, "a Parquet file", "parquet"));
     }
     if bytes.starts_with(b"MATLAB 5.0")
         || bytes.starts_with(b"MATLAB 7.3")
         || bytes.starts_with(HDF5)
     {
-        return Ok((Format::Matlab, matlab_sheets(bytes, origin)?, vec![]));
+        #[cfg(feature = "matlab")]
+        return Ok((Format::Matlab, crate::matlab_file::matlab_sheets(bytes, origin)?, vec![]));
+        #[cfg(not(feature = "matlab"))]
+        return Err(not_built_in(origin, "a MATLAB file", "matlab"));
     }
     for (signature, message) in [
         (&b"PK\x03\x04"[..], "is a spreadsheet or ZIP archive; save the sheet as CSV"),
@@ -374,7 +391,7 @@ impl<'a> Builder<'a> {
     fn recording(&self, plan: &LoopPlan, names: &Names<'_>) -> Result<Recording> {
         let name = names.of(plan, self.sheet);
         let settings = self.options.settings(plan.name.as_deref().unwrap_or(&name));
-        let refused = |e: stiction::Error| Error::Table {
+        let refused = |e: stiction_model::Error| Error::Table {
             origin: self.sheet.origin.clone(),
             message: format!("loop {name}: {e}"),
         };

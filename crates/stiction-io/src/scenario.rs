@@ -27,12 +27,12 @@ use crate::error::{Error, Result};
 use crate::fields::{Fields, Wrong, line_of};
 use crate::table::Table;
 use std::path::Path;
-use stiction::Bands;
-use stiction::closed_loop::{
+use stiction_model::Bands;
+use stiction_model::closed_loop::{
     AntiWindup, Cascade, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, Handover, OpenLoop,
     Process, Signal, Wave,
 };
-use stiction::valve::{AnyModel, Assembly, HeWang, Model, StemLag};
+use stiction_model::valve::{AnyModel, Assembly, HeWang, Model, StemLag};
 use toml::de::DeTable;
 
 /// What a scenario simulates.
@@ -501,7 +501,7 @@ impl Builder<'_> {
         let (kc, ti) = (fields.number("kc")?, fields.number("ti")?);
         let (td, filter) = (fields.number("td")?, fields.number("filter")?);
         let gains = (fields.number("kp")?, fields.number("ki")?, fields.number("kd")?);
-        let refused = |e: stiction::Error| fields.refused(e);
+        let refused = |e: stiction_model::Error| fields.refused(e);
         let mut controller = if parallel {
             if kc.or(ti).or(td).is_some() {
                 return Err(fields.wrong_table(
@@ -603,7 +603,7 @@ impl Builder<'_> {
         let model = Model::by_name(model).map_err(|e| fields.wrong("model", e))?;
         let (s, j) = (fields.number("S")?, fields.number("J")?);
         let (fs, fd) = (fields.number("fs")?, fields.number("fd")?);
-        let refused = |e: stiction::Error| fields.refused(e);
+        let refused = |e: stiction_model::Error| fields.refused(e);
         let description = model.describe();
         let bands = match (s, j, fs, fd) {
             (None, None, Some(fs), Some(fd)) => Bands::from_fs_fd(fs, fd),

@@ -256,12 +256,8 @@ fn matlab_cases() -> Vec<Case> {
             file(w.object("TT", "timetable")),
             "TT is a timetable, which only MATLAB reads (use writetable or writetimetable",
         ),
-        #[cfg(feature = "matlab73")]
         ("half_73.mat", v73[..v73.len() / 2].to_vec(), "save it with save(..., '-v7')"),
-        #[cfg(feature = "matlab73")]
         ("signature.mat", v73[..520].to_vec(), "is of MATLAB's version 7.3 and cannot be read ("),
-        #[cfg(not(feature = "matlab73"))]
-        ("v73.mat", v73, "is of MATLAB's version 7.3, which this program was built without"),
     ]
 }
 

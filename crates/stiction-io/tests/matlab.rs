@@ -129,7 +129,6 @@ fn arrays_of_structs_and_cells() {
     assert_eq!(numbers(&sheets[2], "OP"), each(|k| op(k) + 2.0));
 }
 
-#[cfg(feature = "matlab73")]
 #[test]
 fn version_7_3() {
     let sheets = read("isdb_v73.mat");

@@ -31,6 +31,7 @@ pub mod error;
 pub mod limit_cycle;
 mod number;
 pub mod numeric;
+pub mod parallel;
 pub mod simd;
 pub mod stem;
 pub mod valve;

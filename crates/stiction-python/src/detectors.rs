@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use stiction::Error;
 use stiction::detect::{self, Applies, Decides, Detector, Needs, Subject};
 use stiction::recording::{LoopType, Stretch};
+use stiction_figure::{Figure, Panel, Series, Style};
+use stiction_report::document;
 use stiction_report::report::{Context, evidence};
-use stiction_report::{Figure, Panel, Series, Style, document};
 
 /// Signals as Python gives them.
 pub type Signal<'py> = PyReadonlyArray1<'py, f64>;

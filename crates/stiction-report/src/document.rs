@@ -6,11 +6,11 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiction::detect::{self, Finding};
-use stiction::diagnose::{self, Diagnosis};
-use stiction::fusion::LIMIT;
-use stiction::oscillation;
-use stiction::recording::{Repair, fitness};
+use stiction_diagnose::detect::{self, Finding};
+use stiction_diagnose::diagnose::{self, Diagnosis};
+use stiction_diagnose::fusion::LIMIT;
+use stiction_diagnose::oscillation;
+use stiction_diagnose::recording::{Repair, fitness};
 
 mod history;
 

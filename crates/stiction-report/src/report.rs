@@ -6,8 +6,8 @@
 //! * [`evidence`]: a card for what each method says.
 //!
 //! ```
-//! use stiction::detect::Decision;
-//! use stiction::diagnose::VerdictClass;
+//! use stiction_diagnose::detect::Decision;
+//! use stiction_diagnose::diagnose::VerdictClass;
 //! use stiction_report::report::layout::{Badge, Card, Fact, Report, Section, Table, number};
 //! use stiction_report::{Figure, Panel, Series};
 //!

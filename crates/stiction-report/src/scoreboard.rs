@@ -3,15 +3,15 @@
 //! The tables are made once, for the page and for whoever prints them otherwise. They name methods by
 //! [`MethodRow::name`] or [`MethodRow::title`], as they are told to.
 
-use crate::error::Error;
-use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
+use crate::Error;
 use crate::report::layout::{Badge, Block, Fact, Report, Table, number};
 use std::sync::LazyLock;
-use stiction::detect::Decides;
-use stiction::diagnose::scoreboard::{
+use stiction_diagnose::detect::Decides;
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
+use stiction_population::Kind;
+use stiction_population::scoreboard::{
     Auc, Board, Counts, Errors, KindRow, MethodRow, Outcomes, Quantification, Scored, Share,
 };
-use stiction::population::Kind;
 
 /// What a page is made of.
 #[derive(Debug, Clone, Copy)]

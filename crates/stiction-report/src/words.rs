@@ -3,12 +3,12 @@
 use crate::document::Override;
 use crate::report::evidence::sentence;
 use crate::report::layout::number;
-use stiction::diagnose::{
+use stiction_diagnose::diagnose::{
     ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Ruling, Silence,
     VerdictClass,
 };
-use stiction::recording::Stretch;
-use stiction::recording::fitness::Class;
+use stiction_diagnose::recording::Stretch;
+use stiction_diagnose::recording::fitness::Class;
 
 /// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
 const SUREST: f64 = 99.0;
@@ -81,7 +81,6 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
             });
             join([format!("The valve most likely does not stick{left}."), limit(diagnosis), cause])
         }
-        _ => cannot_tell(diagnosis),
     }
 }
 

@@ -4,12 +4,12 @@ mod html;
 
 use html::{data, well_formed};
 use std::collections::BTreeSet;
-use stiction::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
-use stiction::detect::{self, Decision, Subject};
-use stiction::diagnose::{Diagnosis, Options, diagnose};
-use stiction::recording::{Channel, LoopType, Recording};
-use stiction::valve::{Assembly, Model};
-use stiction::{Bands, Result};
+use stiction_diagnose::detect::{self, Decision, Subject};
+use stiction_diagnose::diagnose::{Diagnosis, Options, diagnose};
+use stiction_diagnose::recording::{Channel, LoopType, Recording};
+use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
+use stiction_model::valve::{Assembly, Model};
+use stiction_model::{Bands, Result};
 use stiction_report::document::Source;
 use stiction_report::report::{self, Case, Context, evidence};
 
@@ -180,7 +180,7 @@ fn loops_stand_in_their_rank_whatever_their_order() {
     let sticky = diagnosed(&flow(1_500).unwrap(), LoopType::Flow);
     let mut quiet = sticky.clone();
     quiet.name = "quiet".to_owned();
-    quiet.verdict.class = stiction::diagnose::VerdictClass::DoesNotStick;
+    quiet.verdict.class = stiction_diagnose::diagnose::VerdictClass::DoesNotStick;
     assert!(sticky.rank() < quiet.rank());
     let (a, b) = (source("a.csv"), source("b.csv"));
     let html = page(&[(&quiet, &a), (&sticky, &b)]).unwrap();
@@ -193,9 +193,9 @@ fn loops_stand_in_their_rank_whatever_their_order() {
 #[test]
 fn without_a_stretch_there_is_a_report_all_the_same() {
     let mut recording = recording(&flow(300).unwrap(), LoopType::Flow);
-    recording.mode = Some(stiction::recording::Modes {
+    recording.mode = Some(stiction_diagnose::recording::Modes {
         time: vec![0.0],
-        modes: vec![stiction::recording::Mode::Manual],
+        modes: vec![stiction_diagnose::recording::Mode::Manual],
     });
     let diagnosis = diagnose(&recording, &Options::default()).unwrap();
     assert!(diagnosis.stretch().is_none());

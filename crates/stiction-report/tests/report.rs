@@ -4,16 +4,16 @@ mod html;
 
 use html::{data, tags, well_formed};
 use serde_json::Value;
-use stiction::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
-use stiction::detect::Decision;
-use stiction::diagnose::VerdictClass;
-use stiction::recording::{Mode, Modes, Stretch};
-use stiction::valve::{Assembly, Model};
-use stiction::{Bands, Result};
+use stiction_diagnose::detect::Decision;
+use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::recording::{Mode, Modes, Stretch};
+use stiction_figure::{Figure, Panel, Scale, Series, Span, Strip};
+use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
+use stiction_model::valve::{Assembly, Model};
+use stiction_model::{Bands, Result};
 use stiction_report::document::Source;
 use stiction_report::report::layout::{Badge, Block, Card, Fact, Report, Section, Table};
 use stiction_report::report::views::{self, Context};
-use stiction_report::{Figure, Panel, Scale, Series, Span, Strip};
 
 const HOSTILE: &str = "</script><script>alert(1)</script> \"'&\u{0}<b>";
 
@@ -150,14 +150,14 @@ fn a_script_finds_the_samples() {
     // Every sample that can be read is one of the recording, and the extremes are among them.
     let (x, y) = (unpacked(&pv["x"]), unpacked(&pv["y"]));
     assert_eq!(x.len(), y.len());
-    let span = stiction::series::span(&run.pv);
+    let span = stiction_diagnose::series::span(&run.pv);
     for (minutes, value) in x.iter().zip(&y) {
         let k = (minutes * 60.0 / run.sample_time).round() as usize;
         assert!((run.pv[k] - value).abs() <= 1e-3 * span, "{k}");
     }
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * span;
-    assert!(near(stiction::series::max(&y), stiction::series::max(&run.pv)));
-    assert!(near(stiction::series::min(&y), stiction::series::min(&run.pv)));
+    assert!(near(stiction_diagnose::series::max(&y), stiction_diagnose::series::max(&run.pv)));
+    assert!(near(stiction_diagnose::series::min(&y), stiction_diagnose::series::min(&run.pv)));
 }
 
 #[test]

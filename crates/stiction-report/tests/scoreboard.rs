@@ -2,10 +2,10 @@
 
 mod html;
 
-use stiction::detect;
-use stiction::diagnose::scoreboard::{Board, MethodRow, Said, Scored, Truth};
-use stiction::diagnose::{Estimate, VerdictClass};
-use stiction::population::Kind;
+use stiction_diagnose::detect;
+use stiction_diagnose::diagnose::{Estimate, VerdictClass};
+use stiction_population::Kind;
+use stiction_population::scoreboard::{Board, MethodRow, Said, Scored, Truth};
 use stiction_report::scoreboard::{self, Scoreboard};
 
 /// Loops whose probabilities and statistics rank most of them as they are.

@@ -3,12 +3,12 @@
 mod html;
 
 use html::well_formed;
-use stiction::diagnose::{
+use stiction_diagnose::diagnose::{
     Alternative, Basis, Cause, ConfirmingTest, Definition, Diagnosis, Estimate, FewSlips, Limit,
     Observation, Options, Stiction, Verdict, VerdictClass, Votes, Window, combine, diagnose,
     repair,
 };
-use stiction::recording::Recording;
+use stiction_diagnose::recording::Recording;
 use stiction_report::document::{self, Document, Loop, Override, Source, Valve, ValveHistory};
 use stiction_report::report::{self, Case};
 use stiction_report::words;

@@ -14,7 +14,7 @@ use crate::grow::{Limits, Tree};
 use crate::random::Stream;
 use anyhow::{Result, ensure};
 use rayon::prelude::*;
-use stiction::fusion::{Ensemble, Node, sigmoid, softplus};
+use stiction_diagnose::fusion::{Ensemble, Node, sigmoid, softplus};
 
 /// Rows that are worked on together.
 const CHUNK: usize = 4096;
@@ -141,7 +141,7 @@ pub fn boost(bins: &Bins, task: &Task<'_>, options: &Options) -> Result<Boosted>
         .iter()
         .zip(&kept)
         .map(|(base, trees)| Ensemble::new(*base, &trees[..rounds]))
-        .collect::<stiction::Result<_>>()?;
+        .collect::<stiction_model::Result<_>>()?;
     let gains = (0..bins.columns())
         .map(|column| gains[..rounds].iter().map(|gained| gained[column]).sum())
         .collect();
@@ -293,7 +293,7 @@ fn softmax(margins: &[Vec<f64>], row: usize, class: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::fusion::row;
+    use stiction_diagnose::fusion::row;
 
     const OPTIONS: Options = Options {
         rounds: 200,

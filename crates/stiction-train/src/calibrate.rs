@@ -1,6 +1,6 @@
 //! Probabilities and intervals that hold on loops left out of training.
 
-use stiction::fusion::{COVERAGE, Calibration, sigmoid, softplus};
+use stiction_diagnose::fusion::{COVERAGE, Calibration, sigmoid, softplus};
 
 /// Classes of predicted width, each with a shift of its own.
 const WIDTH_CLASSES: usize = 8;

@@ -11,7 +11,7 @@ use crate::mistakes;
 use anyhow::Result;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use stiction::fusion::{COVERAGE, LIMIT, Weighed};
+use stiction_diagnose::fusion::{COVERAGE, LIMIT, Weighed};
 
 /// What the card is to say of the loops it was tested on.
 pub struct Test<'a> {

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use stiction::evidence::Line;
-use stiction::fusion::Cause;
+use stiction_diagnose::evidence::Line;
+use stiction_diagnose::fusion::Cause;
 
 /// A column of features.
 #[derive(Debug, Clone, PartialEq)]

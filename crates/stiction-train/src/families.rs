@@ -18,10 +18,10 @@ use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use stiction::diagnose::scoreboard::wilson;
-use stiction::fusion::{
+use stiction_diagnose::fusion::{
     COVERAGE, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, SURE, Side, logit, row,
 };
+use stiction_population::scoreboard::wilson;
 
 /// The most loops to train on, to calibrate on and to ask.
 const TRAINED: usize = 40_000;

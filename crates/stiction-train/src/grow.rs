@@ -3,7 +3,7 @@
 use crate::bins::{Bins, MISSING};
 use rayon::prelude::*;
 use std::ops::Range;
-use stiction::fusion::Node;
+use stiction_diagnose::fusion::Node;
 
 /// Bins of a histogram: those of values that are there, and that of missing ones.
 const BINS: usize = 256;

@@ -10,8 +10,8 @@ use crate::members::Both;
 use crate::mistakes;
 use crate::reference::reference;
 use anyhow::{Context, Result};
-use stiction::evidence::Line;
-use stiction::fusion::{
+use stiction_diagnose::evidence::Line;
+use stiction_diagnose::fusion::{
     Bundle, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, Mismatch, Model, Provenance,
     Quantiles, row,
 };

@@ -32,8 +32,7 @@ use members::Both;
 use sha2::{Digest, Sha256};
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use stiction::fusion::{Bundle, Provenance};
-use stiction::population;
+use stiction_diagnose::fusion::{Bundle, Provenance};
 
 /// The share of the members that calibration and intervals rest on.
 const CALIBRATED: f64 = 0.25;
@@ -49,7 +48,7 @@ const MISTAKEN: u64 = 8;
 /// README.md. The same arguments give the same bytes on any number of threads.
 #[derive(Parser)]
 #[command(after_help = "Examples:
-  stiction-train --n 40000 --seed 1 -o crates/stiction/model
+  stiction-train --n 40000 --seed 1 -o crates/stiction-diagnose/model
   stiction-train --n 40000 --cache matrices mismatch")]
 struct Args {
     /// Members of the population to learn from and to calibrate on
@@ -88,7 +87,7 @@ enum Experiment {
     Gather,
     /// Print what a model says of every loop to measure on, as CSV
     Judge {
-        /// The model, such as crates/stiction/model/verdict.bin
+        /// The model, such as crates/stiction-diagnose/model/verdict.bin
         model: PathBuf,
     },
 }
@@ -132,7 +131,7 @@ fn main() -> Result<()> {
                     if args.no_families { " --no-families" } else { "" },
                     folder.display()
                 ),
-                population: population::VERSION,
+                population: stiction_population::VERSION,
                 seed: args.seed,
                 trained,
                 calibrated: args.n - trained,
@@ -160,7 +159,7 @@ fn main() -> Result<()> {
 
 /// The evidence of the first members of a population, kept or simulated.
 fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
-    let key = matrix_file::key(population::VERSION, seed, members);
+    let key = matrix_file::key(stiction_population::VERSION, seed, members);
     let paths = args.cache.as_ref().map(|folder| {
         ["", "-op"].map(|suffix| folder.join(format!("seed-{seed}-{members}{suffix}.csv")))
     });
@@ -185,7 +184,7 @@ fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
 
 /// The evidence of the first mistaken recordings of a seed, kept or made.
 fn mistaken(args: &Args, seed: u64, recordings: u64) -> Result<Dataset> {
-    let key = matrix_file::key_of_mistaken(population::VERSION, seed, recordings);
+    let key = matrix_file::key_of_mistaken(stiction_population::VERSION, seed, recordings);
     let path =
         args.cache.as_ref().map(|folder| folder.join(format!("mistaken-{seed}-{recordings}.csv")));
     if let Some(path) = path.as_ref().filter(|path| path.exists()) {

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
-use stiction::fusion::Cause;
+use stiction_diagnose::fusion::Cause;
 
 /// The columns of truth.
 const TRUTH: [&str; 12] = [

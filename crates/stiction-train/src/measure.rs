@@ -5,17 +5,17 @@ use crate::learn::fault;
 use anyhow::Result;
 use rayon::prelude::*;
 use std::ops::Range;
-use stiction::diagnose::scoreboard::wilson;
-use stiction::fusion::{Bundle, Cause, Estimate, Weighed};
+use stiction_diagnose::fusion::{Bundle, Cause, Estimate, Weighed};
+use stiction_population::scoreboard::wilson;
 
 /// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
 /// on average.
-pub const QUANTIFIED: f64 = stiction::diagnose::WIDEST;
+pub const QUANTIFIED: f64 = stiction_diagnose::diagnose::WIDEST;
 
 /// What a bundle makes of every row.
 pub fn judge(bundle: &Bundle, data: &Dataset, op_only: bool) -> Result<Vec<Weighed>> {
     let weigh = |row: usize| bundle.weigh(&data.row(row), data.truth[row].op_span, op_only);
-    Ok((0..data.truth.len()).into_par_iter().map(weigh).collect::<stiction::Result<_>>()?)
+    Ok((0..data.truth.len()).into_par_iter().map(weigh).collect::<stiction_model::Result<_>>()?)
 }
 
 /// What a bundle says of every loop: truth, probability, lines, causes and estimates, as CSV.

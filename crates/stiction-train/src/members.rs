@@ -3,10 +3,10 @@
 use crate::dataset::{Column, Dataset, Truth};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use stiction::evidence::{self, Evidence};
-use stiction::fusion::{Cause, row};
-use stiction::population::{self, Kind, Simulated};
-use stiction::recording::{Grid, GridOptions, Recording};
+use stiction_diagnose::evidence::{self, Evidence};
+use stiction_diagnose::fusion::{Cause, row};
+use stiction_diagnose::recording::{Grid, GridOptions, Recording};
+use stiction_population::{self, Kind, Simulated};
 
 /// What recordings say, with all their signals and with their OP alone.
 #[derive(Debug, Clone)]
@@ -98,8 +98,8 @@ impl Gathered {
 }
 
 /// A mistake, and what the recording says. Of its truth, nothing but number and mistake has a meaning.
-fn mistake(seed: u64, index: u64) -> stiction::Result<Row> {
-    let (mistake, recording) = population::mistaken(seed, index)?;
+fn mistake(seed: u64, index: u64) -> stiction_model::Result<Row> {
+    let (mistake, recording) = stiction_population::mistaken(seed, index)?;
     let evidence = evidence(&recording)?;
     let truth = Truth {
         index,
@@ -119,7 +119,7 @@ fn mistake(seed: u64, index: u64) -> stiction::Result<Row> {
 }
 
 /// The evidence in a recording, if there is any.
-fn evidence(recording: &Recording) -> stiction::Result<Option<Evidence>> {
+fn evidence(recording: &Recording) -> stiction_model::Result<Option<Evidence>> {
     let grid = Grid::of(recording, &GridOptions::default())?;
     // As in a diagnosis, a long recording is looked at in windows; one of them is enough to learn from.
     Ok(grid.longest().and_then(|stretch| {
@@ -129,10 +129,10 @@ fn evidence(recording: &Recording) -> stiction::Result<Option<Evidence>> {
 }
 
 /// What a member is, and what all its signals and its OP alone say.
-fn member(seed: u64, index: u64) -> stiction::Result<[Row; 2]> {
-    let Simulated { recording, truth } = population::member(seed, index)?;
+fn member(seed: u64, index: u64) -> stiction_model::Result<[Row; 2]> {
+    let Simulated { recording, truth } = stiction_population::member(seed, index)?;
     let alone = Recording { pv: None, sp: None, ..recording.clone() };
-    let row_of = |recording: &Recording| -> stiction::Result<Row> {
+    let row_of = |recording: &Recording| -> stiction_model::Result<Row> {
         let evidence = evidence(recording)?;
         let families = families(&truth);
         let truth = Truth {
@@ -157,7 +157,7 @@ fn member(seed: u64, index: u64) -> stiction::Result<[Row; 2]> {
 
 /// The families that a loop belongs to: what a plant could have that the population has not is asked by leaving
 /// them out in turn.
-fn families(truth: &population::Truth) -> Vec<String> {
+fn families(truth: &stiction_population::Truth) -> Vec<String> {
     let facts = &truth.facts;
     let own = truth.families();
     let mut names: Vec<(&str, &str)> = own.iter().map(|f| (f.axis(), f.name())).collect();

@@ -5,7 +5,7 @@ use crate::learn::{learn_s, ln_s};
 use crate::measure::{estimation, is_quantified};
 use anyhow::Result;
 use std::fmt::Write;
-use stiction::fusion::{Estimate, Quantiles, row};
+use stiction_diagnose::fusion::{Estimate, Quantiles, row};
 
 /// A way in which plants differ from the loops of training: which loops are taught, and which asked.
 struct Mismatch {

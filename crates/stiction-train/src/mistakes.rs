@@ -8,7 +8,7 @@ use crate::measure::Share;
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use stiction::fusion::{Ensemble, Mismatch, Weighed, row};
+use stiction_diagnose::fusion::{Ensemble, Mismatch, Weighed, row};
 
 /// Loops without a mistake for each one with a mistake, stuck valves apart: all of them are learned from, for nobody looks so
 /// much like a mistake as a PV that does not respond.
@@ -29,7 +29,7 @@ fn is_decided(probability: f64) -> bool {
 }
 
 fn is_stuck(truth: &Truth) -> bool {
-    truth.kind == stiction::population::Kind::Stuck.name()
+    truth.kind == stiction_population::Kind::Stuck.name()
 }
 
 /// What is learned from.

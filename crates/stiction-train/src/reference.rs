@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use rayon::prelude::*;
-use stiction::fusion::{QUANTILES, Reference, Spread, level, row, sigmoid};
+use stiction_diagnose::fusion::{QUANTILES, Reference, Spread, level, row, sigmoid};
 
 /// The most loops that correlations are computed of.
 const MOST: usize = 30_000;

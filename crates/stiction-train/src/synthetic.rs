@@ -2,8 +2,8 @@
 
 use crate::dataset::{Column, Dataset, Truth};
 use crate::random::Stream;
-use stiction::evidence::Line;
-use stiction::fusion::Cause;
+use stiction_diagnose::evidence::Line;
+use stiction_diagnose::fusion::Cause;
 
 /// Rows of four columns. Column 0 speaks for a fault, column 1 (of the OP alone) does so weakly,
 /// column 2 tells causes from each other, but not sticking from normal operation, column 3 is

@@ -4,8 +4,8 @@ use super::About;
 use super::measure::{Known, Measured, Plan};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use stiction::diagnose::scoreboard::Truth;
 use stiction::recording::LoopType;
+use stiction::scoreboard::Truth;
 use stiction_io::{ReadOptions, Table};
 use stiction_report::document::Source;
 

@@ -5,7 +5,7 @@ use super::measure::Measured;
 use anyhow::Result;
 use serde_json::{Value, json};
 use stiction::diagnose::Estimate;
-use stiction::diagnose::scoreboard::{
+use stiction::scoreboard::{
     Auc, Board, Calibration, Counts, Errors, Outcomes, Quantification, Scored, Share, Sureness,
     VERDICT,
 };

@@ -3,8 +3,8 @@
 use super::About;
 use super::measure::{Known, Measured, Plan};
 use anyhow::{Context, Result};
-use stiction::diagnose::scoreboard::Truth;
 use stiction::population::{self, Invented, Invention, Kind, Simulated};
+use stiction::scoreboard::Truth;
 use stiction_report::document::Source;
 
 /// A loop to be simulated.

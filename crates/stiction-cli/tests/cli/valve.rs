@@ -7,7 +7,7 @@ use std::io::Read;
 /// files and the command line.
 #[test]
 fn valve_reproduces_the_reference() {
-    let packed = include_bytes!("../../../stiction/tests/fixtures/open_loop_models.csv.gz");
+    let packed = include_bytes!("../../../stiction-model/tests/fixtures/open_loop_models.csv.gz");
     let mut text = String::new();
     flate2::read::GzDecoder::new(&packed[..]).read_to_string(&mut text).expect("a gzip file");
     let (header, rows) = rows(&text);

@@ -5,10 +5,10 @@ use super::cycle::Crossings;
 use super::simulate::{ClosedLoop, Prepared};
 use crate::bands::Bands;
 use crate::error::{Error, Result};
+use crate::parallel::*;
 use crate::simd::{LANES, Lane, Width};
 use crate::valve::lanes::{HeLanes, LaneValve, TwoPhaseLanes};
 use crate::valve::{AnyModel, Assembly, Start, Valve};
-use rayon::prelude::*;
 
 /// What a loop did over the last half of its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]

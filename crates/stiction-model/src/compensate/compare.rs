@@ -4,7 +4,7 @@ use super::{CompensatedRun, Knowledge, Measures, Method, run, settling_s};
 use crate::Number;
 use crate::closed_loop::{ClosedLoop, Signal};
 use crate::error::{Error, Result, finite, non_negative, positive};
-use rayon::prelude::*;
+use crate::parallel::*;
 
 /// The longest run, samples: several of this length together take gigabytes.
 const MOST_SAMPLES: f64 = 1e7;

@@ -23,7 +23,7 @@ use super::{ContinuousLoop, Cycle, Method, Swing, attractor};
 use crate::bands::Bands;
 use crate::closed_loop::Process;
 use crate::error::{Error, Result, finite, positive};
-use rayon::prelude::*;
+use crate::parallel::*;
 
 /// A parameter of a loop that a map can vary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

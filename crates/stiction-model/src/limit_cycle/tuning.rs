@@ -38,8 +38,8 @@ use super::{ContinuousLoop, Cycle, FrequencyResponse, Stability, harmonic_balanc
 use crate::bands::Bands;
 use crate::closed_loop::{ClosedLoop, Controller, Process, Signal};
 use crate::error::{Error, Result, non_negative, positive, require};
+use crate::parallel::*;
 use crate::valve::{Assembly, Model};
-use rayon::prelude::*;
 
 /// The bound on `Ms` unless told otherwise: about what [`simc`] gives with `tc = theta`.
 pub const PEAK_SENSITIVITY: f64 = 1.7;

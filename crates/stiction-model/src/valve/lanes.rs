@@ -6,8 +6,8 @@
 use super::{He, Start, TwoPhase, Valve};
 use crate::bands::Bands;
 use crate::error::{Result, all_finite};
+use crate::parallel::*;
 use crate::simd::{Kernel, Width};
-use rayon::prelude::*;
 // Not `if`: a branch can become masked loads, which keep the state of the lanes out of registers.
 use std::hint::select_unpredictable as select;
 

@@ -2,7 +2,7 @@
 
 use super::{Estimate, Source, VERSION, finite};
 use serde::Serialize;
-use stiction::diagnose;
+use stiction_diagnose::diagnose;
 
 /// The histories of some valves.
 #[derive(Debug, Clone, PartialEq, Serialize)]

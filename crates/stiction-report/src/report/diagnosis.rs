@@ -7,12 +7,12 @@ use super::verdict;
 use super::views::{self, Context};
 use crate::Error;
 use crate::document::{self, Override, Source};
-use crate::figure::instant;
 use crate::words;
-use stiction::detect::{self, Decision, Detector, Finding};
-use stiction::diagnose::{Basis, Diagnosis, Estimate, Votes};
-use stiction::oscillation::{self, Oscillation};
-use stiction::recording::fitness::Class;
+use stiction_diagnose::detect::{self, Decision, Detector, Finding};
+use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, Votes};
+use stiction_diagnose::oscillation::{self, Oscillation};
+use stiction_diagnose::recording::fitness::Class;
+use stiction_figure::figure::instant;
 
 /// One loop of a report.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -14,9 +14,9 @@ mod windows;
 use super::layout::{Card, Fact, number};
 use super::time_axis::TimeAxis;
 use super::views::{self, Context};
-use crate::figure::{Figure, Panel, Series};
 use std::ops::Range;
-use stiction::detect::{Decision, Finding, FittedBy, SteadinessTest, Subject};
+use stiction_diagnose::detect::{Decision, Finding, FittedBy, SteadinessTest, Subject};
+use stiction_figure::figure::{Figure, Panel, Series};
 
 /// What a method says of a loop, with its figure and its numbers; of one that abstains, why.
 pub fn card(finding: &Finding, subject: Option<&Subject<'_>>, context: &Context<'_>) -> Card {
@@ -37,14 +37,14 @@ pub fn figure(method: &str, subject: &Subject<'_>, context: &Context<'_>) -> Opt
     let scene = Scene { subject, context };
     let figure = match method {
         "direct" => phase::direct(&scene),
-        "yamashita-vp" => windows::patterns(&scene, stiction::detect::Follower::Vp),
+        "yamashita-vp" => windows::patterns(&scene, stiction_diagnose::detect::Follower::Vp),
         "horch" => correlation::horch(&scene),
         "horch-density" => distributions::horch_density(&scene),
         "area-ratio" => shapes::area_ratio(&scene),
         "curve-fit" => shapes::curve_fit(&scene),
         "relay-fit" => shapes::relay_fit(&scene),
         "square-wave" => shapes::square_wave(&scene),
-        "yamashita" => windows::patterns(&scene, stiction::detect::Follower::Pv),
+        "yamashita" => windows::patterns(&scene, stiction_diagnose::detect::Follower::Pv),
         "yamashita-level" => distributions::yamashita_level(&scene),
         "kano" => phase::kano(&scene),
         "sharp-corner" => phase::sharp_corner(&scene),

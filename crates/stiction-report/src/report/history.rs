@@ -5,9 +5,9 @@ use super::over_time::{self, Point};
 use super::time_axis::duration;
 use crate::Error;
 use crate::document::{Valve, ValveHistory};
-use crate::figure::instant;
 use crate::words::{interval, percent};
-use stiction::diagnose::{Estimate, VerdictClass};
+use stiction_diagnose::diagnose::{Estimate, VerdictClass};
+use stiction_figure::figure::instant;
 
 const INTRODUCTION: &str = "What each window of the recordings says of a valve on its own, what they say \
     together, and whether the valve gets worse. Windows of one valve are not independent of each other: \

@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
+use crate::Error;
 use crate::document::Source;
-use crate::error::Error;
-use crate::escape::escape;
-use crate::figure::Figure;
-use crate::page::relative;
-use stiction::detect::Decision;
-use stiction::diagnose::VerdictClass;
-use stiction::recording::fitness::Class;
+use stiction_diagnose::detect::Decision;
+use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::recording::fitness::Class;
+use stiction_figure::escape::escape;
+use stiction_figure::figure::Figure;
+use stiction_figure::page::relative;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("../interactive.js");

@@ -2,8 +2,8 @@
 
 use super::time_axis::TimeAxis;
 use super::views::WIDTH;
-use crate::figure::{Annotation, Figure, Panel, Series, colour};
-use stiction::diagnose::Estimate;
+use stiction_diagnose::diagnose::Estimate;
+use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 
 /// What one window says, for the figure.
 pub(super) struct Point {

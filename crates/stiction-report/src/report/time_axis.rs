@@ -1,7 +1,7 @@
 //! Time along an axis.
 
 use super::layout::number;
-use crate::figure::Scale;
+use stiction_figure::figure::Scale;
 
 /// A time axis: how seconds become what is written.
 pub(super) struct TimeAxis {

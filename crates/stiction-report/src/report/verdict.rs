@@ -6,10 +6,12 @@ use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
 use super::time_axis::duration;
 use super::views::WIDTH;
-use crate::figure::{Figure, Panel, Scale, Series, colour};
 use crate::words::{self, percent, rough};
-use stiction::diagnose::by_evidence::VETO;
-use stiction::diagnose::{Basis, Cause, ConfirmingTest, Diagnosis, Fault, VerdictClass, Weighing};
+use stiction_diagnose::diagnose::by_evidence::VETO;
+use stiction_diagnose::diagnose::{
+    Basis, Cause, ConfirmingTest, Diagnosis, Fault, VerdictClass, Weighing,
+};
+use stiction_figure::figure::{Figure, Panel, Scale, Series, colour};
 
 /// Names of the rows of the figure of S and J: then come the definitions, by letters.
 const ROWS: &[&str] = &["", "J", "S", "a", "b", "c", "d", "e", "f", "g", "h", ""];

@@ -7,13 +7,15 @@ use std::f64::consts::TAU;
 
 use super::layout::number;
 use super::time_axis::{TimeAxis, duration};
-use crate::figure::{Along, Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour};
-use stiction::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
-use stiction::oscillation::separate::separate;
-use stiction::recording::{LoopType, Mode, Modes, Stretch};
-use stiction::series::{
+use stiction_diagnose::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
+use stiction_diagnose::oscillation::separate::separate;
+use stiction_diagnose::recording::{LoopType, Mode, Modes, Stretch};
+use stiction_diagnose::series::{
     Periodogram, autocorrelation, centred, cross_correlation, detrended, mean, periodogram,
     quantile, span, std, zero_crossings,
+};
+use stiction_figure::figure::{
+    Along, Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour,
 };
 
 /// Width of all views, px.
@@ -484,7 +486,7 @@ pub fn histograms(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
 /// Centres of bins and percent of the values in each; bins by Freedman and Diaconis' rule.
 pub(super) fn histogram(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let spread = quantile(values, 0.75) - quantile(values, 0.25);
-    let (low, range) = (stiction::series::min(values), span(values));
+    let (low, range) = (stiction_diagnose::series::min(values), span(values));
     let width = 2.0 * spread / (values.len() as f64).cbrt();
     let wanted = (range / width).ceil();
     let count = if wanted.is_finite() { wanted.clamp(8.0, 50.0) as usize } else { 20 };

@@ -1,10 +1,10 @@
 //! The cross-correlation that Horch's method looks at.
 
 use super::{Scene, sheet};
-use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::time_axis::TimeAxis;
-use stiction::detect::Horch;
+use stiction_diagnose::detect::Horch;
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
 pub fn horch(scene: &Scene<'_>) -> Option<Figure> {
     let found = Horch::default().run(scene.subject).ok()?;

@@ -1,12 +1,12 @@
 //! Distributions of how the PV bends.
 
 use super::{Scene, sheet};
-use crate::figure::{Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::views::histogram;
 use std::f64::consts::{PI, TAU};
-use stiction::detect::{HorchDensity, YamashitaLevel};
-use stiction::series::standardised;
+use stiction_diagnose::detect::{HorchDensity, YamashitaLevel};
+use stiction_diagnose::series::standardised;
+use stiction_figure::figure::{Figure, Legend, Panel, Series, colour};
 
 const X_LABEL: &str = "second difference of the PV (standard deviations)";
 

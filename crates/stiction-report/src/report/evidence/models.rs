@@ -1,9 +1,9 @@
 //! Fits of a valve model before a linear process.
 
 use super::{Scene, sheet};
-use crate::figure::{Figure, Legend, Series, colour};
 use crate::report::layout::number;
-use stiction::detect::{FittedBy, ModelFit};
+use stiction_diagnose::detect::{FittedBy, ModelFit};
+use stiction_figure::figure::{Figure, Legend, Series, colour};
 
 pub fn fit(scene: &Scene<'_>, by: FittedBy) -> Option<Figure> {
     let found = ModelFit::new(by).run(scene.subject).ok()?.fit;

@@ -1,11 +1,11 @@
 //! Tests for a loop that is not linear: bicoherence and surrogate data.
 
 use super::{Scene, dashed, line_at, sheet, solid, thinned};
-use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::views::{WIDTH, histogram, outline};
-use stiction::detect::{Bicoherence, BicoherenceOp, BicoherencePlane, Bin, Surrogates};
-use stiction::series::{max, mean, sample_std};
+use stiction_diagnose::detect::{Bicoherence, BicoherenceOp, BicoherencePlane, Bin, Surrogates};
+use stiction_diagnose::series::{max, mean, sample_std};
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
 /// Points of the phase plot at most.
 const MOST: usize = 800;

@@ -1,14 +1,14 @@
 //! Maps of one signal against another: OP and what follows it, cycles, wings, a sigmoid.
 
 use super::{Scene, dashed, dotted, sheet, thinned};
-use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::views::outline;
 use std::ops::Range;
-use stiction::detect::{
+use stiction_diagnose::detect::{
     Butterfly, DamarlaSigmoid, Kano, Rest, SharpCorner, SharpCornerCycle, StuckSpan, ValvePosition,
 };
-use stiction::series::{max, min, span};
+use stiction_diagnose::series::{max, min, span};
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
 /// Points of a map at most.
 const MOST: usize = 1_500;

@@ -1,11 +1,11 @@
 //! Shapes of half waves, and their areas.
 
 use super::{Scene, dashed, dotted, line_at, sheet, solid};
-use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 use crate::report::layout::number;
 use crate::report::views::histogram;
-use stiction::detect::{AreaRatio, CurveFit, RelayFit, SquareWave};
-use stiction::series::{HalfWave, max, span};
+use stiction_diagnose::detect::{AreaRatio, CurveFit, RelayFit, SquareWave};
+use stiction_diagnose::series::{HalfWave, max, span};
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
 /// Half waves shown over time.
 const SHOWN: usize = 6;

@@ -1,10 +1,12 @@
 //! Steps and windows in which the OP moves and the PV does not.
 
 use super::{Scene, sheet};
-use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 use crate::report::layout::number;
 use std::ops::Range;
-use stiction::detect::{DamarlaRegression, DamarlaTest, Follower, SteadinessTest, Yamashita};
+use stiction_diagnose::detect::{
+    DamarlaRegression, DamarlaTest, Follower, SteadinessTest, Yamashita,
+};
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 
 /// Windows shown at most.
 const SHOWN: usize = 100;

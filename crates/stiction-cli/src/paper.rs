@@ -1,0 +1,427 @@
+//! The figures of the paper, drawn from the built-in scenarios.
+
+use anyhow::{Result, bail};
+use stiction::Bands;
+use stiction::closed_loop::{CascadeRun, OpenLoopRun, Run};
+use stiction::stem::{PressureSignal, Response, Sample, Stem, StemStart};
+use stiction::valve::{Model, Start, TwoPhase, Valve};
+use stiction_figure::figure::colour;
+use stiction_figure::{Annotation, Figure, Legend, Panel, Series, run};
+use stiction_io::scenario::{Scenario, System};
+
+/// Title of the gallery.
+pub const TITLE: &str = "Control-valve stiction: the paper's figures";
+
+/// What the gallery shows.
+pub const INTRODUCTION: &str = "Every figure with a plot of \u{201c}Modelling and Dynamic Analysis of \
+    Pneumatic Control Valve with Stiction\u{201d}, and one it lacks, simulated. The paper prints no \
+    values of S and J, so those in the tables are ours; its process and controller are as printed. \
+    OP is the controller output and VP the valve position, both in percent of span.";
+
+/// The tool and its version, for the foot of a page.
+pub fn tool() -> &'static str {
+    concat!("stiction ", env!("CARGO_PKG_VERSION"))
+}
+
+/// A figure with what was needed to make it.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// Name of its files, without extension.
+    pub name: &'static str,
+    /// Heading in the gallery.
+    pub heading: String,
+    /// The figure; its caption is one line.
+    pub figure: Figure,
+    /// Name, value and unit of every parameter.
+    pub parameters: Vec<(String, String, String)>,
+}
+
+/// Makes a figure.
+pub type Make = fn() -> Result<Drawn>;
+
+/// All figures, in the paper's order.
+pub const FIGURES: &[Make] = &[
+    figure_2,
+    figure_3,
+    figure_5,
+    figure_6,
+    figure_7,
+    figure_8,
+    figure_9,
+    figure_10,
+    figure_11,
+    figure_13,
+    figure_14,
+    figure_15,
+    figure_16,
+    figure_17,
+    figure_physical,
+];
+
+fn drawn(name: &'static str, number: &str, scenario: &Scenario, figure: Figure) -> Drawn {
+    let parameters = scenario.settings();
+    Drawn {
+        name,
+        heading: format!("Figure {number}: {}", figure.title),
+        figure,
+        parameters: parameters.into_iter().map(|(k, v, u)| (k, v, u.to_owned())).collect(),
+    }
+}
+
+/// The built-in scenario `name` and its valve on a test signal.
+fn open_loop(name: &str) -> Result<(Scenario, OpenLoopRun)> {
+    let scenario = Scenario::open(name, &[])?;
+    match &scenario.system {
+        System::OpenLoop(system) => {
+            let done = system.run()?;
+            Ok((scenario, done))
+        }
+        _ => bail!("{name} is not a valve on a test signal"),
+    }
+}
+
+/// The paper's loop over its first `duration` seconds.
+fn closed_loop(duration: f64) -> Result<(Scenario, Run)> {
+    let set = [format!("duration={duration}")];
+    let scenario = Scenario::open("paper/closed-loop", &set)?;
+    match &scenario.system {
+        System::ClosedLoop(system) => {
+            let done = system.run()?;
+            Ok((scenario, done))
+        }
+        _ => bail!("paper/closed-loop is not a closed loop"),
+    }
+}
+
+fn cascade() -> Result<(Scenario, CascadeRun)> {
+    let scenario = Scenario::open("paper/flow-cascade", &[])?;
+    match &scenario.system {
+        System::Cascade(system) => {
+            let done = system.run()?;
+            Ok((scenario, done))
+        }
+        _ => bail!("paper/flow-cascade is not a cascade"),
+    }
+}
+
+/// The stem of parameter set `name` on a slow triangle from 0 to 100 % in 200 s: times and
+/// response.
+fn slow_triangle(name: &str) -> Result<(Stem, Vec<f64>, Response)> {
+    let stem = Stem::named(name)?;
+    let pressure = |op| stem.parameters().pressure_pa(op);
+    let points = vec![(0.0, pressure(0.0)), (100.0, pressure(100.0)), (200.0, pressure(0.0))];
+    let times = run::times(8_001, 0.025);
+    let response =
+        stem.simulate(&PressureSignal::from_points(points)?, StemStart::at_rest(0.0), &times)?;
+    Ok((stem, times, response))
+}
+
+/// Parameters of a stem, for the gallery.
+fn stem_parameters(name: &str, stem: &Stem) -> Vec<(String, String, String)> {
+    let p = stem.parameters();
+    let own = [
+        ("mass", p.mass_kg, "kg"),
+        ("spring", p.spring_n_per_m, "N/m"),
+        ("diaphragm area", p.area_m2, "m2"),
+        ("stroke", p.stroke_m, "m"),
+    ];
+    let of = |what: &str| format!("{name}: {what}");
+    let own = own.map(|(what, value, unit)| (of(what), value.to_string(), unit.to_owned()));
+    let law = stem.friction().values().into_iter();
+    let friction = law.map(|(what, value)| (of(what), value.to_string(), String::new()));
+    own.into_iter().chain(friction).collect()
+}
+
+/// Figure 2: the spring force while the stem moves in steps.
+fn figure_2() -> Result<Drawn> {
+    let name = "cts-stribeck";
+    let (stem, times, response) = slow_triangle(name)?;
+    let force = |s: &Sample| stem.parameters().net_force_n(s.pressure_pa, s.position_m);
+    let shown: Vec<usize> =
+        (0..times.len()).filter(|k| (30.0..=60.0).contains(&times[*k])).collect();
+    let t: Vec<f64> = shown.iter().map(|k| times[*k]).collect();
+    let forces: Vec<f64> = shown.iter().map(|k| force(&response.samples[*k])).collect();
+    let (fs, fc) = (stem.friction().static_n(), stem.friction().coulomb_n());
+    let at = |time: f64| {
+        let k = t.iter().position(|t| *t >= time).unwrap_or(0);
+        (t[k], forces[k])
+    };
+    let slips: Vec<f64> = response.slips().map(|e| e.time_s).take(3).collect();
+    let stops: Vec<f64> = response.stops().map(|e| e.time_s).take(3).collect();
+    let (a, b, c) = (at(31.5), (slips[0], fs), at(stops[0] + 0.025));
+    let (d, e) = ((slips[1], fs), at(stops[1] + 0.025));
+    let panel = Panel::new("time (s)", "spring force on the stem (N)")
+        .with(Series::line("spring force", &t[..], &forces[..]).colour(colour::VERMILION))
+        .note(Annotation::horizontal_line(fs, "static friction Fs"))
+        .note(Annotation::horizontal_line(fc, "Coulomb friction Fc"))
+        .note(Annotation::text("a", (a.0 - 0.5, a.1 + 8.0)))
+        .note(Annotation::text("b", (b.0 - 0.4, b.1 + 14.0)))
+        .note(Annotation::text("c", (c.0 + 0.4, c.1 - 14.0)))
+        .note(Annotation::text("d", (d.0 - 0.4, d.1 + 14.0)))
+        .note(Annotation::text("e", (e.0 + 0.4, e.1 - 14.0)))
+        .x_range(30.0, 60.0)
+        .y_range(fc - 120.0, fs + 60.0);
+    let figure = Figure::new("Force profile during stiction")
+        .caption(
+            "The force rises while the stem sticks (a-b), falls as it slips at Fs (b-c), and rises \
+             again (c-d-e): stick-slip of a physical valve on a slow ramp.",
+        )
+        .with(panel);
+    Ok(Drawn {
+        name: "figure-02-force-profile",
+        heading: "Figure 2: Force profile during stiction".to_owned(),
+        figure,
+        parameters: stem_parameters(name, &stem),
+    })
+}
+
+/// One figure the paper lacks: its data-driven model beside the physical one it stands for.
+fn figure_physical() -> Result<Drawn> {
+    let mut figure = Figure::new("Data-driven against physical model on the same input")
+        .caption(
+            "Where static friction acts only at rest the stem slides and two-phase describes it \
+             (left); where friction falls with velocity it moves in steps, as in He's model (right).",
+        )
+        .columns(2)
+        .width(1000.0);
+    let mut parameters = vec![];
+    for (name, title, model) in [
+        ("cts", "static friction only at rest", Model::TwoPhase),
+        ("cts-stribeck", "Stribeck friction", Model::He),
+    ] {
+        let (stem, _, response) = slow_triangle(name)?;
+        let p = stem.parameters();
+        // Where the stem would rest without friction, in percent of stroke.
+        let demand: Vec<f64> = response
+            .samples
+            .iter()
+            .map(|s| p.percent(p.net_force_n(s.pressure_pa, 0.0) / p.spring_n_per_m))
+            .collect();
+        let physical: Vec<f64> = response.samples.iter().map(|s| p.percent(s.position_m)).collect();
+        let bands = stem.equivalent()?.bands;
+        let mut valve = model.build(bands)?;
+        let mut vp = vec![0.0; demand.len()];
+        valve.run(&demand, &mut vp)?;
+        let label = format!("{} model", model.describe().name);
+        figure = figure.with(
+            Panel::new("position without friction (% of stroke)", "stem position (% of stroke)")
+                .title(title)
+                .with(Series::line("physical stem", &demand[..], physical).colour(colour::SKY))
+                .with(Series::dashed(&label, &demand[..], vp).colour(colour::VERMILION)),
+        );
+        let unit = "% of stroke".to_owned();
+        parameters.extend(stem_parameters(name, &stem));
+        parameters.push((format!("{label}: S"), format!("{:.3}", bands.s()), unit.clone()));
+        parameters.push((format!("{label}: J"), format!("{:.3}", bands.j()), unit));
+    }
+    Ok(Drawn {
+        name: "figure-18-data-driven-and-physical",
+        heading: "Data-driven against physical model".to_owned(),
+        figure,
+        parameters,
+    })
+}
+
+/// Figure 3: input against position, with the bands marked.
+fn figure_3() -> Result<Drawn> {
+    let (s, j) = (10.0, 4.0);
+    let bands = Bands::from_s_j(s, j)?;
+    // Up, down, up again with a pause: shown is the loop from the upper turning point on.
+    let (low, high, pause) = (30.0, 70.0, 52.0);
+    let leg = |from: f64, to: f64| {
+        let n = (f64::abs(to - from) / 0.02).round() as usize;
+        (0..n).map(move |k| from + (to - from) * k as f64 / n as f64).collect::<Vec<_>>()
+    };
+    let first = leg(50.0, high);
+    let pausing = vec![pause, pause];
+    let legs = [first.clone(), leg(high, low), leg(low, pause), pausing, leg(pause, high)];
+    let op = legs.concat();
+    let mut valve = TwoPhase::new(bands);
+    valve.restart(Start::at_rest(50.0));
+    let mut vp = vec![0.0; op.len()];
+    valve.run(&op, &mut vp)?;
+    let (op, vp) = (&op[first.len()..], &vp[first.len()..]);
+
+    let level = low + bands.fd();
+    let (a, b, c) = ((low, level), (low + s - j, level), (low + s, level));
+    let d = (low + s, level + j);
+    let e = (pause, pause - bands.fd());
+    let f = (pause + j, e.1);
+    let panel = Panel::new("controller output OP (% of span)", "valve position VP (% of span)")
+        .with(Series::line("sticking valve", op, vp).colour(colour::VERMILION))
+        .with(
+            Series::dotted("valve without friction", [26.0, 74.0], [26.0, 74.0])
+                .colour(colour::BLACK),
+        )
+        .note(Annotation::dimension(a, b, "dead band", -18.0))
+        .note(Annotation::dimension(b, c, "stick band", -46.0))
+        .note(Annotation::dimension(a, c, "S", -74.0))
+        .note(Annotation::dimension(c, d, "slip jump J", 26.0))
+        .note(Annotation::arrow("moving phase", (53.0, 40.0), (45.5, 45.5 - bands.fd())))
+        .note(Annotation::arrow(
+            "after a pause only J is to overcome",
+            (60.0, 44.5),
+            (f.0 - 1.0, f.1),
+        ))
+        .note(Annotation::text("A", (a.0 - 1.2, a.1)))
+        .note(Annotation::text("B", (b.0, b.1 + 1.2)))
+        .note(Annotation::text("C", (c.0 - 1.2, c.1 + 1.2)))
+        .note(Annotation::text("D", (d.0 - 1.0, d.1 + 1.0)))
+        .note(Annotation::text("E", (e.0 - 0.6, e.1 + 1.4)))
+        .note(Annotation::text("F", (f.0 + 1.2, f.1)))
+        .note(Annotation::text("G", (high + 1.2, high - bands.fd())))
+        .x_range(24.0, 76.0)
+        .y_range(24.0, 76.0)
+        .equal_aspect()
+        .legend(Legend::TopLeft);
+    let figure = Figure::new("Typical behaviour of a sticking valve")
+        .caption(
+            "After a reversal the input must cross dead band and stick band (A to C) before the \
+             stem jumps by J (C to D) and moves (D to E); after a pause in the same direction it \
+             must cross the stick band only (E to F).",
+        )
+        .width(760.0)
+        .panel_height(560.0)
+        .with(panel);
+    let unit = "% of span".to_owned();
+    Ok(Drawn {
+        name: "figure-03-typical-behaviour",
+        heading: "Figure 3: Typical behaviour of a sticking valve".to_owned(),
+        figure,
+        parameters: vec![
+            ("valve.model".to_owned(), "\"two-phase\"".to_owned(), String::new()),
+            ("valve.S".to_owned(), s.to_string(), unit.clone()),
+            ("valve.J".to_owned(), j.to_string(), unit),
+        ],
+    })
+}
+
+fn figure_5() -> Result<Drawn> {
+    let (scenario, done) = open_loop("paper/open-loop-linear")?;
+    let figure = run::open_loop("Valve behaviour in the absence of stiction", &done)
+        .caption("Without friction the position follows a periodic ramp exactly.");
+    Ok(drawn("figure-05-no-stiction", "5", &scenario, figure))
+}
+
+fn figure_6() -> Result<Drawn> {
+    let (scenario, done) = open_loop("paper/step-linear")?;
+    let figure = step_figure("Step response of the valve in the absence of stiction", &done)
+        .caption("With a first-order stem lag the step response has no offset.");
+    Ok(drawn("figure-06-step-no-stiction", "6", &scenario, figure))
+}
+
+fn figure_7() -> Result<Drawn> {
+    let (scenario, done) = open_loop("paper/open-loop-deadband")?;
+    let figure = run::open_loop("Valve with dead band", &done).caption(
+        "With J = 0 the position waits for the input to cross the dead band S at every reversal, \
+         and does not jump.",
+    );
+    Ok(drawn("figure-07-dead-band", "7", &scenario, figure))
+}
+
+fn figure_8() -> Result<Drawn> {
+    let (scenario, done) = open_loop("paper/open-loop-stiction")?;
+    let figure = run::open_loop("Valve with stiction and dead band", &done)
+        .caption("With J above 0 the stem jumps by J as it breaks away at every reversal.");
+    Ok(drawn("figure-08-stiction", "8", &scenario, figure))
+}
+
+fn figure_9() -> Result<Drawn> {
+    let (scenario, done) = open_loop("paper/step-stiction")?;
+    let figure = step_figure("Step response of a valve under stiction and dead band", &done)
+        .caption("The stem stops short of the input by the dynamic friction band fd = (S - J)/2.");
+    Ok(drawn("figure-09-step-stiction", "9", &scenario, figure))
+}
+
+fn figure_10() -> Result<Drawn> {
+    let (scenario, done) = open_loop("paper/open-loop-high")?;
+    let n = (60.0 / done.sample_time) as usize;
+    let t = run::times(n, done.sample_time);
+    let panel = Panel::new("time (s)", "OP, VP (% of span)")
+        .with(Series::line("valve position VP", &t[..], &done.vp[..n]).colour(colour::VERMILION))
+        .with(Series::dashed("controller output OP", &t[..], &done.op[..n]).colour(colour::BLUE));
+    let figure = Figure::new("Jumpy valve movement due to stiction")
+        .caption("Under high stiction a slow ramp moves the stem in jumps, with stops in between.")
+        .with(panel);
+    Ok(drawn("figure-10-jumpy-movement", "10", &scenario, figure))
+}
+
+fn figure_11() -> Result<Drawn> {
+    let (scenario, done) = open_loop("paper/open-loop-high")?;
+    let figure = run::open_loop("Valve response in the presence of high stiction", &done).caption(
+        "Position against input is a staircase: flats of S at a reversal, then jumps of J.",
+    );
+    Ok(drawn("figure-11-high-stiction", "11", &scenario, figure))
+}
+
+fn figure_13() -> Result<Drawn> {
+    let (scenario, done) = closed_loop(120.0)?;
+    let figure = run::closed_loop("Closed-loop response in the presence of stiction", &done)
+        .caption("The loop cycles: rectangular valve movement, triangular OP and PV.");
+    Ok(drawn("figure-13-closed-loop", "13", &scenario, figure))
+}
+
+/// The last two thirds of a run, past its beginning.
+fn settled(signal: &[f64]) -> &[f64] {
+    &signal[signal.len() / 3..]
+}
+
+fn figure_14() -> Result<Drawn> {
+    let (scenario, done) = closed_loop(120.0)?;
+    let panel = Panel::new("controller output OP (% of span)", "valve position VP (% of span)")
+        .with(Series::line("VP", settled(&done.op), settled(&done.vp)).colour(colour::VERMILION))
+        .equal_aspect();
+    let figure = Figure::new("Controller output against valve position")
+        .caption("The map shows the valve alone: flats while it sticks, jumps of J.")
+        .width(640.0)
+        .panel_height(460.0)
+        .with(panel);
+    Ok(drawn("figure-14-op-vp", "14", &scenario, figure))
+}
+
+fn figure_15() -> Result<Drawn> {
+    let (scenario, done) = closed_loop(120.0)?;
+    let figure = op_pv_figure("Controller output against process output", &done).caption(
+        "Seen through the process the parallelogram becomes an ellipse with sharp turning points.",
+    );
+    Ok(drawn("figure-15-op-pv", "15", &scenario, figure))
+}
+
+fn figure_16() -> Result<Drawn> {
+    let (scenario, done) = cascade()?;
+    let title = "Step response of a flow loop with stiction, slave of a temperature";
+    let mut figure = run::cascade(title, &done).caption(
+        "A simulated laboratory flow loop: 1,100 samples of 0.01 s; the temperature steps at \
+         1 s, the flow follows and cycles.",
+    );
+    for (panel, label) in figure.panels.iter_mut().zip(["temperature (degrees)", "flow (%)"]) {
+        panel.y_label = label.to_owned();
+    }
+    Ok(drawn("figure-16-flow-step", "16", &scenario, figure))
+}
+
+fn figure_17() -> Result<Drawn> {
+    let (scenario, done) = cascade()?;
+    let mut figure =
+        op_pv_figure("Controller output against flow of the laboratory loop", &done.slave)
+            .caption("With sharp turning points, like the simulated loop's map in Figure 15.");
+    figure.panels[0].y_label = "flow (%)".to_owned();
+    Ok(drawn("figure-17-flow-op-pv", "17", &scenario, figure))
+}
+
+/// OP and VP over time.
+fn step_figure(title: &str, done: &OpenLoopRun) -> Figure {
+    let t = run::times(done.op.len(), done.sample_time);
+    let panel = Panel::new("time (s)", "OP, VP (% of span)")
+        .with(Series::line("valve position VP", &t[..], &done.vp[..]).colour(colour::VERMILION))
+        .with(Series::dashed("controller output OP", &t[..], &done.op[..]).colour(colour::BLUE))
+        .legend(Legend::BottomRight);
+    Figure::new(title).with(panel)
+}
+
+/// PV against OP, past the beginning.
+fn op_pv_figure(title: &str, done: &Run) -> Figure {
+    let panel = Panel::new("controller output OP (% of span)", "PV (units of the PV)")
+        .with(Series::line("PV", settled(&done.op), settled(&done.pv)).colour(colour::GREEN));
+    Figure::new(title).width(640.0).panel_height(460.0).with(panel)
+}

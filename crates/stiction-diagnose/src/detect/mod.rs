@@ -1,0 +1,201 @@
+//! The published detectors of stiction, one file each, behind one trait and one registry.
+//!
+//! A detector is given a [`Subject`]: one stretch of a recording with what is known about its loop.
+//! It answers with a [`Finding`]: its statistic, its threshold, its decision, the numbers between,
+//! and, where it does not apply, why it abstains. Each also has its own method that returns a typed
+//! result with all that a plot of its evidence needs.
+//!
+//! Detectors differ in what they assume, need and mean; none is right on all loops. Thresholds are the
+//! published ones; where those could only be recalled, the documentation of the detector says so.
+
+mod area_ratio;
+mod bicoherence;
+mod butterfly;
+mod counts;
+mod curvature;
+mod curve_fit;
+mod damarla_regression;
+mod damarla_sigmoid;
+mod damarla_steadiness;
+mod ellipse;
+mod finding;
+mod horch;
+mod horch_density;
+mod kano;
+mod model_fit;
+mod registry;
+mod relay_fit;
+mod shapes;
+mod sharp_corner;
+mod square_wave;
+mod stuck;
+mod subject;
+mod surrogates;
+mod valve_position;
+mod windows;
+mod yamashita;
+mod yamashita_level;
+
+pub use crate::Number;
+pub use area_ratio::{AreaRatio, AreaRatioResult, Areas};
+pub use bicoherence::{Bicoherence, BicoherenceOp, BicoherencePlane, BicoherenceResult, Bin};
+pub use butterfly::{Butterfly, ButterflyResult};
+pub use counts::Counts;
+pub use curve_fit::{CurveFit, CurveFitResult, CurveFitWave};
+pub use damarla_regression::{DamarlaRegression, DamarlaRegressionResult};
+pub use damarla_sigmoid::{DamarlaSigmoid, DamarlaSigmoidResult};
+pub use damarla_steadiness::{DamarlaTest, DamarlaTestResult, Steadiness, SteadinessTest};
+pub use ellipse::{Ellipse, EllipseSource};
+pub use finding::{Abstention, Decision, Finding};
+pub use horch::{Horch, HorchResult};
+pub use horch_density::{HorchDensity, HorchDensityResult};
+pub use kano::{Kano, KanoResult};
+pub use model_fit::{FittedBy, ModelFit, ModelFitResult};
+pub use registry::{all, by_name};
+pub use relay_fit::{RelayFit, RelayFitResult, RelayFitWave};
+pub use shapes::{Relay, Triangle};
+pub use sharp_corner::{SharpCorner, SharpCornerCycle, SharpCornerResult};
+pub use square_wave::{SquareWave, SquareWaveFit, SquareWaveResult};
+pub use stuck::StuckSpan;
+pub use subject::{ControlError, ErrorSource, Subject};
+pub use surrogates::{Surrogates, SurrogatesResult};
+pub use valve_position::{Measured, MeasuredValve, Rest, Spread, ValvePosition};
+pub use yamashita::{Follower, Yamashita, YamashitaResult};
+pub use yamashita_level::{YamashitaLevel, YamashitaLevelResult};
+
+/// What a method is, before it sees any data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Method {
+    /// Its name in commands and files, such as `horch`.
+    pub name: &'static str,
+    /// Its title, such as `Horch's cross-correlation`.
+    pub title: &'static str,
+    /// Authors, year, journal; and whether its formulas were read or recalled.
+    pub source: &'static str,
+    /// Name of its statistic, with its unit if it has one. With every method of the registry, the larger it
+    /// is, the more it speaks for a positive decision.
+    pub statistic: &'static str,
+    /// The decision rule, a sentence with the thresholds.
+    pub rule: &'static str,
+    /// For which loops it was made.
+    pub applies: Applies,
+    /// What a positive decision means.
+    pub decides: Decides,
+    /// The signals it cannot do without.
+    pub needs: Needs,
+    /// What it looks at.
+    pub family: Family,
+    /// Whether it was made to tell the cause of an oscillation that was found before; see [`judge`].
+    pub explains_oscillation: bool,
+}
+
+/// What a method looks at. Methods of one family see the same evidence, so they have one vote
+/// together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// The measured valve position.
+    Measured,
+    /// The correlation of OP and PV.
+    Correlation,
+    /// The shape of the waves of one signal.
+    Shape,
+    /// Samples in which one signal moves and the other rests.
+    Patterns,
+    /// The path that the loop takes in the plane of OP and PV.
+    PhasePlot,
+    /// Short windows in which OP and PV move differently.
+    Windows,
+    /// Models of valve and process fitted to OP and PV.
+    Model,
+    /// Spectra of higher order and surrogate data.
+    HigherOrder,
+}
+
+impl Family {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Measured,
+        Self::Correlation,
+        Self::Shape,
+        Self::Patterns,
+        Self::PhasePlot,
+        Self::Windows,
+        Self::Model,
+        Self::HigherOrder,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Measured => "measured position",
+            Self::Correlation => "correlation",
+            Self::Shape => "wave shape",
+            Self::Patterns => "patterns",
+            Self::PhasePlot => "phase plot",
+            Self::Windows => "windows",
+            Self::Model => "model fits",
+            Self::HigherOrder => "higher order",
+        }
+    }
+}
+
+/// What a detector says of a stretch, the published precondition of its method included.
+///
+/// Methods that tell the cause of an oscillation are applied, in their publications, to loops in which
+/// one was found before. Where none was found (the subject has no period) such a method abstains; the
+/// statistic stays, for whoever wants to see it.
+pub fn judge(detector: &dyn Detector, subject: &Subject<'_>) -> Finding {
+    let mut finding = detector.judge(subject);
+    let judged = finding.decision != Decision::Abstains;
+    if judged && detector.method().explains_oscillation && subject.period.is_none() {
+        finding.reason = format!(
+            "tells the cause of an oscillation, and none was found (it would say: {})",
+            finding.decision.name()
+        );
+        finding.decision = Decision::Abstains;
+    }
+    finding
+}
+
+/// The loops a method was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Applies {
+    /// Any.
+    AnyLoop,
+    /// Those with a self-regulating process.
+    SelfRegulating,
+    /// Those with an integrating process.
+    Integrating,
+}
+
+/// What a positive decision of a method means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decides {
+    /// That the valve sticks; such methods vote.
+    Stiction,
+    /// That something in the loop is not linear, whatever it is; such methods do not vote.
+    Nonlinearity,
+}
+
+/// The signals a method cannot do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Needs {
+    /// OP alone.
+    Op,
+    /// OP and PV.
+    OpAndPv,
+    /// The control error, from PV and, where it is recorded, SP.
+    Error,
+    /// OP and a measured valve position.
+    OpAndVp,
+}
+
+/// A method with its parameters.
+pub trait Detector: Send + Sync {
+    /// What it is.
+    fn method(&self) -> &'static Method;
+    /// Its parameters as they are set.
+    fn parameters(&self) -> Vec<Number>;
+    /// What it says of a stretch. It never fails: what it cannot judge, it abstains from.
+    fn judge(&self, subject: &Subject<'_>) -> Finding;
+}

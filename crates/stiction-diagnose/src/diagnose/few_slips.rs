@@ -1,0 +1,124 @@
+//! A record that looks stuck, in which the valve slips too few times to be sure: what is missing.
+
+use super::weighing::Weighing;
+use crate::evidence::Evidence;
+
+/// Slips that a record must hold for a verdict as sure as more of them make it.
+///
+/// Of 1,787 loops of the population that stick (version 3, seeds 9,000 on), those that can show it and look stuck,
+/// with a probability of one half or more, are accused by the number of slips that the best valve model sees: 31 %
+/// of 49 with one, 50 % of 342 with two to seven, 63 % of 115 with eight to thirteen, 62 % of 78 with fourteen to
+/// nineteen, 69 % of 425 with more. From eight on it hardly rises.
+pub const NEEDED: usize = 8;
+/// The probability from which a record looks stuck.
+pub const LOOKS_STUCK_FROM: f64 = 0.5;
+/// Share of S by which a step must exceed it to move the valve for sure.
+const BEYOND: f64 = 1.5;
+
+/// A record that looks stuck, with too few slips to decide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FewSlips {
+    /// Slips that the best valve model sees in all windows, scaled to all of the record.
+    pub seen: usize,
+    /// Slips that a decision takes: [`NEEDED`].
+    pub needed: usize,
+    /// For how much longer to record, s, if the valve goes on slipping as often; `None` if it never slipped.
+    pub record_for_s: Option<f64>,
+    /// How large steps would make it slip, percent of span: half more than the S that is estimated.
+    pub step: f64,
+    /// The same, a sentence.
+    pub words: String,
+}
+
+/// What is missing of a record of `duration_s`; `None` if it does not look stuck, or has slips enough, or they cannot
+/// be counted.
+pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
+    if weighing.probability < LOOKS_STUCK_FROM || weighing.mismatch > 1.0 {
+        return None;
+    }
+    let counted = weighing.windows.iter().zip(&weighing.evidence);
+    let (seen, time) =
+        counted.fold((0.0, 0.0), |(seen, time), (window, evidence)| match slips(evidence) {
+            Some(slips) => (seen + slips, time + window.duration),
+            None => (seen, time),
+        });
+    // Where windows are spread over the record, what lies between them slips as often; where they overlap, less was seen.
+    let seen = (seen * duration_s / time).round();
+    if !seen.is_finite() || !(duration_s > 0.0) {
+        return None;
+    }
+    of(seen as usize, duration_s, weighing.s.value)
+}
+
+/// What is missing of a record of `duration_s` with so many slips of a valve of this S.
+fn of(seen: usize, duration_s: f64, s: f64) -> Option<FewSlips> {
+    if seen >= NEEDED {
+        return None;
+    }
+    let record_for_s = (seen > 0)
+        .then(|| duration_s * (NEEDED - seen) as f64 / seen as f64)
+        .filter(|t| t.is_finite());
+    let step = BEYOND * s;
+    let slips = if seen == 1 { "slip" } else { "slips" };
+    let longer = match record_for_s {
+        Some(time) => format!("record {} more, or step", duration(time)),
+        None => "step".to_owned(),
+    };
+    let words = format!(
+        "looks stuck; {seen} {slips} seen, {NEEDED} needed: {longer} the output by {} % up and down",
+        super::reasons::digits(step)
+    );
+    Some(FewSlips { seen, needed: NEEDED, record_for_s, step, words })
+}
+
+/// Slips of the best valve model in a window.
+fn slips(evidence: &Evidence) -> Option<f64> {
+    let value = |name: &str| evidence.get(name).filter(|v| v.is_finite());
+    Some(value("slip_rate")? * value("cycles")?.exp())
+}
+
+/// A duration in the unit that suits it, rounded up to two digits at most.
+fn duration(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s < 90.0 => (s, "s"),
+        s if s < 5_400.0 => (s / 60.0, "minutes"),
+        s if s < 172_800.0 => (s / 3_600.0, "hours"),
+        s => (s / 86_400.0, "days"),
+    };
+    let rounded = if value < 10.0 { (10.0 * value).ceil() / 10.0 } else { value.ceil() };
+    format!("{rounded} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_told() {
+        let few = of(2, 4.0 * 3600.0, 3.0).unwrap();
+        assert_eq!((few.seen, few.needed, few.record_for_s), (2, 8, Some(12.0 * 3600.0)));
+        assert_eq!(
+            few.words,
+            "looks stuck; 2 slips seen, 8 needed: record 12 hours more, or step the output by 4.5 % up and down"
+        );
+        let one = of(1, 600.0, 1.0).unwrap();
+        assert!(
+            one.words.contains("1 slip seen") && one.words.contains("70 minutes"),
+            "{}",
+            one.words
+        );
+        let none = of(0, 600.0, 2.0).unwrap();
+        assert_eq!((none.record_for_s, none.step), (None, 3.0));
+        assert!(none.words.contains("needed: step the output by 3"), "{}", none.words);
+        assert_eq!(of(NEEDED, 600.0, 2.0), None);
+    }
+
+    #[test]
+    fn durations_are_readable() {
+        for (seconds, text) in
+            [(40.0, "40 s"), (600.0, "10 minutes"), (5_500.0, "1.6 hours"), (200_000.0, "2.4 days")]
+        {
+            assert_eq!(duration(seconds), text);
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Which windows of a long stretch can answer.
+//!
+//! One hour of saturation, one frozen morning or one afternoon of set-point changes in a week makes no week unfit: it
+//! makes some windows unfit. Those are left out, the others are judged, and how many they are is told.
+
+use super::diagnosis::{oscillations, period};
+use crate::evidence::windows;
+use crate::parallel::*;
+use crate::recording::fitness::{self, Class, Fitness, Measure};
+use crate::recording::{Grid, Recording, Stretch};
+
+/// A measure of the recording, of which a part of a stretch knows nothing.
+const OF_ALL: &str = "bridged samples";
+
+/// The windows of a stretch that are to be judged, and the fitness of it all, of which `whole` is that of the
+/// stretch as one: the windows that are fit, if any are, else all. A stretch of one window is that window, and its
+/// fitness is `whole`.
+pub(super) fn fit_windows(
+    recording: &Recording,
+    grid: &Grid,
+    stretch: &Stretch,
+    whole: Fitness,
+) -> (Vec<Stretch>, Fitness) {
+    let all = windows(stretch);
+    if all.len() < 2 {
+        return (all, whole);
+    }
+    let is_fit = |window: &Stretch| {
+        let (error, op) = oscillations(window);
+        let period = period(super::diagnosis::dominant(error.as_ref(), Some(&op)), window);
+        fitness::assess(recording, grid, window, period).class != Class::Unfit
+    };
+    let fit: Vec<bool> = all.par_iter().map(is_fit).collect();
+    let n = all.len();
+    let judged: Vec<Stretch> =
+        all.iter().zip(&fit).filter(|(_, fit)| **fit).map(|(window, _)| window.clone()).collect();
+    if judged.is_empty() {
+        return (all, whole);
+    }
+    let k = judged.len();
+    let mut measures = whole.measures;
+    for measure in &mut measures {
+        if measure.class == Class::Unfit && measure.name != OF_ALL {
+            measure.class = Class::Caveats;
+            measure.reason += &format!("; of {n} windows {k} are fit by themselves");
+        }
+    }
+    let share = 100.0 * k as f64 / n as f64;
+    measures.push(Measure {
+        name: "fit windows",
+        value: Some(share),
+        unit: "%",
+        caveat_at: Some(100.0),
+        unfit_at: None,
+        class: if k < n { Class::Caveats } else { Class::Fit },
+        reason: match k == n {
+            true => format!("all {n} windows in which the stretch is judged are fit"),
+            false => format!("{k} of {n} windows are fit, and they alone are judged"),
+        },
+    });
+    (judged, Fitness::of(measures))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oscillation::test_signals::{noise, sine};
+    use crate::recording::GridOptions;
+
+    const N: usize = 24_000;
+
+    fn judged(op: &[f64], pv: &[f64]) -> (Fitness, Vec<Stretch>, Fitness) {
+        let recording = Recording::regular("loop", 1.0, op, Some(pv), None).unwrap();
+        let grid = Grid::of(&recording, &GridOptions::default()).unwrap();
+        let stretch = grid.longest().unwrap();
+        let whole = fitness::assess(&recording, &grid, stretch, Some(40.0));
+        let (windows, fitness) = fit_windows(&recording, &grid, stretch, whole.clone());
+        (whole, windows, fitness)
+    }
+
+    fn signals() -> [Vec<f64>; 2] {
+        [1, 2].map(|seed| {
+            let noise = noise(N, seed);
+            sine(N, 40.0).iter().zip(noise).map(|(s, e)| 50.0 + 5.0 * s + 0.2 * e).collect()
+        })
+    }
+
+    #[test]
+    fn a_sound_record_is_judged_in_all_its_windows() {
+        let [op, pv] = signals();
+        let (whole, windows, fitness) = judged(&op, &pv);
+        assert_eq!((windows.len(), fitness.class), (6, whole.class));
+        assert_eq!(fitness.measures.len(), whole.measures.len() + 1);
+        assert!(fitness.measures.last().unwrap().reason.starts_with("all 6 windows"));
+    }
+
+    #[test]
+    fn frozen_hours_cost_their_windows_and_no_more() {
+        let [op, mut pv] = signals();
+        let held = pv[9_000];
+        pv[9_000..22_000].fill(held);
+        let (whole, windows, fitness) = judged(&op, &pv);
+        assert_eq!((whole.class, fitness.class), (Class::Unfit, Class::Caveats));
+        let from: Vec<f64> = windows.iter().map(|window| window.from).collect();
+        assert_eq!(from, [0.0, 4_000.0, 20_000.0]);
+        assert!(fitness.reasons().iter().any(|why| why.starts_with("3 of 6 windows")));
+    }
+
+    #[test]
+    fn without_a_fit_window_nothing_gets_better() {
+        let [op, mut pv] = signals();
+        pv.fill(20.0);
+        let (whole, windows, fitness) = judged(&op, &pv);
+        assert_eq!((windows.len(), fitness), (6, whole));
+    }
+
+    #[test]
+    fn a_short_one_is_its_only_window() {
+        let [op, pv] = signals();
+        let (whole, windows, fitness) = judged(&op[..2_000], &pv[..2_000]);
+        assert_eq!((windows.len(), fitness), (1, whole));
+    }
+}

@@ -1,0 +1,44 @@
+//! From a recording to a verdict with its evidence.
+//!
+//! ```text
+//! Recording ──> Grid ──> the longest stretch ──> Fitness, Oscillation ──> Findings ──> Verdict
+//! several of one valve ──> History, Repair
+//! ```
+
+mod belonging;
+pub mod by_evidence;
+mod combining;
+mod confirm;
+mod definitions;
+mod diagnosis;
+mod display;
+pub mod few_slips;
+mod fit_windows;
+pub mod history;
+mod kpis;
+mod measured;
+mod no_response;
+mod quantify;
+mod reasons;
+mod relation;
+pub mod repair;
+
+mod verdict;
+mod weighing;
+
+pub use crate::fusion::{Cause, Estimate};
+pub use by_evidence::Ruling;
+pub use confirm::confirming_test;
+pub use diagnosis::{Detectors, Diagnosis, Options, Window, diagnose, fitness, subject};
+pub use few_slips::{FewSlips, few_slips};
+pub use history::{Drift, History, Observation, combine};
+pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
+pub use measured::{ByPosition, by_position};
+pub use no_response::{Fault, NAMED_FROM, NoResponse, Silence};
+pub use relation::{Mismatch, Relation};
+pub use repair::{Contrast, Outcome, Repair, repair};
+pub use verdict::{
+    ACCUSED_FROM, Alternative, Basis, CLEARED_UP_TO, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
+    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Stiction, Verdict, VerdictClass, Votes, preliminary,
+};
+pub use weighing::{WIDEST, WIDEST_J, Weighing};

@@ -1,0 +1,357 @@
+//! Whether the PV does not respond: the OP travels far, and the PV takes no notice.
+//!
+//! A loop that compensates a drifting load also has an OP that travels and a PV that rests, at its set point; so a
+//! PV that rests counts only where it rests *away* from its set point while the OP goes one way, as the integral of
+//! an error that nothing answers must. A PV that moves on, unrelated to the OP, is left to the evidence that was
+//! trained on simulated valves that are stuck.
+
+use super::reasons::{alternatives, percent, sayings};
+use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass};
+use super::weighing::Weighing;
+use crate::fusion::Cause;
+use crate::recording::Stretch;
+use crate::recording::fitness::{Class, Fitness, levels};
+use crate::series::{mean, noise_std, span, std};
+
+/// What a PV does that does not respond.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Silence {
+    /// It rests at its lowest value, away from a set point above.
+    AtItsLowEnd,
+    /// It rests at its highest value, away from a set point below.
+    AtItsHighEnd,
+    /// It is frozen exactly at a value between.
+    Frozen,
+    /// It moves on, but not with the OP.
+    Unmoved,
+}
+
+impl Silence {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AtItsLowEnd => "PV at its low end",
+            Self::AtItsHighEnd => "PV at its high end",
+            Self::Frozen => "PV frozen",
+            Self::Unmoved => "PV moves without the OP",
+        }
+    }
+}
+
+/// Why a PV may not respond.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// The valve is shut fast, seized, or has no power.
+    ValveShutOrSeized,
+    /// A block valve in the line is shut, or the unit is out of service.
+    LineIsolated,
+    /// The positioner has lost its air or its signal.
+    AirOrSignalLost,
+    /// The transmitter is dead or frozen, or its impulse line is plugged.
+    SensorDead,
+    /// The historian has stopped, or compresses what the PV does away.
+    HistorianStopped,
+    /// The flow goes through a bypass, or the valve is on its hand wheel.
+    BypassOrHandwheel,
+}
+
+impl Fault {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::ValveShutOrSeized,
+        Self::LineIsolated,
+        Self::AirOrSignalLost,
+        Self::SensorDead,
+        Self::HistorianStopped,
+        Self::BypassOrHandwheel,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ValveShutOrSeized => "valve shut fast or seized",
+            Self::LineIsolated => "line isolated",
+            Self::AirOrSignalLost => "air or signal lost",
+            Self::SensorDead => "sensor dead or frozen",
+            Self::HistorianStopped => "historian stopped",
+            Self::BypassOrHandwheel => "bypass open or hand wheel engaged",
+        }
+    }
+
+    /// How to tell it from the others.
+    pub fn told_by(self) -> &'static str {
+        match self {
+            Self::ValveShutOrSeized => {
+                "the stem does not move although the actuator's pressure does"
+            }
+            Self::LineIsolated => {
+                "the stem moves, and no flow follows; look at block valves and at the pumps"
+            }
+            Self::AirOrSignalLost => {
+                "neither stem nor actuator pressure move; measure air supply and current at the positioner"
+            }
+            Self::SensorDead => {
+                "the stem moves and other measurements of the line answer; the transmitter's own display stands still, too"
+            }
+            Self::HistorianStopped => "the control room's display moves where the record does not",
+            Self::BypassOrHandwheel => {
+                "the stem moves, or is held by hand, and the flow stays; look at the bypass and at the hand wheel"
+            }
+        }
+    }
+
+    /// Those that a silence speaks for, the likeliest first; the order is ours, by what each can do to a signal.
+    pub fn behind(silence: Silence) -> &'static [Self] {
+        use Fault::*;
+        match silence {
+            Silence::AtItsLowEnd => &[ValveShutOrSeized, LineIsolated, AirOrSignalLost, SensorDead],
+            Silence::AtItsHighEnd => {
+                &[SensorDead, ValveShutOrSeized, AirOrSignalLost, BypassOrHandwheel]
+            }
+            Silence::Frozen => &[SensorDead, HistorianStopped],
+            Silence::Unmoved => {
+                &[ValveShutOrSeized, AirOrSignalLost, BypassOrHandwheel, LineIsolated]
+            }
+        }
+    }
+}
+
+/// A stretch in which the PV rests, away from its set point, while the OP travels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoResponse {
+    /// What the PV does.
+    pub silence: Silence,
+    /// First sample of the rest, and one past its last.
+    pub first: usize,
+    /// One past its last sample.
+    pub end: usize,
+    /// How far the OP travels in it, percent.
+    pub op_travel: f64,
+    /// Mean of SP less PV in it, in units of the PV.
+    pub error: f64,
+    /// Whether that alone names the fault.
+    pub overwhelming: bool,
+}
+
+/// Share of the stretch that a PV must rest for.
+const RESTS: f64 = 0.2;
+/// The OP must travel so far, percent: one in ten of its span, which a calm loop's load seldom asks for in one rest.
+const FAR: f64 = 10.0;
+/// And so many times its own noise.
+const NOISES: f64 = 20.0;
+/// Share of that travel which is one way: it winds up, and does not swing.
+const ONE_WAY: f64 = 0.8;
+/// The PV rests away from its set point by so many of its smallest steps or standard deviations of its noise.
+const AWAY: f64 = 10.0;
+/// From this share of the OP's span on, no loop holds its PV to the last digit by itself: that names the fault alone.
+const OVERWHELMING: f64 = 20.0;
+/// Probability from which evidence names it: more likely than all else together.
+pub const NAMED_FROM: f64 = 0.5;
+/// Probability from which it names it where the PV is seen to rest.
+const SUPPORTED_FROM: f64 = 0.2;
+/// The probability that saturation must stay below for evidence alone to name it.
+const SATURATION_BELOW: f64 = 0.2;
+/// What makes data unfit, and what a PV that does not respond does by itself.
+const BY_ITSELF: [&str; 8] = [
+    "cycles",
+    "samples per cycle",
+    "OP at a limit",
+    "PV levels",
+    "longest frozen PV",
+    "clipped PV",
+    "PV moves",
+    "PV updates per cycle",
+];
+
+impl NoResponse {
+    /// Looks for the rest of the PV in which the OP travels farthest; `None` if there is none, or no set point tells
+    /// whether the PV should rest there.
+    pub fn of(stretch: &Stretch) -> Option<Self> {
+        let (op, pv, sp) = (&stretch.op, stretch.pv.as_ref()?, stretch.sp.as_ref()?);
+        let n = op.len().min(pv.len()).min(sp.len());
+        let (op, pv, sp) = (&op[..n], &pv[..n], &sp[..n]);
+        let (low, high) =
+            pv.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        if !(span(op) >= FAR && low.is_finite() && high.is_finite()) {
+            return None;
+        }
+        // Where the PV never moves, the smallest step is not known, and any distance counts that is not rounding.
+        let quantum = match levels(pv) {
+            Some(levels) => (high - low) / (levels - 1.0).max(1.0),
+            None => 1e-6 * low.abs().max(sp.iter().fold(0.0, |m: f64, v| m.max(v.abs()))) / AWAY,
+        };
+        let noise = noise_std(op);
+        let mut best: Option<Self> = None;
+        let mut first = 0;
+        for run in pv.chunk_by(|a, b| (a - b).abs() <= 1e-9 * (high - low)) {
+            let part = first..first + run.len();
+            first = part.end;
+            if (run.len() as f64) < RESTS * n as f64 {
+                continue;
+            }
+            let (u, r) = (&op[part.clone()], &sp[part.clone()]);
+            let (travel, net) = (span(u), (u[u.len() - 1] - u[0]).abs());
+            let errors: Vec<f64> = r.iter().map(|r| r - run[0]).collect();
+            let error = mean(&errors);
+            let one_sided = errors.iter().all(|e| e.signum() == error.signum());
+            let away = error.abs() > AWAY * quantum + std(&errors);
+            if travel < FAR.max(NOISES * noise) || net < ONE_WAY * travel || !one_sided || !away {
+                continue;
+            }
+            let silence = match () {
+                () if run[0] <= low && error > 0.0 => Silence::AtItsLowEnd,
+                () if run[0] >= high && error < 0.0 => Silence::AtItsHighEnd,
+                () => Silence::Frozen,
+            };
+            if best.is_none_or(|best| travel > best.op_travel) {
+                best = Some(Self {
+                    silence,
+                    first: part.start,
+                    end: part.end,
+                    op_travel: travel,
+                    error,
+                    overwhelming: travel >= OVERWHELMING,
+                });
+            }
+        }
+        best
+    }
+
+    fn sentence(&self, sample_time: f64) -> String {
+        format!(
+            "the OP travels {:.0} % in {:.0} s, and the PV rests all the while, {:.4} from its set point: the \
+             controller winds up, and nothing answers",
+            self.op_travel,
+            (self.end - self.first) as f64 * sample_time,
+            self.error.abs()
+        )
+    }
+}
+
+/// The verdict that the loop does not respond; `None` if that is not it. Data that are unfit for no other reason than
+/// what such a loop does by itself do not stand against it.
+///
+/// It is named if a rest alone is overwhelming, if the evidence gives it [`NAMED_FROM`] or more, or if a rest is
+/// seen and the evidence gives it a fifth; by evidence only where OP and PV look like those of one loop, like those of
+/// training, and neither play elsewhere nor saturation could be behind it.
+pub(super) fn verdict(
+    rest: Option<&NoResponse>,
+    sample_time: f64,
+    weighing: Option<&Weighing>,
+    fitness: &Fitness,
+    preliminary: &Verdict,
+) -> Option<Verdict> {
+    let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+    if preliminary.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.name)) {
+        return None;
+    }
+    let likelihood = weighing.map_or(0.0, |weighing| weighing.likelihood(Cause::NoResponse));
+    // Exchanged columns and signals of two loops do not answer each other either.
+    let belong = weighing.is_none_or(|of| of.mismatch <= 1.0 && of.distance <= 1.0);
+    // A dead zone elsewhere and an OP that rests at its end keep the PV from answering, too.
+    let alone = weighing.is_some_and(|of| {
+        of.likelihood(Cause::DeadZoneElsewhere) < DEAD_ZONE_BELOW
+            && of.likelihood(Cause::Saturation) < SATURATION_BELOW
+    });
+    let named = match rest {
+        Some(rest) => rest.overwhelming || (belong && likelihood >= SUPPORTED_FROM),
+        None => belong && alone && likelihood >= NAMED_FROM,
+    };
+    if !named {
+        return None;
+    }
+    let silence = rest.map_or(Silence::Unmoved, |rest| rest.silence);
+    let mut reasons = vec![match rest {
+        Some(rest) => rest.sentence(sample_time),
+        None => format!(
+            "the OP travels and the PV moves without relation to it: the evidence gives this {}",
+            percent(likelihood)
+        ),
+    }];
+    let faults: Vec<&str> = Fault::behind(silence).iter().map(|fault| fault.name()).collect();
+    reasons.push(format!(
+        "{}: the data speak for, in this order, {}",
+        silence.name(),
+        faults.join("; ")
+    ));
+    if let Some(weighing) = weighing {
+        reasons.extend(sayings(weighing).into_iter().map(|saying| saying.sentence));
+    }
+    Some(Verdict {
+        class: VerdictClass::DoesNotRespond,
+        basis: Basis::Evidence,
+        probability: weighing.map(|weighing| weighing.probability),
+        s_below: None,
+        votes: preliminary.votes,
+        reasons,
+        contradictions: vec![],
+        alternatives: weighing
+            .map_or(vec![], |weighing| alternatives(weighing, Some(Cause::NoResponse))),
+        confirm: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{Options, diagnose};
+    use crate::recording::{Grid, GridOptions, Recording};
+
+    fn stretch(op: &[f64], pv: &[f64], sp: &[f64]) -> Stretch {
+        let recording = Recording::regular("", 10.0, op, Some(pv), Some(sp)).unwrap();
+        Grid::of(&recording, &GridOptions::default()).unwrap().longest().unwrap().clone()
+    }
+
+    fn ramp(from: f64, to: f64) -> Vec<f64> {
+        (0..720).map(|k| from + (to - from) * f64::from(k) / 719.0).collect()
+    }
+
+    #[test]
+    fn a_pv_that_rests_at_zero_below_its_set_point_does_not_respond() {
+        let (op, pv, sp) = (ramp(5.0, 80.0), vec![0.0; 720], vec![40.0; 720]);
+        let rest = NoResponse::of(&stretch(&op, &pv, &sp)).unwrap();
+        assert_eq!(rest.silence, Silence::AtItsLowEnd);
+        assert!(rest.overwhelming && rest.op_travel > 70.0 && rest.error == 40.0);
+        let recording = Recording::regular("", 10.0, &op, Some(&pv), Some(&sp)).unwrap();
+        let diagnosis = diagnose(&recording, &Options::default()).unwrap();
+        assert_eq!(diagnosis.verdict.class, VerdictClass::DoesNotRespond);
+        assert!(diagnosis.verdict.reasons.iter().any(|reason| reason.contains("shut")));
+    }
+
+    #[test]
+    fn units_and_sign_do_not_matter() {
+        let (op, sp) = (ramp(60.0, 20.0), vec![40.0; 720]);
+        let pv: Vec<f64> =
+            (0..720).map(|k| if k < 60 { 39.0 + 0.1 * f64::from(k % 3) } else { 35.0 }).collect();
+        let one = NoResponse::of(&stretch(&op, &pv, &sp)).unwrap();
+        let other = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| 1000.0 - 8.0 * v).collect() };
+        let two = NoResponse::of(&stretch(&op, &other(&pv), &other(&sp))).unwrap();
+        assert_eq!((one.silence, two.silence), (Silence::AtItsLowEnd, Silence::AtItsHighEnd));
+        assert_eq!((one.first, one.end, one.op_travel), (two.first, two.end, two.op_travel));
+    }
+
+    #[test]
+    fn a_pv_held_flat_at_its_set_point_is_normal() {
+        let op = ramp(20.0, 80.0);
+        assert_eq!(NoResponse::of(&stretch(&op, &[50.0; 720], &[50.0; 720])), None);
+        // Nor is one that rests within its resolution of it.
+        let pv: Vec<f64> = (0..720).map(|k| if k % 350 == 349 { 49.5 } else { 50.0 }).collect();
+        assert_eq!(NoResponse::of(&stretch(&op, &pv, &[50.3; 720])), None);
+        // Nor an OP that swings, or hardly moves.
+        let swing: Vec<f64> = (0..720).map(|k| 50.0 + 20.0 * (f64::from(k) * 0.1).sin()).collect();
+        assert_eq!(NoResponse::of(&stretch(&swing, &[0.0; 720], &[50.0; 720])), None);
+        assert_eq!(NoResponse::of(&stretch(&ramp(50.0, 55.0), &[0.0; 720], &[50.0; 720])), None);
+    }
+
+    #[test]
+    fn every_silence_has_its_faults() {
+        for silence in
+            [Silence::AtItsLowEnd, Silence::AtItsHighEnd, Silence::Frozen, Silence::Unmoved]
+        {
+            assert!(!Fault::behind(silence).is_empty() && !silence.name().is_empty());
+        }
+        for fault in Fault::ALL {
+            assert!(!fault.name().is_empty() && !fault.told_by().is_empty());
+        }
+    }
+}

@@ -1,0 +1,492 @@
+//! Whether OP and PV belong together.
+//!
+//! In closed loop OP and PV obey the controller's law, whatever the valve does and whatever enters from outside: a
+//! sticking, stuck or healthy valve answers to the same controller. So a recording is asked three things, none of which
+//! needs to know a tuning: is one signal a copy of another; which of the columns stays at the set point; and
+//! does the OP follow the PV as a controller's output does ([`law`]), the PV the OP, or neither
+//! the other? Where the answer is a mistake in the columns, nothing is said of the valve.
+
+mod law;
+
+use super::verdict::{Basis, Verdict, VerdictClass};
+use crate::recording::Stretch;
+use crate::recording::fitness::levels;
+use crate::series::{max, mean, median, min, span, std};
+use law::Law;
+
+/// A likely mistake in the columns of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Mismatch {
+    /// The OP stands in the column of the PV, and the PV in that of the OP.
+    Exchanged,
+    /// OP and PV are one signal; which of them it is cannot be told.
+    SameSignal,
+    /// The PV is a copy of the OP.
+    PvIsOp,
+    /// The OP is a copy of the PV.
+    OpIsPv,
+    /// The SP stands in the column of the OP, and the OP in that of the SP.
+    SpAndOpExchanged,
+    /// The SP stands in the column of the PV, and the PV in that of the SP.
+    SpAndPvExchanged,
+    /// Neither follows the other: noise, samples out of order, or signals of two loops.
+    Unrelated,
+}
+
+impl Mismatch {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Exchanged,
+        Self::SameSignal,
+        Self::PvIsOp,
+        Self::OpIsPv,
+        Self::SpAndOpExchanged,
+        Self::SpAndPvExchanged,
+        Self::Unrelated,
+    ];
+
+    /// Its name, such as `PV and OP look exchanged`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exchanged => "PV and OP look exchanged",
+            Self::SameSignal => "PV and OP are one and the same signal",
+            Self::PvIsOp => "the PV is a copy of the OP",
+            Self::OpIsPv => "the OP is a copy of the PV",
+            Self::SpAndOpExchanged => "SP and OP look exchanged",
+            Self::SpAndPvExchanged => "SP and PV look exchanged",
+            Self::Unrelated => "PV and OP have nothing to do with each other",
+        }
+    }
+
+    /// What to do about it.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::Exchanged => {
+                "check which tag is in which column, and diagnose again with the two swapped"
+            }
+            Self::SameSignal => {
+                "one of the two columns holds the other's tag: export the missing one (a P controller with a \
+                 gain of one, whose set point rests, would look the same; then a test in manual must settle it)"
+            }
+            Self::PvIsOp => "the column of the PV holds the tag of the OP: export the PV",
+            Self::OpIsPv => {
+                "the column of the OP holds the tag of the PV: export the controller's output"
+            }
+            Self::SpAndOpExchanged | Self::SpAndPvExchanged => {
+                "check which tag is in which column, and diagnose again with the two swapped"
+            }
+            Self::Unrelated => {
+                "check that both tags are of the same loop, that their clocks agree, that samples are in the order of \
+                 time, and that the loop was in automatic"
+            }
+        }
+    }
+}
+
+/// Whether OP and PV belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Relation {
+    /// The likely mistake; `None` if there is none, or too little happens to tell.
+    pub mismatch: Option<Mismatch>,
+    /// What the data show of it: a sentence. Empty without a mistake.
+    pub because: String,
+    /// The share of the OP that the PV explains through a controller's law, at the block length at which it
+    /// explains most; `None` where too little happens.
+    pub op_explained: Option<f64>,
+    /// The share of the PV that the OP explains through such a law, which it should less well.
+    pub pv_explained: Option<f64>,
+    /// How clearly the OP follows the PV (above 0) or the PV the OP (below), in standard errors, added over
+    /// the block lengths; `None` where too little happens.
+    pub order: Option<f64>,
+}
+
+/// Lengths of blocks, samples: from a fast loop's waves to a slow one's, each four times the one before.
+const LENGTHS: [usize; 4] = [16, 64, 256, 1024];
+/// The two of them for averages.
+const SHORT: [usize; 2] = [16, 64];
+/// How many samples are averaged. What the PV feeds forward through derivative action, or a sample that is held, leads at
+/// the fastest of these alone; a controller's integral shows at the slower ones.
+const SCALES: [usize; 3] = [1, 4, 16];
+/// Samples that are looked at, at most: those in the middle of a longer stretch.
+const LONGEST: usize = 16_384;
+/// A copy but for rounding in floating point, in standard deviations.
+const EXACT: f64 = 1e-8;
+/// A copy that was rounded once more needs so many steps in its span, or anything would pass.
+const FEWEST_STEPS: f64 = 30.0;
+/// Ranges in which an OP is often recorded a second time: what it is at 0 and at 100 %.
+const RANGES: [(f64, f64); 10] = [
+    (0.0, 100.0),
+    (100.0, 0.0),
+    (0.0, 1.0),
+    (0.0, 10.0),
+    (4.0, 20.0),
+    (0.0, 20.0),
+    (1.0, 5.0),
+    (3.0, 15.0),
+    (0.2, 1.0),
+    (0.0, 1000.0),
+];
+/// A signal is at its set point if its mean distance is below one standard deviation of it, and it crosses the set point
+/// at least so often.
+const CROSSINGS: usize = 8;
+/// A signal is far from a set point that it never meets: so many standard deviations.
+const FAR: f64 = 5.0;
+/// A signal explains nothing of another below this share.
+const NOTHING: f64 = 0.1;
+/// The variance must be spread over so many blocks for that to mean something.
+const SPREAD: f64 = 3.0;
+/// A law speaks for an order if it explains so much.
+const EXPLAINS: f64 = 0.5;
+/// The most that one law says of the order, standard errors: so no single block length decides.
+const MOST: f64 = 10.0;
+/// The order is against the columns from here on: more than any single law can say, half as much again.
+const REVERSED: f64 = 1.5 * MOST;
+/// Percent beyond 0 and 100 where no controller's output is.
+const BEYOND: f64 = 10.0;
+
+impl Relation {
+    /// Nothing known.
+    const UNKNOWN: Self = Self {
+        mismatch: None,
+        because: String::new(),
+        op_explained: None,
+        pv_explained: None,
+        order: None,
+    };
+
+    /// Whether OP and PV of a stretch belong together; nothing is known without a PV.
+    pub fn of(stretch: &Stretch) -> Self {
+        let Some(pv) = &stretch.pv else { return Self::UNKNOWN };
+        let kept = |x: &[f64]| middle(x).to_vec();
+        let (op, pv) = (kept(&stretch.op), kept(pv));
+        let sp = stretch.sp.as_deref().map(kept);
+        if !op.iter().chain(&pv).chain(sp.iter().flatten()).all(|v| v.is_finite()) {
+            return Self::UNKNOWN;
+        }
+        let found = |(mismatch, because): (Mismatch, String)| Self {
+            mismatch: Some(mismatch),
+            because,
+            ..Self::UNKNOWN
+        };
+        if let Some(copy) = copied(&op, &pv, sp.as_deref()) {
+            return found(copy);
+        }
+        if let Some(misplaced) = sp.as_deref().and_then(|sp| misplaced(&op, &pv, sp)) {
+            return found(misplaced);
+        }
+        let laws = Laws::of(&op, &pv, sp.as_deref());
+        let (mismatch, because) = match laws.mismatch(&op, &pv) {
+            Some((mismatch, because)) => (Some(mismatch), because),
+            None => (None, String::new()),
+        };
+        Self {
+            mismatch,
+            because,
+            op_explained: laws.best(&laws.op_after_pv),
+            pv_explained: laws.best(&laws.pv_after_op),
+            order: laws.order(),
+        }
+    }
+
+    /// The mistake that ends the judgement: of a `measured` valve position only one that concerns the OP.
+    pub(super) fn ends(&self, measured: bool) -> Option<Mismatch> {
+        let of_pv = |mismatch: &Mismatch| {
+            matches!(mismatch, Mismatch::Unrelated | Mismatch::PvIsOp | Mismatch::SpAndPvExchanged)
+        };
+        self.mismatch.filter(|mismatch| !(measured && of_pv(mismatch)))
+    }
+
+    /// The verdict on a recording whose columns are mistaken: nothing is said of the valve. `None` where they
+    /// belong together, as far as can be told, or where a measured valve position needs no PV.
+    pub(super) fn verdict(&self, preliminary: &Verdict, measured: bool) -> Option<Verdict> {
+        let mismatch = self.ends(measured)?;
+        Some(Verdict {
+            class: VerdictClass::CannotTell,
+            basis: Basis::None,
+            probability: None,
+            s_below: None,
+            votes: preliminary.votes,
+            reasons: vec![
+                format!("{}: {}", mismatch.name(), self.because),
+                mismatch.remedy().to_owned(),
+            ],
+            contradictions: vec![],
+            alternatives: vec![],
+            confirm: None,
+        })
+    }
+}
+
+/// The samples in the middle of a stretch that is too long.
+fn middle(x: &[f64]) -> &[f64] {
+    let from = x.len().saturating_sub(LONGEST) / 2;
+    &x[from..x.len().min(from + LONGEST)]
+}
+
+/// Whether one of OP and PV is a copy of the other, in the same sample or one sample late.
+fn copied(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Option<(Mismatch, String)> {
+    let n = op.len();
+    if n < 8 || !(span(op) > 0.0 && span(pv) > 0.0) {
+        return None;
+    }
+    if let Some(line) = Line::of(op, pv).filter(Line::is_copy) {
+        let mismatch = match sp.map(|sp| (is_at(pv, sp), is_at(op, sp))) {
+            // The SP tells whose signal it is.
+            Some((true, false)) => Mismatch::OpIsPv,
+            Some((false, _)) if is_far(pv, sp?) => Mismatch::PvIsOp,
+            _ => Mismatch::SameSignal,
+        };
+        return Some((mismatch, format!("in every sample PV = {}", line.words("OP"))));
+    }
+    if let Some(line) = Line::of(&op[..n - 1], &pv[1..]).filter(Line::is_late_copy) {
+        let because = format!("in every sample PV = {}, one sample later", line.words("OP"));
+        return Some((Mismatch::PvIsOp, because));
+    }
+    // A P controller may answer to the sample before, so only plain copies count.
+    let line = Line::of(&pv[..n - 1], &op[1..]).filter(Line::is_copy)?;
+    Some((Mismatch::OpIsPv, format!("in every sample OP = {}, one sample later", line.words("PV"))))
+}
+
+/// A straight line through two signals, and how far they are from it.
+struct Line {
+    slope: f64,
+    at_zero: f64,
+    /// The largest distance from it, in standard deviations of the result.
+    apart: f64,
+    /// What rounding of both may put them apart, in the same.
+    rounding: f64,
+    steps: f64,
+    scale: f64,
+}
+
+impl Line {
+    fn of(x: &[f64], y: &[f64]) -> Option<Self> {
+        let (mx, my, sy) = (mean(x), mean(y), std(y));
+        let xx: f64 = x.iter().map(|v| (v - mx).powi(2)).sum();
+        let xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
+        let slope = xy / xx;
+        let off = |(x, y): (&f64, &f64)| (y - my - slope * (x - mx)).abs();
+        // Most pairs that are no copies are told by their first samples.
+        let apart = x.iter().zip(y).map(off).fold(0.0, f64::max) / sy;
+        let quantum = |x: &[f64]| levels(x).map_or(0.0, |levels| span(x) / (levels - 1.0).max(1.0));
+        let (qx, qy) = if apart < 0.5 { (quantum(x), quantum(y)) } else { (0.0, 0.0) };
+        (slope.is_finite() && apart.is_finite()).then(|| Self {
+            slope,
+            at_zero: my - slope * mx,
+            apart,
+            rounding: 0.51 * (qy + slope.abs() * qx) / sy,
+            steps: span(y) / (qy + slope.abs() * qx),
+            scale: sy,
+        })
+    }
+
+    /// A copy in the same sample: exact and through zero, or, but for rounding, in one of the usual ranges. Any other
+    /// line may be a P controller's.
+    fn is_copy(&self) -> bool {
+        let exact = self.apart <= EXACT;
+        let near = |a: f64, b: f64, by: f64| (a - b).abs() <= by;
+        let through_zero = self.slope > 0.0 && self.at_zero.abs() <= 10.0 * EXACT * self.scale;
+        let rounded = self.apart <= self.rounding && self.steps >= FEWEST_STEPS;
+        let plain = RANGES.iter().any(|(low, high)| {
+            let slope = (high - low) / 100.0;
+            near(self.slope, slope, 1e-3 * slope.abs())
+                && near(self.at_zero, *low, 1e-3 * 100.0 * slope.abs())
+        });
+        exact && through_zero || (exact || rounded) && plain
+    }
+
+    /// A copy one sample late: a process that answers without noise does not exist.
+    fn is_late_copy(&self) -> bool {
+        self.apart <= EXACT || self.is_copy()
+    }
+
+    fn words(&self, name: &str) -> String {
+        if (self.slope - 1.0).abs() < 1e-3 && self.at_zero.abs() <= 1e-3 * self.scale {
+            return name.to_owned();
+        }
+        format!("{:.4} + {:.4} {name}", self.at_zero, self.slope)
+    }
+}
+
+/// Distance from a set point, in standard deviations, and how often it is crossed.
+fn distance(x: &[f64], sp: &[f64]) -> (f64, usize) {
+    let off: Vec<f64> = x.iter().zip(sp).map(|(x, sp)| x - sp).collect();
+    let crossings = off.windows(2).filter(|w| (w[0] > 0.0) != (w[1] > 0.0)).count();
+    (mean(&off).abs() / std(&off), crossings)
+}
+
+fn is_at(x: &[f64], sp: &[f64]) -> bool {
+    let (distance, crossings) = distance(x, sp);
+    distance < 1.0 && crossings >= CROSSINGS
+}
+
+fn is_far(x: &[f64], sp: &[f64]) -> bool {
+    let (distance, crossings) = distance(x, sp);
+    distance > FAR && crossings == 0
+}
+
+/// Which column stays at the set point.
+fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
+    let off = |x: &[f64]| mean(x) - mean(sp);
+    if is_at(op, sp) && is_far(pv, sp) {
+        let because = format!(
+            "the column of the OP stays at the set point (mean distance {:.4}), that of the PV never meets it ({:.4})",
+            off(op),
+            off(pv)
+        );
+        return Some((Mismatch::Exchanged, because));
+    }
+    if is_at(pv, op) && is_far(pv, sp) && is_far(op, sp) {
+        let because = "the PV stays at the column of the OP, as at a set point, and never meets that of the SP";
+        return Some((Mismatch::SpAndOpExchanged, because.to_owned()));
+    }
+    let share = |x: &[f64]| {
+        x.windows(2).filter(|w| w[0] != w[1]).count() as f64 / (x.len() - 1).max(1) as f64
+    };
+    // A set point rests, a measurement does not.
+    let steps = share(pv);
+    if steps < 0.05 && share(sp) > 0.5 && share(op) > 0.5 && is_at(sp, pv) {
+        let because = format!(
+            "the column of the PV changes in {:.1} % of the samples and that of the SP in {:.0} %, about it",
+            100.0 * steps,
+            100.0 * share(sp)
+        );
+        return Some((Mismatch::SpAndPvExchanged, because));
+    }
+    None
+}
+
+/// The controller's law in both directions: of the samples in blocks of every length, and of averages.
+struct Laws {
+    op_after_pv: Vec<Option<Law>>,
+    pv_after_op: Vec<Option<Law>>,
+    /// The order, by what so many samples are averaged.
+    orders: Vec<f64>,
+    /// Whether both signals are recorded as they were: not held, rounded or interpolated for long.
+    alive: bool,
+}
+
+impl Laws {
+    fn of(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Self {
+        let sp = sp.filter(|sp| span(sp) > 0.0);
+        let (op_after_pv, pv_after_op) = both_ways(op, pv, sp, &LENGTHS);
+        let order = |scale: usize| {
+            if scale == 1 {
+                return order(&op_after_pv[..SHORT.len()], &pv_after_op[..SHORT.len()]);
+            }
+            let averaged = |x: &[f64]| -> Vec<f64> { x.chunks_exact(scale).map(mean).collect() };
+            let sp = sp.map(averaged);
+            let (there, back) = both_ways(&averaged(op), &averaged(pv), sp.as_deref(), &SHORT);
+            order(&there, &back)
+        };
+        let orders: Vec<f64> = SCALES.into_iter().filter_map(order).collect();
+        Self { op_after_pv, pv_after_op, orders, alive: is_alive(op) && is_alive(pv) }
+    }
+
+    fn best(&self, laws: &[Option<Law>]) -> Option<f64> {
+        laws.iter().flatten().map(|law| law.explained).reduce(f64::max)
+    }
+
+    /// In standard errors, above 0 if the OP follows the PV: what the scale says that says least against it.
+    fn order(&self) -> Option<f64> {
+        self.orders.iter().copied().reduce(f64::max)
+    }
+
+    fn mismatch(&self, op: &[f64], pv: &[f64]) -> Option<(Mismatch, String)> {
+        let middle = median(op);
+        let order = self.order();
+        if !(-BEYOND..=100.0 + BEYOND).contains(&middle)
+            && min(pv) >= 0.0
+            && max(pv) <= 100.0
+            && order.is_none_or(|order| order < REVERSED)
+        {
+            let because = format!(
+                "the column of the OP lies about {middle:.4}, where no output in percent is, and that of the PV \
+                 within 0 and 100"
+            );
+            return Some((Mismatch::Exchanged, because));
+        }
+        let explained = |laws| 100.0 * self.best(laws).unwrap_or(0.0);
+        if self.alive && self.orders.len() > 1 && order.is_some_and(|order| order <= -REVERSED) {
+            let because = format!(
+                "the PV follows the OP as a controller's output follows its error ({:.0} % explained), and not the OP \
+                 the PV",
+                explained(&self.pv_after_op)
+            );
+            return Some((Mismatch::Exchanged, because));
+        }
+        let mut all = self.op_after_pv.iter().chain(&self.pv_after_op).flatten();
+        let seen = self.op_after_pv.iter().flatten().any(|law| law.blocks > SPREAD);
+        (self.alive && seen && all.all(|law| law.explained < NOTHING)).then(|| {
+            let because = format!(
+                "a controller would answer to its PV, but no law of control explains more than {:.0} % of the OP from \
+                 the PV, or of the PV from the OP",
+                explained(&self.op_after_pv).max(explained(&self.pv_after_op)).max(1.0)
+            );
+            (Mismatch::Unrelated, because)
+        })
+    }
+}
+
+/// The laws of the OP after the PV and of the PV after the OP, of every length of blocks.
+fn both_ways(
+    op: &[f64],
+    pv: &[f64],
+    sp: Option<&[f64]>,
+    lengths: &[usize],
+) -> (Vec<Option<Law>>, Vec<Option<Law>>) {
+    let resting: Vec<bool> = rests(op).into_iter().zip(rests(pv)).map(|(a, b)| a || b).collect();
+    let direction = |y: &[f64], x: &[f64]| -> Vec<Option<Law>> {
+        let error: Option<Vec<f64>> = sp.map(|sp| x.iter().zip(sp).map(|(x, sp)| x - sp).collect());
+        let of = |length: &usize| {
+            // Blocks in which a signal rests at an end, and the law with it, do not count.
+            let counts = |from: usize| {
+                let part = from..from + length;
+                resting[part.clone()].iter().filter(|r| **r).count() * 5 < *length
+                    && span(&y[part.clone()]) > 0.0
+                    && span(&x[part]) > 0.0
+            };
+            let plain = Law::of(y, x, *length, &counts);
+            let with_sp = error.as_ref().and_then(|error| Law::of(y, error, *length, &counts));
+            match (plain, with_sp) {
+                (Some(a), Some(b)) => Some(if b.explained > a.explained { b } else { a }),
+                (a, b) => a.or(b),
+            }
+        };
+        lengths.iter().map(of).collect()
+    };
+    (direction(op, pv), direction(pv, op))
+}
+
+/// What laws that are clear say of the order; `None` if none is.
+fn order(op_after_pv: &[Option<Law>], pv_after_op: &[Option<Law>]) -> Option<f64> {
+    let clear = |law: &&Law| law.explained > EXPLAINS;
+    let says = |laws: &[Option<Law>]| -> f64 {
+        laws.iter().flatten().filter(clear).map(|law| law.integral.clamp(-MOST, MOST)).sum()
+    };
+    op_after_pv.iter().chain(pv_after_op).flatten().find(clear)?;
+    Some(says(op_after_pv) - says(pv_after_op))
+}
+
+/// Whether a signal changes, and not along straight lines, in one sample of four at least.
+fn is_alive(x: &[f64]) -> bool {
+    let flat = 1e-9 * span(x);
+    let dead = |w: &&[f64]| {
+        let (before, after) = (w[1] - w[0], w[2] - w[1]);
+        after == 0.0 || (after - before).abs() <= flat
+    };
+    4 * x.windows(3).filter(dead).count() < 3 * x.len()
+}
+
+/// Where a signal rests at its highest or lowest value; nowhere if it has so few values that it must.
+fn rests(x: &[f64]) -> Vec<bool> {
+    let mut out = vec![false; x.len()];
+    if levels(x).is_none_or(|levels| levels < 10.0) {
+        return out;
+    }
+    let (low, high) = (min(x), max(x));
+    for k in 1..x.len() {
+        out[k] = x[k] == x[k - 1] && (x[k] == low || x[k] == high);
+    }
+    out
+}

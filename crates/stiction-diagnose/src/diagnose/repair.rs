@@ -1,0 +1,279 @@
+//! Whether a repair changed a valve: what was seen before it against what was seen after.
+//!
+//! Two contrasts: the log-odds of the probability that it sticks, and ln S. Each is tested by
+//! [`difference_of_means`], two-sided, at half of [`SIGNIFICANT`], because there are two; with fewer than
+//! [`FEWEST`] observations on a side a contrast is not tested, for then chance alone could not be told
+//! from a repair. Windows that err alike make p-values too small: let the windows before and after be of
+//! days of like operation.
+
+use super::combining::log_odds;
+use super::history::{Observation, SIGNIFICANT, checked, combined_probability, p_value};
+use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO};
+use crate::error::{Result, finite};
+use crate::series::{cliffs_delta, difference_of_means, mean};
+
+/// Observations on each side below which nothing is told: with five, exchanging them at random gives as
+/// clear a difference in 2 of 252 cases; ours.
+pub const FEWEST: usize = 5;
+
+/// What a repair did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// It no longer sticks, or so little is left of S that it hardly matters.
+    Worked,
+    /// It sticks less, but it still sticks.
+    Helped,
+    /// No difference can be shown.
+    NoChange,
+    /// It sticks more.
+    Worse,
+    /// There are too few observations on a side.
+    CannotTell,
+}
+
+impl Outcome {
+    /// Its name, such as `no change`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Worked => "worked",
+            Self::Helped => "helped",
+            Self::NoChange => "no change",
+            Self::Worse => "worse",
+            Self::CannotTell => "cannot tell",
+        }
+    }
+}
+
+/// A quantity before and after.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contrast {
+    /// Observations before that have it.
+    pub before_count: usize,
+    /// Observations after that have it.
+    pub after_count: usize,
+    /// Its typical value before.
+    pub before: f64,
+    /// Its typical value after.
+    pub after: f64,
+    /// Probability of as large a difference by chance, two-sided.
+    pub p_value: f64,
+    /// Cliff's delta: from -1, all fell, to 1, all rose.
+    pub delta: f64,
+}
+
+impl Contrast {
+    /// Whether the difference is significant, being one of two that are tested.
+    pub fn is_significant(&self) -> bool {
+        self.p_value < SIGNIFICANT / 2.0
+    }
+}
+
+/// Before and after a repair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Repair {
+    /// When it was, s on the clock of the observations.
+    pub time: f64,
+    /// Observations before it.
+    pub before: usize,
+    /// Observations after it.
+    pub after: usize,
+    /// The probability that the valve sticks, by the mean log-odds of a side; `None` with too few.
+    pub probability: Option<Contrast>,
+    /// S in percent of span, by the geometric mean of a side; `None` with too few.
+    pub s: Option<Contrast>,
+    /// What it did.
+    pub outcome: Outcome,
+    /// The same, a sentence.
+    pub words: String,
+}
+
+/// Compares observations of one valve before and after a repair at `time`; those at that very time count
+/// as after.
+///
+/// # Errors
+/// If `time` is not finite, or as for [`combine`](super::combine).
+pub fn repair(observations: &[Observation], time: f64) -> Result<Repair> {
+    finite("the time of the repair", time)?;
+    let observations = checked(observations)?;
+    let (before, after) =
+        observations.split_at(observations.partition_point(|each| each.time < time));
+    let odds = |side: &[Observation]| -> Vec<f64> {
+        side.iter().filter_map(|o| o.probability.map(log_odds)).collect()
+    };
+    let logarithms = |side: &[Observation]| -> Vec<f64> {
+        side.iter().filter_map(|o| o.s.filter(|s| s.value > 0.0).map(|s| s.value.ln())).collect()
+    };
+    let probability = contrast(&odds(before), &odds(after), |l| 1.0 / (1.0 + (-l).exp()));
+    let s = contrast(&logarithms(before), &logarithms(after), f64::exp);
+    let still = combined_probability(after);
+    let outcome = outcome(probability, s, still);
+    let words = words(outcome, probability, s, before.len(), after.len());
+    Ok(Repair { time, before: before.len(), after: after.len(), probability, s, outcome, words })
+}
+
+fn contrast(before: &[f64], after: &[f64], back: fn(f64) -> f64) -> Option<Contrast> {
+    if before.len() < FEWEST || after.len() < FEWEST {
+        return None;
+    }
+    Some(Contrast {
+        before_count: before.len(),
+        after_count: after.len(),
+        before: back(mean(before)),
+        after: back(mean(after)),
+        p_value: difference_of_means(before, after)?,
+        delta: cliffs_delta(before, after),
+    })
+}
+
+/// S falling is not enough where the valve still sticks for sure, nor the probability where S stands still:
+/// but either may be all there is.
+fn outcome(probability: Option<Contrast>, s: Option<Contrast>, still: Option<f64>) -> Outcome {
+    let known: Vec<Contrast> = [probability, s].into_iter().flatten().collect();
+    if known.is_empty() {
+        return Outcome::CannotTell;
+    }
+    let moved =
+        |sign: f64| known.iter().any(|c| c.is_significant() && sign * (c.after - c.before) > 0.0);
+    match (moved(-1.0), moved(1.0)) {
+        (true, false) if still.is_some_and(|p| p >= ACCUSED_FROM) => Outcome::Helped,
+        // An S of half the old one with nothing known of sticking is help, no cure.
+        (true, false) if still.is_none_or(|p| p > CLEARED_UP_TO) && !s.is_some_and(cured) => {
+            Outcome::Helped
+        }
+        (true, false) => Outcome::Worked,
+        (false, true) => Outcome::Worse,
+        _ => Outcome::NoChange,
+    }
+}
+
+/// Whether so little of S is left that it hardly matters: less than a quarter, or less than 1 % of span.
+fn cured(s: Contrast) -> bool {
+    s.is_significant() && s.after < s.before && (s.after < 0.25 * s.before || s.after < 1.0)
+}
+
+fn words(
+    outcome: Outcome,
+    probability: Option<Contrast>,
+    s: Option<Contrast>,
+    before: usize,
+    after: usize,
+) -> String {
+    if outcome == Outcome::CannotTell {
+        return format!(
+            "Whether the repair worked cannot be told: {before} windows before it and {after} after, and \
+             at least {FEWEST} on each side that have a probability or an S are needed."
+        );
+    }
+    let say = |what: &str, c: Contrast, factor: f64, digits: usize| {
+        let verb = match c.after.total_cmp(&c.before) {
+            _ if !c.is_significant() => "went",
+            std::cmp::Ordering::Less => "fell",
+            _ => "rose",
+        };
+        format!(
+            "{what} {verb} from {:.digits$} to {:.digits$} % ({})",
+            factor * c.before,
+            factor * c.after,
+            p_value(c.p_value)
+        )
+    };
+    let parts: Vec<String> = [
+        s.map(|c| say("S", c, 1.0, 1)),
+        probability.map(|c| say("the probability that it sticks", c, 100.0, 0)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let end = match outcome {
+        Outcome::Worked => "the repair worked",
+        Outcome::Helped => "the repair helped, but is not shown to have cured the valve",
+        Outcome::Worse => "the valve sticks more than before",
+        _ => "no effect of the repair can be shown",
+    };
+    let text = format!("{}; {end}.", parts.join(", "));
+    let mut chars = text.chars();
+    chars.next().map_or(String::new(), |c| c.to_uppercase().chain(chars).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{Estimate, VerdictClass};
+
+    fn seen(time: f64, p: f64, s: Option<f64>) -> Observation {
+        Observation {
+            time,
+            class: VerdictClass::CannotTell,
+            probability: Some(p),
+            s: s.map(|value| Estimate { value, low: 0.9 * value, high: 1.1 * value }),
+            j: None,
+            weight: 1.0,
+            windows: 1.0,
+        }
+    }
+
+    fn series(before: &[(f64, f64)], after: &[(f64, f64)]) -> Vec<Observation> {
+        let all = before.iter().chain(after).enumerate();
+        all.map(|(k, (p, s))| seen(k as f64, *p, Some(*s))).collect()
+    }
+
+    const BAD: [(f64, f64); 5] = [(0.9, 4.0), (0.95, 4.2), (0.85, 4.1), (0.92, 3.9), (0.9, 4.3)];
+    const GOOD: [(f64, f64); 5] = [(0.1, 0.6), (0.05, 0.5), (0.2, 0.7), (0.1, 0.6), (0.15, 0.65)];
+
+    #[test]
+    fn a_repair_that_works_is_told_with_the_exact_p_value() {
+        let found = repair(&series(&BAD, &GOOD), 5.0).unwrap();
+        assert_eq!((found.before, found.after, found.outcome), (5, 5, Outcome::Worked));
+        let s = found.s.unwrap();
+        assert_eq!((s.p_value, s.delta), (2.0 / 252.0, -1.0));
+        // The geometric mean.
+        let product: f64 = BAD.iter().map(|(_, s)| s).product();
+        assert!((s.before - product.powf(0.2)).abs() < 1e-12);
+        assert!(found.words.starts_with("S fell from 4.1 to 0.6 % (p = 0.008), the probability"));
+        assert!(found.words.ends_with("the repair worked."), "{}", found.words);
+    }
+
+    #[test]
+    fn time_reversed_it_is_worse_and_alike_it_is_nothing() {
+        let worse = repair(&series(&GOOD, &BAD), 5.0).unwrap();
+        assert_eq!(worse.outcome, Outcome::Worse);
+        assert!(worse.words.contains("S rose from 0.6 to 4.1 %"), "{}", worse.words);
+        let alike = repair(&series(&BAD, &BAD), 5.0).unwrap();
+        assert_eq!(alike.outcome, Outcome::NoChange);
+        assert_eq!(alike.s.unwrap().p_value, 1.0);
+    }
+
+    #[test]
+    fn a_smaller_s_of_a_valve_that_still_sticks_is_help() {
+        let half: Vec<(f64, f64)> = BAD.iter().map(|(p, s)| (*p, s / 2.0)).collect();
+        let found = repair(&series(&BAD, &half), 5.0).unwrap();
+        assert_eq!(found.outcome, Outcome::Helped, "{}", found.words);
+    }
+
+    #[test]
+    fn too_few_cannot_tell() {
+        let all = series(&BAD, &GOOD);
+        for at in [4.0, 6.0, -1.0, 99.0] {
+            let found = repair(&all, at).unwrap();
+            assert_eq!(found.outcome, Outcome::CannotTell, "{at}");
+            assert!(found.words.contains("cannot be told"), "{}", found.words);
+            assert_eq!(found.before + found.after, 10);
+        }
+        assert!(repair(&all, f64::NAN).is_err());
+        // Without any S after, the probability alone speaks.
+        let cured: Vec<Observation> = all
+            .iter()
+            .map(|o| if o.time < 5.0 { *o } else { Observation { s: None, ..*o } })
+            .collect();
+        let found = repair(&cured, 5.0).unwrap();
+        assert_eq!((found.outcome, found.s), (Outcome::Worked, None));
+    }
+
+    #[test]
+    fn order_does_not_matter() {
+        let mut all = series(&BAD, &GOOD);
+        let found = repair(&all, 5.0).unwrap();
+        all.reverse();
+        assert_eq!(found, repair(&all, 5.0).unwrap());
+    }
+}

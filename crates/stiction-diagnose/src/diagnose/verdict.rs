@@ -1,0 +1,435 @@
+//! The verdict on a valve.
+
+use super::belonging::Belonging;
+use super::by_evidence::by_evidence;
+use super::reasons::{alternatives, percent, sayings};
+use super::weighing::Weighing;
+use crate::detect::Counts;
+use crate::detect::{Decides, Decision, Family, Finding};
+use crate::error::{Error, Result};
+use crate::fusion::{Cause, Estimate};
+use crate::recording::fitness::{Class, Fitness};
+
+/// What is concluded about a valve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum VerdictClass {
+    /// It sticks.
+    Sticks,
+    /// It does not stick.
+    DoesNotStick,
+    /// The output travels and the flow does not: the valve is stuck fast, shut off or unpowered, or the
+    /// sensor is dead.
+    DoesNotRespond,
+    /// The data cannot answer, or the evidence is divided.
+    CannotTell,
+}
+
+impl VerdictClass {
+    /// All of them.
+    pub const ALL: [Self; 4] =
+        [Self::Sticks, Self::DoesNotStick, Self::DoesNotRespond, Self::CannotTell];
+
+    /// The class of that name, in which hyphens may stand for blanks, as in `does-not-stick`.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn by_name(name: &str) -> Result<Self> {
+        let spoken = name.trim().replace(['-', '_'], " ").to_lowercase();
+        Self::ALL.into_iter().find(|class| class.name() == spoken).ok_or_else(|| {
+            let known: Vec<&str> = Self::ALL.iter().map(|class| class.name()).collect();
+            Error::UnknownName { family: "verdict", name: name.to_owned(), known: known.join(", ") }
+        })
+    }
+
+    /// Its name, as in `does not stick`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sticks => "sticks",
+            Self::DoesNotStick => "does not stick",
+            Self::DoesNotRespond => "does not respond",
+            Self::CannotTell => "cannot tell",
+        }
+    }
+}
+
+/// What a verdict rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Basis {
+    /// The measured valve position.
+    ValvePosition,
+    /// The evidence in OP and PV, weighed by the model that was trained on simulated loops.
+    Evidence,
+    /// The shape of the OP alone: it can be compatible with stiction, but never prove it.
+    OpAlone,
+    /// The majority of the families of published methods that apply.
+    Majority,
+    /// Nothing: the data cannot answer.
+    None,
+}
+
+impl Basis {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ValvePosition => "measured valve position",
+            Self::Evidence => "evidence in OP and PV",
+            Self::OpAlone => "shape of the OP alone",
+            Self::Majority => "majority of the families of methods that apply",
+            Self::None => "none",
+        }
+    }
+}
+
+/// How the families of methods voted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Votes {
+    /// Families that say the valve sticks.
+    pub sticks: usize,
+    /// Families that say it does not.
+    pub does_not_stick: usize,
+    /// Families that apply and are undecided, or divided.
+    pub undecided: usize,
+    /// Families all of whose methods abstain.
+    pub abstains: usize,
+}
+
+impl Votes {
+    /// Counts one vote for each [`Family`]: what most of its methods that decide on stiction say.
+    /// Methods that test for linearity only have no say.
+    pub fn of(findings: &[Finding]) -> Self {
+        let mut votes = Self::default();
+        for (_, decision) in Self::by_family(findings) {
+            match decision {
+                Decision::Sticks => votes.sticks += 1,
+                Decision::DoesNotStick => votes.does_not_stick += 1,
+                Decision::Abstains => votes.abstains += 1,
+                _ => votes.undecided += 1,
+            }
+        }
+        votes
+    }
+
+    /// What each family says that has a method deciding on stiction, in the order of [`Family::ALL`].
+    pub fn by_family(findings: &[Finding]) -> Vec<(Family, Decision)> {
+        let voice = |family: Family| {
+            let mut counts = Counts::default();
+            findings
+                .iter()
+                .filter(|f| f.method.family == family && f.method.decides == Decides::Stiction)
+                .for_each(|f| counts.add(f.decision));
+            (counts.all() > 0).then(|| (family, counts.majority()))
+        };
+        Family::ALL.into_iter().filter_map(voice).collect()
+    }
+}
+
+/// What is concluded, on what, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The conclusion.
+    pub class: VerdictClass,
+    /// What it rests on.
+    pub basis: Basis,
+    /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
+    pub probability: Option<f64>,
+    /// What this very recording would have shown: an S above this is ruled out with this confidence. Told where
+    /// the valve is cleared, and where nothing is decided; `None` where the valve is at fault, where S is a number with
+    /// an interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the training,
+    /// lines that contradict each other, a veto), or where no such number is known.
+    pub s_below: Option<Limit>,
+    /// How the families of published methods voted.
+    pub votes: Votes,
+    /// Why, in sentences.
+    pub reasons: Vec<String>,
+    /// Evidence that speaks against the conclusion, in sentences.
+    pub contradictions: Vec<String>,
+    /// What else it could be, the likeliest first.
+    pub alternatives: Vec<Alternative>,
+    /// The manual test that would settle it, if one can be sized.
+    pub confirm: Option<ConfirmingTest>,
+}
+
+/// An upper limit of S.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limit {
+    /// Stick band plus dead band, percent of span.
+    pub value: f64,
+    /// Of valves that stick by more, the share that would have been seen.
+    pub confidence: f64,
+}
+
+/// A cause other than the concluded one, and how likely it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alternative {
+    /// The cause.
+    pub cause: Cause,
+    /// Its probability; together with that of sticking they add up to one.
+    pub likelihood: f64,
+    /// What the data show of it, and how to tell it apart: a sentence.
+    pub because: String,
+}
+
+/// A test with the controller in manual that settles whether the valve sticks, sized from the data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConfirmingTest {
+    /// Size of each step of the OP, percent of span.
+    pub step: f64,
+    /// How many steps in one direction before they turn.
+    pub steps: usize,
+    /// Whether the first steps go up.
+    pub up_first: bool,
+    /// How long to wait after each step, s.
+    pub wait_s: f64,
+    /// By how much the PV should change with one step if the valve follows, in its units, where the data tell.
+    pub pv_change: Option<f64>,
+    /// What to do and what to look for, in sentences, in order.
+    pub instructions: Vec<String>,
+}
+
+/// How much a valve sticks.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Stiction {
+    /// What it was found with: the valve model, or the measured position.
+    pub model: Option<String>,
+    /// Stick band plus dead band, percent of span.
+    pub s: Option<Estimate>,
+    /// Slip jump, percent of span.
+    pub j: Option<Estimate>,
+    /// The nominal coverage of the intervals, such as 0.9; `None` where they are not of that kind.
+    pub coverage: Option<f64>,
+    /// Why a number is missing.
+    pub why_not: Option<String>,
+    /// The competing definitions of "stiction in percent", side by side.
+    pub definitions: Vec<Definition>,
+}
+
+/// One of the numbers that are called "stiction in percent".
+#[derive(Debug, Clone, PartialEq)]
+pub struct Definition {
+    /// Its name, such as `apparent stiction`.
+    pub name: &'static str,
+    /// Its value; `None` where it cannot be measured.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is, and by whom.
+    pub meaning: &'static str,
+}
+
+/// How many families must decide, at least, before a majority counts.
+pub const FEWEST_VOTES: usize = 3;
+
+/// Measures of fitness whose caveats are reasons for the very patterns that methods take for stiction: a
+/// signal that rests while the other moves, a wave with corners.
+pub const MIMICS: [&str; 6] = [
+    "compression factor",
+    "PV levels",
+    "longest frozen PV",
+    "OP at a limit",
+    "clipped PV",
+    "PV explained by the set point",
+];
+
+/// The probability of a fault from which a valve is accused.
+pub const ACCUSED_FROM: f64 = 0.9;
+/// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be accused: in
+/// a single loop it looks much like the dead band of a valve, and a mechanic who was sent to a healthy valve
+/// does not come twice.
+pub const DEAD_ZONE_BELOW: f64 = 0.03;
+/// S up to this many percent is no fault: healthy valves of the [population](crate::population) have dead bands as
+/// wide.
+pub const HARMLESS: f64 = 0.25;
+/// The probability up to which a valve is cleared.
+pub const CLEARED_UP_TO: f64 = 0.2;
+
+/// Measures of fitness on which a loop of the population may fail too. If data are unfit for no other
+/// reason, what their evidence says has a meaning, but it cannot tell whether the valve sticks.
+pub const SIMULATED: [&str; 3] = ["cycles", "samples per cycle", "OP at a limit"];
+
+/// The verdict.
+///
+/// 0. Columns that do not belong together end the judgement, and a PV that does not respond is named
+///    before fitness can end it: [`Belonging`].
+/// 1. Data that are unfit give `cannot tell`; unless they are unfit by no more than [`SIMULATED`] and the valve
+///    does not respond, which needs no cycle to be seen.
+/// 2. A recorded valve position is followed where it can be judged: [`by_position`](super::by_position), in place
+///    of all that follows here.
+/// 3. Without a PV nothing is concluded: the shape of the OP alone can be compatible with stiction, or
+///    not, and that is all that is said of it.
+/// 4. Else the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides:
+///    [`by_evidence`].
+/// 5. Where nothing could be weighed, the published methods vote: [`preliminary`].
+///
+/// What the published methods say stays beside it and is counted in [`Votes`].
+pub(super) fn conclude(
+    fitness: &Fitness,
+    oscillates: bool,
+    findings: &[Finding],
+    weighing: Option<&Weighing>,
+    op_only: bool,
+    belongs: &Belonging<'_>,
+) -> Verdict {
+    let preliminary = preliminary(fitness, oscillates, findings);
+    if let Some(verdict) = belongs.verdict(weighing, fitness, &preliminary) {
+        return verdict;
+    }
+    let Some(weighing) = weighing else { return preliminary };
+    if fitness.class == Class::Unfit {
+        let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+        if !unfit.all(|m| SIMULATED.contains(&m.name)) {
+            return preliminary;
+        }
+        let probability = Some(weighing.probability);
+        let idle = weighing.probability >= ACCUSED_FROM
+            && weighing.mismatch <= 1.0
+            && weighing.likelihood(Cause::NoResponse) > weighing.likelihood(Cause::StickingValve);
+        if op_only || !idle {
+            return Verdict { probability, ..preliminary };
+        }
+        // A valve that does not respond makes no cycles, and winds its controller up.
+        let mut reasons: Vec<String> =
+            sayings(weighing).into_iter().map(|saying| saying.sentence).collect();
+        reasons.extend(preliminary.reasons.into_iter().skip(1));
+        return Verdict {
+            class: VerdictClass::DoesNotRespond,
+            basis: Basis::Evidence,
+            probability,
+            reasons,
+            alternatives: alternatives(weighing, Some(Cause::NoResponse)),
+            ..preliminary
+        };
+    }
+    let probability = weighing.probability;
+    if op_only {
+        let sayings = sayings(weighing);
+        let pattern = match probability {
+            p if p >= ACCUSED_FROM => "is compatible with stiction",
+            p if p <= CLEARED_UP_TO => "is not that of a sticking valve",
+            _ => "leaves it open whether the valve sticks",
+        };
+        let mut reasons: Vec<String> = sayings.into_iter().map(|saying| saying.sentence).collect();
+        reasons.push(format!(
+            "the pattern of the OP {pattern} ({}); without the PV nothing more can be said",
+            percent(probability)
+        ));
+        return Verdict {
+            class: VerdictClass::CannotTell,
+            basis: Basis::OpAlone,
+            probability: Some(probability),
+            reasons,
+            alternatives: alternatives(weighing, Some(Cause::StickingValve)),
+            ..preliminary
+        };
+    }
+    by_evidence(weighing, preliminary)
+}
+
+/// The verdict of the majority of the published methods.
+///
+/// The rule, which is ours and has not been fitted to anything:
+///
+/// 1. data that are unfit give `cannot tell`;
+/// 2. each [`Family`] of methods has one vote, that of most of its methods which decide: five
+///    tests of the same windows are not five witnesses. With at least [`FEWEST_VOTES`] families that
+///    decide, and more than half of them agreeing, they win; anything else is `cannot tell`;
+/// 3. but no valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is
+///    `cannot tell`; and none is cleared by a loop that does not cycle, where sticking need not show.
+///
+/// Methods that tell the cause of an oscillation abstain where none was found (see
+/// [`detect::judge`](crate::detect::judge)). The votes are not independent, so their share is no
+/// probability.
+pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) -> Verdict {
+    let votes = Votes::of(findings);
+    let cannot_tell = |reasons: Vec<String>| Verdict {
+        class: VerdictClass::CannotTell,
+        basis: Basis::None,
+        probability: None,
+        s_below: None,
+        votes,
+        reasons,
+        contradictions: vec![],
+        alternatives: vec![],
+        confirm: None,
+    };
+    if fitness.class == Class::Unfit {
+        let mut reasons = vec!["the data cannot answer".to_owned()];
+        let unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+        reasons.extend(unfit.map(|m| m.reason.clone()));
+        return cannot_tell(reasons);
+    }
+    let decided = votes.sticks + votes.does_not_stick;
+    let tally = match decided {
+        0 => format!(
+            "no method decides: {} families are undecided, {} abstain",
+            votes.undecided, votes.abstains
+        ),
+        _ => format!(
+            "{} of the {decided} families of methods that decide say it sticks; {} undecided, {} \
+             abstaining",
+            votes.sticks, votes.undecided, votes.abstains
+        ),
+    };
+    if decided < FEWEST_VOTES {
+        return cannot_tell(vec![
+            tally,
+            format!("fewer than {FEWEST_VOTES} families decide, too few for a majority"),
+        ]);
+    }
+    let class = match (2 * votes.sticks).cmp(&decided) {
+        std::cmp::Ordering::Greater => VerdictClass::Sticks,
+        std::cmp::Ordering::Less => VerdictClass::DoesNotStick,
+        std::cmp::Ordering::Equal => {
+            return cannot_tell(vec![tally, "the families are evenly divided".to_owned()]);
+        }
+    };
+    let mimics: Vec<&str> = fitness
+        .measures
+        .iter()
+        .filter(|m| m.class != Class::Fit && MIMICS.contains(&m.name))
+        .map(|m| m.reason.as_str())
+        .collect();
+    if class == VerdictClass::Sticks && !mimics.is_empty() {
+        return cannot_tell(vec![
+            tally,
+            format!("but data like these make healthy loops look sticky: {}", mimics.join("; ")),
+        ]);
+    }
+    if class == VerdictClass::DoesNotStick && !oscillates {
+        return cannot_tell(vec![
+            tally,
+            "but the loop does not cycle, and a valve that sticks need not show it then".to_owned(),
+        ]);
+    }
+    let mut reasons = vec![tally];
+    for (family, _) in
+        Votes::by_family(findings).iter().filter(|(_, said)| class_of(*said) == Some(class))
+    {
+        let agree = findings.iter().filter(|f| {
+            f.method.family == *family
+                && f.method.decides == Decides::Stiction
+                && class_of(f.decision) == Some(class)
+        });
+        let methods: Vec<String> =
+            agree.map(|f| format!("{}: {}", f.method.title, f.reason)).collect();
+        reasons.push(format!("{}: {}", family.name(), methods.join("; ")));
+    }
+    Verdict {
+        class,
+        basis: Basis::Majority,
+        probability: None,
+        s_below: None,
+        votes,
+        reasons,
+        contradictions: vec![],
+        alternatives: vec![],
+        confirm: None,
+    }
+}
+
+fn class_of(decision: Decision) -> Option<VerdictClass> {
+    match decision {
+        Decision::Sticks => Some(VerdictClass::Sticks),
+        Decision::DoesNotStick => Some(VerdictClass::DoesNotStick),
+        _ => None,
+    }
+}

@@ -1,0 +1,267 @@
+//! The evidence of a stretch, window by window, weighed by the frozen model.
+//!
+//! A long stretch is looked at in [`windows`]. What they say is put together by the one rule of
+//! [`combining`]. S is that of the windows in which it is known and which speak for sticking: the median of its
+//! logarithm, and so are the ends of its interval: windows of one valve share what is wrong with the model, so more
+//! of them do not make the interval narrower, and a few bad ones do not move it.
+
+use super::combining::{self, effective_number, typical};
+use super::diagnosis::Window;
+use crate::detect::Abstention;
+use crate::evidence::{Evidence, Line, features, windows};
+use crate::fusion::{self, Cause, Estimate, Weighed};
+use crate::parallel::*;
+use crate::recording::Stretch;
+use crate::series::median;
+
+/// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
+/// on average.
+pub const WIDEST: f64 = 0.35;
+/// J is known if its interval is at most this wide, in S.
+pub const WIDEST_J: f64 = 0.5;
+
+/// What the windows of a stretch come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weighing {
+    /// The windows, in order of time.
+    pub windows: Vec<Window>,
+    /// The evidence of each window.
+    pub evidence: Vec<Evidence>,
+    /// How much each window counts, see `combining::weights`.
+    pub weights: Vec<f64>,
+    /// The effective number of windows: of their weights, and of how much of them is no overlap.
+    pub number: f64,
+    /// The probability that the valve is at fault: that it sticks or does not respond.
+    pub probability: f64,
+    /// What each line of evidence says by itself: the probability that it gives.
+    pub lines: Vec<(Line, f64)>,
+    /// The probability of every cause; they add up to one.
+    pub causes: Vec<(Cause, f64)>,
+    /// S if the valve sticks, percent of span, with its 90 % interval, however wide.
+    pub s: Estimate,
+    /// J over S if the valve sticks, with its 90 % interval, however wide.
+    pub j_over_s: Estimate,
+    /// Had the valve stuck by more, percent of span, the windows would have shown it; `None` where nothing
+    /// could have been seen.
+    pub limit: Option<f64>,
+    /// Standard errors by which a valve that sticks predicts the PV better than one that follows, of all windows
+    /// together: the sum over them by the root of their number; 0 where nothing can be predicted.
+    pub z: f64,
+    /// Range of the OP in its widest window, percent of span.
+    pub op_range: f64,
+    /// How far the windows are from the loops of training, the median: above 1 they are unlike all of them.
+    pub distance: f64,
+    /// Whether OP and PV look like those of one loop, the median over the windows: above 1 they do not.
+    pub mismatch: f64,
+    /// What lies farthest outside of the loops of training, in words.
+    pub strangest: Vec<String>,
+}
+
+impl Weighing {
+    /// Weighs a stretch in its [`windows`]; without a PV, by the shape of its OP alone.
+    ///
+    /// # Errors
+    /// As [`of_windows`](Self::of_windows).
+    pub fn of(stretch: &Stretch) -> Result<Self, Abstention> {
+        Self::of_windows(&windows(stretch))
+    }
+
+    /// Weighs windows of one loop, in order of time.
+    ///
+    /// # Errors
+    /// If nothing can be measured in any window, or the frozen model does not fit the evidence.
+    pub fn of_windows(windows: &[Stretch]) -> Result<Self, Abstention> {
+        let bundle = fusion::shipped().map_err(|error| Abstention(error.to_string()))?;
+        let weigh = |part: &Stretch| -> Result<(Window, Evidence, Weighed), Abstention> {
+            let evidence = Evidence::of(part)?;
+            let says = bundle
+                .weigh(&evidence.values, evidence.op_span, part.pv.is_none())
+                .map_err(|error| Abstention(error.to_string()))?;
+            let window = Window {
+                from: part.from,
+                duration: part.duration(),
+                probability: says.probability,
+                s: quantified(says.s),
+                j: jump(says.s, says.j_over_s),
+                limit: says.limit,
+            };
+            Ok((window, evidence, says))
+        };
+        let all: Vec<Result<_, Abstention>> = windows.par_iter().map(weigh).collect();
+        let (mut weighed, mut why) = (vec![], None);
+        for each in all {
+            match each {
+                Ok(each) => weighed.push(each),
+                Err(abstention) => why = why.or(Some(abstention)),
+            }
+        }
+        if weighed.is_empty() {
+            return Err(why.unwrap_or(Abstention("there is nothing to weigh".to_owned())));
+        }
+        let spans: Vec<f64> = weighed.iter().map(|(_, evidence, _)| evidence.op_span).collect();
+        let weights = combining::weights(&spans);
+        let number = effective_number(&weights) * distinct(windows);
+        let says: Vec<&Weighed> = weighed.iter().map(|(.., says)| says).collect();
+        let together = |of: &dyn Fn(&Weighed) -> f64| {
+            let each: Vec<(f64, f64)> =
+                says.iter().zip(&weights).map(|(says, weight)| (of(says), *weight)).collect();
+            combining::of_windows(&each, number).unwrap_or(0.5)
+        };
+        let probability = together(&|says| says.probability);
+        let mut lines: Vec<(Line, f64)> = (0..says[0].lines.len())
+            .map(|k| (says[0].lines[k].0, together(&|says| says.lines[k].1)))
+            .collect();
+        // Valve models that gain nothing do not speak for sticking, whatever else of them looks like it.
+        let gains = weighed.iter().any(|(_, evidence, _)| evidence.finds_gain());
+        let models = lines.iter_mut().filter(|(line, _)| *line == Line::Model && !gains);
+        models.for_each(|(_, probability)| *probability = probability.min(0.5));
+        // Of every window the shares among faults, and among the rest.
+        let share = |cause: Cause| {
+            let of = |says: &&Weighed| {
+                let whole =
+                    if cause.is_fault() { says.probability } else { 1.0 - says.probability };
+                if whole > 0.0 { says.of(cause) / whole } else { 0.0 }
+            };
+            let total: f64 = weights.iter().sum();
+            let mean = says.iter().zip(&weights).map(|(says, w)| w * of(says)).sum::<f64>() / total;
+            mean * if cause.is_fault() { probability } else { 1.0 - probability }
+        };
+        let causes = Cause::ALL.map(|cause| (cause, share(cause))).to_vec();
+        // Where some windows that speak for sticking quantify S, the others do not blur it.
+        let sure = |says: &&&Weighed| says.probability >= 0.5;
+        let known = |says: &&&Weighed| quantified(says.s).is_some();
+        let both: Vec<&Weighed> =
+            says.iter().filter(|says| sure(says) && known(says)).copied().collect();
+        let of_known: Vec<&Weighed> = says.iter().filter(known).copied().collect();
+        let counted =
+            [both, of_known].into_iter().find(|some| !some.is_empty()).unwrap_or(says.clone());
+        let of_s = |of: fn(&Estimate) -> f64| typical(counted.iter().map(|says| of(&says.s)));
+        let of_j = |of: fn(&Estimate) -> f64| {
+            median(&counted.iter().map(|says| of(&says.j_over_s)).collect::<Vec<_>>())
+        };
+        let s = Estimate { value: of_s(|e| e.value), low: of_s(|e| e.low), high: of_s(|e| e.high) };
+        let j_over_s =
+            Estimate { value: of_j(|e| e.value), low: of_j(|e| e.low), high: of_j(|e| e.high) };
+        let limits: Vec<Option<f64>> = says.iter().map(|says| says.limit).collect();
+        let told: Vec<_> = weighed.iter().filter_map(|(_, e, _)| e.information.as_ref()).collect();
+        let z = told.iter().map(|of| of.z()).sum::<f64>() / (told.len().max(1) as f64).sqrt();
+        let op_range = told.iter().map(|of| of.op_range).fold(0.0, f64::max);
+        let distance = median(&says.iter().map(|says| says.distance).collect::<Vec<_>>());
+        let mismatch = median(&says.iter().map(|says| says.mismatch).collect::<Vec<_>>());
+        let (windows, evidence): (Vec<Window>, Vec<Evidence>) =
+            weighed.into_iter().map(|(window, evidence, _)| (window, evidence)).unzip();
+        let mut weighing = Self {
+            windows,
+            evidence,
+            weights,
+            number,
+            probability,
+            lines,
+            causes,
+            s,
+            j_over_s,
+            limit: combining::combined_limit(&limits),
+            z,
+            op_range,
+            distance,
+            mismatch,
+            strangest: vec![],
+        };
+        weighing.strangest = strangest(bundle, weighing.typical());
+        Ok(weighing)
+    }
+
+    /// The probability of a cause.
+    pub fn likelihood(&self, cause: Cause) -> f64 {
+        self.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |(_, share)| *share)
+    }
+
+    /// The window that says most of what all of them say: the one whose probability is the median's, by weight.
+    pub fn typical(&self) -> &Evidence {
+        let mut order: Vec<usize> = (0..self.windows.len()).collect();
+        order.sort_by(|a, b| self.windows[*a].probability.total_cmp(&self.windows[*b].probability));
+        let half = self.weights.iter().sum::<f64>() / 2.0;
+        let mut gone = 0.0;
+        let middle = order.iter().find(|k| {
+            gone += self.weights[**k];
+            gone > half
+        });
+        &self.evidence[*middle.unwrap_or(&0)]
+    }
+}
+
+/// Features that are named, at most, of a recording that is unlike those of training.
+const NAMED: usize = 3;
+
+/// What lies farthest outside of the loops of training.
+fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
+    let Some(reference) = &bundle.full.reference else { return vec![] };
+    let meaning = |feature: usize| features().nth(feature).map_or("", |feature| feature.meaning);
+    let words = |unlike: fusion::Unlike| {
+        let fusion::Unlike { feature, value, range: (low, high), .. } = unlike;
+        let meaning = meaning(feature);
+        format!(
+            "{meaning}: {value:.2}, where 99 % of the loops of training have {low:.2} to {high:.2}"
+        )
+    };
+    reference.unlike(&evidence.values).into_iter().take(NAMED).map(words).collect()
+}
+
+/// Share of the samples of windows that no other has, were they spread evenly: 1 if none overlap.
+fn distinct(windows: &[Stretch]) -> f64 {
+    let [first, .., last] = windows else { return 1.0 };
+    let covered = last.from - first.from + last.duration();
+    let sum: f64 = windows.iter().map(Stretch::duration).sum();
+    if sum > 0.0 { (covered / sum).min(1.0) } else { 1.0 }
+}
+
+/// An S that is a number.
+pub(super) fn quantified(s: Estimate) -> Option<Estimate> {
+    (s.high - s.low <= 2.0 * WIDEST * s.value).then_some(s)
+}
+
+/// A J that is a number, percent of span.
+pub(super) fn jump(s: Estimate, j_over_s: Estimate) -> Option<Estimate> {
+    quantified(s)?;
+    let known = j_over_s.high - j_over_s.low <= WIDEST_J;
+    known.then_some(Estimate {
+        value: j_over_s.value * s.value,
+        low: j_over_s.low * s.low,
+        high: j_over_s.high * s.high,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_that_overlap_are_fewer() {
+        let window = |from: usize| Stretch {
+            from: from as f64,
+            sample_time: 1.0,
+            op: vec![0.0; 100],
+            pv: None,
+            sp: None,
+            vp: None,
+            bridged: 0,
+        };
+        assert_eq!(distinct(&[window(0)]), 1.0);
+        assert_eq!(distinct(&[window(0), window(100), window(200)]), 1.0);
+        assert_eq!(distinct(&[window(0), window(50)]), 0.75);
+        // Gaps make no more of them.
+        assert_eq!(distinct(&[window(0), window(1_000)]), 1.0);
+        assert_eq!(distinct(&[]), 1.0);
+    }
+
+    #[test]
+    fn only_narrow_intervals_are_numbers() {
+        let of = |low, high| Estimate { value: 4.0, low, high };
+        assert!(quantified(of(3.0, 5.7)).is_some() && quantified(of(3.0, 5.9)).is_none());
+        let j_over_s = Estimate { value: 0.5, low: 0.3, high: 0.7 };
+        let j = jump(of(3.5, 4.5), j_over_s).unwrap();
+        assert!((j.value - 2.0).abs() < 1e-12 && (j.low - 1.05).abs() < 1e-12);
+        assert_eq!(jump(of(1.0, 9.0), j_over_s), None);
+        assert_eq!(jump(of(3.5, 4.5), Estimate { low: 0.1, ..j_over_s }), None);
+    }
+}

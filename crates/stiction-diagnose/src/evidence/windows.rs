@@ -1,0 +1,126 @@
+//! The windows in which a long stretch is looked at.
+//!
+//! A long stretch is not one experiment: sticking comes and goes, loads drift, days follow nights. What is slow
+//! would hide what the valve does, because it dominates the spectrum of the whole, so that the valve is looked for
+//! in the wrong place. It is looked at in windows that hold many cycles of the loop, and no more.
+//!
+//! A window has [`WINDOW_SAMPLES`], or, where the loop cycles slowly, [`WINDOW_CYCLES`] cycles. Whether it does is
+//! asked of windows of growing length: cycles are those of the loop if windows hold [`FEWEST_CYCLES`] or more
+//! of them. Drift has no period of its own: a longer window then shows a longer one. Nor is a day a cycle of the
+//! loop, hence [`SLOWEST_S`].
+
+use super::recorded_period;
+use crate::parallel::*;
+use crate::recording::Stretch;
+use crate::series::median;
+
+/// Windows that are looked at, at most: all of a week at 5 s.
+const MOST_WINDOWS: usize = 60;
+/// Samples of a window, unless its cycles are long.
+pub const WINDOW_SAMPLES: usize = 4_000;
+/// Cycles of a window, if they are long.
+pub const WINDOW_CYCLES: f64 = 25.0;
+/// Cycles that a window must hold for its period to be that of the loop.
+pub const FEWEST_CYCLES: f64 = 12.0;
+/// The longest period that is taken for a cycle of the loop where it takes longer windows, s.
+pub const SLOWEST_S: f64 = 4.0 * 3600.0;
+/// By how much longer windows are tried.
+const LONGER: usize = 4;
+/// Windows whose period is asked.
+const ASKED: usize = 5;
+
+/// The windows of a stretch: itself if it is short, else evenly spread ones, in order of time.
+pub fn windows(stretch: &Stretch) -> Vec<Stretch> {
+    spread(stretch, length(stretch), MOST_WINDOWS)
+}
+
+/// Samples of a window.
+fn length(stretch: &Stretch) -> usize {
+    let n = stretch.len();
+    let mut tried = WINDOW_SAMPLES;
+    while tried < n {
+        let period = typical_period(stretch, tried);
+        let short_enough = tried == WINDOW_SAMPLES || period * stretch.sample_time <= SLOWEST_S;
+        if FEWEST_CYCLES * period <= tried as f64 && short_enough {
+            return WINDOW_SAMPLES.max((WINDOW_CYCLES * period).round() as usize).min(n);
+        }
+        tried = tried.saturating_mul(LONGER);
+    }
+    WINDOW_SAMPLES.min(n)
+}
+
+/// The median period of some windows, in samples; infinite if none has one.
+fn typical_period(stretch: &Stretch, length: usize) -> f64 {
+    let asked = spread(stretch, length, ASKED);
+    let periods: Vec<f64> = asked.par_iter().filter_map(recorded_period).collect();
+    if periods.is_empty() { f64::INFINITY } else { median(&periods) }
+}
+
+/// Windows of `length` samples evenly spread over a stretch, as many as it holds, the last one begun, and `most`
+/// at most.
+fn spread(stretch: &Stretch, length: usize, most: usize) -> Vec<Stretch> {
+    let n = stretch.len();
+    if n <= length {
+        return vec![stretch.clone()];
+    }
+    let count = n.div_ceil(length).min(most);
+    let last = n - length;
+    let from = |k: usize| if count == 1 { 0 } else { last * k / (count - 1) };
+    (0..count).map(|k| stretch.part(from(k), length)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::Signal;
+
+    fn stretch(n: usize, period: f64) -> Stretch {
+        let wave = |k: usize| (std::f64::consts::TAU * k as f64 / period).sin();
+        Stretch {
+            from: 100.0,
+            sample_time: 2.0,
+            op: (0..n).map(|k| 50.0 + wave(k)).collect(),
+            pv: Some((0..n).map(|k| wave(k + 3)).collect()),
+            sp: None,
+            vp: None,
+            bridged: 0,
+        }
+    }
+
+    #[test]
+    fn windows_are_spread_over_the_stretch() {
+        for short in [1, 2_000, 4_000] {
+            assert_eq!(windows(&stretch(short, 40.0)), [stretch(short, 40.0)]);
+        }
+        let of_long = windows(&stretch(30_000, 40.0));
+        assert_eq!(of_long.len(), 8);
+        assert!(of_long.iter().all(|window| window.len() == WINDOW_SAMPLES));
+        assert_eq!(of_long[0].from, 100.0);
+        assert_eq!(of_long[7].from, 100.0 + 2.0 * 26_000.0);
+        assert_eq!(windows(&stretch(500_000, 40.0)).len(), MOST_WINDOWS);
+        // Long cycles make long windows.
+        let of_slow = windows(&stretch(30_000, 500.0));
+        assert!(of_slow.len() == 3 && of_slow[0].len() > 12_000, "{}", of_slow[0].len());
+    }
+
+    #[test]
+    fn neither_drift_nor_a_day_makes_windows_long() {
+        let mut drifting = stretch(100_000, 60.0);
+        let drift =
+            Signal::RandomWalk { sd_per_sqrt_s: 0.1, seed: 3 }.sample(2.0, 100_000).unwrap();
+        drifting.op.iter_mut().zip(&drift).for_each(|(op, drift)| *op += drift);
+        drifting.pv.iter_mut().flatten().zip(&drift).for_each(|(pv, drift)| *pv += drift);
+        assert!(windows(&drifting).iter().all(|window| window.len() == WINDOW_SAMPLES));
+        let days = Stretch { sample_time: 60.0, ..stretch(30_000, 1_000.0) };
+        assert!(windows(&days).iter().all(|window| window.len() == WINDOW_SAMPLES));
+        let cycles = Stretch { sample_time: 5.0, ..stretch(30_000, 1_000.0) };
+        assert_eq!(windows(&cycles).len(), 2);
+    }
+
+    #[test]
+    fn what_has_no_period_is_looked_at_all_the_same() {
+        let still = Stretch { op: vec![50.0; 9_000], ..stretch(9_000, 40.0) };
+        assert_eq!(windows(&still).len(), 3);
+        assert!(windows(&Stretch { op: vec![], pv: None, ..still }).len() == 1);
+    }
+}

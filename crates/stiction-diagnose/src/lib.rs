@@ -1,0 +1,59 @@
+//! Does this valve stick? What a recorded control loop says about its valve.
+//!
+//! * [`recording`]: a loop as a plant recorded it; whether it can answer.
+//! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
+//! * [`detect`]: the published detectors of stiction, behind one trait and one registry.
+//! * [`identify`]: linear models of the loop, and valve models fitted to OP and PV or a valve position.
+//! * [`evidence`]: what a window of data says about the valve, as numbers free of units.
+//! * [`fusion`]: the frozen model that makes probabilities and intervals of evidence.
+//! * [`diagnose`]: from a recording to a verdict with its evidence.
+//! * [`what_if`]: what repair, retuning, a compensator or a positioner would make of a loop.
+//! * [`series`]: moments, correlation, spectra, crossings.
+//!
+//! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds,
+//! the process value (PV) in its own units. The crate computes and does nothing else: no files, no
+//! clock, no panics on bad input, and the same bytes for the same input on any number of threads.
+//! The valves and loops themselves are [`stiction_model`].
+//!
+//! ```
+//! use stiction_diagnose::diagnose::{Options, diagnose};
+//! use stiction_diagnose::recording::Recording;
+//! use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
+//! use stiction_model::valve::{Assembly, Model};
+//! use stiction_model::Bands;
+//!
+//! // A loop whose valve sticks: it cycles.
+//! let model = Model::by_name("two-phase")?.build(Bands::from_s_j(5.0, 2.0)?)?;
+//! let mut sticky = ClosedLoop::new(
+//!     Controller::pi(1.1, 2.5)?,
+//!     Assembly::new(model),
+//!     Process::first_order(1.5, 5.93, 1.07)?,
+//! );
+//! sticky.set_point = 5.0.into();
+//! let run = sticky.run()?;
+//! assert!(run.period_s().is_some_and(|period| (21.0..24.0).contains(&period)));
+//!
+//! // What would a plant's recording of it say?
+//! let recording = Recording::regular("FIC101", 0.1, &run.op, Some(&run.pv), Some(&run.sp))?;
+//! let diagnosis = diagnose(&recording, &Options::default())?;
+//! let (_, oscillation) = diagnosis.oscillation().expect("there is a segment to judge");
+//! assert!(oscillation.found);
+//! # Ok::<(), stiction_model::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod detect;
+pub mod diagnose;
+pub mod evidence;
+pub mod fusion;
+pub mod identify;
+pub mod oscillation;
+pub mod recording;
+pub mod series;
+pub mod what_if;
+
+pub use stiction_model::Number;
+use stiction_model::{
+    Bands, Error, Result, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,
+    simd, stem, valve,
+};

@@ -1,0 +1,534 @@
+//! What would become of a loop whose valve sticks: left alone, repaired, retuned, compensated, positioned.
+//!
+//! # What it computes
+//! Every [`Action`] is simulated through the same protocol ([`compensate::Options`]): a window without changes, a
+//! set-point step, a load step; nominally, with S and J wrong, and with noise. Beside it stands the exact limit
+//! cycle of the loop that the action leaves, where it can be computed. The actions are ranked, and a
+//! recommendation says what to do, what it rests on, and how to confirm it first.
+//!
+//! # Assumptions
+//! The controller, the process, the valve model, S and J are those of the loop that is given. "S and J wrong" means
+//! that the valve stays what it is while the action was chosen for other bands: so it is for compensators, and for
+//! a tuning, which is then that of the wrong S and J. Repair and positioner are chosen without S and J.
+//!
+//! * *As it is*: the loop itself, untouched.
+//! * *Repaired*: a valve of the same model with the bands [`Options::repaired`].
+//! * *Retuned*: the PI controller whose exact cycle swings the PV least, of those with `Ms` within
+//!   [`Options::most_sensitive`] ([`least_swing`]).
+//! * *Positioner*: see [`positioned`].
+//! * *Compensated*: each of [`Options::methods`], with its parameters chosen automatically.
+//!
+//! # Equations
+//! **The measure** by which the actions are ranked is the mean absolute control error (the IAE per second) in the
+//! window, in the worst of the cases without noise. The standard deviation of the PV is told, but it would rank a
+//! method first that holds the valve still beside its place: an offset costs it nothing. The mean absolute
+//! error counts offset and swing alike, in units of the PV.
+//!
+//! **What speaks against an action**, in place of the present loop, is, each by itself:
+//! ```text
+//! worst error > present error / 1.25              it gains too little if S and J are wrong
+//! error with noise > present / 1.25               or with noise
+//! window and load step together, worst > present / 1.25    a load step costs what is gained before it
+//! a step does not settle in every case            it lets go of the set point
+//! stem travel, worst > 3 times the present        it wears the valve
+//! its cycle is longer than a third of the window  what was measured is not its error
+//! the loop is unstable without friction           no compensator helps that
+//! ```
+//! An action may answer loads slower than the present loop and still gain. Then it is told how often loads may come:
+//! with the mean errors `e` in the window and `l` after a load step, present 0 and worst 1, over the time `h` that a
+//! step is given, a step costs `((l1 - e1) - (l0 - e0)) h` more, and in between `e0 - e1` is gained per second.
+//!
+//! # Limits
+//! * Travel stands for wear; how fast a given packing wears is not known here. The factor 3 ([`WEARING`]) is ours.
+//! * The exact cycle is that of the loop in continuous time, off the limits of the OP, at a constant set point and
+//!   load, without noise, stem lag or quantisation. The simulations have what the given loop has.
+//! * He's valve, He and Wang's and Stenman's have a family of cycles: in which a loop ends depends on its start.
+//! * Costs, and the time until a repair, are not part of it.
+
+mod advice;
+
+use crate::bands::Bands;
+use crate::closed_loop::{ClosedLoop, Controller};
+use crate::compensate::{self, Figures, Knowledge, Method, Outcome, compare_watched};
+use crate::detect::{Number, Subject};
+use crate::diagnose::{ConfirmingTest, confirming_test};
+use crate::error::{Error, Result, non_negative};
+use crate::limit_cycle::tuning::{Grid, Retuning, least_swing};
+use crate::limit_cycle::{self, ContinuousLoop, Cycle, FrequencyResponse, Stability, exact};
+use crate::recording::{LoopType, Stretch};
+use crate::valve::Model;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Stem travel, as a multiple of that of the loop as it is, above which an action is not recommended.
+pub const WEARING: f64 = 3.0;
+
+/// By what the control error must be divided for an action to be worth its trouble.
+pub const WORTH: f64 = 1.25;
+
+/// What could be done.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// Nothing.
+    AsItIs,
+    /// Repair the valve.
+    Repair,
+    /// Another tuning.
+    Retune(Controller),
+    /// A positioner of this gain.
+    Positioner(f64),
+    /// A compensator.
+    Compensate(Method),
+}
+
+impl Action {
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::AsItIs => "as it is",
+            Self::Repair => "valve repaired",
+            Self::Retune(_) => "retuned",
+            Self::Positioner(_) => "positioner",
+            Self::Compensate(method) => method.describe().name,
+        }
+    }
+}
+
+/// What is assumed of the actions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The protocol of the simulations.
+    pub protocol: compensate::Options,
+    /// Bands of a valve that comes back from the workshop.
+    pub repaired: Bands,
+    /// Gain of a positioner.
+    pub positioner_gain: f64,
+    /// Bound on `Ms` for a retuned loop.
+    pub most_sensitive: f64,
+    /// By which factor gain and integral time of a retuned loop may differ from the present ones.
+    pub retuned_within: f64,
+    /// Compensators to be tried.
+    pub methods: Vec<Method>,
+}
+
+impl Options {
+    /// What suits a loop around a valve of this model with these bands.
+    ///
+    /// Every part of the protocol lasts ten cycles, or ten times what the process takes to settle if that is longer.
+    /// The set-point step is twice the swing of the PV in the cycle (or, if that is less, of what a tenth of S moves
+    /// it), a loop has settled within half of that swing, and noise is a twentieth of it; the load step is S, at
+    /// least 1 %. A repaired valve keeps `S = 0.4 %` and `J = 0.1 %`, or what it has if that is less; the
+    /// positioner has a gain of 10; `Ms` stays within 2; gain and integral time of a tuning within a factor of 3.
+    ///
+    /// # Errors
+    /// If the loop has a setting out of its range.
+    pub fn suiting(plant: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
+        let bands = felt(model, bands)?;
+        let figures = Figures::of(&knowledge(plant, bands))?;
+        let continuous = left_alone(plant, model, bands);
+        let cycle = [limit_cycle::Method::Exact, limit_cycle::Method::DescribingFunction]
+            .into_iter()
+            .find_map(|method| limit_cycle::attractor(&continuous, method).ok()?.ok());
+        let period = cycle.as_ref().map_or(0.0, |cycle| cycle.period_s);
+        let swing = cycle.as_ref().map_or(0.0, |cycle| cycle.half_pp.pv);
+        let part = 10.0 * period.max(figures.settle_s);
+        let scale = swing.max(0.1 * figures.gain.abs() * bands.s().max(1.0));
+        Ok(Self {
+            protocol: compensate::Options {
+                from_s: part,
+                settle_s: part,
+                window_s: part,
+                step_s: part,
+                set_point_step: 2.0 * scale,
+                load_step: bands.s().max(1.0),
+                settling_band: 0.5 * scale,
+                noise_sd: 0.05 * scale,
+                ..compensate::Options::default()
+            },
+            repaired: Bands::from_s_j(bands.s().min(0.4), bands.j().min(0.1))?,
+            positioner_gain: 10.0,
+            most_sensitive: 2.0,
+            retuned_within: 3.0,
+            methods: Method::ALL.to_vec(),
+        })
+    }
+}
+
+/// The exact cycle of the loop that an action leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Prediction {
+    /// It cycles so.
+    Cycle(Box<Cycle>),
+    /// It does not cycle, and why.
+    NoCycle(String),
+    /// It cannot be told, and why.
+    Unknown(String),
+}
+
+impl Prediction {
+    /// That of a loop.
+    pub fn of(l: &ContinuousLoop) -> Self {
+        match exact::cycle(l) {
+            Ok(exact::Outcome::Cycles { cycles, .. }) => {
+                match cycles.into_iter().find(|cycle| cycle.stable) {
+                    Some(cycle) => Self::Cycle(Box::new(cycle)),
+                    None => Self::Unknown("the cycles that were found do not attract".to_owned()),
+                }
+            }
+            Ok(exact::Outcome::None { reasons }) => {
+                let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
+                Self::NoCycle(reasons.join("; "))
+            }
+            Ok(exact::Outcome::NotFound { reason }) => Self::Unknown(reason),
+            Err(error) => Self::Unknown(error.to_string()),
+        }
+    }
+
+    /// The cycle, if it is one.
+    pub fn cycle(&self) -> Option<&Cycle> {
+        match self {
+            Self::Cycle(cycle) => Some(cycle),
+            _ => None,
+        }
+    }
+}
+
+/// What becomes of the loop by an action.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The action.
+    pub action: Action,
+    /// Its parameters and its simulations. An action that does not depend on S and J has the same outcome
+    /// however wrong they are.
+    pub played: compensate::Row,
+    /// The exact cycle of the loop that it leaves.
+    pub cycle: Prediction,
+    /// What speaks against it, each in a few words; nothing for the loop as it is.
+    pub against: Vec<String>,
+}
+
+impl Row {
+    fn new(action: Action, played: compensate::Row, cycle: Prediction) -> Self {
+        Self { action, played, cycle, against: vec![] }
+    }
+
+    /// The nominal simulation.
+    pub fn nominal(&self) -> &Outcome {
+        self.played.nominal()
+    }
+
+    /// Mean absolute control error in the window, nominally, in PV units.
+    pub fn error(&self) -> f64 {
+        self.nominal().measures.iae_per_s
+    }
+
+    /// The same in the worst case of wrong S and J: the measure of the ranking.
+    pub fn worst_error(&self) -> f64 {
+        self.played.worst(|outcome| outcome.measures.iae_per_s)
+    }
+}
+
+/// Everything that could be done, the best first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WhatIf {
+    /// The actions, the least [`Row::worst_error`] first.
+    pub rows: Vec<Row>,
+    /// What retuning costs; `Err` tells why there is no other tuning.
+    pub retuning: std::result::Result<Retuning, String>,
+    /// What to do, in sentences.
+    pub recommendation: Vec<String>,
+    /// What this rests on, in sentences.
+    pub assumptions: Vec<String>,
+    /// The test in manual that confirms it before anything is done; `None` for a valve without friction.
+    pub confirm: Option<ConfirmingTest>,
+}
+
+impl WhatIf {
+    /// The loop as it is.
+    pub fn as_it_is(&self) -> Option<&Row> {
+        self.rows.iter().find(|row| row.action == Action::AsItIs)
+    }
+
+    /// What is recommended until the valve is repaired, if anything is.
+    pub fn interim(&self) -> Option<&Row> {
+        advice::interim(&self.rows)
+    }
+}
+
+/// What is known of a loop around a valve with these bands.
+///
+/// The noise is what the loop's PV has.
+pub fn knowledge(plant: &ClosedLoop, bands: Bands) -> Knowledge {
+    Knowledge {
+        process: Some(plant.process.clone()),
+        noise_sd: plant.noise_sd(),
+        ..Knowledge::new(bands.s(), Some(bands.j()), plant.controller.clone(), plant.sample_time)
+    }
+}
+
+/// The bands of a two-phase valve behind a proportional positioner of gain `g`: `S / (1 + g)` and `J / (1 + g)`.
+///
+/// # Equations
+/// The actuator receives `p = op + g (op - vp)`, so that `p - vp = (1 + g)(op - vp)`. Stuck, the stem breaks away at
+/// `|p - vp| > fs`, which is `|op - vp| > fs / (1 + g)`. Moving, `vp = p - d fd` is `vp = op - d fd / (1 + g)`, and `p`
+/// goes with the OP. So the valve as seen from the OP is a two-phase valve with `fs` and `fd` divided by `1 + g`.
+///
+/// # Limits
+/// It is the best that a proportional positioner can do: `p` must follow the stem **while it slips**. One that is slower than
+/// a slip lets the stem go its whole jump J before it answers: then dead band and breakaway are divided, the jump
+/// is not, and if `g J > S` the stem is thrown out on the other side, and positioner and stem hunt on their own. Real
+/// positioners are slower than a slip; that is why a high gain or integral action makes many of them cycle.
+///
+/// # Errors
+/// If the gain is negative or not finite.
+pub fn positioned(bands: Bands, gain: f64) -> Result<Bands> {
+    let share = 1.0 / (1.0 + non_negative("gain of the positioner", gain)?);
+    Bands::from_s_j(share * bands.s(), share * bands.j())
+}
+
+/// The loop in continuous time, its set point and loads left alone: on them no cycle depends but for its middle.
+fn left_alone(plant: &ClosedLoop, model: Model, bands: Bands) -> ContinuousLoop {
+    ContinuousLoop::new(plant.controller.clone(), plant.process.clone(), model, bands)
+}
+
+/// A loop to be simulated with what is predicted of it.
+struct Changed {
+    plant: ClosedLoop,
+    cycle: Prediction,
+}
+
+/// Asks what would become of a loop around a valve of this model with these bands.
+///
+/// ```
+/// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
+/// use stiction_diagnose::what_if::{Action, Options, what_if};
+/// use stiction_model::{Bands, valve::{Assembly, Model}};
+///
+/// let bands = Bands::from_s_j(5.0, 3.0)?;
+/// let mut sticky = ClosedLoop::new(
+///     Controller::pi(1.1, 2.5)?,
+///     Assembly::new(Model::TwoPhase.build(bands)?),
+///     Process::first_order(1.5, 5.93, 1.07)?,
+/// );
+/// sticky.set_point = 5.0.into();
+/// let options = Options { methods: vec![], ..Options::suiting(&sticky, Model::TwoPhase, bands)? };
+/// let found = what_if(&sticky, Model::TwoPhase, bands, &options)?;
+/// let repaired = found.rows.iter().find(|row| row.action == Action::Repair).unwrap();
+/// assert!(10.0 * repaired.error() < found.as_it_is().unwrap().error());
+/// assert!(found.recommendation[1].starts_with("Repair the valve"));
+/// # Ok::<(), stiction_model::Error>(())
+/// ```
+///
+/// # Errors
+/// If the loop or an option is out of its range, or the loop grows without bound even with its valve repaired.
+pub fn what_if(
+    plant: &ClosedLoop,
+    model: Model,
+    bands: Bands,
+    options: &Options,
+) -> Result<WhatIf> {
+    what_if_watched(plant, model, bands, options, || true)
+}
+
+/// [`what_if`], watched: `done` is called after every simulation and every tuning that was tried, and gives up the
+/// rest by `false`.
+///
+/// # Errors
+/// As [`what_if`]; and [`Error::GivenUp`].
+pub fn what_if_watched(
+    plant: &ClosedLoop,
+    model: Model,
+    bands: Bands,
+    options: &Options,
+    done: impl Fn() -> bool + Sync,
+) -> Result<WhatIf> {
+    let protocol = &options.protocol;
+    let given = bands;
+    let bands = felt(model, bands)?;
+    let known = knowledge(plant, bands);
+    let continuous = left_alone(plant, model, bands);
+    let stability = FrequencyResponse::of(&continuous)?.stability();
+    let with_bands = |bands: Bands| -> Result<Changed> {
+        let valve = plant.valve.clone().with_model(model.build(bands)?);
+        let continuous = ContinuousLoop { bands, ..continuous.clone() };
+        let plant = ClosedLoop { valve, ..plant.clone() };
+        Ok(Changed { plant, cycle: Prediction::of(&continuous) })
+    };
+    let play = |plant: &ClosedLoop, parameters: Vec<Number>| -> Result<compensate::Row> {
+        let played = compare_watched(plant, &known, &[], protocol, &done)?.rows.swap_remove(0);
+        Ok(compensate::Row { parameters, ..played })
+    };
+    let bands_of =
+        |bands: Bands| vec![Number::new("S", bands.s(), "%"), Number::new("J", bands.j(), "%")];
+
+    let mut rows = vec![];
+    let as_described = with_bands(given)?;
+    // A valve with an overshoot or a tolerance of its own is not what model and bands say.
+    let plain = as_described.plant.valve == plant.valve;
+    let present = if plain {
+        as_described.cycle
+    } else {
+        Prediction::Unknown("the valve has settings that the exact cycle does not know".to_owned())
+    };
+    rows.push(Row::new(Action::AsItIs, play(plant, bands_of(bands))?, present));
+    for (action, bands) in [
+        (Action::Repair, options.repaired),
+        (Action::Positioner(options.positioner_gain), positioned(bands, options.positioner_gain)?),
+    ] {
+        let changed = with_bands(bands)?;
+        rows.push(Row::new(action, play(&changed.plant, bands_of(bands))?, changed.cycle));
+    }
+    if rows[..2].iter().any(|row| !row.error().is_finite()) {
+        return Err(Error::Inconsistent(
+            "the loop grows without bound; lower the gain of its controller, or limit its output"
+                .to_owned(),
+        ));
+    }
+
+    let retuning = match &rows[0].cycle {
+        Prediction::NoCycle(reason) if stability == Stability::Stable => {
+            Err(format!("there is no limit cycle to be tuned away: {reason}"))
+        }
+        _ => retuned(&continuous, options, &done),
+    };
+    if let Ok(best) = &retuning {
+        let with_tuning = |tuning: &Controller| -> Result<Changed> {
+            // What else the controller does stays: limits, form, anti-windup.
+            let (kp, ki, kd) = tuning.gains();
+            let controller = plant.controller.clone().with_gains(kp, ki, kd)?;
+            let cycle = Prediction::of(&ContinuousLoop {
+                controller: controller.clone(),
+                ..continuous.clone()
+            });
+            Ok(Changed { plant: ClosedLoop { controller, ..plant.clone() }, cycle })
+        };
+        let changed = with_tuning(&best.best.controller)?;
+        let (kp, ki, _) = changed.plant.controller.gains();
+        let parameters = vec![Number::new("Kc", kp, "%/PV unit"), Number::new("Ti", kp / ki, "s")];
+        let mut played = play(&changed.plant, parameters)?;
+        for outcome in &mut played.outcomes {
+            let (s, j) = (outcome.case.s_factor, outcome.case.j_factor);
+            // The best tuning depends on J over S alone: amplitudes scale with the bands.
+            if s == j {
+                continue;
+            }
+            let assumed = assumed(model, Bands::from_s_j(s * bands.s(), j * bands.j())?);
+            let other =
+                retuned(&ContinuousLoop { bands: assumed, ..continuous.clone() }, options, &done);
+            if let Ok(other) = other {
+                let wrong = with_tuning(&other.best.controller)?;
+                let case = outcome.case;
+                *outcome = Outcome { case, ..*play(&wrong.plant, vec![])?.nominal() };
+            }
+        }
+        let action = Action::Retune(changed.plant.controller);
+        rows.push(Row::new(action, played, changed.cycle));
+    }
+    for played in compare_watched(plant, &known, &options.methods, protocol, &done)?.rows {
+        if let Some(method) = played.method {
+            let reason = "a compensator stands between controller and valve".to_owned();
+            rows.push(Row::new(Action::Compensate(method), played, Prediction::Unknown(reason)));
+        }
+    }
+    let unstable = stability != Stability::Stable;
+    advice::object(&mut rows, protocol.window_s, unstable);
+    rows.sort_by(|a, b| a.worst_error().total_cmp(&b.worst_error()));
+    let period = rows.iter().find(|row| row.action == Action::AsItIs);
+    let period = period.and_then(|row| row.cycle.cycle()).map(|cycle| cycle.period_s);
+    let confirm = confirm(plant, bands, protocol, period)?;
+    let recommendation = advice::recommendation(&rows, &retuning, options, bands, unstable);
+    let assumptions = advice::assumptions(plant, model, bands, options, plain);
+    Ok(WhatIf { rows, retuning, recommendation, assumptions, confirm })
+}
+
+/// The tuning with the least swing of the PV.
+fn retuned(
+    continuous: &ContinuousLoop,
+    options: &Options,
+    done: impl Fn() -> bool + Sync,
+) -> std::result::Result<Retuning, String> {
+    let given_up = AtomicBool::new(false);
+    let cycle = |l: &ContinuousLoop| {
+        if given_up.load(Ordering::Relaxed) {
+            return Err(Error::GivenUp);
+        }
+        let prediction = Prediction::of(l);
+        given_up.fetch_or(!done(), Ordering::Relaxed);
+        match prediction {
+            Prediction::Cycle(cycle) => Ok(Some(*cycle)),
+            Prediction::NoCycle(_) => Ok(None),
+            Prediction::Unknown(reason) => Err(Error::Inconsistent(reason)),
+        }
+    };
+    Grid::about(&continuous.controller, options.retuned_within, 15)
+        .and_then(|grid| least_swing(continuous, &grid, options.most_sensitive, cycle))
+        .map_err(|error| error.to_string())
+}
+
+/// The bands of the friction that a valve of this model has with these bands, some of which it may not use.
+///
+/// # Errors
+/// None but for bands that are none.
+fn felt(model: Model, bands: Bands) -> Result<Bands> {
+    match model {
+        Model::Ideal => Ok(Bands::NONE),
+        Model::Play => Bands::from_s_j(bands.s(), 0.0),
+        Model::Stenman => Bands::from_s_j(bands.j(), bands.j()),
+        _ => Ok(bands),
+    }
+}
+
+/// These bands, or those nearest that the model allows.
+fn assumed(model: Model, bands: Bands) -> Bands {
+    let capped = Bands::from_s_j(bands.s(), bands.j().min(bands.s()));
+    if model.build(bands).is_ok() { bands } else { capped.unwrap_or(bands) }
+}
+
+/// The test in manual, sized by S and by the OP in the window.
+fn confirm(
+    plant: &ClosedLoop,
+    bands: Bands,
+    protocol: &compensate::Options,
+    period_s: Option<f64>,
+) -> Result<Option<ConfirmingTest>> {
+    if bands.s() == 0.0 {
+        return Ok(None);
+    }
+    let sample_time = plant.sample_time;
+    let [from, to, ..] = protocol.times();
+    let index = |time_s: f64| (time_s / sample_time).round() as usize;
+    let mut plant = plant.clone();
+    plant.samples = index(to);
+    let run = plant.run()?;
+    let mut op = run.op.get(index(from)..).unwrap_or(&run.op).to_vec();
+    if crate::series::span(&op) == 0.0 {
+        // A loop at rest has no travel of its own: that of the band stands for it.
+        let at = op.last().copied().unwrap_or(plant.op_rest);
+        op = vec![at, at + 2.0 * bands.s()];
+    }
+    // Half of the period is waited: long enough for the process to answer, too.
+    let settle_s = Figures::of(&knowledge(&plant, bands))?.settle_s;
+    let period = period_s.unwrap_or(0.0).max(2.0 * settle_s) / sample_time;
+    let stretch = Stretch { from: 0.0, sample_time, op, pv: None, sp: None, vp: None, bridged: 0 };
+    let subject = Subject::new(&stretch, LoopType::Unknown, Some(period));
+    let Some(mut test) = confirming_test(&subject, Some(bands.s())) else { return Ok(None) };
+    let change = test.step * plant.process.step_response(test.wait_s)?;
+    if change.is_finite() && change != 0.0 {
+        test.pv_change = Some(change.abs());
+        let noise = plant.noise_sd();
+        let hidden = if change.abs() < 3.0 * noise {
+            format!(
+                ", less than three times its noise ({}): average over the wait",
+                advice::short(noise)
+            )
+        } else {
+            String::new()
+        };
+        test.instructions.push(format!(
+            "By the process that is assumed here, a step of {} % that the valve follows moves the PV by {} in \
+             that time{hidden}.",
+            advice::short(test.step),
+            advice::short(change.abs()),
+        ));
+    }
+    Ok(Some(test))
+}

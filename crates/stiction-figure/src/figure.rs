@@ -1,0 +1,727 @@
+//! Figures as plain data, and their pictures as SVG text or PNG bytes.
+//!
+//! A [`Figure`] is a grid of [`Panel`]s; a panel is a pair of axes with [`Series`] and
+//! [`Annotation`]s in data coordinates. Nothing here knows about pixels: the submodules choose
+//! ranges and ticks (`axis`), reduce long series (`reduce`), place things (`layout`, `legend`,
+//! `annotate`) and draw (`paint`, on a `canvas`, the only file that knows the drawing crate).
+//!
+//! Panels of one column that stand directly above each other and share their x label are given
+//! the same x range, and only the lowest carries the tick labels.
+//!
+//! Series are told apart by dash pattern or marker as well as by colour, and the colours are
+//! those of Okabe and Ito, which remain distinct for colour-blind readers.
+//!
+//! An axis divides its range linearly, logarithmically or as dates and times, see [`Scale`].
+//!
+//! On a page with the script of the report a figure is [`Live`]: its values can be read at the
+//! pointer, and panels of one [`Panel::group`] zoom together.
+//!
+//! # Long series
+//!
+//! A series is reduced before it is drawn, so that 60,000 samples do not make a file of
+//! megabytes:
+//!
+//! * if its x never decreases (a time trend), each half-pixel column keeps its first, lowest,
+//!   highest and last sample, so no extreme is lost;
+//! * else (a map), samples within 0.3 px of the last one kept are dropped, and so are strokes
+//!   that would only repaint what the series has already painted.
+
+mod annotate;
+mod axis;
+mod canvas;
+mod clock;
+mod curve;
+mod geometry;
+mod heat;
+mod layout;
+mod legend;
+mod live;
+mod paint;
+mod palette;
+mod pixels;
+mod reduce;
+mod text;
+
+use crate::error::Error;
+use canvas::Target;
+
+pub use clock::instant;
+pub use heat::{Heat, Tile};
+pub use live::Live;
+pub use palette::colour;
+
+/// The largest magnitude that can be drawn; beyond it differences overflow.
+const LARGEST: f64 = 1e300;
+
+/// One picture: a grid of panels under a title.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Heading inside the picture; empty for none.
+    pub title: String,
+    /// What the picture shows. It belongs beside the picture, as in a paper, so it is not drawn;
+    /// the SVG carries it as its description.
+    pub caption: String,
+    /// The panels, row by row.
+    pub panels: Vec<Panel>,
+    /// How many panels stand side by side.
+    pub columns: usize,
+    /// Width in px; less is used if all panels have equal aspect and need less.
+    pub width: f64,
+    /// Height of the area between the axes of a panel, px; by default it depends on how many
+    /// rows there are.
+    pub panel_height: Option<f64>,
+}
+
+/// A pair of axes and what is drawn between them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Heading above the axes; empty for none.
+    pub title: String,
+    /// Quantity and unit along x, such as `time (s)`.
+    pub x_label: String,
+    /// Quantity and unit along y.
+    pub y_label: String,
+    /// A map below the curves.
+    pub heat: Option<Heat>,
+    /// The curves, drawn in this order.
+    pub series: Vec<Series>,
+    /// Marks in data coordinates.
+    pub annotations: Vec<Annotation>,
+    /// Ends of the x axis; by default all samples fit.
+    pub x_range: Option<(f64, f64)>,
+    /// Ends of the y axis; by default all samples fit.
+    pub y_range: Option<(f64, f64)>,
+    /// Whether a unit is equally long on both axes. The frame shrinks to the shape of the ranges; a
+    /// range shorter than a quarter of the other is widened, even if it is fixed.
+    pub equal_aspect: bool,
+    /// Where the legend stands.
+    pub legend: Legend,
+    /// How the x axis divides its range.
+    pub x_scale: Scale,
+    /// How the y axis divides its range.
+    pub y_scale: Scale,
+    /// Height between the axes, px; by default that of the figure.
+    pub height: Option<f64>,
+    /// What was the case when, in a strip above the axes.
+    pub strip: Option<Strip>,
+    /// Panels of one group share their crosshair and their zoom on a live page; by default a panel
+    /// keeps to itself and cannot be zoomed.
+    pub group: Option<String>,
+}
+
+/// How an axis divides its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Scale {
+    /// Equal differences are equally long.
+    #[default]
+    Linear,
+    /// Equal ratios are equally long. All values must be above zero.
+    Log,
+    /// Linear, and the values are seconds since 1970-01-01 UTC, written as dates and times.
+    Clock,
+    /// Linear, and the whole numbers from 0 on have these names.
+    Names(&'static [&'static str]),
+}
+
+/// A thin strip above a pair of axes that says in words what was the case over ranges of x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strip {
+    /// What the words are about, such as `mode`.
+    pub name: String,
+    /// The ranges.
+    pub spans: Vec<Span>,
+}
+
+/// One range of a [`Strip`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Span {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    /// What was the case; left out where it has no room.
+    pub word: String,
+    /// How dark it is, from 0 to 1.
+    pub shade: f64,
+}
+
+/// One curve or cloud of points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Name in the legend; a series without one is not listed.
+    pub label: String,
+    /// Abscissae.
+    pub x: Vec<f64>,
+    /// Ordinates, as many as there are abscissae.
+    pub y: Vec<f64>,
+    /// How samples are joined.
+    pub style: Style,
+    /// Index into the palette, see [`colour`]; by default the place of the series in its panel.
+    pub colour: Option<usize>,
+    /// Indices of samples that are not joined to the one before, ascending.
+    pub breaks: Vec<usize>,
+    /// A third quantity, which a live page tells of the sample under the pointer.
+    pub along: Option<Along>,
+}
+
+/// A quantity along a series that is on neither axis, such as time on a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Along {
+    /// Quantity and unit, such as `time (s)`.
+    pub label: String,
+    /// How its values are written.
+    pub scale: Scale,
+    /// A value for each sample.
+    pub values: Vec<f64>,
+}
+
+/// How the samples of a series are joined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Style {
+    /// Straight strokes. The first such series of a panel is solid, the next ones have dash
+    /// patterns that no other series of the panel uses.
+    Line,
+    /// Straight strokes, dashed.
+    Dashed,
+    /// Straight strokes, dotted.
+    Dotted,
+    /// Each sample is held until the next, as by a digital controller. Dash patterns as for
+    /// [`Style::Line`].
+    Steps,
+    /// Not joined: a marker for each sample, of another shape for each such series.
+    Points,
+    /// A bar from zero for each sample, as in a histogram; as wide as the samples are apart.
+    Bars,
+}
+
+/// Where the legend of a panel stands. In a chosen corner it may cover data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Legend {
+    /// In a corner that is free of data and annotations, else above the axes. Shown only if two
+    /// series have labels.
+    #[default]
+    Auto,
+    /// In the upper left corner.
+    TopLeft,
+    /// In the upper right corner.
+    TopRight,
+    /// In the lower left corner.
+    BottomLeft,
+    /// In the lower right corner.
+    BottomRight,
+    /// Above the axes, outside.
+    Above,
+    /// Not shown.
+    Hidden,
+}
+
+/// A mark in data coordinates. Texts may have several lines, separated by `\n`.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Annotation {
+    /// A text centred on a point.
+    Text {
+        /// The text.
+        text: String,
+        /// Its centre.
+        at: (f64, f64),
+    },
+    /// A text with an arrow.
+    Arrow {
+        /// The text; empty for a bare arrow.
+        text: String,
+        /// Centre of the text, where the arrow starts.
+        from: (f64, f64),
+        /// What the arrow points at.
+        to: (f64, f64),
+    },
+    /// A reference line across the panel.
+    HorizontalLine {
+        /// Its height.
+        y: f64,
+        /// Its name; empty for none.
+        label: String,
+    },
+    /// A reference line from bottom to top.
+    VerticalLine {
+        /// Its place.
+        x: f64,
+        /// Its name; empty for none.
+        label: String,
+    },
+    /// A shaded range of x.
+    XBand {
+        /// One end.
+        from: f64,
+        /// The other end.
+        to: f64,
+        /// Its name; empty for none.
+        label: String,
+    },
+    /// A shaded range of y.
+    YBand {
+        /// One end.
+        from: f64,
+        /// The other end.
+        to: f64,
+        /// Its name; empty for none.
+        label: String,
+    },
+    /// A double-headed arrow that measures the distance between two points, as in an
+    /// engineering drawing.
+    Dimension {
+        /// One end.
+        from: (f64, f64),
+        /// The other end.
+        to: (f64, f64),
+        /// Name of the distance.
+        label: String,
+        /// How far beside the points the arrow stands, px: upwards (to the right if the arrow is
+        /// vertical) when positive. Thin extension lines lead from the points to the arrow, and
+        /// the label stands on its far side.
+        offset: f64,
+    },
+}
+
+impl Figure {
+    /// A figure without panels, 800 px wide, one panel in a row.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            caption: String::new(),
+            panels: Vec::new(),
+            columns: 1,
+            width: 800.0,
+            panel_height: None,
+        }
+    }
+
+    /// Sets the caption.
+    #[must_use]
+    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+        self.caption = caption.into();
+        self
+    }
+
+    /// Adds a panel.
+    #[must_use]
+    pub fn with(mut self, panel: Panel) -> Self {
+        self.panels.push(panel);
+        self
+    }
+
+    /// Sets how many panels stand side by side.
+    #[must_use]
+    pub fn columns(mut self, columns: usize) -> Self {
+        self.columns = columns;
+        self
+    }
+
+    /// Sets the width, px.
+    #[must_use]
+    pub fn width(mut self, width: f64) -> Self {
+        self.width = width;
+        self
+    }
+
+    /// Sets the height between the axes of every panel, px.
+    #[must_use]
+    pub fn panel_height(mut self, height: f64) -> Self {
+        self.panel_height = Some(height);
+        self
+    }
+
+    /// The picture as an SVG document, fit for a file and for pasting into HTML.
+    ///
+    /// Text stays text, in the reader's sans-serif font. Equal figures give equal bytes.
+    ///
+    /// # Errors
+    /// If the figure is malformed; see [`Error`].
+    pub fn svg(&self) -> Result<String, Error> {
+        self.check()?;
+        Ok(paint::paint(self, Target::Svg).into_svg(&self.title, &self.caption))
+    }
+
+    /// The picture as an SVG with what a script needs to read values from it and to zoom.
+    ///
+    /// `id` names it: no other picture of the page may have the same. Without the script the SVG
+    /// shows what [`Figure::svg`] shows.
+    ///
+    /// # Errors
+    /// If the figure is malformed; see [`Error`].
+    pub fn live(&self, id: &str) -> Result<Live, Error> {
+        self.check()?;
+        let target = Target::Page { id: id.to_owned() };
+        let svg = paint::paint(self, target).into_svg(&self.title, &self.caption);
+        Ok(Live { svg, data: live::data(self) })
+    }
+
+    /// The picture as a PNG file with two pixels to the px, lettered in a bundled font.
+    ///
+    /// Equal figures give equal bytes.
+    ///
+    /// # Errors
+    /// If the figure is malformed; see [`Error`].
+    pub fn png(&self) -> Result<Vec<u8>, Error> {
+        self.check()?;
+        paint::paint(self, Target::Png).into_png()
+    }
+
+    /// Whether the figure can be drawn; everything after this may take it for sound.
+    ///
+    /// # Errors
+    /// If the figure is malformed; see [`Error`].
+    pub fn check(&self) -> Result<(), Error> {
+        if self.panels.is_empty() {
+            return Err(Error::NoPanels { figure: self.title.clone() });
+        }
+        let size = |name, value: f64, from: f64, to: f64, allowed| {
+            if (from..=to).contains(&value) {
+                Ok(())
+            } else {
+                Err(Error::Size { name, value, allowed })
+            }
+        };
+        size("columns", self.columns as f64, 1.0, 12.0, "1 to 12")?;
+        size("width", self.width, 200.0, 4000.0, "200 to 4000 px")?;
+        if let Some(height) = self.panel_height {
+            size("panel_height", height, 40.0, 2000.0, "40 to 2000 px")?;
+        }
+        for height in self.panels.iter().filter_map(|panel| panel.height) {
+            size("height of a panel", height, 40.0, 2000.0, "40 to 2000 px")?;
+        }
+        self.panels.iter().enumerate().try_for_each(|(index, panel)| panel.check(index))
+    }
+}
+
+impl Panel {
+    /// An empty panel; labels carry the unit, such as `time (s)`.
+    pub fn new(x_label: impl Into<String>, y_label: impl Into<String>) -> Self {
+        Self {
+            title: String::new(),
+            x_label: x_label.into(),
+            y_label: y_label.into(),
+            heat: None,
+            series: Vec::new(),
+            annotations: Vec::new(),
+            x_range: None,
+            y_range: None,
+            equal_aspect: false,
+            legend: Legend::Auto,
+            x_scale: Scale::Linear,
+            y_scale: Scale::Linear,
+            height: None,
+            strip: None,
+            group: None,
+        }
+    }
+
+    /// Sets the heading.
+    #[must_use]
+    pub fn title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// Puts a map below the curves; the axes end where it does.
+    #[must_use]
+    pub fn heat(mut self, heat: Heat) -> Self {
+        self.heat = Some(heat);
+        self
+    }
+
+    /// Adds a series.
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Adds an annotation.
+    #[must_use]
+    pub fn note(mut self, annotation: Annotation) -> Self {
+        self.annotations.push(annotation);
+        self
+    }
+
+    /// Fixes the ends of the x axis.
+    #[must_use]
+    pub fn x_range(mut self, from: f64, to: f64) -> Self {
+        self.x_range = Some((from, to));
+        self
+    }
+
+    /// Fixes the ends of the y axis.
+    #[must_use]
+    pub fn y_range(mut self, from: f64, to: f64) -> Self {
+        self.y_range = Some((from, to));
+        self
+    }
+
+    /// Makes a unit equally long on both axes.
+    #[must_use]
+    pub fn equal_aspect(mut self) -> Self {
+        self.equal_aspect = true;
+        self
+    }
+
+    /// Says where the legend stands.
+    #[must_use]
+    pub fn legend(mut self, legend: Legend) -> Self {
+        self.legend = legend;
+        self
+    }
+
+    /// Says how the x axis divides its range.
+    #[must_use]
+    pub fn x_scale(mut self, scale: Scale) -> Self {
+        self.x_scale = scale;
+        self
+    }
+
+    /// Says how the y axis divides its range.
+    #[must_use]
+    pub fn y_scale(mut self, scale: Scale) -> Self {
+        self.y_scale = scale;
+        self
+    }
+
+    /// Sets the height between the axes, px.
+    #[must_use]
+    pub fn height(mut self, height: f64) -> Self {
+        self.height = Some(height);
+        self
+    }
+
+    /// Puts a strip above the axes.
+    #[must_use]
+    pub fn strip(mut self, strip: Strip) -> Self {
+        self.strip = Some(strip);
+        self
+    }
+
+    /// Links crosshair and zoom to those of all panels of the group.
+    #[must_use]
+    pub fn group(mut self, group: impl Into<String>) -> Self {
+        self.group = Some(group.into());
+        self
+    }
+
+    fn check(&self, panel: usize) -> Result<(), Error> {
+        if self.series.is_empty() && self.heat.is_none() {
+            return Err(Error::NoSeries { panel });
+        }
+        if let Some(heat) = &self.heat {
+            heat.check().map_err(|problem| Error::Heat { panel, problem })?;
+        }
+        for series in &self.series {
+            series.check(panel, self.x_scale, self.y_scale)?;
+        }
+        for (index, annotation) in self.annotations.iter().enumerate() {
+            if let Some(value) = annotation.coordinates().into_iter().find(|v| !drawable(*v)) {
+                return Err(Error::Annotation { panel, index, value });
+            }
+        }
+        let spans = self.strip.iter().flat_map(|strip| &strip.spans);
+        for (index, span) in spans.enumerate() {
+            if let Some(value) = [span.from, span.to].into_iter().find(|v| !drawable(*v)) {
+                return Err(Error::Annotation { panel, index, value });
+            }
+        }
+        for (axis, range, scale) in
+            [('x', self.x_range, self.x_scale), ('y', self.y_range, self.y_scale)]
+        {
+            if let Some((from, to)) = range {
+                let sound = drawable(from)
+                    && drawable(to)
+                    && from < to
+                    && !axis::is_constant(from, to)
+                    && (scale != Scale::Log || from > 0.0);
+                if !sound {
+                    return Err(Error::Range { panel, axis, from, to });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Series {
+    /// A series in the given style.
+    pub fn new(
+        style: Style,
+        label: impl Into<String>,
+        x: impl Into<Vec<f64>>,
+        y: impl Into<Vec<f64>>,
+    ) -> Self {
+        Self {
+            label: label.into(),
+            x: x.into(),
+            y: y.into(),
+            style,
+            colour: None,
+            breaks: Vec::new(),
+            along: None,
+        }
+    }
+
+    /// Samples joined by straight strokes.
+    pub fn line(label: impl Into<String>, x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
+        Self::new(Style::Line, label, x, y)
+    }
+
+    /// Samples joined by dashed strokes.
+    pub fn dashed(
+        label: impl Into<String>,
+        x: impl Into<Vec<f64>>,
+        y: impl Into<Vec<f64>>,
+    ) -> Self {
+        Self::new(Style::Dashed, label, x, y)
+    }
+
+    /// Samples joined by dotted strokes.
+    pub fn dotted(
+        label: impl Into<String>,
+        x: impl Into<Vec<f64>>,
+        y: impl Into<Vec<f64>>,
+    ) -> Self {
+        Self::new(Style::Dotted, label, x, y)
+    }
+
+    /// Samples held until the next.
+    pub fn steps(label: impl Into<String>, x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
+        Self::new(Style::Steps, label, x, y)
+    }
+
+    /// Samples as markers.
+    pub fn points(
+        label: impl Into<String>,
+        x: impl Into<Vec<f64>>,
+        y: impl Into<Vec<f64>>,
+    ) -> Self {
+        Self::new(Style::Points, label, x, y)
+    }
+
+    /// Samples as bars from zero.
+    pub fn bars(label: impl Into<String>, x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
+        Self::new(Style::Bars, label, x, y)
+    }
+
+    /// Sets the palette index, see [`colour`].
+    #[must_use]
+    pub fn colour(mut self, index: usize) -> Self {
+        self.colour = Some(index);
+        self
+    }
+
+    /// Lifts the pen before the samples of these indices, which ascend.
+    #[must_use]
+    pub fn breaks(mut self, indices: impl Into<Vec<usize>>) -> Self {
+        self.breaks = indices.into();
+        self
+    }
+
+    /// Adds a third quantity, told of the sample under the pointer.
+    #[must_use]
+    pub fn along(mut self, along: Along) -> Self {
+        self.along = Some(along);
+        self
+    }
+
+    fn check(&self, panel: usize, x_scale: Scale, y_scale: Scale) -> Result<(), Error> {
+        let series = || self.label.clone();
+        if self.x.len() != self.y.len() {
+            let (x, y) = (self.x.len(), self.y.len());
+            return Err(Error::Length { panel, series: series(), x, y });
+        }
+        if self.x.is_empty() {
+            return Err(Error::NoSamples { panel, series: series() });
+        }
+        if let Some(along) = &self.along
+            && along.values.len() != self.x.len()
+        {
+            let (x, y) = (self.x.len(), along.values.len());
+            return Err(Error::Length { panel, series: series(), x, y });
+        }
+        let third = self.along.iter().map(|along| ('t', &along.values, along.scale));
+        let axes = [('x', &self.x, x_scale), ('y', &self.y, y_scale)];
+        for (axis, values, scale) in axes.into_iter().chain(third) {
+            let placed = |v: f64| drawable(v) && (scale != Scale::Log || v > 0.0);
+            if let Some(index) = values.iter().position(|v| !placed(*v)) {
+                let value = values[index];
+                return Err(Error::Sample { panel, series: series(), axis, index, value });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether x never decreases, as in a time trend.
+    fn is_trend(&self) -> bool {
+        self.x.is_sorted()
+    }
+}
+
+impl Annotation {
+    /// A text centred on a point.
+    pub fn text(text: impl Into<String>, at: (f64, f64)) -> Self {
+        Self::Text { text: text.into(), at }
+    }
+
+    /// A text centred on `from`, with an arrow to `to`.
+    pub fn arrow(text: impl Into<String>, from: (f64, f64), to: (f64, f64)) -> Self {
+        Self::Arrow { text: text.into(), from, to }
+    }
+
+    /// A named reference line across the panel.
+    pub fn horizontal_line(y: f64, label: impl Into<String>) -> Self {
+        Self::HorizontalLine { y, label: label.into() }
+    }
+
+    /// A named reference line from bottom to top.
+    pub fn vertical_line(x: f64, label: impl Into<String>) -> Self {
+        Self::VerticalLine { x, label: label.into() }
+    }
+
+    /// A named, shaded range of x.
+    pub fn x_band(from: f64, to: f64, label: impl Into<String>) -> Self {
+        Self::XBand { from, to, label: label.into() }
+    }
+
+    /// A named, shaded range of y.
+    pub fn y_band(from: f64, to: f64, label: impl Into<String>) -> Self {
+        Self::YBand { from, to, label: label.into() }
+    }
+
+    /// A double-headed dimension arrow that stands `offset` px beside the points it measures;
+    /// see [`Annotation::Dimension`].
+    pub fn dimension(
+        from: (f64, f64),
+        to: (f64, f64),
+        label: impl Into<String>,
+        offset: f64,
+    ) -> Self {
+        Self::Dimension { from, to, label: label.into(), offset }
+    }
+
+    /// Every number that must be drawable.
+    fn coordinates(&self) -> Vec<f64> {
+        match *self {
+            Self::Text { at, .. } => vec![at.0, at.1],
+            Self::Arrow { from, to, .. } => vec![from.0, from.1, to.0, to.1],
+            Self::HorizontalLine { y, .. } => vec![y],
+            Self::VerticalLine { x, .. } => vec![x],
+            Self::XBand { from, to, .. } | Self::YBand { from, to, .. } => vec![from, to],
+            Self::Dimension { from, to, offset, .. } => {
+                vec![from.0, from.1, to.0, to.1, offset]
+            }
+        }
+    }
+}
+
+/// Whether a number has a place on paper.
+fn drawable(value: f64) -> bool {
+    value.abs() <= LARGEST
+}

@@ -1,0 +1,219 @@
+//! A self-contained HTML page that shows figures with their captions and parameters.
+//!
+//! The page needs no network, no scripts and no fonts but the reader's. It can be read in light
+//! and dark surroundings and printed on A4.
+
+use crate::escape::escape;
+
+/// A page: a title, an introduction and a list of figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    /// Title of the page.
+    pub title: String,
+    /// What the page shows, a paragraph.
+    pub introduction: String,
+    /// The figures in order.
+    pub entries: Vec<Entry>,
+    /// What made the page, with its version, such as `stiction 0.1.0`.
+    pub tool: String,
+}
+
+/// A figure with what is to be said about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Heading, such as `Figure 5`.
+    pub heading: String,
+    /// The picture.
+    pub picture: Picture,
+    /// What the picture shows, a line.
+    pub caption: String,
+    /// What it was made with; without any there is no table.
+    pub parameters: Vec<Parameter>,
+}
+
+/// Where a picture comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Picture {
+    /// An SVG document, such as [`Figure::svg`](crate::Figure::svg) makes. It is pasted into the
+    /// page unchanged and must be trusted.
+    Inline(String),
+    /// A file beside the page, by its path relative to the page, with `/` between folders.
+    File(String),
+}
+
+/// A row of the table of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Name, such as `slip jump J`.
+    pub name: String,
+    /// Value as it should be read.
+    pub value: String,
+    /// Unit; empty for none.
+    pub unit: String,
+}
+
+impl Page {
+    /// A page without figures.
+    pub fn new(
+        title: impl Into<String>,
+        introduction: impl Into<String>,
+        tool: impl Into<String>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            introduction: introduction.into(),
+            entries: Vec::new(),
+            tool: tool.into(),
+        }
+    }
+
+    /// Adds a figure.
+    #[must_use]
+    pub fn with(mut self, entry: Entry) -> Self {
+        self.entries.push(entry);
+        self
+    }
+
+    /// The page as an HTML document; equal pages give equal bytes.
+    pub fn html(&self) -> String {
+        let title = escape(&self.title);
+        let introduction = escape(&self.introduction);
+        let tool = escape(&self.tool);
+        let entries: String = self.entries.iter().map(Entry::html).collect();
+        format!(
+            "<!DOCTYPE html>\n\
+             <html lang=\"en\">\n\
+             <head>\n\
+             <meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{title}</title>\n\
+             <style>{STYLE}</style>\n\
+             </head>\n\
+             <body>\n\
+             <header>\n<h1>{title}</h1>\n<p>{introduction}</p>\n</header>\n\
+             <main>\n{entries}</main>\n\
+             <footer>{tool}</footer>\n\
+             </body>\n\
+             </html>\n"
+        )
+    }
+}
+
+impl Entry {
+    /// An entry without parameters.
+    pub fn new(heading: impl Into<String>, picture: Picture, caption: impl Into<String>) -> Self {
+        Self { heading: heading.into(), picture, caption: caption.into(), parameters: Vec::new() }
+    }
+
+    /// Adds a parameter.
+    #[must_use]
+    pub fn parameter(
+        mut self,
+        name: impl Into<String>,
+        value: impl ToString,
+        unit: impl Into<String>,
+    ) -> Self {
+        let parameter =
+            Parameter { name: name.into(), value: value.to_string(), unit: unit.into() };
+        self.parameters.push(parameter);
+        self
+    }
+
+    fn html(&self) -> String {
+        let heading = escape(&self.heading);
+        let caption = escape(&self.caption);
+        let picture = match &self.picture {
+            Picture::Inline(svg) => svg.clone(),
+            Picture::File(path) => {
+                format!("<img src=\"{}\" alt=\"{caption}\">\n", relative(path))
+            }
+        };
+        let table = self.table();
+        format!(
+            "<section>\n<h2>{heading}</h2>\n<figure>\n<div class=\"sheet\">{picture}</div>\n\
+             <figcaption>{caption}</figcaption>\n</figure>\n{table}</section>\n"
+        )
+    }
+
+    fn table(&self) -> String {
+        if self.parameters.is_empty() {
+            return String::new();
+        }
+        let row = |p: &Parameter| {
+            let (name, value, unit) = (escape(&p.name), escape(&p.value), escape(&p.unit));
+            format!("<tr><th scope=\"row\">{name}</th><td>{value}</td><td>{unit}</td></tr>\n")
+        };
+        let rows: String = self.parameters.iter().map(row).collect();
+        format!(
+            "<table>\n<thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\">Value</th>\
+             <th scope=\"col\">Unit</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n"
+        )
+    }
+}
+
+/// `path` as a reference that can only lead to a file near the page: a colon or a leading slash
+/// cannot make it point to another place.
+pub fn relative(path: &str) -> String {
+    let mut reference = String::from("./");
+    for byte in path.trim_start_matches('/').bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
+                reference.push(char::from(byte));
+            }
+            _ => reference.push_str(&format!("%{byte:02X}")),
+        }
+    }
+    reference
+}
+
+const STYLE: &str = "
+:root { color-scheme: light dark; --ink: #1c1c1e; --paper: #ffffff; --soft: #5f6368; --line: #d9dce1; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e8e8ea; --paper: #17181b; --soft: #a0a4ab; --line: #3a3d43; }
+}
+* { box-sizing: border-box; }
+body {
+  margin: 0 auto; padding: 2.5rem 1.25rem 3rem; max-width: 56rem;
+  font: 1rem/1.55 system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif;
+  color: var(--ink); background: var(--paper);
+}
+h1 { margin: 0 0 .5rem; font-size: 1.8rem; line-height: 1.25; }
+h2 { margin: 0 0 .75rem; font-size: 1.2rem; line-height: 1.3; }
+header p { max-width: 44rem; margin: 0; }
+section { margin-top: 2.75rem; padding-top: 1.5rem; border-top: 1px solid var(--line); }
+figure { margin: 0; }
+.sheet { padding: .5rem; background: #fff; border: 1px solid var(--line); border-radius: 4px; text-align: center; overflow-x: auto; }
+.sheet svg, .sheet img { display: block; margin: 0 auto; max-width: 100%; height: auto; }
+figcaption { margin-top: .6rem; color: var(--soft); }
+table { margin-top: .9rem; border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .2rem 1.5rem .2rem 0; border-bottom: 1px solid var(--line); text-align: left; font-weight: normal; overflow-wrap: anywhere; }
+thead th { color: var(--soft); }
+th + td, thead th:nth-child(2) { text-align: right; }
+footer { margin-top: 3rem; padding-top: 1rem; border-top: 1px solid var(--line); color: var(--soft); font-size: .85rem; }
+@page { size: A4; margin: 18mm 16mm; }
+@media print {
+  :root { color-scheme: light; --ink: #000; --paper: #fff; --soft: #444; --line: #bbb; }
+  body { padding: 0; max-width: none; font-size: 10pt; }
+  section { break-inside: avoid; margin-top: 1.5rem; padding-top: 1rem; }
+  .sheet { border: 0; padding: 0; }
+}
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_only_found_near_the_page() {
+        for (path, want) in [
+            ("fig5.svg", "./fig5.svg"),
+            ("figures/OP–VP map.svg", "./figures/OP%E2%80%93VP%20map.svg"),
+            ("https://example.org/a.svg", "./https%3A//example.org/a.svg"),
+            ("//example.org/a.svg", "./example.org/a.svg"),
+            ("javascript:alert(1)", "./javascript%3Aalert%281%29"),
+            ("a\" onload=\"b", "./a%22%20onload%3D%22b"),
+        ] {
+            assert_eq!(relative(path), want);
+        }
+    }
+}

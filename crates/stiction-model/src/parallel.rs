@@ -1,0 +1,45 @@
+//! Iterators over all threads, with the feature `rayon`; without it the same names on one thread.
+//!
+//! Results are collected in order and never added up across threads, so that they are the same bits on any
+//! number of them.
+
+#[cfg(feature = "rayon")]
+pub use rayon::prelude::*;
+
+/// What [`IntoParallelIterator`](https://docs.rs/rayon) is with rayon.
+#[cfg(not(feature = "rayon"))]
+pub trait IntoParallelIterator: IntoIterator + Sized {
+    /// All items.
+    fn into_par_iter(self) -> Self::IntoIter {
+        self.into_iter()
+    }
+}
+
+#[cfg(not(feature = "rayon"))]
+impl<I: IntoIterator> IntoParallelIterator for I {}
+
+/// What rayon adds to slices.
+#[cfg(not(feature = "rayon"))]
+pub trait ParallelSlice<T> {
+    /// All elements.
+    fn par_iter(&self) -> std::slice::Iter<'_, T>;
+    /// All elements, to be changed.
+    fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T>;
+    /// Blocks of `size` elements, the last of which may be shorter.
+    fn par_chunks(&self, size: usize) -> std::slice::Chunks<'_, T>;
+}
+
+#[cfg(not(feature = "rayon"))]
+impl<T> ParallelSlice<T> for [T] {
+    fn par_iter(&self) -> std::slice::Iter<'_, T> {
+        self.iter()
+    }
+
+    fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
+        self.iter_mut()
+    }
+
+    fn par_chunks(&self, size: usize) -> std::slice::Chunks<'_, T> {
+        self.chunks(size)
+    }
+}

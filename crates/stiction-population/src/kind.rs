@@ -1,0 +1,191 @@
+//! The kinds of loops, and how many there are of each.
+
+use super::Simulated;
+use super::draw::Draw;
+use stiction_model::error::{Error, Result};
+
+/// What a simulated loop has that others have not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Its valve sticks and slips.
+    Sticky,
+    /// It is the outer loop of a cascade, and the valve of the loop below sticks: its OP is the set point of
+    /// that loop, and S and J are of another OP than the one recorded.
+    StickyBelow,
+    /// Its valve does not move: seized where it was, shut, or without power.
+    Stuck,
+    /// Nothing: load drift, steps, ramps, pulses and noise, as all loops have.
+    Normal,
+    /// A sine enters at the load or at the PV.
+    Sine,
+    /// Narrow-band noise enters at the load or at the PV.
+    Irregular,
+    /// The controller's gain is about the ultimate one: the gain margin is 0.85 to 1.25.
+    AggressiveTuning,
+    /// The transmitter resolves only a few levels of what the PV does; the controller sees them.
+    QuantisedPv,
+    /// A load asks for more than the OP can give.
+    Saturation,
+    /// The transmitter has play, or the controller a gap.
+    DeadZoneElsewhere,
+    /// The set point moves, more than in other loops.
+    SetPoint,
+    /// The process gain changes over the range that an oscillating load makes the OP cover.
+    ProcessNonlinearity,
+    /// A square, triangular, relaxation or slip-like wave enters at the load or at the PV, as from
+    /// another sticking valve upstream.
+    ExternalWave,
+    /// A load ramps and resets, over and over: fouling and backwash, batches that are dumped.
+    RampAndReset,
+    /// The historian compressed OP or PV by a swinging door, and drew straight lines between what it kept.
+    SwingingDoor,
+    /// The valve of another loop sticks; its cycle arrives through what couples the loops, and this loop's
+    /// controller answers back.
+    StickingNeighbour,
+    /// A load has a long memory: its power falls with a power of the frequency.
+    LongMemory,
+    /// A load goes one way through all of the record; the OP follows it.
+    OneWay,
+}
+
+impl Kind {
+    /// All kinds, those of valves that do not move as they should first.
+    pub const ALL: [Self; 18] = [
+        Self::Sticky,
+        Self::StickyBelow,
+        Self::Stuck,
+        Self::Normal,
+        Self::Sine,
+        Self::Irregular,
+        Self::AggressiveTuning,
+        Self::QuantisedPv,
+        Self::Saturation,
+        Self::DeadZoneElsewhere,
+        Self::SetPoint,
+        Self::ProcessNonlinearity,
+        Self::ExternalWave,
+        Self::RampAndReset,
+        Self::SwingingDoor,
+        Self::StickingNeighbour,
+        Self::LongMemory,
+        Self::OneWay,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sticky => "sticky valve",
+            Self::StickyBelow => "sticky valve below",
+            Self::Stuck => "stuck valve",
+            Self::Normal => "normal operation",
+            Self::Sine => "sine disturbance",
+            Self::Irregular => "irregular oscillation",
+            Self::AggressiveTuning => "aggressive tuning",
+            Self::QuantisedPv => "quantised PV",
+            Self::Saturation => "saturation",
+            Self::DeadZoneElsewhere => "dead zone elsewhere",
+            Self::SetPoint => "set-point changes",
+            Self::ProcessNonlinearity => "process nonlinearity",
+            Self::ExternalWave => "external wave",
+            Self::RampAndReset => "ramp and reset",
+            Self::SwingingDoor => "swinging door",
+            Self::StickingNeighbour => "sticking neighbour",
+            Self::LongMemory => "long memory",
+            Self::OneWay => "one-way ramp",
+        }
+    }
+
+    /// The kind of that name, in any case.
+    ///
+    /// # Errors
+    /// If there is none; the error lists those there are.
+    pub fn by_name(name: &str) -> Result<Self> {
+        let wanted = name.to_lowercase();
+        let found = Self::ALL.into_iter().find(|kind| kind.name().to_lowercase() == wanted);
+        found.ok_or_else(|| Error::UnknownName {
+            family: "kind of loop",
+            name: name.to_owned(),
+            known: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+
+    /// Its share of the population.
+    pub fn share(self) -> f64 {
+        /// What sticking and stuck valves leave.
+        const HEALTHY: f64 = 0.45;
+        match self {
+            Self::Sticky => 0.48,
+            Self::StickyBelow => 0.03,
+            Self::Stuck => 0.04,
+            Self::Normal => HEALTHY * 0.20,
+            Self::Irregular => HEALTHY * 0.08,
+            Self::SetPoint | Self::ExternalWave | Self::RampAndReset => HEALTHY * 0.07,
+            Self::DeadZoneElsewhere
+            | Self::Sine
+            | Self::AggressiveTuning
+            | Self::QuantisedPv
+            | Self::Saturation
+            | Self::SwingingDoor => HEALTHY * 0.06,
+            Self::ProcessNonlinearity | Self::StickingNeighbour => HEALTHY * 0.05,
+            Self::LongMemory => HEALTHY * 0.03,
+            Self::OneWay => HEALTHY * 0.02,
+        }
+    }
+
+    /// Whether the valve is at fault.
+    pub(super) fn sticks(self) -> bool {
+        matches!(self, Self::Sticky | Self::StickyBelow | Self::Stuck)
+    }
+
+    /// The kind that a number from 0 to 1 falls on when the kinds lie side by side with their shares.
+    pub(super) fn at(mut place: f64) -> Self {
+        for kind in Self::ALL {
+            place -= kind.share();
+            if place < 0.0 {
+                return kind;
+            }
+        }
+        Self::OneWay
+    }
+
+    /// The loop of this kind and seed.
+    ///
+    /// Loops of two kinds with the same seed have the same process, tuning, noise, load, set point and
+    /// historian, as far as the kind leaves them alone, so that a sticky loop can be compared with its
+    /// healthy siblings. A draw that shows nothing, or shows something else (see
+    /// `docs/population.md`), is drawn again from the same seed, counted in
+    /// [`Facts::redrawn`](super::Facts::redrawn).
+    ///
+    /// # Errors
+    /// None is known: if 100 draws in a row showed nothing, or a setting were out of its range.
+    pub fn simulate(self, seed: u64) -> Result<Simulated> {
+        self.simulate_for(seed, 1.0)
+    }
+
+    /// The loop of this kind and seed, recorded for `factor` times as many samples.
+    ///
+    /// Process, tuning, valve and historian are the same, and the cause goes on. Loads, set-point
+    /// changes and noise are those of the shorter record for as long as that lasts, and after it are
+    /// drawn anew for every further length of it, from the same distributions: a load does not drift
+    /// away in a month. A sticking that comes and goes does so by shares of the longer record.
+    ///
+    /// # Errors
+    /// As [`simulate`](Self::simulate), and if `factor` is not from 0.1 to 10,000. Memory grows with
+    /// it: some 100 bytes a step of the controller.
+    pub fn simulate_for(self, seed: u64, factor: f64) -> Result<Simulated> {
+        if !(0.1..=10_000.0).contains(&factor) {
+            let rule = format!("{factor} times as many samples: not from 0.1 to 10,000 times");
+            return Err(Error::Inconsistent(rule));
+        }
+        const DRAWS: u64 = 100;
+        for redrawn in 0..DRAWS {
+            let draw = &mut Draw::of(&[seed, redrawn]);
+            if let Some(mut simulated) = super::member::simulate(self, draw, factor)? {
+                simulated.truth.facts.redrawn = redrawn as usize;
+                simulated.recording.name = format!("{} {seed}", self.name());
+                return Ok(simulated);
+            }
+        }
+        Err(Error::Inconsistent(format!("{} {seed}: none of {DRAWS} draws serves", self.name())))
+    }
+}

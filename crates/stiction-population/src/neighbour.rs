@@ -1,0 +1,265 @@
+//! The second loop, where there is one: the inner loop of a cascade, or a neighbour that a loop interacts with.
+
+use super::design::Design;
+use super::draw::Draw;
+use super::families::ProcessKind;
+use super::plant::{Fitting, Stem};
+use stiction_model::bands::Bands;
+use stiction_model::closed_loop::{
+    AntiWindup, Controller, DeadTime, DelayLine, Engaged, Handover, NormalStream, PidBank, Process,
+    ProcessBank, Signal, SignalSource,
+};
+use stiction_model::error::Result;
+use stiction_model::simd::Lane;
+use stiction_model::valve::Model;
+
+/// Where the OP of a second loop rests, percent.
+const REST: f64 = 50.0;
+
+/// The loop below, as it is drawn: a PI controller around a first-order process, whose PV in percent of its span
+/// is what the loop above asks for and what its process sees.
+#[derive(Debug, Clone)]
+pub(super) struct Inner {
+    /// Time constant of the process, and of the closed loop, s.
+    tau: f64,
+    pub lambda: f64,
+    gain: f64,
+    valve_lag: f64,
+    /// Standard deviation of its noise, percent.
+    noise: f64,
+    /// How much of the load of the loop above, and of its own, acts before its process.
+    load: f64,
+    drift: f64,
+    seed: u64,
+}
+
+impl Inner {
+    /// One that is faster than the loop above.
+    pub fn draw(design: &Design, draw: &mut Draw) -> Self {
+        let step = design.step();
+        let slower = match design.process {
+            ProcessKind::Integrating => design.dead_time + design.step(),
+            _ => design.tau.min(design.ti) + design.dead_time,
+        };
+        let lambda = (slower * draw.log(0.05, 0.5)).max(3.0 * step);
+        let tau = lambda * draw.log(0.7, 5.0);
+        Self {
+            tau,
+            lambda,
+            gain: draw.log(0.5, 2.0),
+            valve_lag: lambda * draw.uniform(0.0, 0.2),
+            noise: design.activity * draw.log(0.003, 0.2),
+            load: draw.uniform(-0.5, 0.5),
+            drift: design.activity * draw.log(0.2, 3.0),
+            seed: draw.seed(),
+        }
+    }
+}
+
+/// The loop below, at work.
+pub(super) struct InnerRun<'a> {
+    keep: f64,
+    design: &'a Inner,
+    controller: PidBank<1>,
+    valve: Stem<'a>,
+    noise: NormalStream,
+    drift: SignalSource,
+    rest: f64,
+    pv: f64,
+    op: f64,
+}
+
+impl<'a> InnerRun<'a> {
+    /// At rest at the set point `rest`.
+    ///
+    /// # Errors
+    /// If a part refuses its settings.
+    pub fn new(
+        inner: &'a Inner,
+        design: &Design,
+        fittings: &'a [Fitting],
+        rest: f64,
+    ) -> Result<Self> {
+        let (step, n) = (design.step(), design.all_steps());
+        let kc = inner.tau / (inner.lambda * inner.gain);
+        let settings = pi(kc, inner.tau)?;
+        let engaged = Engaged::new(&settings, step, REST, rest, rest);
+        let duration = design.drawn_steps as f64 * step;
+        let drift = Signal::Noise { sd: inner.drift, tau_s: 0.3 * duration, seed: inner.seed };
+        Ok(Self {
+            keep: (-step / inner.tau).exp(),
+            design: inner,
+            controller: PidBank::new(&[engaged]),
+            valve: Stem::new(fittings, inner.valve_lag, f64::INFINITY, step, REST)?,
+            noise: NormalStream::new(inner.seed ^ 1),
+            drift: drift.source(step, n)?,
+            rest,
+            pv: rest,
+            op: REST,
+        })
+    }
+
+    /// The stem, the position of the valve, and its own PV, with this set point and load of the loop above.
+    pub fn step(&mut self, k: usize, asked: f64, load: f64) -> Result<(f64, f64, f64)> {
+        let seen = self.pv + self.design.noise * self.noise.draw();
+        let before = self.op;
+        self.op = self.controller.step(0, asked, seen);
+        let (stem, vp) = self.valve.step(k, before, self.op)?;
+        let pv = self.pv;
+        let pressed = vp - REST + self.design.load * load + self.drift.draw();
+        self.pv = self.keep * pv + (1.0 - self.keep) * (self.rest + self.design.gain * pressed);
+        Ok((stem, vp, pv))
+    }
+}
+
+/// A loop beside this one, as it is drawn: first order plus dead time with a gain of one, and a PI controller.
+#[derive(Debug, Clone)]
+pub(super) struct Neighbour {
+    tau: f64,
+    dead_time: f64,
+    kc: f64,
+    ti: f64,
+    /// What of its valve, or of its PV, acts on this loop's load, and the other way round.
+    pub there: f64,
+    back: f64,
+    /// Whether the PVs act, as through a recycle, with this lag, s; else the valves act at once.
+    recycle: Option<f64>,
+    noise: f64,
+    drift: f64,
+    /// S and J of its valve.
+    s: f64,
+    j: f64,
+    he: bool,
+    seed: u64,
+}
+
+impl Neighbour {
+    /// One that is a few times slower or faster.
+    pub fn draw(design: &Design, draw: &mut Draw) -> Self {
+        let step = design.step();
+        let lags = (design.tau.min(0.05 * design.drawn()) + design.dead_time).max(3.0 * step);
+        let tau = (lags * draw.log(0.3, 3.0)).max(2.0 * step);
+        let dead_time = (tau * draw.log(0.05, 0.8)).max(step);
+        let lambda = (dead_time + step) * draw.log(0.6, 4.0);
+        let waits = lambda + dead_time + step;
+        let ti = tau.min(4.0 * waits) * draw.log(0.5, 1.5);
+        Self {
+            tau,
+            dead_time,
+            kc: tau / waits,
+            ti,
+            there: draw.sign() * draw.log(0.15, 0.9),
+            back: draw.sign() * draw.log(0.05, 0.5),
+            recycle: draw.chance(0.5).then(|| lags * draw.log(0.3, 5.0)),
+            noise: design.activity * draw.log(0.003, 0.2),
+            drift: design.activity * draw.log(0.2, 3.0),
+            s: 0.0,
+            j: 0.0,
+            he: draw.chance(0.3),
+            seed: draw.seed(),
+        }
+    }
+
+    /// Its valve sticks, so that what arrives is of the size of this loop's activity.
+    pub fn sticks(&mut self, activity: f64, draw: &mut Draw) {
+        let arrives = self.there.abs();
+        self.s = (activity * draw.log(0.7, 4.0) / arrives).min(25.0);
+        self.j = self.s * draw.uniform(0.1, 1.0);
+        // Something must make it cycle.
+        self.drift = self.drift.max(0.5 * self.s);
+    }
+
+    /// Whether it does.
+    pub fn is_sticking(&self) -> bool {
+        self.s > 0.0
+    }
+
+    /// Its valve.
+    ///
+    /// # Errors
+    /// If the bands are refused.
+    pub fn fitting(&self) -> Result<[Fitting; 1]> {
+        let model = match (self.is_sticking(), self.he) {
+            (false, _) => Model::Ideal,
+            (_, true) => Model::He,
+            _ => Model::TwoPhase,
+        };
+        let bands = Bands::from_s_j(self.s, self.j)?;
+        Ok([Fitting { from: 0, model: model.build(bands)?, position: None }])
+    }
+}
+
+/// The loop beside, at work.
+pub(super) struct NeighbourRun<'a> {
+    design: &'a Neighbour,
+    controller: PidBank<1>,
+    process: ProcessBank<1, 2>,
+    line: DelayLine<1>,
+    valve: Stem<'a>,
+    noise: NormalStream,
+    drift: SignalSource,
+    /// Of the lag through which PVs act, and what has come through it, there and back.
+    keep: f64,
+    arrived: [f64; 2],
+    /// How often its stem began to move.
+    pub slips: usize,
+    stems: [f64; 2],
+}
+
+impl<'a> NeighbourRun<'a> {
+    /// At rest.
+    ///
+    /// # Errors
+    /// If a part refuses its settings.
+    pub fn new(beside: &'a Neighbour, design: &Design, fittings: &'a [Fitting]) -> Result<Self> {
+        let (step, n) = (design.step(), design.all_steps());
+        let settings = pi(beside.kc, beside.ti)?;
+        let engaged = Engaged::new(&settings, step, REST, REST, REST);
+        let process = Process::first_order(1.0, beside.tau, beside.dead_time)?;
+        let process = process.sampled(step, DeadTime::Nearest)?;
+        let tau_s = 0.2 * design.drawn();
+        let drift = Signal::Noise { sd: beside.drift, tau_s, seed: beside.seed };
+        Ok(Self {
+            design: beside,
+            controller: PidBank::new(&[engaged]),
+            line: DelayLine::new([process.delay()]),
+            process: ProcessBank::new([&process]),
+            valve: Stem::new(fittings, 0.0, f64::INFINITY, step, REST)?,
+            noise: NormalStream::new(beside.seed ^ 1),
+            drift: drift.source(step, n)?,
+            keep: beside.recycle.map_or(0.0, |lag| (-step / lag).exp()),
+            arrived: [0.0; 2],
+            slips: 0,
+            stems: [REST; 2],
+        })
+    }
+
+    /// What it adds to this loop's load at step `k`; `before` was its OP, `valve` and `pv` what this loop's valve and
+    /// PV are away from rest, the PV in percent of OP.
+    pub fn step(&mut self, k: usize, valve: f64, pv: f64) -> Result<f64> {
+        let own = self.process.output(0);
+        let op = self.controller.step(0, REST, REST + own + self.design.noise * self.noise.draw());
+        let (stem, vp) = self.valve.step(k, op, op)?;
+        self.slips += usize::from(self.stems[0] == self.stems[1] && stem != self.stems[1]);
+        self.stems = [self.stems[1], stem];
+        let acting = match self.design.recycle {
+            Some(_) => [own, pv],
+            None => [vp - REST, valve],
+        };
+        for (arrived, acting) in self.arrived.iter_mut().zip(acting) {
+            *arrived = self.keep * *arrived + (1.0 - self.keep) * acting;
+        }
+        // What comes back is bounded, as all flows are.
+        let back = (self.design.back * self.arrived[1]).clamp(-REST, REST);
+        let input = vp - REST + self.drift.draw() + back;
+        self.process.advance(self.line.push::<true>(Lane([input])));
+        Ok(self.design.there * self.arrived[0])
+    }
+}
+
+/// A PI controller that hands over without a bump.
+fn pi(kc: f64, ti: f64) -> Result<Controller> {
+    Ok(Controller::pi(kc, ti)?
+        .with_limits(0.0, 100.0, AntiWindup::Clamping)?
+        .with_handover(Handover::Bumpless))
+}

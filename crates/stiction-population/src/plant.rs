@@ -1,0 +1,321 @@
+//! The loop itself, step by step.
+
+use super::design::Design;
+use super::disturbance::Tapes;
+use super::draw::Draw;
+use super::families::{ControllerKind, ProcessKind, SetPointKind};
+use super::neighbour::{InnerRun, NeighbourRun};
+use std::iter::Peekable;
+use std::slice::Iter;
+use stiction_model::closed_loop::{
+    AntiWindup, Controller, DeadTime, DelayLine, Engaged, Form, Handover, PidBank, Process,
+    ProcessBank, SampledProcess, Signal, quantised,
+};
+use stiction_model::error::Result;
+use stiction_model::simd::Lane;
+use stiction_model::valve::{AnyModel, Assembly, Play, Start, StemLag, Valve};
+
+/// What a transmitter can say, percent of span (NAMUR NE 43: 3.8 to 20.5 mA).
+pub(super) const TRANSMITTER: (f64, f64) = (-1.25, 103.125);
+
+/// A loop with all that happens to it, but for its valve.
+pub(super) struct Plant<'a> {
+    design: &'a Design,
+    tapes: &'a Tapes,
+    controller: Controller,
+    process: SampledProcess,
+    master: Option<Master>,
+    /// Width of the play in the transmitter, percent of span.
+    pub sensor_play: f64,
+    /// Half the width of the gap in which the controller takes the error for zero, percent of span.
+    pub gap: f64,
+    /// Resolution of the transmitter, percent of span; the controller sees it.
+    pub quantum: f64,
+}
+
+/// A controller above, which writes the set point.
+struct Master {
+    /// Of the process between the PV and what the master controls.
+    keep: f64,
+    kc: f64,
+    /// Integral gain a step of the master.
+    ki: f64,
+    /// The farthest it moves the set point, percent of span.
+    reach: f64,
+    /// What its controlled variable should be, less what disturbs it.
+    wanted: Vec<f64>,
+}
+
+/// A valve model, and the step from which it is in the loop.
+pub(super) struct Fitting {
+    pub from: usize,
+    pub model: AnyModel,
+    /// Where it is put; where the stem is, if not given.
+    pub position: Option<f64>,
+}
+
+/// What a loop did, step by step.
+#[derive(Default)]
+pub(super) struct Played {
+    pub sp: Vec<f64>,
+    pub pv: Vec<f64>,
+    pub op: Vec<f64>,
+    /// Where the valve model has the stem, before its lag.
+    pub stem: Vec<f64>,
+    pub vp: Vec<f64>,
+    /// How often the stem of a neighbour began to move, the steps before the record included.
+    pub neighbour_slips: usize,
+}
+
+/// A valve with its lag and its actuator, and who takes its place when.
+pub(super) struct Stem<'a> {
+    fittings: Peekable<Iter<'a, Fitting>>,
+    valve: Assembly,
+    lag: StemLag,
+    /// Most that it moves a step, percent.
+    most: f64,
+    stem: f64,
+    vp: f64,
+}
+
+impl<'a> Stem<'a> {
+    /// At rest, without friction until the first fitting.
+    ///
+    /// # Errors
+    /// If the lag is refused.
+    pub fn new(
+        fittings: &'a [Fitting],
+        lag: f64,
+        stroke: f64,
+        step: f64,
+        rest: f64,
+    ) -> Result<Self> {
+        let mut lag = StemLag::new(lag, step)?;
+        lag.restart(rest);
+        let mut valve =
+            Assembly::new(stiction_model::valve::Model::Ideal.build(stiction_model::Bands::NONE)?);
+        valve.restart(Start::at_rest(rest));
+        let fittings = fittings.iter().peekable();
+        Ok(Self { fittings, valve, lag, most: stroke * step, stem: rest, vp: rest })
+    }
+
+    /// Where the model has the stem, and where the valve is, at step `k` with this OP; `before` was the last.
+    ///
+    /// # Errors
+    /// If the limits are refused.
+    pub fn step(&mut self, k: usize, before: f64, op: f64) -> Result<(f64, f64)> {
+        while let Some(next) = self.fittings.next_if(|next| next.from <= k) {
+            let position = next.position.unwrap_or(self.stem);
+            let start = Start { op: before, ..Start::at_rest(position) };
+            self.valve = Assembly::new(next.model.clone()).with_limits(0.0, 100.0)?;
+            self.valve.restart(start);
+        }
+        self.stem = self.valve.step(op);
+        let wanted = self.lag.step(self.stem);
+        self.vp += (wanted - self.vp).clamp(-self.most, self.most);
+        Ok((self.stem, self.vp))
+    }
+}
+
+/// What moves the process: a valve, or a loop below.
+#[expect(clippy::large_enum_variant, reason = "there is one a loop, and it does not move")]
+enum Actuator<'a> {
+    Valve(Stem<'a>),
+    Loop(InnerRun<'a>),
+}
+
+impl Played {
+    /// Without the steps before the record.
+    fn since(mut self, warm_up: usize) -> Self {
+        for signal in [&mut self.sp, &mut self.pv, &mut self.op, &mut self.stem, &mut self.vp] {
+            signal.drain(..warm_up);
+        }
+        self
+    }
+}
+
+impl<'a> Plant<'a> {
+    /// The loop as it is drawn.
+    ///
+    /// # Errors
+    /// If a part refuses its settings.
+    pub fn new(design: &'a Design, tapes: &'a Tapes, draw: &mut Draw) -> Result<Self> {
+        let Design { gain, tau, tau2, dead_time, .. } = *design;
+        let process = match design.process {
+            ProcessKind::FirstOrder => Process::first_order(gain, tau, dead_time)?,
+            ProcessKind::SecondOrder => Process::second_order(gain, tau, tau2, dead_time)?,
+            ProcessKind::Integrating => Process::integrator(gain / tau, dead_time)?,
+            ProcessKind::Unstable => Process::transfer_function(&[gain], &[tau, -1.0], dead_time)?,
+        };
+        let (low, high) = design.limits;
+        let form = if design.velocity_form { Form::Velocity } else { Form::Positional };
+        let controller = match design.controller {
+            ControllerKind::P => Controller::p(design.kc)?,
+            _ => Controller::pid(design.kc, design.ti, design.td)?,
+        };
+        let controller = controller
+            .with_limits(low, high, AntiWindup::Clamping)?
+            .with_form(form)
+            .with_handover(Handover::Bumpless);
+        let master = match design.set_point {
+            SetPointKind::Cascade => Some(Master::draw(design, draw)?),
+            _ => None,
+        };
+        let process = process.sampled(design.step(), DeadTime::Exact)?;
+        let (sensor_play, gap, quantum) = (0.0, 0.0, 0.0);
+        Ok(Self { design, tapes, controller, process, master, sensor_play, gap, quantum })
+    }
+
+    /// What the loop does with this valve, from the beginning of the record on.
+    ///
+    /// # Errors
+    /// If a part refuses its settings.
+    pub fn play(&self, valve: &[Fitting]) -> Result<Played> {
+        Ok(self.steps(valve, None)?.since(self.design.warm_up))
+    }
+
+    /// What the loop does with `valve`, and what the PV would do if `other` followed the same OP; from
+    /// the beginning of the record on.
+    ///
+    /// # Errors
+    /// If a part refuses its settings.
+    pub fn play_beside(&self, valve: &[Fitting], other: &[Fitting]) -> Result<(Played, Vec<f64>)> {
+        let played = self.steps(valve, None)?;
+        let beside = self.steps(other, Some(&played.op))?;
+        let warm_up = self.design.warm_up;
+        Ok((played.since(warm_up), beside.since(warm_up).pv))
+    }
+
+    /// All steps, with the controller in the loop or with an OP that is given.
+    fn steps(&self, fittings: &[Fitting], given: Option<&[f64]>) -> Result<Played> {
+        let (design, tapes) = (self.design, self.tapes);
+        let (lowest, highest) = design.transmitter;
+        let (low, high) = design.limits;
+        let (step, n) = (design.step(), design.all_steps());
+        let first_sp = tapes.set_point[0];
+        let (op_rest, pv_rest) = (design.op_rest, design.pv_rest);
+        let engaged = Engaged::new(&self.controller, step, op_rest, first_sp, pv_rest);
+        let mut controller = PidBank::new(&[engaged]);
+        let mut process = ProcessBank::<1, 2>::new([&self.process]);
+        let mut line = DelayLine::<1>::new([self.process.delay()]);
+        let mut actuator = match &design.inner {
+            Some(inner) => Actuator::Loop(InnerRun::new(inner, design, fittings, op_rest)?),
+            None => {
+                let (lag, stroke) = (design.valve_lag, design.stroke);
+                Actuator::Valve(Stem::new(fittings, lag, stroke, step, op_rest)?)
+            }
+        };
+        let beside = design.neighbour.as_ref().map(|one| one.fitting()).transpose()?;
+        let mut neighbour = match (&design.neighbour, &beside) {
+            (Some(one), Some(fitting)) => Some(NeighbourRun::new(one, design, fitting)?),
+            _ => None,
+        };
+        let mut spells = tapes.spells.iter().peekable();
+        let mut play = Play::new(self.sensor_play)?;
+        play.restart(Start::at_rest(pv_rest));
+        let keep = if design.pv_filter > 0.0 { (-step / design.pv_filter).exp() } else { 0.0 };
+        let mut filtered = pv_rest;
+        let (mut above, mut above_integral, mut asked) = (0.0, 0.0, 0.0);
+        let (mut last_pv, mut last_op, mut arriving) = (pv_rest, op_rest, 0.0);
+
+        let room = || Vec::with_capacity(n);
+        let mut played = Played {
+            sp: room(),
+            pv: room(),
+            op: room(),
+            stem: room(),
+            vp: room(),
+            neighbour_slips: 0,
+        };
+        for k in 0..n {
+            let value = process.output(0) + pv_rest + tapes.output[k];
+            let sensed = if self.sensor_play > 0.0 { play.step(value) } else { value };
+            let sensed = (sensed + tapes.noise[k]).clamp(lowest, highest);
+            filtered = keep * filtered + (1.0 - keep) * sensed;
+            let pv = match k % design.analyser {
+                0 => quantised(filtered, self.quantum),
+                _ => last_pv,
+            };
+            last_pv = pv;
+
+            if let Some(master) = &self.master {
+                above = master.keep * above + (1.0 - master.keep) * (value - pv_rest);
+                if k % design.steps == 0 {
+                    let error = master.wanted[k] - above;
+                    above_integral += master.ki * error;
+                    above_integral = above_integral.clamp(-master.reach, master.reach);
+                    asked = (master.kc * error + above_integral).clamp(-master.reach, master.reach);
+                }
+            }
+            let sp = (tapes.set_point[k] + asked).clamp(3.0, 97.0);
+            let op = match given {
+                Some(given) => given[k],
+                None => {
+                    let error = sp - pv;
+                    let mut beyond = error - error.clamp(-self.gap, self.gap);
+                    if let Some((least, whole)) = design.squared {
+                        beyond *= least + (1.0 - least) * (beyond.abs() / whole).min(1.0);
+                    }
+                    let shaped = self.gap > 0.0 || design.squared.is_some();
+                    let own = controller.step(0, sp, if shaped { sp - beyond } else { pv });
+                    let op = own + tapes.op.get(k).copied().unwrap_or(0.0);
+                    while spells.next_if(|spell| spell.until <= k).is_some() {}
+                    let taken = match (spells.peek(), &tapes.selected) {
+                        (Some(spell), _) if spell.from <= k => spell.op(k, last_op),
+                        (_, Some(selected)) => selected.of(k, op),
+                        _ => op,
+                    };
+                    if taken != op {
+                        controller.track(0, taken);
+                    }
+                    taken.clamp(low, high)
+                }
+            };
+            let load = tapes.load[k] + arriving;
+            let (stem, vp, acting) = match &mut actuator {
+                Actuator::Valve(valve) => {
+                    let (stem, vp) = valve.step(k, last_op, op)?;
+                    (stem, vp, vp)
+                }
+                Actuator::Loop(below) => below.step(k, op, load)?,
+            };
+            last_op = op;
+            if let Some(neighbour) = &mut neighbour {
+                let away = (value - pv_rest) / design.gain;
+                arriving = neighbour.step(k, acting - op_rest, away)?;
+            }
+            let v = design.curve.at((acting - op_rest) + load);
+            process.advance(line.push::<true>(Lane([v])));
+
+            played.sp.push(sp);
+            played.pv.push(pv);
+            played.op.push(op);
+            played.stem.push(stem);
+            played.vp.push(vp);
+        }
+        played.neighbour_slips = neighbour.map_or(0, |one| one.slips);
+        Ok(played)
+    }
+}
+
+impl Master {
+    /// A master that waits for its slave, under a disturbance that wanders.
+    fn draw(design: &Design, draw: &mut Draw) -> Result<Self> {
+        let step = design.step();
+        let tau = design.response_time() * draw.log(3.0, 20.0);
+        // A third of them hardly damp what they control.
+        let hasty = if draw.chance(0.35) { draw.log(2.0, 8.0) } else { 1.0 };
+        let kc = draw.log(0.3, 1.5) * hasty;
+        let ti = tau * draw.uniform(0.5, 1.5);
+        let size = (design.gain * design.activity).abs();
+        let sd = size * draw.log(0.2, 1.5) / hasty;
+        let wanders = Signal::Noise { sd, tau_s: tau * draw.log(0.5, 5.0), seed: draw.seed() };
+        Ok(Self {
+            keep: (-step / tau).exp(),
+            kc,
+            ki: kc * design.sample_time / ti,
+            reach: 3.0 * size,
+            wanted: wanders.sample(step, design.all_steps())?,
+        })
+    }
+}

@@ -1,0 +1,94 @@
+//! What is kept of a diagnosis to be counted.
+
+use stiction_diagnose::detect::{Decision, Method};
+use stiction_diagnose::diagnose::{Diagnosis, Estimate, VerdictClass};
+
+/// What is true of a loop, by its label or by its simulation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// Which valve it is; recordings of one valve are judged together, too.
+    pub valve: String,
+    /// What kind of loop it is, such as `saturation`; empty where that is not known.
+    pub kind: String,
+    /// Whether the valve sticks.
+    pub sticks: bool,
+    /// Whether the recording can show it. What sticks invisibly is left out of all measures.
+    pub visible: bool,
+    /// Stick band plus dead band, percent of span, where it is known.
+    pub s: Option<f64>,
+    /// Slip jump, percent of span, where it is known.
+    pub j: Option<f64>,
+}
+
+/// What a method says of a loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Said {
+    /// The method.
+    pub method: &'static Method,
+    /// The number the decision rests on; the larger, the more it speaks for sticking.
+    pub statistic: Option<f64>,
+    /// The value of the statistic from which the decision is positive.
+    pub threshold: Option<f64>,
+    /// What it decides.
+    pub decision: Decision,
+}
+
+/// A loop of known truth with what was said of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scored {
+    /// Name of the recording.
+    pub name: String,
+    /// What is true of it.
+    pub truth: Truth,
+    /// What each method says that was asked, in the order of the registry.
+    pub methods: Vec<Said>,
+    /// The conclusion.
+    pub verdict: VerdictClass,
+    /// The probability that the valve sticks, where there is one.
+    pub probability: Option<f64>,
+    /// The estimate of S, percent of span.
+    pub s: Option<Estimate>,
+    /// The estimate of J, percent of span.
+    pub j: Option<Estimate>,
+    /// The upper limit of S, percent of span.
+    pub s_below: Option<f64>,
+}
+
+impl Said {
+    /// The score that ranks loops: the statistic, unless the method abstains although it has one, as where
+    /// there is no oscillation whose cause it could tell.
+    pub fn score(&self) -> Option<f64> {
+        self.statistic.filter(|_| self.decision != Decision::Abstains)
+    }
+}
+
+impl Scored {
+    /// What a diagnosis says of a loop whose truth is known.
+    pub fn new(diagnosis: &Diagnosis, truth: Truth) -> Self {
+        let said = diagnosis.findings.iter().map(|finding| Said {
+            method: finding.method,
+            statistic: finding.statistic,
+            threshold: finding.threshold,
+            decision: finding.decision,
+        });
+        Self {
+            name: diagnosis.name.clone(),
+            truth,
+            methods: said.collect(),
+            verdict: diagnosis.verdict.class,
+            probability: diagnosis.verdict.probability,
+            s: diagnosis.stiction.s,
+            j: diagnosis.stiction.j,
+            s_below: diagnosis.verdict.s_below.map(|limit| limit.value),
+        }
+    }
+
+    /// The verdict as a decision. That a valve does not respond accuses it as that it sticks does.
+    pub fn decision(&self) -> Decision {
+        match self.verdict {
+            VerdictClass::Sticks | VerdictClass::DoesNotRespond => Decision::Sticks,
+            VerdictClass::DoesNotStick => Decision::DoesNotStick,
+            VerdictClass::CannotTell => Decision::Undecided,
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! What limits of S and probabilities near 0 and 1 are worth: whether the verdict is ever sure and wrong.
+
+use super::{Scored, Share};
+use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::series::quantile;
+
+/// Probabilities up to and from which a verdict is sure.
+pub const SURE: (f64, f64) = (0.02, 0.98);
+
+/// Limits and sure probabilities against the truth. Other than in every other measure, sticking that the
+/// record cannot show counts here: a limit is a promise about it, too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sureness {
+    /// Of sticking loops whose S is known and that are told a limit, those that stick by more.
+    pub above: Share,
+    /// Of sticking loops whose S is known and that are cleared, those that stick by more than the limit they are cleared with, or
+    /// without any.
+    pub cleared_above: Share,
+    /// Sticking loops that are cleared, whatever the limit.
+    pub cleared: Share,
+    /// Median of the limits of healthy loops that are cleared, percent of span.
+    pub limit: Option<f64>,
+    /// Of visible and healthy loops with a probability that is sure, those in which it is wrong.
+    pub wrong: Share,
+    /// How many of the visible and healthy loops have a sure probability.
+    pub sure: Share,
+}
+
+impl Sureness {
+    /// Counts loops; `None` if none of them has a limit or a sure probability.
+    pub fn of(loops: &[Scored]) -> Option<Self> {
+        let mut limits = vec![];
+        let [mut above, mut cleared_above, mut cleared, mut wrong, mut sure] =
+            [Share::default(); 5];
+        let count = |share: &mut Share, hit: bool| {
+            share.n += 1;
+            share.k += usize::from(hit);
+        };
+        for each in loops {
+            let truth = &each.truth;
+            let clears = each.verdict == VerdictClass::DoesNotStick;
+            if truth.sticks {
+                count(&mut cleared, clears);
+                // A valve that is stuck fast, or sits in another loop, has no S to be compared.
+                if let Some(s) = truth.s {
+                    each.s_below.inspect(|limit| count(&mut above, s > *limit));
+                    if clears {
+                        count(&mut cleared_above, each.s_below.is_none_or(|limit| s > limit));
+                    }
+                }
+            } else if clears {
+                limits.extend(each.s_below);
+            }
+            if truth.visible || !truth.sticks {
+                let is_sure = each.probability.filter(|p| *p <= SURE.0 || *p >= SURE.1);
+                count(&mut sure, is_sure.is_some());
+                is_sure.inspect(|p| count(&mut wrong, (*p > 0.5) != truth.sticks));
+            }
+        }
+        (above.n + sure.k > 0).then(|| Self {
+            above,
+            cleared_above,
+            cleared,
+            limit: (!limits.is_empty()).then(|| quantile(&limits, 0.5)),
+            wrong,
+            sure,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scoreboard::Truth;
+
+    fn scored(s: Option<f64>, visible: bool, p: f64, limit: Option<f64>) -> Scored {
+        let truth = Truth {
+            valve: String::new(),
+            kind: String::new(),
+            sticks: s.is_some(),
+            visible,
+            s,
+            j: None,
+        };
+        let verdict = match p {
+            p if p >= 0.9 => VerdictClass::Sticks,
+            p if p <= 0.2 => VerdictClass::DoesNotStick,
+            _ => VerdictClass::CannotTell,
+        };
+        Scored {
+            name: String::new(),
+            truth,
+            methods: vec![],
+            verdict,
+            probability: Some(p),
+            s: None,
+            j: None,
+            s_below: limit,
+        }
+    }
+
+    #[test]
+    fn what_is_promised_is_counted() {
+        let loops = [
+            scored(Some(3.0), true, 0.99, None),
+            scored(Some(3.0), true, 0.01, Some(4.0)),
+            scored(Some(3.0), true, 0.01, Some(2.0)),
+            scored(Some(3.0), false, 0.01, None),
+            scored(Some(3.0), false, 0.5, Some(1.0)),
+            scored(None, false, 0.01, Some(0.5)),
+            scored(None, false, 0.1, Some(1.5)),
+            scored(None, false, 0.99, None),
+        ];
+        let found = Sureness::of(&loops).unwrap();
+        assert_eq!(found.above, Share { k: 2, n: 3 });
+        assert_eq!(found.cleared_above, Share { k: 2, n: 3 });
+        assert_eq!(found.cleared, Share { k: 3, n: 5 });
+        assert_eq!(found.limit, Some(1.0));
+        // Two cleared and one accused wrongly; the hidden ones do not count.
+        assert_eq!((found.wrong, found.sure), (Share { k: 3, n: 5 }, Share { k: 5, n: 6 }));
+        assert_eq!(Sureness::of(&[]), None);
+    }
+}

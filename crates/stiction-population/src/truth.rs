@@ -1,0 +1,245 @@
+//! What is true of a simulated loop.
+
+use super::{
+    ControllerKind, DisturbanceKind, Family, HistorianKind, Kind, NoiseKind, ProcessKind,
+    SetPointKind, Situation,
+};
+use stiction_diagnose::recording::Recording;
+use stiction_model::valve::Model;
+
+/// A simulated loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulated {
+    /// What a plant would have recorded: OP and PV, and the SP of some loops; never the VP.
+    pub recording: Recording,
+    /// What is true of the loop.
+    pub truth: Truth,
+}
+
+/// What is true of a simulated loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// The kind it was asked for or drawn as.
+    pub kind: Kind,
+    /// Whether its valve is at fault: it sticks or is stuck.
+    pub sticks: bool,
+    /// The model of a sticking or stuck valve; `None` of a healthy one.
+    pub model: Option<Model>,
+    /// Stick band plus dead band, percent of span. Of a healthy valve, its harmless dead band, at most
+    /// 0.25; of a stuck one 200: no OP moves it.
+    pub s: f64,
+    /// Slip jump, percent of span; 0 of a healthy or stuck valve.
+    pub j: f64,
+    /// Whether the record can show the fault. False of healthy valves.
+    ///
+    /// Of a sticking valve it is true if the stem slipped and [`gain`](Self::gain) is at least 15.6 nats: 8; 4,
+    /// which chance gains; and `ln 36` for an observer who has to find S and J among 36 instead of knowing
+    /// the stem.
+    ///
+    /// Of a sticking valve in the loop below it is true if the stem slipped twice, and the PV that a healthy
+    /// valve, given the same OP, would have made differs from the PV by a standard deviation of at least the noise's:
+    /// the OP recorded is not that of the valve, and there is no likelihood of it.
+    ///
+    /// Of a stuck valve it is true if the PV that a healthy valve, given the same OP, would have made
+    /// differs from the PV by a standard deviation of at least three times the noise's and half the
+    /// PV's own.
+    pub visible: bool,
+    /// How much likelier the recorded PV is to who knows the true stem besides the OP, nats: the gain in
+    /// log-likelihood, robust and of as many samples as are independent, when past means of the stem are added to
+    /// a regression of the PV on its past and on past means of the OP. 0 of loops whose own valve does not
+    /// stick.
+    pub gain: f64,
+    /// Range of the OP over the S that the valve has, or would have if it stuck.
+    pub swing: f64,
+    /// Standard deviation of the noise that the controller gives its OP, open loop, over that S.
+    pub op_noise: f64,
+    /// How often the stem of a sticking valve began to move within the record, having been at rest one
+    /// step of the controller before. 0 of a healthy or stuck valve.
+    pub slips: usize,
+    /// Valve position at the recorded times, percent.
+    pub vp: Vec<f64>,
+    /// What else was drawn, and what came of it.
+    pub facts: Facts,
+}
+
+impl Truth {
+    /// Whether S and J are in percent of the OP that is recorded, and of a valve that sticks: what an estimate may be
+    /// compared with. False of a stuck valve, and of one that sticks in the loop below.
+    pub fn has_bands(&self) -> bool {
+        self.kind == Kind::Sticky
+    }
+
+    /// The families that the loop belongs to, one or several an axis: what can be left out of a training.
+    pub fn families(&self) -> Vec<Family> {
+        let facts = &self.facts;
+        let mut families = vec![
+            Family::Process(facts.process),
+            Family::Controller(facts.controller),
+            Family::Noise(facts.noise),
+            Family::SetPoint(facts.set_point),
+            Family::Situation(facts.situation),
+        ];
+        families.extend(self.model.map(Family::Valve));
+        families.extend(facts.disturbances.iter().copied().map(Family::Disturbance));
+        families.extend(facts.historian.iter().copied().map(Family::Historian));
+        families
+    }
+}
+
+/// What was drawn of a loop, and what came of it. PV in percent of the transmitter's span.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Facts {
+    /// What the process is.
+    pub process: ProcessKind,
+    /// Process gain, percent of span per percent of OP; of an integrator, after one time constant.
+    pub gain: f64,
+    /// First time constant of the process, s; of an integrator, the time in which a percent of OP moves
+    /// the PV by the gain.
+    pub tau_s: f64,
+    /// Second time constant, s, or 0.
+    pub tau2_s: f64,
+    /// Dead time, s.
+    pub dead_time_s: f64,
+    /// Lag of the stem, s.
+    pub valve_lag_s: f64,
+    /// Time constant of the PV's filter, s, or 0.
+    pub pv_filter_s: f64,
+    /// Controller gain, percent of OP per percent of span.
+    pub kc: f64,
+    /// Integral time, s; 0 without integral action.
+    pub ti_s: f64,
+    /// Derivative time, s, or 0.
+    pub td_s: f64,
+    /// Ultimate gain over controller gain.
+    pub gain_margin: f64,
+    /// What is special about the loop and its surroundings.
+    pub situation: Situation,
+    /// What the controller is.
+    pub controller: ControllerKind,
+    /// Standard deviation of the noise that the controller adds to its OP by itself, percent, or 0.
+    pub own_noise: f64,
+    /// How much of another loop's valve or PV acts on this one's load, or 0.
+    pub coupling: f64,
+    /// Lower limit of the OP, percent.
+    pub op_low: f64,
+    /// Upper limit of the OP, percent.
+    pub op_high: f64,
+    /// Time between samples, s.
+    pub sample_time_s: f64,
+    /// Steps of the controller a sample.
+    pub steps_per_sample: usize,
+    /// The scale of everything that happens to the loop, percent of OP.
+    pub activity: f64,
+    /// What the noise is like.
+    pub noise: NoiseKind,
+    /// Standard deviation of the noise over gain times activity.
+    pub noise_ratio: f64,
+    /// Whether the noise grows or shrinks.
+    pub non_stationary: bool,
+    /// What the set point does.
+    pub set_point: SetPointKind,
+    /// Play of the transmitter, percent of span, or 0.
+    pub sensor_play: f64,
+    /// Half the gap of the controller, percent of span, or 0.
+    pub controller_gap: f64,
+    /// Resolution of the PV that the controller sees, percent of span, or 0.
+    pub transmitter_quantum: f64,
+    /// Whether the historian averages over the sample.
+    pub averaged: bool,
+    /// The historian holds the PV for so many samples.
+    pub held_samples: usize,
+    /// Resolution of the recorded OP, percent, or 0.
+    pub op_quantum: f64,
+    /// Resolution of the recorded PV in its standard deviations, or 0.
+    pub pv_quantum: f64,
+    /// Deviation of the swinging door on the OP in its standard deviations, or 0.
+    pub op_compression: f64,
+    /// Deviation of the swinging door on the PV in its standard deviations, or 0.
+    pub pv_compression: f64,
+    /// Change of the OP that is reported in its standard deviations, or 0.
+    pub op_exception: f64,
+    /// Change of the PV that is reported in its standard deviations, or 0.
+    pub pv_exception: f64,
+    /// What the historian did.
+    pub historian: Vec<HistorianKind>,
+    /// What happens to the loop from outside, but for the cause of its kind.
+    pub disturbances: Vec<DisturbanceKind>,
+    /// Share of the record in which a valve at fault has its S and J; 0 of a healthy valve.
+    pub faulty_share: f64,
+    /// Range of the OP over the record, percent.
+    pub op_travel: f64,
+    /// Share of the record in which the OP is at a limit.
+    pub at_limit: f64,
+    /// How many draws were given up before this one.
+    pub redrawn: usize,
+}
+
+impl Facts {
+    /// All facts by name, as a table shows them, but for the historian and the disturbances: those that have numbers of
+    /// their own are there, and all are in [`Truth::families`].
+    pub fn entries(&self) -> Vec<(&'static str, String)> {
+        /// Names that are those of the fields.
+        macro_rules! entries {
+            ($($name:ident)*) => { vec![$((stringify!($name), Cell::cell(&self.$name))),*] };
+        }
+        entries!(process gain tau_s tau2_s dead_time_s valve_lag_s pv_filter_s kc ti_s td_s gain_margin
+            situation controller own_noise coupling op_low op_high sample_time_s steps_per_sample activity noise noise_ratio
+            non_stationary set_point sensor_play controller_gap transmitter_quantum averaged held_samples
+            op_quantum pv_quantum op_compression pv_compression op_exception pv_exception
+            faulty_share op_travel at_limit redrawn)
+    }
+}
+
+/// A fact as a table shows it.
+trait Cell {
+    fn cell(&self) -> String;
+}
+
+impl Cell for f64 {
+    fn cell(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Cell for usize {
+    fn cell(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Cell for bool {
+    fn cell(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Cell for ProcessKind {
+    fn cell(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
+impl Cell for NoiseKind {
+    fn cell(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
+impl Cell for Situation {
+    fn cell(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
+impl Cell for ControllerKind {
+    fn cell(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
+impl Cell for SetPointKind {
+    fn cell(&self) -> String {
+        self.name().to_owned()
+    }
+}

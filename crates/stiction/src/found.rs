@@ -1,0 +1,100 @@
+//! What was found out about a loop, and where its recording comes from.
+
+use crate::diagnose::Diagnosis;
+use std::fmt;
+use std::ops::Deref;
+
+#[cfg(feature = "report")]
+use stiction_report::{
+    document::{Document, Loop, Source},
+    report::{Case, html},
+};
+
+/// What was found out about one loop of a file: a [`Diagnosis`], whose fields are seen through it, and the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The file, as it is named in messages.
+    pub origin: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+    /// What was found out.
+    pub diagnosis: Diagnosis,
+}
+
+impl Deref for Found {
+    type Target = Diagnosis;
+
+    fn deref(&self) -> &Diagnosis {
+        &self.diagnosis
+    }
+}
+
+/// The diagnosis in a line.
+impl fmt::Display for Found {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.diagnosis.fmt(f)
+    }
+}
+
+#[cfg(feature = "report")]
+impl Found {
+    /// The report on this loop.
+    pub fn report(&self) -> Report<'_> {
+        Report::of(std::slice::from_ref(self))
+    }
+}
+
+/// This library with its version, as reports and documents name it.
+#[cfg(feature = "report")]
+const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
+
+/// The report on some loops: a self-contained page, or a document for programs.
+#[cfg(feature = "report")]
+#[derive(Debug, Clone)]
+pub struct Report<'a> {
+    found: &'a [Found],
+}
+
+#[cfg(feature = "report")]
+impl<'a> Report<'a> {
+    /// The report on all of `found`, the worst first.
+    pub fn of(found: &'a [Found]) -> Self {
+        Self { found }
+    }
+
+    fn sources(&self) -> Vec<Source> {
+        let source = |f: &Found| Source { file: f.origin.clone(), sha256: f.sha256.clone() };
+        self.found.iter().map(source).collect()
+    }
+
+    /// The page: HTML that needs no other file and no network.
+    ///
+    /// # Errors
+    /// If a figure cannot be drawn, which is not expected.
+    pub fn html(&self) -> Result<String, stiction_report::Error> {
+        let sources = self.sources();
+        let cases: Vec<_> = self
+            .found
+            .iter()
+            .zip(&sources)
+            .map(|(found, source)| Case { diagnosis: &found.diagnosis, source, overruled: None })
+            .collect();
+        html(TOOL, &cases)
+    }
+
+    /// What `stiction diagnose --json` prints of these loops.
+    pub fn document(&self) -> Document {
+        let loops = self.found.iter().zip(self.sources());
+        let of = |(found, source): (&Found, Source)| Loop::new(&found.diagnosis, source, None);
+        Document::new(TOOL, loops.map(of).collect())
+    }
+
+    /// Writes the page to the file at `path`.
+    ///
+    /// # Errors
+    /// If a figure cannot be drawn or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<std::path::Path>) -> std::io::Result<()> {
+        let page = self.html().map_err(std::io::Error::other)?;
+        std::fs::write(path, page)
+    }
+}
