@@ -9,12 +9,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stiction import _core
-from stiction._arguments import callback, number
+from stiction._arguments import callback, instance, number
 from stiction._arrays import Array
 from stiction._core import Scenario, Table
 from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, result
-from stiction.own import OwnController, OwnProcess, OwnValve, checked
+from stiction.own import OwnController, OwnProcess, OwnValve
 from stiction.stem import Stem
 from stiction.valves import Valve
 
@@ -320,9 +320,9 @@ def simulate(
     True
     """
     own = (
-        checked("controller", controller, OwnController),
-        checked("valve", valve, OwnValve, Valve, Stem),
-        checked("process", process, OwnProcess),
+        instance("controller", controller, OwnController),
+        instance("valve", valve, OwnValve, Valve, Stem),
+        instance("process", process, OwnProcess),
     )
     if own == (None, None, None):
         return Run(**_simulated(scenario, settings, "closed loop"))

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TypeVar
 
 __all__ = ["OwnController", "OwnProcess", "OwnValve"]
 
-_Part = TypeVar("_Part")
-
 
 class OwnValve(ABC):
-    """A valve of your own: derive from it, and give the class to `stiction.simulate`.
+    """A valve of your own: derive from it, and give `stiction.simulate` an object of the class.
 
     Examples
     --------
@@ -56,7 +53,7 @@ class OwnValve(ABC):
 
 
 class OwnController(ABC):
-    """A controller of your own: derive from it, and give the class to `stiction.simulate`.
+    """A controller of your own: derive from it, and give `stiction.simulate` an object of the class.
 
     Examples
     --------
@@ -103,7 +100,7 @@ class OwnController(ABC):
 
 
 class OwnProcess(ABC):
-    """A process of your own about its operating point: derive from it, and give the class to `stiction.simulate`.
+    """A process of your own about its operating point: derive from it, and give `stiction.simulate` an object of the class.
 
     Examples
     --------
@@ -151,12 +148,3 @@ class OwnProcess(ABC):
         input : float
             Valve position and load, held until then: their distance from the operating point, percent of span.
         """
-
-
-def checked(name: str, part: _Part, *kinds: type) -> _Part:
-    """Give a part of a loop, if it is of one of the kinds, or none."""
-    if part is None or isinstance(part, kinds):
-        return part
-    wanted = " or ".join(kind.__name__ for kind in kinds)
-    hint = "; give an object, not its class" if isinstance(part, type) else ""
-    raise TypeError(f"{name} must be {wanted}, but its type is {type(part).__name__}{hint}")
