@@ -336,3 +336,53 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction::diagnose::{Options, Override, diagnose};
+    use stiction::recording::Recording;
+    use stiction_report::document::Source;
+
+    /// Where the text on one loop shows a field of the verdict; of one that it does not show, why.
+    const IN_THE_TEXT: [(&str, Result<&str, &str>); 10] = [
+        ("class", Ok("DOES NOT RESPOND")),
+        ("probability", Err("part of the sentence where it means something")),
+        ("basis", Ok("Rests on: evidence in OP and PV")),
+        ("S_below", Err("part of the sentence on a valve that is cleared")),
+        ("votes", Err("the methods stand below one by one, and several loops have a column")),
+        ("reasons", Ok("for it    - the OP travels")),
+        ("contradictions", Ok("against   - spoken against")),
+        ("alternatives", Ok("or else   ")),
+        ("confirm", Ok("confirm   ")),
+        ("override", Ok("override  Overruled by a person: the valve sticks")),
+    ];
+
+    #[test]
+    fn the_text_shows_every_field_of_the_verdict_or_says_why_not() {
+        let op: Vec<f64> = (0..720).map(|k| 5.0 + 75.0 * f64::from(k) / 719.0).collect();
+        let (pv, sp) = ([0.0; 720], [40.0; 720]);
+        let recording = Recording::regular("FIC101", 10.0, &op, Some(&pv), Some(&sp)).unwrap();
+        let mut diagnosis = diagnose(&recording, &Options::default()).unwrap();
+        diagnosis.verdict.contradictions.push("spoken against".to_owned());
+        diagnosis.verdict.overruled = Some(Override {
+            verdict: VerdictClass::Sticks,
+            reason: "it was seen".to_owned(),
+            by: None,
+            entered: None,
+            scope: "this recording".to_owned(),
+            kept_in: "a file".to_owned(),
+        });
+        let found = serde_json::to_value(&diagnosis.verdict).unwrap();
+        let fields: Vec<&String> = found.as_object().unwrap().keys().collect();
+        assert_eq!(fields, IN_THE_TEXT.map(|(field, _)| field));
+        let source = Source { file: "FIC101.csv".to_owned(), sha256: String::new() };
+        let text = one(&Diagnosed { source, diagnosis });
+        for (field, shown) in IN_THE_TEXT {
+            match shown {
+                Ok(wanted) => assert!(text.contains(wanted), "{field}: no \"{wanted}\" in {text}"),
+                Err(why) => assert!(!why.is_empty()),
+            }
+        }
+    }
+}
