@@ -1,7 +1,7 @@
 //! `stiction schema`.
 
-use super::diagnose::violations;
-use super::{folder, run, with_samples};
+use super::diagnose::{violations, with_samples};
+use super::{folder, run};
 
 #[test]
 fn what_is_printed_is_as_its_schema_says() {
