@@ -10,7 +10,6 @@ mod limit_cycle;
 mod malformed;
 mod overrule;
 mod population;
-mod schema;
 mod session;
 mod simulate;
 mod stem;
