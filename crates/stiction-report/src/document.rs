@@ -551,8 +551,8 @@ impl From<&detect::Number> for Number {
 }
 
 impl Detector {
-    /// What a method with these parameters says.
-    pub fn new(finding: &Finding, parameters: &[detect::Number]) -> Self {
+    /// What a method says.
+    pub fn new(finding: &Finding) -> Self {
         let method = finding.method;
         Self {
             name: method.name.into(),
@@ -567,7 +567,7 @@ impl Detector {
             reason: finding.reason.clone(),
             numbers: finding.numbers.iter().map(Number::from).collect(),
             caveats: finding.caveats.clone(),
-            parameters: parameters.iter().map(Number::from).collect(),
+            parameters: finding.parameters.iter().map(Number::from).collect(),
         }
     }
 }
@@ -575,7 +575,7 @@ impl Detector {
 impl From<&fitness::Fitness> for Fitness {
     fn from(fitness: &fitness::Fitness) -> Self {
         let measures = fitness.measures.iter().map(|m| Measure {
-            name: m.name.into(),
+            name: m.id.name().into(),
             value: m.value.and_then(finite),
             unit: m.unit.into(),
             caveat_at: m.caveat_at,
@@ -830,13 +830,6 @@ impl Loop {
             .oscillation()
             .zip(stretch)
             .map(|((signal, found), stretch)| Oscillation::new(signal, found, stretch.from));
-        let detectors = detect::all();
-        let parameters = |finding: &Finding| {
-            detectors
-                .iter()
-                .find(|detector| detector.method().name == finding.method.name)
-                .map_or(vec![], |detector| detector.parameters())
-        };
         let findings = diagnosis.findings.iter();
         let kpis = diagnosis.kpis.numbers.iter().map(|kpi| Kpi {
             name: kpi.name.into(),
@@ -853,7 +846,7 @@ impl Loop {
             repairs: diagnosis.grid.repairs.iter().map(Mended::from).collect(),
             fitness: Fitness::from(&diagnosis.fitness),
             oscillation,
-            detectors: findings.map(|f| Detector::new(f, &parameters(f))).collect(),
+            detectors: findings.map(Detector::new).collect(),
             kpis: kpis.collect(),
             relation: diagnosis.relation.as_ref().and_then(Relation::of),
             no_response: NoResponse::of(diagnosis),

@@ -315,8 +315,7 @@ fn why(diagnosis: &Diagnosis) -> String {
 /// One row a loop, with every method's statistic and decision.
 pub fn csv(loops: &[Diagnosed]) -> Result<String> {
     let mut writer = csv::Writer::from_writer(vec![]);
-    let methods: Vec<&str> =
-        stiction::detect::all().iter().map(|detector| detector.method().name).collect();
+    let methods = stiction::detect::MethodId::ALL;
     let fixed = [
         "loop",
         "file",
@@ -346,8 +345,8 @@ pub fn csv(loops: &[Diagnosed]) -> Result<String> {
         "override_reason",
     ];
     let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
-    for method in &methods {
-        header.extend([(*method).to_owned(), format!("{method} decision")]);
+    for method in methods {
+        header.extend([method.to_string(), format!("{method} decision")]);
     }
     writer.write_record(&header)?;
     for Diagnosed { source, diagnosis, overruled } in loops {
@@ -386,8 +385,8 @@ pub fn csv(loops: &[Diagnosed]) -> Result<String> {
             overruled.as_ref().map_or(String::new(), |said| said.verdict.clone()),
             overruled.as_ref().map_or(String::new(), |said| said.reason.clone()),
         ];
-        for method in &methods {
-            let finding = diagnosis.findings.iter().find(|f| f.method.name == *method);
+        for id in methods {
+            let finding = diagnosis.findings.iter().find(|f| f.method.id == *id);
             row.push(say(finding.and_then(|f| f.statistic)));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));
         }
