@@ -4,7 +4,7 @@ mod html;
 
 use html::{data, well_formed};
 use std::collections::BTreeSet;
-use stiction_diagnose::detect::{self, Decision, MethodId, Subject};
+use stiction_diagnose::detect::{self, DamarlaRegression, Decision, Detector, MethodId, Subject};
 use stiction_diagnose::diagnose::{Diagnosis, Options, diagnose};
 use stiction_diagnose::recording::{Channel, LoopType, Recording};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
@@ -126,6 +126,26 @@ fn short_and_odd_loops_are_drawn() {
         }
         page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     }
+}
+
+#[test]
+fn a_figure_is_drawn_from_what_was_looked_at() {
+    let recording = recording(&flow(2_400).unwrap(), LoopType::Flow);
+    let of = |evidence| diagnose(&recording, &Options { evidence, ..Options::default() }).unwrap();
+    let (kept, bare) = (of(true), of(false));
+    assert!(kept.findings.iter().any(|finding| finding.looked_at.is_some()));
+    assert!(bare.findings.iter().all(|finding| finding.looked_at.is_none()));
+    let source = source("a.csv");
+    assert!(page(&[(&kept, &source)]).unwrap() == page(&[(&bare, &source)]).unwrap());
+
+    // With parameters of its own it is drawn by them, or not at all.
+    let (subject, context) = (kept.subject().unwrap(), Context::default());
+    let twice = DamarlaRegression { eta: 2.5, ..DamarlaRegression::default() };
+    let mut finding = twice.judge(&subject);
+    let figure = evidence::figure(&finding, &subject, &context).unwrap();
+    assert!(figure.caption.contains("at least 2.5 times"), "{}", figure.caption);
+    finding.looked_at = None;
+    assert!(evidence::figure(&finding, &subject, &context).is_none());
 }
 
 #[test]

@@ -118,7 +118,7 @@ impl Finding {
 
     /// What the method looked at in `subject`, of which this is the finding. Where it was not kept, the method of the
     /// registry looks again; `None` if it cannot, or this is the finding of one with other parameters.
-    pub fn looked_at(&self, subject: &Subject<'_>) -> Option<Cow<'_, LookedAt>> {
+    pub fn evidence(&self, subject: &Subject<'_>) -> Option<Cow<'_, LookedAt>> {
         if let Some(kept) = &self.looked_at {
             return Some(Cow::Borrowed(kept));
         }

@@ -29,74 +29,45 @@ impl Class {
     }
 }
 
-/// What is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum MeasureId {
-    /// Samples of OP and PV that are usable.
-    GoodValues,
-    /// Samples that were missing and are bridged.
-    BridgedSamples,
-    /// Samples that the historian doubts.
-    DoubtfulSamples,
-    /// Time in which the controller was in command.
-    InCommand,
-    /// Whether a stretch in automatic is there at all.
-    AutomaticStretch,
-    /// Samples of the stretch.
-    Samples,
-    /// Cycles of the dominant oscillation.
-    Cycles,
-    /// Samples in one of them.
-    SamplesPerCycle,
-    /// Range of the OP.
-    OpMoves,
-    /// Levels of the OP.
-    OpLevels,
-    /// Time in which the OP rests at a limit.
-    OpAtLimit,
-    /// Range of the PV.
-    PvMoves,
-    /// Levels of the PV.
-    PvLevels,
-    /// The longest time for which the PV stands still.
-    LongestFrozenPv,
-    /// Time in which the PV rests at its highest or lowest value.
-    ClippedPv,
-    /// Samples of the PV on one straight line.
-    CompressionFactor,
-    /// How often the PV changes in a cycle.
-    PvUpdatesPerCycle,
-    /// Variance of the PV that the set point explains.
-    SetPoint,
-    /// Windows of a long stretch that are fit by themselves.
-    FitWindows,
+macro_rules! measures {
+    ($($id:ident = $name:literal,)*) => {
+        /// What is measured.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum MeasureId {
+            $(#[doc = concat!("Called `", $name, "`.")] $id,)*
+        }
+
+        impl MeasureId {
+            /// Its name, such as `samples per cycle`.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$id => $name,)*
+                }
+            }
+        }
+    };
 }
 
-impl MeasureId {
-    /// Its name, such as `samples per cycle`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::GoodValues => "good values",
-            Self::BridgedSamples => "bridged samples",
-            Self::DoubtfulSamples => "doubtful samples",
-            Self::InCommand => "in command",
-            Self::AutomaticStretch => "automatic stretch",
-            Self::Samples => "samples",
-            Self::Cycles => "cycles",
-            Self::SamplesPerCycle => "samples per cycle",
-            Self::OpMoves => "OP moves",
-            Self::OpLevels => "OP levels",
-            Self::OpAtLimit => "OP at a limit",
-            Self::PvMoves => "PV moves",
-            Self::PvLevels => "PV levels",
-            Self::LongestFrozenPv => "longest frozen PV",
-            Self::ClippedPv => "clipped PV",
-            Self::CompressionFactor => "compression factor",
-            Self::PvUpdatesPerCycle => "PV updates per cycle",
-            Self::SetPoint => "PV explained by the set point",
-            Self::FitWindows => "fit windows",
-        }
-    }
+measures! {
+    GoodValues = "good values",
+    BridgedSamples = "bridged samples",
+    DoubtfulSamples = "doubtful samples",
+    InCommand = "in command",
+    AutomaticStretch = "automatic stretch",
+    Samples = "samples",
+    Cycles = "cycles",
+    SamplesPerCycle = "samples per cycle",
+    OpMoves = "OP moves",
+    OpLevels = "OP levels",
+    OpAtLimit = "OP at a limit",
+    PvMoves = "PV moves",
+    PvLevels = "PV levels",
+    LongestFrozenPv = "longest frozen PV",
+    ClippedPv = "clipped PV",
+    CompressionFactor = "compression factor",
+    PvUpdatesPerCycle = "PV updates per cycle",
+    SetPoint = "PV explained by the set point",
+    FitWindows = "fit windows",
 }
 
 /// One thing that was measured about the data.

@@ -1,7 +1,7 @@
 //! What each method says, with a figure of what it says it by.
 //!
 //! One file a family of methods, by what their figures show. A figure is made from what its method
-//! [looked at](Finding::looked_at).
+//! [looked at](Finding::evidence).
 
 mod correlation;
 mod distributions;
@@ -34,7 +34,7 @@ pub fn card(finding: &Finding, subject: Option<&Subject<'_>>, context: &Context<
 /// The figure of what a method looked at; `None` if it abstains, has seen too little to draw or values beyond what can
 /// be drawn.
 pub fn figure(finding: &Finding, subject: &Subject<'_>, context: &Context<'_>) -> Option<Figure> {
-    let looked_at = finding.looked_at(subject)?;
+    let looked_at = finding.evidence(subject)?;
     let group = finding.method.name;
     let scene = &Scene { subject, context, group };
     let figure = match &*looked_at {
