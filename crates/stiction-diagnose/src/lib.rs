@@ -65,6 +65,7 @@ stiction_model::written_by_name!(
     evidence::Line,
     recording::LoopType,
     recording::fitness::Class,
+    recording::fitness::MeasureId,
 );
 use stiction_model::{
     Bands, Error, Result, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,
