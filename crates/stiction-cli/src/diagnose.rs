@@ -146,7 +146,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
 pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     let Some(last) = failures.pop() else { return Ok(()) };
     for failure in failures {
-        let _ = writeln!(std::io::stderr(), "stiction: {failure:#}");
+        let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&failure));
     }
     Err(last)
 }
