@@ -63,6 +63,7 @@ stiction_model::written_by_name!(
     diagnose::Silence,
     diagnose::VerdictClass,
     evidence::Line,
+    oscillation::Basis,
     recording::LoopType,
     recording::fitness::Class,
     recording::fitness::MeasureId,

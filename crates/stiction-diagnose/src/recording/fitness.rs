@@ -97,7 +97,7 @@ pub struct Measure {
 pub struct Fitness {
     /// The worst class of the measures.
     pub class: Class,
-    /// Why it is not [`Class::Fit`]: the sentences of the measures that are worse, worst first.
+    /// Why it is not fit: the sentences of the measures that are worse, worst first.
     pub reasons: Vec<String>,
     /// All that was measured.
     pub measures: Vec<Measure>,
