@@ -56,8 +56,10 @@ impl fmt::Display for Decision {
 
 /// What a detector says of one stretch.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Finding {
     /// Which.
+    #[cfg_attr(feature = "serde", serde(flatten))]
     pub method: &'static Method,
     /// What it decides.
     pub decision: Decision,
@@ -75,6 +77,7 @@ pub struct Finding {
     pub parameters: Vec<Number>,
     /// The typed result that it rests on, from which its figure is drawn. [`diagnose`](crate::diagnose::diagnose) keeps
     /// it where [`Options::evidence`](crate::diagnose::Options::evidence) asks for it, for it holds whole signals.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub looked_at: Option<LookedAt>,
 }
 
