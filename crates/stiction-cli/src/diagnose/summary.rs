@@ -325,8 +325,8 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
     writer.write_record(&header)?;
     for found in loops {
         let mut row: Vec<String> = COLUMNS.iter().map(|column| column.cells.text(found)).collect();
-        for method in methods {
-            let finding = found.diagnosis.findings.iter().find(|f| f.method.id == *method);
+        for id in methods {
+            let finding = found.diagnosis.findings.iter().find(|f| f.method.id == *id);
             let statistic = Cells::number(finding.and_then(|f| f.statistic));
             row.push(statistic.map_or(String::new(), |v| v.to_string()));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));

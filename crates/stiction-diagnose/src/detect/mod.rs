@@ -167,7 +167,6 @@ impl Family {
 /// statistic stays, for whoever wants to see it.
 pub fn judge(detector: &dyn Detector, subject: &Subject<'_>) -> Finding {
     let mut finding = detector.judge(subject);
-    finding.parameters = detector.parameters();
     let judged = finding.decision != Decision::Abstains;
     if judged && detector.method().explains_oscillation && subject.period.is_none() {
         finding.reason = format!(

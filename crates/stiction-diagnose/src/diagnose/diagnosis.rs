@@ -458,11 +458,6 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     })
 }
 
-/// Whether a verdict is by OP and PV that nothing responds.
-fn silent(verdict: &Verdict) -> bool {
-    verdict.class == VerdictClass::DoesNotRespond && verdict.basis == Basis::Evidence
-}
-
 /// What the methods that are asked say; without a subject, that there is none.
 fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
     let said = |detector: &dyn Detector| match subject {
@@ -510,6 +505,11 @@ fn mistake_beside(relation: &Relation) -> Option<String> {
     Some(format!(
         "{mismatch}: {because}; the verdict follows the measured valve position, which needs no PV"
     ))
+}
+
+/// Whether a verdict is by OP and PV that nothing responds.
+fn silent(verdict: &Verdict) -> bool {
+    verdict.class == VerdictClass::DoesNotRespond && verdict.basis == Basis::Evidence
 }
 
 /// The slips that a verdict lacks: where the evidence is undecided for no other reason than that it is too little, or

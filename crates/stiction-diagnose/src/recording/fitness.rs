@@ -74,7 +74,7 @@ measures! {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Measure {
-    /// What was measured.
+    /// A short name, such as `samples per cycle`.
     #[cfg_attr(feature = "serde", serde(rename = "name"))]
     pub id: MeasureId,
     /// What was found; `None` where it could not be measured.
