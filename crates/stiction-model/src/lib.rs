@@ -28,6 +28,8 @@ pub mod bands;
 pub mod closed_loop;
 pub mod compensate;
 pub mod error;
+#[cfg(feature = "serde")]
+pub mod finite;
 pub mod limit_cycle;
 mod number;
 pub mod numeric;
