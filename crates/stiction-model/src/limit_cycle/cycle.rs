@@ -4,8 +4,11 @@ use nalgebra::Complex;
 
 /// How a cycle was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Method {
     /// By harmonic balance with the describing function: as if OP and VP were sines.
+    #[cfg_attr(feature = "serde", serde(rename = "describing function"))]
     DescribingFunction,
     /// By the exact flow of the loop from slip to slip.
     Exact,
@@ -23,6 +26,7 @@ impl Method {
 
 /// A number for each signal of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Swing {
     /// Of the OP, percent of span.
     pub op: f64,
@@ -34,6 +38,7 @@ pub struct Swing {
 
 /// A limit cycle.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
     /// How it was found.
     pub method: Method,
@@ -48,6 +53,7 @@ pub struct Cycle {
     pub stable: bool,
     /// The Floquet multipliers of a small deviation over one period, the largest first: how much of it is
     /// left. Empty where the method knows none.
+    #[cfg_attr(feature = "serde", schemars(with = "Vec<[f64; 2]>"))]
     pub multipliers: Vec<Complex<f64>>,
     /// How often the stem begins to move in a period.
     pub slips: usize,

@@ -6,6 +6,8 @@ use crate::error::Result;
 
 /// How a stem moves under a slow ramp once it has broken away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum SlidingKind {
     /// It goes on moving: Kano's, Choudhury's and the two-phase model describe it.
     Smooth,
@@ -58,6 +60,49 @@ pub struct Equivalent {
     /// creep, a faster one lets it slide smoothly in any case. Derived for this project and
     /// confirmed by simulation; frictional memory and bristles are left out.
     pub sliding: SlidingKind,
+}
+
+/// An [`Equivalent`] in a document.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct EquivalentDocument {
+    /// Stick band plus dead band, percent of stroke.
+    #[serde(rename = "S_percent_of_stroke")]
+    s_percent_of_stroke: f64,
+    /// Slip jump, percent of stroke.
+    #[serde(rename = "J_percent_of_stroke")]
+    j_percent_of_stroke: f64,
+    /// Stick band plus dead band, percent of the pressure signal.
+    #[serde(rename = "S_percent_of_signal")]
+    s_percent_of_signal: f64,
+    /// Slip jump, percent of the pressure signal.
+    #[serde(rename = "J_percent_of_signal")]
+    j_percent_of_signal: f64,
+    /// Overshoot of the first slip: it covers `K J`.
+    #[serde(rename = "K")]
+    overshoot: f64,
+    /// Damping ratio.
+    damping_ratio: f64,
+    /// How it moves under a slow ramp.
+    sliding: SlidingKind,
+}
+
+#[cfg(feature = "serde")]
+crate::written_as!(Equivalent, EquivalentDocument);
+
+#[cfg(feature = "serde")]
+impl From<&Equivalent> for EquivalentDocument {
+    fn from(found: &Equivalent) -> Self {
+        Self {
+            s_percent_of_stroke: found.bands.s(),
+            j_percent_of_stroke: found.bands.j(),
+            s_percent_of_signal: found.signal_bands.s(),
+            j_percent_of_signal: found.signal_bands.j(),
+            overshoot: found.overshoot,
+            damping_ratio: found.damping_ratio,
+            sliding: found.sliding,
+        }
+    }
 }
 
 impl Equivalent {

@@ -57,6 +57,8 @@ pub struct Sample {
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum EventKind {
     /// The stem broke away from rest, or left an end stop.
     Slip,
@@ -66,6 +68,7 @@ pub enum EventKind {
     /// so this is their only event besides end stops.
     Reversal,
     /// It met an end stop.
+    #[cfg_attr(feature = "serde", serde(rename = "end stop"))]
     EndStop,
 }
 
