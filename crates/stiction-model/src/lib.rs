@@ -31,6 +31,7 @@ pub mod error;
 #[cfg(feature = "serde")]
 pub mod finite;
 pub mod limit_cycle;
+mod named;
 mod number;
 pub mod numeric;
 pub mod parallel;

@@ -536,7 +536,17 @@ impl Document {
 
 /// The JSON schema of a [`Document`], indented.
 pub fn schema() -> String {
-    serde_json::to_string_pretty(&schemars::schema_for!(Document)).unwrap_or_default()
+    schema_of::<Document>()
+}
+
+/// The JSON schema of a [`ValveHistory`], indented.
+pub fn history_schema() -> String {
+    schema_of::<ValveHistory>()
+}
+
+/// The JSON schema of a document, indented.
+pub fn schema_of<T: JsonSchema>() -> String {
+    serde_json::to_string_pretty(&schemars::schema_for!(T)).unwrap_or_default()
 }
 
 /// A number that JSON can carry.

@@ -4,15 +4,14 @@ use nalgebra::Complex;
 
 /// How a cycle was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Method {
     /// By harmonic balance with the describing function: as if OP and VP were sines.
-    #[cfg_attr(feature = "serde", serde(rename = "describing function"))]
     DescribingFunction,
     /// By the exact flow of the loop from slip to slip.
     Exact,
 }
+
+crate::written_by_name!(Method);
 
 impl Method {
     /// Its name.

@@ -22,17 +22,26 @@ pub struct Found {
 
 /// Whether a loop cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum State {
     /// It does.
     Cycle,
     /// It does not.
-    #[cfg_attr(feature = "serde", serde(rename = "no cycle"))]
     NoCycle,
     /// It is not known.
-    #[cfg_attr(feature = "serde", serde(rename = "not known"))]
     Unknown,
+}
+
+crate::written_by_name!(State);
+
+impl State {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cycle => "cycle",
+            Self::NoCycle => "no cycle",
+            Self::Unknown => "not known",
+        }
+    }
 }
 
 impl Found {

@@ -19,7 +19,7 @@
 //! * The boundary of its existence is known to the spacing of the grid.
 //! * A sensitivity says nothing where the cycle changes its kind within a ten-thousandth of the parameter.
 
-use super::{ContinuousLoop, Cycle, Method, Swing, attractor};
+use super::{ContinuousLoop, Cycle, Method, State, Swing, attractor};
 use crate::bands::Bands;
 use crate::closed_loop::Process;
 use crate::error::{Error, Result, finite, positive};
@@ -48,15 +48,7 @@ pub enum Parameter {
     DeadTimeOverLag,
 }
 
-#[cfg(feature = "serde")]
-crate::written_as!(Parameter, &'static str);
-
-#[cfg(feature = "serde")]
-impl From<&Parameter> for &'static str {
-    fn from(parameter: &Parameter) -> Self {
-        parameter.name()
-    }
-}
+crate::written_by_name!(Parameter);
 
 impl Parameter {
     /// All of them. A ratio comes after what it is a ratio to.
@@ -295,12 +287,12 @@ impl Point {
         }
     }
 
-    /// Whether there is a cycle: `cycle`, `no cycle` or `not known`.
-    pub fn state(&self) -> &'static str {
+    /// Whether there is a cycle.
+    pub fn state(&self) -> State {
         match self {
-            Self::Cycle { .. } => "cycle",
-            Self::NoCycle { .. } => "no cycle",
-            Self::Unknown { .. } => "not known",
+            Self::Cycle { .. } => State::Cycle,
+            Self::NoCycle { .. } => State::NoCycle,
+            Self::Unknown { .. } => State::Unknown,
         }
     }
 
@@ -358,8 +350,8 @@ struct MapDocument {
     method: Method,
     /// How the points are ordered in the lists that follow.
     order: &'static str,
-    /// Whether there is a cycle: `cycle`, `no cycle` or `not known`.
-    state: Vec<&'static str>,
+    /// Whether there is a cycle.
+    state: Vec<State>,
     /// Periods, s.
     period_s: Vec<Option<f64>>,
     /// Half of the peak-to-peak values.

@@ -6,8 +6,6 @@ use crate::error::Result;
 
 /// How a stem moves under a slow ramp once it has broken away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum SlidingKind {
     /// It goes on moving: Kano's, Choudhury's and the two-phase model describe it.
     Smooth,
@@ -15,6 +13,19 @@ pub enum SlidingKind {
     Rippling,
     /// It stops again and again: He's model describes it.
     Staircase,
+}
+
+crate::written_by_name!(SlidingKind);
+
+impl SlidingKind {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Smooth => "smooth",
+            Self::Rippling => "rippling",
+            Self::Staircase => "staircase",
+        }
+    }
 }
 
 /// A stem in the terms of the data-driven models.

@@ -57,8 +57,6 @@ pub struct Sample {
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum EventKind {
     /// The stem broke away from rest, or left an end stop.
     Slip,
@@ -68,8 +66,19 @@ pub enum EventKind {
     /// so this is their only event besides end stops.
     Reversal,
     /// It met an end stop.
-    #[cfg_attr(feature = "serde", serde(rename = "end stop"))]
     EndStop,
+}
+
+impl EventKind {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slip => "slip",
+            Self::Stop => "stop",
+            Self::Reversal => "reversal",
+            Self::EndStop => "end stop",
+        }
+    }
 }
 
 /// An event and where it happened.

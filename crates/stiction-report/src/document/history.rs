@@ -1,11 +1,12 @@
 //! The history of valves as a document for programs.
 
 use super::{Estimate, Source, VERSION, finite};
+use schemars::JsonSchema;
 use serde::Serialize;
 use stiction_diagnose::diagnose;
 
 /// The histories of some valves.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ValveHistory {
     /// The program that made it, with its version.
     pub tool: String,
@@ -16,7 +17,7 @@ pub struct ValveHistory {
 }
 
 /// The history of one valve.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Valve {
     /// Tag of its loop.
     #[serde(rename = "loop")]
@@ -34,7 +35,7 @@ pub struct Valve {
 }
 
 /// What one window said of a valve.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
     /// The file it is from.
     pub file: String,
@@ -59,7 +60,7 @@ pub struct Point {
 }
 
 /// What the windows of a valve say together; of one that was repaired, those after the repair.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Combined {
     /// The conclusion.
     pub class: String,
@@ -76,7 +77,7 @@ pub struct Combined {
 }
 
 /// The drift of S.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Drift {
     /// Growth of S as a share of itself, 1/day.
     pub per_day: f64,
@@ -95,7 +96,7 @@ pub struct Drift {
 }
 
 /// Before and after a repair.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RepairTest {
     /// When it was, s.
     pub time_s: f64,
@@ -115,7 +116,7 @@ pub struct RepairTest {
 }
 
 /// A quantity before and after.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Contrast {
     /// Its typical value before.
     pub before: f64,
