@@ -28,6 +28,7 @@ pub mod reading;
 pub mod role;
 pub mod scenario;
 pub mod sheet;
+pub mod summary;
 pub mod table;
 pub mod timestamp;
 
@@ -37,4 +38,5 @@ pub use overrides::Overrides;
 pub use reading::Reading;
 pub use scenario::Scenario;
 pub use sheet::Sheet;
+pub use summary::Summary;
 pub use table::Table;

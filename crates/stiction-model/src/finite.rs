@@ -57,6 +57,10 @@ macro_rules! written_as {
                 stringify!($type).into()
             }
 
+            fn schema_id() -> std::borrow::Cow<'static, str> {
+                concat!(module_path!(), "::", stringify!($type)).into()
+            }
+
             fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
                 <$written as schemars::JsonSchema>::json_schema(generator)
             }

@@ -1,6 +1,6 @@
 //! Diagnosing many loops one by one, and keeping no more of them than what is counted.
 
-use crate::{diagnose, output, progress};
+use crate::{output, progress};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::path::Path;
@@ -115,7 +115,7 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
         Some(folder) => {
             let name = file_name(place, &diagnosis.name);
             let html = report::html(
-                &diagnose::tool(),
+                output::TOOL,
                 &[report::Case { diagnosis: &diagnosis, source: &source, overruled: None }],
             )?;
             output::write(Some(&folder.join(&name)), html.as_bytes())?;

@@ -171,6 +171,7 @@ pub struct Alternative {
 
 /// A test with the controller in manual that settles whether the valve sticks, sized from the data.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct ConfirmingTest {
     /// Size of each step of the OP, percent of span.
     pub step: f64,

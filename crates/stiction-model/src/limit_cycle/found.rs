@@ -18,6 +18,9 @@ pub struct Found {
     /// The cycles; those of all methods stand together in a document.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub cycles: Vec<Cycle>,
+    /// How many cycles there are that do not attract and were not asked for.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub passed_over: usize,
 }
 
 /// Whether a loop cycles.
@@ -50,26 +53,35 @@ impl Found {
     /// # Errors
     /// If the method cannot treat such a loop.
     pub fn of(l: &ContinuousLoop, method: Method, all: bool) -> Result<Self> {
-        Ok(match method {
-            Method::Exact => if all { exact::cycles(l) } else { exact::cycle(l) }?.into(),
-            Method::DescribingFunction => {
-                let (cycles, note) = match harmonic_balance(l)? {
-                    Balance::Cycles(cycles) if all => (cycles, None),
-                    Balance::Cycles(cycles) => match cycles.into_iter().find(|c| c.stable) {
-                        Some(cycle) => (vec![cycle], None),
-                        None => (vec![], Some("its cycles do not attract".to_owned())),
-                    },
-                    Balance::None(reason) => (vec![], Some(reason.to_string())),
-                };
-                let state = if cycles.is_empty() { State::NoCycle } else { State::Cycle };
-                Self { method, state, notes: note.into_iter().collect(), cycles }
-            }
-        })
+        match method {
+            Method::Exact => Ok(if all { exact::cycles(l) } else { exact::cycle(l) }?.into()),
+            Method::DescribingFunction => Ok(Self::of_balance(harmonic_balance(l)?, all)),
+        }
+    }
+
+    fn of_balance(balance: Balance, all: bool) -> Self {
+        let (cycles, reason) = match balance {
+            Balance::Cycles(cycles) => (cycles, None),
+            Balance::None(reason) => (vec![], Some(reason.to_string())),
+        };
+        let known = cycles.len();
+        let cycles: Vec<Cycle> = match all {
+            true => cycles,
+            false => cycles.into_iter().filter(|cycle| cycle.stable).take(1).collect(),
+        };
+        let none = || cycles.is_empty().then(|| "its cycles do not attract".to_owned());
+        Self {
+            method: Method::DescribingFunction,
+            state: if cycles.is_empty() { State::NoCycle } else { State::Cycle },
+            notes: reason.or_else(none).into_iter().collect(),
+            passed_over: known - cycles.len(),
+            cycles,
+        }
     }
 
     /// Nothing, because the method cannot treat such a loop.
     pub fn refused(method: Method, reason: String) -> Self {
-        Self { method, state: State::Unknown, notes: vec![reason], cycles: vec![] }
+        Self { method, state: State::Unknown, notes: vec![reason], cycles: vec![], passed_over: 0 }
     }
 }
 
@@ -85,6 +97,6 @@ impl From<Outcome> for Found {
             }
             Outcome::NotFound { reason } => (State::Unknown, vec![], vec![reason]),
         };
-        Self { method: Method::Exact, state, notes, cycles }
+        Self { method: Method::Exact, state, notes, cycles, passed_over: 0 }
     }
 }
