@@ -1,6 +1,6 @@
 //! The published detectors.
 
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
 use crate::oscillation::all_finite;
@@ -12,7 +12,6 @@ use stiction::Error;
 use stiction::detect::{self, Applies, Decides, Detector, Needs, Subject};
 use stiction::recording::{LoopType, Stretch};
 use stiction_figure::{Figure, Panel, Series, Style};
-use stiction_report::document;
 use stiction_report::report::{Context, evidence};
 
 /// Signals as Python gives them.
@@ -86,34 +85,6 @@ fn period(stretch: &Stretch, loop_type: LoopType, told_s: Option<f64>) -> Option
     }
 }
 
-/// What a method says.
-pub fn finding_dict(py: Python<'_>, found: document::Detector) -> PyResult<Bound<'_, PyDict>> {
-    let (numbers, units, parameters) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
-    for number in found.numbers {
-        numbers.set_item(&number.name, number.value)?;
-        units.set_item(number.name, number.unit)?;
-    }
-    for parameter in found.parameters {
-        parameters.set_item(parameter.name, (parameter.value, parameter.unit))?;
-    }
-    Ok(dict!(py,
-        "name": found.name,
-        "title": found.title,
-        "decision": found.decision,
-        "statistic": found.statistic,
-        "statistic_name": found.statistic_name,
-        "threshold": found.threshold,
-        "reason": found.reason,
-        "numbers": numbers,
-        "units": units,
-        "caveats": found.caveats,
-        "parameters": parameters,
-        "family": found.family,
-        "votes": found.votes,
-        "reference": found.reference,
-    ))
-}
-
 /// What detectors say of a stretch; those of no name are all. Without a period the one of the dominant
 /// oscillation is taken.
 #[pyfunction]
@@ -128,7 +99,7 @@ fn detect_stiction<'py>(
     sample_time: f64,
     period_s: Option<f64>,
     loop_type: &str,
-) -> PyResult<Vec<Bound<'py, PyDict>>> {
+) -> PyResult<Bound<'py, PyAny>> {
     let detectors = match methods {
         None => detect::all(),
         Some(names) => names
@@ -143,14 +114,11 @@ fn detect_stiction<'py>(
         let period = period(&stretch, loop_type, period_s);
         let judge = |detector: &dyn Detector| {
             let subject = Subject::new(&stretch, loop_type, period);
-            (!progress.is_given_up()).then(|| {
-                let finding = detect::judge(detector, &subject);
-                document::Detector::new(&finding, &detector.parameters())
-            })
+            (!progress.is_given_up()).then(|| detect::judge(detector, &subject))
         };
         detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
     })?;
-    findings.into_iter().map(|found| finding_dict(py, found)).collect()
+    plain(py, &findings)
 }
 
 /// What a method looked at in the subject that `with_subject` gives, as the report draws it: panels with named

@@ -18,7 +18,7 @@ use stiction::recording::{
 };
 use stiction_io::sheet::{Cells, Column};
 use stiction_io::{ReadOptions, Reading, Sheet};
-use stiction_report::document::{self, Source};
+use stiction_report::document::Source;
 
 /// A loop as a plant recorded it: OP, and as far as they are known PV, SP, VP and mode.
 ///
@@ -538,17 +538,17 @@ fn recording_renamed(
     Recording::new(renamed, recording.source.clone())
 }
 
-/// Whether a recording can answer, as JSON.
+/// Whether a recording can answer.
 #[pyfunction]
-fn recording_fitness(
-    py: Python<'_>,
+fn recording_fitness<'py>(
+    py: Python<'py>,
     recording: &Recording,
     sample_time: Option<f64>,
-) -> PyResult<String> {
+) -> PyResult<Bound<'py, PyAny>> {
     let recording = Arc::clone(&recording.recording);
     let options = GridOptions { sample_time };
     let fitness = long(py, None, move |_| stiction::diagnose::fitness(&recording, &options))?;
-    crate::diagnosis::json(&document::Fitness::from(&fitness.map_err(refused)?))
+    crate::dict::plain(py, &fitness.map_err(refused)?)
 }
 
 /// The stretches of a recording on a regular grid.

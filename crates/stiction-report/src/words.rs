@@ -1,11 +1,10 @@
 //! A verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
 
-use crate::document::Override;
 use crate::report::evidence::sentence;
 use crate::report::layout::number;
 use stiction_diagnose::diagnose::{
-    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Ruling, Silence,
-    VerdictClass,
+    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Override, Ruling,
+    Silence, VerdictClass,
 };
 use stiction_diagnose::recording::Stretch;
 use stiction_diagnose::recording::fitness::Class;
@@ -151,7 +150,7 @@ pub fn why(diagnosis: &Diagnosis) -> String {
     let clause = |text: &String| text.trim_start_matches("but ").trim_end_matches('.').to_owned();
     let first = || verdict.reasons.first().map(clause);
     let last = || verdict.reasons.last().map(clause);
-    let unfit = || diagnosis.fitness.reasons().first().map(|reason| clause(&(*reason).to_owned()));
+    let unfit = || diagnosis.fitness.reasons.first().map(clause);
     let found = match verdict.basis {
         _ if diagnosis.mistaken().is_some() => first(),
         Basis::ValvePosition => first(),
@@ -326,17 +325,17 @@ pub fn overruled(overruled: &Override) -> String {
     }
     format!(
         "Overruled by {who}: the valve {}, because: {}. This holds for {} ({}).",
-        said(&overruled.verdict),
+        said(overruled.verdict),
         overruled.reason.trim_end_matches('.'),
         overruled.scope,
         overruled.kept_in
     )
 }
 
-fn said(verdict: &str) -> String {
+fn said(verdict: VerdictClass) -> &'static str {
     match verdict {
-        "cannot tell" => "cannot be judged".to_owned(),
-        verb => verb.to_owned(),
+        VerdictClass::CannotTell => "cannot be judged",
+        verb => verb.name(),
     }
 }
 

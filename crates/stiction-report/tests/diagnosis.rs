@@ -10,8 +10,8 @@ use stiction_diagnose::recording::{Channel, LoopType, Recording};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
 use stiction_model::valve::{Assembly, Model};
 use stiction_model::{Bands, Result};
-use stiction_report::document::Source;
-use stiction_report::report::{self, Case, Context, evidence};
+use stiction_report::document::{Loop, Source};
+use stiction_report::report::{self, Context, evidence};
 
 const HOSTILE: &str = "</script><script>alert(1)</script> \"'&\u{0}<b>";
 
@@ -63,10 +63,8 @@ fn source(file: &str) -> Source {
 
 /// The report on some loops that nobody overruled.
 fn page(loops: &[(&Diagnosis, &Source)]) -> std::result::Result<String, stiction_report::Error> {
-    let cases: Vec<Case<'_>> = loops
-        .iter()
-        .map(|(diagnosis, source)| Case { diagnosis, source, overruled: None })
-        .collect();
+    let cases: Vec<Loop<'_>> =
+        loops.iter().map(|(diagnosis, source)| Loop { diagnosis, source }).collect();
     report::html("stiction 9", &cases)
 }
 

@@ -11,7 +11,7 @@ use stiction::recording::Recording;
 use stiction::recording::fitness::Class;
 use stiction::scoreboard::{Scored, Truth};
 use stiction::series::median;
-use stiction_report::document::Source;
+use stiction_report::document::{Loop, Source};
 use stiction_report::report;
 
 /// A loop with its truth.
@@ -114,10 +114,8 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let report = match plan.reports {
         Some(folder) => {
             let name = file_name(place, &diagnosis.name);
-            let html = report::html(
-                output::TOOL,
-                &[report::Case { diagnosis: &diagnosis, source: &source, overruled: None }],
-            )?;
+            let html =
+                report::html(output::TOOL, &[Loop { diagnosis: &diagnosis, source: &source }])?;
             output::write(Some(&folder.join(&name)), html.as_bytes())?;
             Some(name)
         }

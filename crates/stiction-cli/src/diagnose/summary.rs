@@ -7,6 +7,8 @@ use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
 use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
+use stiction_report::document::Loop;
+use stiction_report::table::{COLUMNS, Cells};
 use stiction_report::words;
 
 /// How many reasons of each kind a screen has room for.
@@ -14,20 +16,20 @@ const REASONS: usize = 3;
 
 /// One loop on one screen.
 pub fn one(loop_: &Diagnosed) -> String {
-    let Diagnosed { source, diagnosis, overruled } = loop_;
+    let Diagnosed { source, diagnosis } = loop_;
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(out, "{} ({})  {}", diagnosis.name, diagnosis.loop_type.name(), source.file);
     out += &field("verdict", &verdict(diagnosis));
-    if let Some(said) = overruled {
+    if let Some(said) = &diagnosis.verdict.overruled {
         out += &field("override", &words::overruled(said));
     }
     out += &weighed(diagnosis);
     out += &field("data", &data(diagnosis));
-    for reason in diagnosis.fitness.reasons().iter().take(REASONS) {
+    for reason in diagnosis.fitness.reasons.iter().take(REASONS) {
         out += &field("", &format!("- {reason}"));
     }
-    let more = diagnosis.fitness.reasons().len().saturating_sub(REASONS);
+    let more = diagnosis.fitness.reasons.len().saturating_sub(REASONS);
     if more > 0 {
         out += &field("", &format!("- and {more} more, in the report"));
     }
@@ -244,7 +246,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
         "why",
     ];
     let mut rows = vec![header.map(str::to_owned)];
-    for Diagnosed { diagnosis, overruled, .. } in ranked {
+    for Diagnosed { diagnosis, .. } in ranked {
         let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);
         let Votes { sticks, does_not_stick, .. } = diagnosis.verdict.votes;
         rows.push([
@@ -260,7 +262,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
                 .and_then(|o| o.regularity)
                 .filter(|r| r.is_finite())
                 .map_or("-".to_owned(), number),
-            match overruled {
+            match &diagnosis.verdict.overruled {
                 Some(said) => format!("overruled: {}, {}", said.verdict, said.reason),
                 None => why(diagnosis),
             },
@@ -277,7 +279,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
     if count(VerdictClass::DoesNotRespond) > 0 {
         parts.insert(1, format!("{} do not respond", count(VerdictClass::DoesNotRespond)));
     }
-    let overruled = loops.iter().filter(|each| each.overruled.is_some()).count();
+    let overruled = loops.iter().filter(|each| each.diagnosis.verdict.overruled.is_some()).count();
     if overruled > 0 {
         parts.push(format!("{overruled} overruled by people"));
     }
@@ -312,86 +314,75 @@ fn why(diagnosis: &Diagnosis) -> String {
     short
 }
 
-/// One row a loop, with every method's statistic and decision.
-pub fn csv(loops: &[Diagnosed]) -> Result<String> {
+/// One row a loop: the columns of all tables, then every method's statistic and decision.
+pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
     let mut writer = csv::Writer::from_writer(vec![]);
     let methods: Vec<&str> =
         stiction::detect::all().iter().map(|detector| detector.method().name).collect();
-    let fixed = [
-        "loop",
-        "file",
-        "type",
-        "fitness",
-        "samples",
-        "sample_time_s",
-        "oscillates",
-        "period_s",
-        "regularity",
-        "amplitude",
-        "verdict",
-        "probability",
-        "basis",
-        "votes_sticks",
-        "votes_does_not_stick",
-        "S",
-        "S_low",
-        "S_high",
-        "J",
-        "J_low",
-        "J_high",
-        "S_below",
-        "alternative",
-        "alternative_likelihood",
-        "override",
-        "override_reason",
-    ];
-    let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
+    let mut header: Vec<String> = COLUMNS.iter().map(|column| column.name.to_owned()).collect();
     for method in &methods {
         header.extend([(*method).to_owned(), format!("{method} decision")]);
     }
     writer.write_record(&header)?;
-    for Diagnosed { source, diagnosis, overruled } in loops {
-        let stretch = diagnosis.stretch();
-        let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);
-        let say = |value: Option<f64>| {
-            value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
-        };
-        let votes = diagnosis.verdict.votes;
-        let other = diagnosis.verdict.alternatives.first();
-        let mut row = vec![
-            diagnosis.name.clone(),
-            source.file.clone(),
-            diagnosis.loop_type.name().to_owned(),
-            diagnosis.fitness.class.name().to_owned(),
-            stretch.map_or(0, |s| s.len()).to_string(),
-            say(stretch.map(|s| s.sample_time)),
-            oscillation.is_some_and(|o| o.found).to_string(),
-            say(oscillation.and_then(|o| o.period_s)),
-            say(oscillation.and_then(|o| o.regularity)),
-            say(oscillation.and_then(|o| o.amplitude)),
-            diagnosis.verdict.class.name().to_owned(),
-            say(diagnosis.verdict.probability),
-            diagnosis.verdict.basis.name().to_owned(),
-            votes.sticks.to_string(),
-            votes.does_not_stick.to_string(),
-            say(diagnosis.stiction.s.map(|s| s.value)),
-            say(diagnosis.stiction.s.map(|s| s.low)),
-            say(diagnosis.stiction.s.map(|s| s.high)),
-            say(diagnosis.stiction.j.map(|j| j.value)),
-            say(diagnosis.stiction.j.map(|j| j.low)),
-            say(diagnosis.stiction.j.map(|j| j.high)),
-            say(diagnosis.verdict.s_below.map(|limit| limit.value)),
-            other.map_or(String::new(), |other| other.cause.name().to_owned()),
-            say(other.map(|other| other.likelihood)),
-            overruled.as_ref().map_or(String::new(), |said| said.verdict.clone()),
-            overruled.as_ref().map_or(String::new(), |said| said.reason.clone()),
-        ];
+    for found in loops {
+        let mut row: Vec<String> = COLUMNS.iter().map(|column| column.cells.text(found)).collect();
         for method in &methods {
-            let finding = diagnosis.findings.iter().find(|f| f.method.name == *method);
-            row.push(say(finding.and_then(|f| f.statistic)));
+            let finding = found.diagnosis.findings.iter().find(|f| f.method.name == *method);
+            let statistic = Cells::number(finding.and_then(|f| f.statistic));
+            row.push(statistic.map_or(String::new(), |v| v.to_string()));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));
         }
         writer.write_record(&row)?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction::diagnose::{Options, Override, diagnose};
+    use stiction::recording::Recording;
+    use stiction_report::document::Source;
+
+    /// Where the text on one loop shows a field of the verdict; of one that it does not show, why.
+    const IN_THE_TEXT: [(&str, Result<&str, &str>); 10] = [
+        ("class", Ok("DOES NOT RESPOND")),
+        ("probability", Err("part of the sentence where it means something")),
+        ("basis", Ok("Rests on: evidence in OP and PV")),
+        ("S_below", Err("part of the sentence on a valve that is cleared")),
+        ("votes", Err("the methods stand below one by one, and several loops have a column")),
+        ("reasons", Ok("for it    - the OP travels")),
+        ("contradictions", Ok("against   - spoken against")),
+        ("alternatives", Ok("or else   ")),
+        ("confirm", Ok("confirm   ")),
+        ("override", Ok("override  Overruled by a person: the valve sticks")),
+    ];
+
+    #[test]
+    fn the_text_shows_every_field_of_the_verdict_or_says_why_not() {
+        let op: Vec<f64> = (0..720).map(|k| 5.0 + 75.0 * f64::from(k) / 719.0).collect();
+        let (pv, sp) = ([0.0; 720], [40.0; 720]);
+        let recording = Recording::regular("FIC101", 10.0, &op, Some(&pv), Some(&sp)).unwrap();
+        let mut diagnosis = diagnose(&recording, &Options::default()).unwrap();
+        diagnosis.verdict.contradictions.push("spoken against".to_owned());
+        diagnosis.verdict.overruled = Some(Override {
+            verdict: VerdictClass::Sticks,
+            reason: "it was seen".to_owned(),
+            by: None,
+            entered: None,
+            scope: "this recording".to_owned(),
+            kept_in: "a file".to_owned(),
+        });
+        let found = serde_json::to_value(&diagnosis.verdict).unwrap();
+        let fields: Vec<&String> = found.as_object().unwrap().keys().collect();
+        assert_eq!(fields, IN_THE_TEXT.map(|(field, _)| field));
+        let source = Source { file: "FIC101.csv".to_owned(), sha256: String::new() };
+        let text = one(&Diagnosed { source, diagnosis });
+        for (field, shown) in IN_THE_TEXT {
+            match shown {
+                Ok(wanted) => assert!(text.contains(wanted), "{field}: no \"{wanted}\" in {text}"),
+                Err(why) => assert!(!why.is_empty()),
+            }
+        }
+    }
 }

@@ -122,12 +122,12 @@ fn json_says_what_the_issue_promised() {
 }
 
 /// What is wrong with `value` by `schema`: enough of JSON Schema for ours.
-fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<String> {
+pub fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<String> {
     if let Some(reference) = schema["$ref"].as_str() {
         let name = reference.trim_start_matches("#/$defs/");
         return violations(value, &root["$defs"][name], root, place);
     }
-    if let Some(options) = schema["anyOf"].as_array() {
+    if let Some(options) = schema["anyOf"].as_array().or(schema["oneOf"].as_array()) {
         let fits = options.iter().any(|option| violations(value, option, root, place).is_empty());
         return if fits { vec![] } else { vec![format!("{place} fits none of its forms")] };
     }
@@ -165,7 +165,13 @@ fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<S
                 Some(schema) => {
                     wrong.extend(violations(field, schema, root, &format!("{place}.{name}")));
                 }
-                None => wrong.push(format!("{place}.{name} is not in the schema")),
+                None => match &schema["additionalProperties"] {
+                    Value::Bool(true) => {}
+                    each if each.is_object() => {
+                        wrong.extend(violations(field, each, root, &format!("{place}.{name}")));
+                    }
+                    _ => wrong.push(format!("{place}.{name} is not in the schema")),
+                },
             }
         }
     }
@@ -269,6 +275,16 @@ fn a_table_has_one_row_a_loop() {
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
     assert_eq!(rows.len(), 5);
     assert_eq!(&rows[0][0], "FIC101-sticky");
+    // Without a stretch to judge there is nothing to count: the cells are empty, and not 0 or false.
+    let manual: String = (0..200).map(|k| format!("{k},{},50,MAN\n", 50 + k % 7)).collect();
+    write(&folder, "manual.csv", format!("t,op,pv,mode\n{manual}"));
+    let csv = run(&folder, &["diagnose", "manual.csv", "--csv", "-"]).quiet_success();
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let row = reader.records().next().expect("a row").expect("a row");
+    for empty in ["samples", "oscillates", "override", "override_reason"] {
+        let at = header.iter().position(|name| name == empty).expect("a column");
+        assert_eq!(&row[at], "", "{empty}");
+    }
 }
 
 #[test]

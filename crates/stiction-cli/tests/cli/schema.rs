@@ -1,106 +1,51 @@
-//! `stiction schema`: what is printed has exactly the fields that its schema describes.
+//! `stiction schema`.
 
-use crate::{folder, paper, run, write};
-use serde_json::Value;
+use super::diagnose::{violations, with_samples};
+use super::{folder, paper, run};
 
-/// Every document with commands that print it.
-fn printed() -> [(&'static str, Vec<Vec<&'static str>>); 9] {
-    let map = ["--map", "S=1:9:3", "J=0:4:3", "--sensitivity", "--retune"];
-    [
-        ("inspect", vec![vec!["inspect", "a.csv", "--json"]]),
-        ("bench", vec![vec!["bench", "--simulated", "4", "--only", "verdict", "--json"]]),
-        ("stem", vec![vec!["stem", "--json"]]),
-        (
-            "simulate",
-            ["paper/closed-loop", "paper/step-linear"]
-                .map(|name| vec!["simulate", name, "--json"])
-                .to_vec(),
-        ),
-        ("compensate", vec![paper("compensate", &["--method", "knocker", "--json"])]),
-        ("what-if", vec![paper("what-if", &["--json"])]),
-        (
-            "limit-cycle",
-            vec![
-                paper("limit-cycle", &["--json"]),
-                [&paper("limit-cycle", &map)[..], &["--json"]].concat(),
-            ],
-        ),
-        ("fmu-models", vec![vec!["fmu", "--list", "--json"]]),
-        ("fmu-variables", vec![vec!["fmu", "--variables", "--json"]]),
+/// Documents, each with a command that prints it.
+fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
+    let file = "FIC101-sticky.csv";
+    let map = ["--json", "--map", "S=1:9:3", "J=0:4:3", "--sensitivity", "--retune"];
+    vec![
+        ("diagnosis", vec!["diagnose", file, "--json"]),
+        ("history", vec!["history", file, "--window", "5min", "--repair", "1200", "--json"]),
+        ("inspect", vec!["inspect", file, "--json"]),
+        ("bench", vec!["bench", "--simulated", "4", "--only", "verdict", "--time", "--json"]),
+        ("stem", vec!["stem", "--json"]),
+        ("simulate", vec!["simulate", "paper/closed-loop", "--json"]),
+        ("simulate", vec!["simulate", "paper/step-linear", "--json"]),
+        ("compensate", paper("compensate", &["--method", "knocker", "--json"])),
+        ("what-if", paper("what-if", &["--json"])),
+        ("limit-cycle", paper("limit-cycle", &["--json"])),
+        ("limit-cycle", paper("limit-cycle", &map)),
+        ("fmu-models", vec!["fmu", "--list", "--json"]),
+        ("fmu-variables", vec!["fmu", "--variables", "--json"]),
     ]
 }
 
 #[test]
-fn documents_are_what_their_schemas_say() {
-    let folder = folder("schema");
-    write(
-        &folder,
-        "a.csv",
-        "t,op,pv,sp,mode\n0,50,20,20,auto\n1,51,20.5,20,auto\n2,52,21,20,man\n",
-    );
-    for (name, commands) in printed() {
-        let schema = run(&folder, &["schema", name]).json();
-        for command in commands {
-            let document = run(&folder, &command).json();
-            if let Err(why) = fits(&schema, &schema, &document) {
-                panic!("{command:?} prints what the schema \"{name}\" does not describe: {why}");
-            }
-        }
+fn what_is_printed_is_as_its_schema_says() {
+    let folder = with_samples("schema-printed");
+    let printed = printed();
+    for (document, arguments) in &printed {
+        let schema = run(&folder, &["schema", document]).json();
+        let json = run(&folder, arguments).json();
+        assert_eq!(violations(&json, &schema, &schema, document), Vec::<String>::new());
+    }
+    // None is left out: a refusal lists those that there are.
+    let refused = run(&folder, &["schema", "none-such"]).refusal();
+    let known = refused.split_once("[possible values: ").and_then(|(_, rest)| rest.split_once(']'));
+    for name in known.expect("a list").0.split(", ") {
+        assert!(printed.iter().any(|(document, _)| *document == name), "{name} is not tested");
     }
 }
 
-/// Whether a value has the type, the fields and the entries that its schema tells.
-fn fits(root: &Value, schema: &Value, value: &Value) -> Result<(), String> {
-    if let Some(reference) = schema["$ref"].as_str() {
-        let of = root.pointer(&reference[1..]).ok_or(format!("{reference} leads nowhere"))?;
-        return fits(root, of, value);
-    }
-    for one_of in ["anyOf", "oneOf"] {
-        if let Some(choices) = schema[one_of].as_array() {
-            let found = choices.iter().map(|choice| fits(root, choice, value));
-            let wrong: Vec<String> = found.filter_map(Result::err).collect();
-            if wrong.len() == choices.len() {
-                return Err(wrong.join(", or "));
-            }
-        }
-    }
-    if !schema["type"].is_null() && !is_of(&schema["type"], value) {
-        return Err(format!("{value} is no {}", schema["type"]));
-    }
-    for entry in value.as_array().into_iter().flatten().filter(|_| schema["items"].is_object()) {
-        fits(root, &schema["items"], entry)?;
-    }
-    let required = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    for name in required {
-        value.get(name).ok_or(format!("{name} is missing"))?;
-    }
-    // A place without a type, as a schema of choices beside its fields, is looked at there.
-    for (name, field) in value.as_object().into_iter().flatten() {
-        let described = [&schema["properties"][name], &schema["additionalProperties"]];
-        match described.into_iter().find(|of| of.is_object()) {
-            Some(of) => fits(root, of, field).map_err(|why| format!("{name}: {why}"))?,
-            None if schema["type"] == "object" && schema["additionalProperties"] != true => {
-                return Err(format!("{name} is not described"));
-            }
-            None => {}
-        }
-    }
-    Ok(())
-}
-
-/// Whether a value is of a type, or of one of several.
-fn is_of(wanted: &Value, value: &Value) -> bool {
-    match wanted {
-        Value::Array(several) => several.iter().any(|each| is_of(each, value)),
-        wanted => match wanted.as_str() {
-            Some("null") => value.is_null(),
-            Some("boolean") => value.is_boolean(),
-            Some("integer") => value.is_u64() || value.is_i64(),
-            Some("number") => value.is_number(),
-            Some("string") => value.is_string(),
-            Some("array") => value.is_array(),
-            Some("object") => value.is_object(),
-            _ => false,
-        },
-    }
+#[test]
+fn a_schema_has_a_name() {
+    let folder = folder("schema-names");
+    let diagnosis = run(&folder, &["schema", "diagnosis"]).quiet_success();
+    assert!(diagnosis == run(&folder, &["diagnose", "--schema"]).quiet_success());
+    let refused = run(&folder, &["schema", "verdict"]).refusal();
+    assert!(refused.contains("diagnosis") && refused.contains("history"), "{refused}");
 }

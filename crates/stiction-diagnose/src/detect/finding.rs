@@ -55,8 +55,10 @@ impl fmt::Display for Decision {
 
 /// What a detector says of one stretch.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Finding {
     /// Which.
+    #[cfg_attr(feature = "serde", serde(flatten))]
     pub method: &'static Method,
     /// What it decides.
     pub decision: Decision,
@@ -70,6 +72,8 @@ pub struct Finding {
     pub numbers: Vec<Number>,
     /// What to keep in mind when reading it, such as an assumption that could not be checked.
     pub caveats: Vec<String>,
+    /// The parameters of the method as they were set.
+    pub parameters: Vec<Number>,
 }
 
 impl Finding {
@@ -90,6 +94,7 @@ impl Finding {
             reason,
             numbers,
             caveats: vec![],
+            parameters: vec![],
         }
     }
 
@@ -103,6 +108,7 @@ impl Finding {
             reason: why.0,
             numbers: vec![],
             caveats: vec![],
+            parameters: vec![],
         }
     }
 }

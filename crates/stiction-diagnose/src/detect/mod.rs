@@ -65,28 +65,46 @@ pub use yamashita_level::{YamashitaLevel, YamashitaLevelResult};
 
 /// What a method is, before it sees any data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Method {
     /// Its name in commands and files, such as `horch`.
     pub name: &'static str,
     /// Its title, such as `Horch's cross-correlation`.
     pub title: &'static str,
     /// Authors, year, journal; and whether its formulas were read or recalled.
+    #[cfg_attr(feature = "serde", serde(rename = "reference"))]
     pub source: &'static str,
     /// Name of its statistic, with its unit if it has one. With every method of the registry, the larger it
     /// is, the more it speaks for a positive decision.
+    #[cfg_attr(feature = "serde", serde(rename = "statistic_name"))]
     pub statistic: &'static str,
     /// The decision rule, a sentence with the thresholds.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub rule: &'static str,
     /// For which loops it was made.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub applies: Applies,
     /// What a positive decision means.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "votes", serialize_with = "votes"),
+        schemars(with = "bool")
+    )]
     pub decides: Decides,
     /// The signals it cannot do without.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub needs: Needs,
     /// What it looks at.
     pub family: Family,
     /// Whether it was made to tell the cause of an oscillation that was found before; see [`judge`].
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub explains_oscillation: bool,
+}
+
+/// Whether the decision of a method is counted in the vote of its family.
+#[cfg(feature = "serde")]
+fn votes<S: serde::Serializer>(decides: &Decides, to: S) -> std::result::Result<S::Ok, S::Error> {
+    to.serialize_bool(*decides == Decides::Stiction)
 }
 
 /// What a method looks at. Methods of one family see the same evidence, so they have one vote
@@ -146,6 +164,7 @@ impl Family {
 /// statistic stays, for whoever wants to see it.
 pub fn judge(detector: &dyn Detector, subject: &Subject<'_>) -> Finding {
     let mut finding = detector.judge(subject);
+    finding.parameters = detector.parameters();
     let judged = finding.decision != Decision::Abstains;
     if judged && detector.method().explains_oscillation && subject.period.is_none() {
         finding.reason = format!(

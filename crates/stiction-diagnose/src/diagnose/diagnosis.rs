@@ -14,6 +14,8 @@ use super::relation::{Mismatch, Relation};
 use super::verdict::{Basis, Stiction, Verdict, VerdictClass, Votes, conclude};
 use super::weighing::Weighing;
 use super::{KpiOptions, Kpis};
+#[cfg(feature = "serde")]
+use super::{relation::Mistake, verdict::Limit};
 use crate::detect::{self, Abstention, Detector, Family, Finding, Subject};
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
@@ -75,77 +77,212 @@ impl Detectors {
 
 /// Everything that was found out about one loop.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Diagnosis {
     /// Tag of the loop.
+    #[cfg_attr(feature = "serde", serde(rename = "loop"))]
     pub name: String,
     /// What it controls.
+    #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: LoopType,
+    /// The stretch that was judged, the longest of the grid; `None` if there is none.
+    pub judged: Option<Judged>,
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub start: Option<f64>,
     /// The recording on a regular grid, with what was mended.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "repairs", serialize_with = "repairs"),
+        schemars(with = "Vec<crate::recording::Repair>")
+    )]
     pub grid: Grid,
     /// The controller's mode over time, where it is recorded.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub mode: Option<Modes>,
     /// Unit of the PV, where the file names one.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub pv_unit: Option<String>,
-    /// Which of the grid's stretches was judged: the longest. `None` if there is none.
-    pub judged: Option<usize>,
     /// Whether the data can answer.
     pub fitness: Fitness,
-    /// The oscillation of the control error, or of the PV where there is no set point; `None` without
-    /// a PV.
-    pub error_oscillation: Option<Oscillation>,
-    /// The oscillation of the OP; `None` without a stretch.
-    pub op_oscillation: Option<Oscillation>,
+    /// The oscillations, with times on the recording's clock.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "oscillation", serialize_with = "dominant"),
+        schemars(with = "Option<Dominant<'static>>")
+    )]
+    pub oscillations: Oscillations,
     /// What each method that was asked says, in the order of the registry.
+    #[cfg_attr(feature = "serde", serde(rename = "detectors"))]
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
     pub kpis: Kpis,
     /// Whether OP and PV belong together; `None` without a stretch.
+    #[cfg_attr(
+        feature = "serde",
+        serde(serialize_with = "Mistake::of"),
+        schemars(with = "Option<Mistake<'static>>")
+    )]
     pub relation: Option<Relation>,
-    /// Where the PV rests away from its set point while the OP travels, if it does.
+    /// What the PV does that does not respond; `None` where it responds, as far as can be told.
     pub no_response: Option<NoResponse>,
-    /// What is missing of a record that looks stuck and is not decided, if it is slips.
-    pub few_slips: Option<FewSlips>,
     /// The conclusion.
     pub verdict: Verdict,
     /// How much it sticks.
     pub stiction: Stiction,
+    /// What is missing of a record that looks stuck and is not decided, if it is slips.
+    pub few_slips: Option<FewSlips>,
+    /// The evidence that was weighed, all windows together; `None` where nothing could be.
+    pub evidence: Option<Weighing>,
     /// The windows of the judged stretch that were weighed one by one, in order of time.
     pub windows: Vec<Window>,
-    /// The evidence that was weighed; `None` where nothing could be.
-    pub evidence: Option<Weighing>,
     /// What the reader of the file, or a step on the way, wants the user to know.
     pub notes: Vec<String>,
 }
 
+/// The part of a recording that was judged.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Judged {
+    /// Which of the grid's stretches it is.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub stretch: usize,
+    /// Time of its first sample, s on the recording's clock.
+    pub from_s: f64,
+    /// Its duration, s.
+    pub duration_s: f64,
+    /// Time between samples, s.
+    pub sample_time_s: f64,
+    /// Number of samples.
+    pub samples: usize,
+    /// How many of them were bridged.
+    pub bridged: usize,
+    /// Out of how many stretches it was taken.
+    pub stretches: usize,
+    /// The signals it has.
+    pub signals: Vec<&'static str>,
+}
+
+impl Judged {
+    /// The longest stretch of a grid; `None` if it has none.
+    fn of(grid: &Grid) -> Option<Self> {
+        let longest = grid.longest()?;
+        let stretch = grid.stretches.iter().position(|each| std::ptr::eq(each, longest))?;
+        let recorded = [
+            ("OP", true),
+            ("PV", longest.pv.is_some()),
+            ("SP", longest.sp.is_some()),
+            ("VP", longest.vp.is_some()),
+        ];
+        Some(Self {
+            stretch,
+            from_s: longest.from,
+            duration_s: longest.duration(),
+            sample_time_s: longest.sample_time,
+            samples: longest.len(),
+            bridged: longest.bridged,
+            stretches: grid.stretches.len(),
+            signals: recorded.iter().filter(|(_, there)| *there).map(|(name, _)| *name).collect(),
+        })
+    }
+}
+
+/// The oscillations of a loop.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Oscillations {
+    /// That of the control error, or of the PV where there is no set point; `None` without a PV.
+    pub error: Option<Oscillation>,
+    /// That of the OP; `None` without a stretch.
+    pub op: Option<Oscillation>,
+}
+
+impl Oscillations {
+    /// Those of a stretch.
+    pub(super) fn of(stretch: &Stretch) -> Self {
+        let error =
+            Subject::new(stretch, LoopType::Unknown, None).error().map(|e| e.values.clone());
+        let analyse =
+            |signal: &[f64]| oscillation::analyse(signal, stretch.sample_time).since(stretch.from);
+        Self { error: error.as_deref().map(analyse), op: Some(analyse(&stretch.op)) }
+    }
+
+    /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
+    /// else that of the OP if that does, else that of the error, where there is one.
+    pub fn dominant(&self) -> Option<(&'static str, &Oscillation)> {
+        let error = self.error.as_ref().map(|found| ("error", found));
+        let op = self.op.as_ref().map(|found| ("OP", found));
+        [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
+    }
+
+    /// The period of the dominant one if it was found, in samples.
+    pub(super) fn period(&self, stretch: &Stretch) -> Option<f64> {
+        let (_, oscillation) = self.dominant().filter(|(_, oscillation)| oscillation.found)?;
+        Some(oscillation.period_s? / stretch.sample_time)
+    }
+}
+
+/// The oscillation that speaks for the loop, as documents tell it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+#[schemars(rename = "Oscillation")]
+struct Dominant<'a> {
+    /// The signal it was found in: `error` or `OP`.
+    signal: &'static str,
+    #[serde(flatten)]
+    found: &'a Oscillation,
+}
+
+#[cfg(feature = "serde")]
+fn dominant<S: serde::Serializer>(
+    oscillations: &Oscillations,
+    to: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    let dominant = oscillations.dominant().map(|(signal, found)| Dominant { signal, found });
+    serde::Serialize::serialize(&dominant, to)
+}
+
+#[cfg(feature = "serde")]
+fn repairs<S: serde::Serializer>(grid: &Grid, to: S) -> std::result::Result<S::Ok, S::Error> {
+    serde::Serialize::serialize(&grid.repairs, to)
+}
+
 /// What one window of a stretch says.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Window {
     /// Time of its first sample, s on the recording's clock.
+    #[cfg_attr(feature = "serde", serde(rename = "from_s"))]
     pub from: f64,
     /// Its duration, s.
+    #[cfg_attr(feature = "serde", serde(rename = "duration_s"))]
     pub duration: f64,
     /// The probability that the valve sticks.
     pub probability: f64,
     /// Stick band plus dead band, percent of span, where it could be quantified.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
     /// Slip jump, percent of span, where it could be quantified.
+    #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// Had the valve stuck by more, percent of span, this window would have shown it, with 95 %.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "S_below", serialize_with = "Limit::of_evidence"),
+        schemars(with = "Option<Limit>")
+    )]
     pub limit: Option<f64>,
 }
 
 impl Diagnosis {
     /// The stretch that was judged.
     pub fn stretch(&self) -> Option<&Stretch> {
-        self.grid.stretches.get(self.judged?)
+        self.grid.stretches.get(self.judged.as_ref()?.stretch)
     }
 
     /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
     /// else that of the OP if that does, else that of the error, where there is one.
     pub fn oscillation(&self) -> Option<(&'static str, &Oscillation)> {
-        dominant(self.error_oscillation.as_ref(), self.op_oscillation.as_ref())
+        self.oscillations.dominant()
     }
 
     /// Where the loop stands in a ranked list, the worst lowest: by class, in it by the probability that
@@ -177,9 +314,8 @@ impl Diagnosis {
 
     /// What the PV does, where the verdict is by OP and PV that it does not respond.
     pub fn silence(&self) -> Option<Silence> {
-        let Verdict { class, basis, .. } = &self.verdict;
-        let silent = *class == VerdictClass::DoesNotRespond && *basis == Basis::Evidence;
-        silent.then(|| self.no_response.map_or(Silence::Unmoved, |rest| rest.silence))
+        silent(&self.verdict)
+            .then(|| self.no_response.as_ref().map_or(Silence::Unmoved, |told| told.silence))
     }
 
     /// What it says of its valve in the middle of the judged stretch, with `origin` the time of zero of its clock;
@@ -200,30 +336,14 @@ impl Diagnosis {
     /// What the detectors looked at, for plots of their evidence.
     pub fn subject(&self) -> Option<Subject<'_>> {
         let stretch = self.stretch()?;
-        Some(Subject::new(stretch, self.loop_type, period(self.oscillation(), stretch)))
+        Some(Subject::new(stretch, self.loop_type, self.oscillations.period(stretch)))
     }
-}
-
-pub(super) fn dominant<'a>(
-    error: Option<&'a Oscillation>,
-    op: Option<&'a Oscillation>,
-) -> Option<(&'static str, &'a Oscillation)> {
-    let (error, op) = (error.map(|o| ("error", o)), op.map(|o| ("OP", o)));
-    [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
-}
-
-/// The oscillations of the control error, where there is a PV, and of the OP.
-pub(super) fn oscillations(stretch: &Stretch) -> (Option<Oscillation>, Oscillation) {
-    let error = Subject::new(stretch, LoopType::Unknown, None).error().map(|e| e.values.clone());
-    let error = error.map(|error| oscillation::analyse(&error, stretch.sample_time));
-    (error, oscillation::analyse(&stretch.op, stretch.sample_time))
 }
 
 /// A stretch as a diagnosis shows it to the detectors: with the period of the oscillation that speaks for the
 /// loop, if one is found.
 pub fn subject(stretch: &Stretch, loop_type: LoopType) -> Subject<'_> {
-    let (error, op) = oscillations(stretch);
-    Subject::new(stretch, loop_type, period(dominant(error.as_ref(), Some(&op)), stretch))
+    Subject::new(stretch, loop_type, Oscillations::of(stretch).period(stretch))
 }
 
 /// Whether a recording can answer, by the stretch that a diagnosis would judge.
@@ -247,15 +367,6 @@ fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Str
     }
 }
 
-/// The period of an oscillation that was found, in samples.
-pub(super) fn period(
-    oscillation: Option<(&'static str, &Oscillation)>,
-    stretch: &Stretch,
-) -> Option<f64> {
-    let (_, oscillation) = oscillation.filter(|(_, oscillation)| oscillation.found)?;
-    Some(oscillation.period_s? / stretch.sample_time)
-}
-
 /// Diagnoses a recording.
 ///
 /// # Errors
@@ -269,15 +380,8 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let stretch = grid.longest();
-    let judged = stretch
-        .and_then(|longest| grid.stretches.iter().position(|each| std::ptr::eq(each, longest)));
-
-    let (error_oscillation, op_oscillation) = stretch.map_or((None, None), |stretch| {
-        let (error, op) = oscillations(stretch);
-        (error, Some(op))
-    });
-    let dominant = dominant(error_oscillation.as_ref(), op_oscillation.as_ref());
-    let period = stretch.and_then(|stretch| period(dominant, stretch));
+    let oscillations = stretch.map_or_else(Oscillations::default, Oscillations::of);
+    let period = stretch.and_then(|stretch| oscillations.period(stretch));
 
     let (fit, fitness) = assessed(recording, &grid, period);
     let subject = stretch.map(|stretch| Subject::new(stretch, loop_type, period));
@@ -289,13 +393,14 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
             .iter()
             .map(|detector| {
                 let why = "there is no stretch in automatic to look at".to_owned();
-                Finding::abstains(detector.method(), detect::Abstention(why))
+                let finding = Finding::abstains(detector.method(), detect::Abstention(why));
+                Finding { parameters: detector.parameters(), ..finding }
             })
             .collect(),
     };
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
-    let oscillates = dominant.is_some_and(|(_, o)| o.found);
+    let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
     let weighing = stretch.map(|_| Weighing::of_windows(&fit));
     let op_only = stretch.is_some_and(|stretch| stretch.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
@@ -371,14 +476,13 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         start: recording.start,
         mode: recording.mode.clone(),
         pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.clone()),
-        judged,
+        judged: Judged::of(&grid),
         fitness,
-        error_oscillation,
-        op_oscillation,
+        oscillations,
         findings,
         kpis,
         relation: belonging.relation,
-        no_response: belonging.no_response,
+        no_response: NoResponse::of(belonging.rest, silent(&verdict)),
         few_slips,
         verdict,
         stiction,
@@ -387,6 +491,11 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         notes,
         grid,
     })
+}
+
+/// Whether a verdict is by OP and PV that nothing responds.
+fn silent(verdict: &Verdict) -> bool {
+    verdict.class == VerdictClass::DoesNotRespond && verdict.basis == Basis::Evidence
 }
 
 /// The slips that a verdict lacks: where the evidence is undecided for no other reason than that it is too little, or

@@ -3,7 +3,7 @@
 //! One hour of saturation, one frozen morning or one afternoon of set-point changes in a week makes no week unfit: it
 //! makes some windows unfit. Those are left out, the others are judged, and how many they are is told.
 
-use super::diagnosis::{oscillations, period};
+use super::diagnosis::Oscillations;
 use crate::evidence::windows;
 use crate::parallel::*;
 use crate::recording::fitness::{self, Class, Fitness, Measure};
@@ -26,8 +26,7 @@ pub(super) fn fit_windows(
         return (all, whole);
     }
     let is_fit = |window: &Stretch| {
-        let (error, op) = oscillations(window);
-        let period = period(super::diagnosis::dominant(error.as_ref(), Some(&op)), window);
+        let period = Oscillations::of(window).period(window);
         fitness::assess(recording, grid, window, period).class != Class::Unfit
     };
     let fit: Vec<bool> = all.par_iter().map(is_fit).collect();
@@ -103,7 +102,7 @@ mod tests {
         assert_eq!((whole.class, fitness.class), (Class::Unfit, Class::Caveats));
         let from: Vec<f64> = windows.iter().map(|window| window.from).collect();
         assert_eq!(from, [0.0, 4_000.0, 20_000.0]);
-        assert!(fitness.reasons().iter().any(|why| why.starts_with("3 of 6 windows")));
+        assert!(fitness.reasons.iter().any(|why| why.starts_with("3 of 6 windows")));
     }
 
     #[test]

@@ -7,11 +7,13 @@ use super::weighing::Weighing;
 use crate::detect::Counts;
 use crate::detect::{Decides, Decision, Family, Finding};
 use crate::error::{Error, Result};
+#[cfg(feature = "serde")]
+use crate::fusion::LIMIT;
 use crate::fusion::{Cause, Estimate};
 use crate::recording::fitness::{Class, Fitness};
 
 /// What is concluded about a valve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum VerdictClass {
     /// It sticks.
     Sticks,
@@ -21,6 +23,7 @@ pub enum VerdictClass {
     /// sensor is dead.
     DoesNotRespond,
     /// The data cannot answer, or the evidence is divided.
+    #[default]
     CannotTell,
 }
 
@@ -53,7 +56,7 @@ impl VerdictClass {
 }
 
 /// What a verdict rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Basis {
     /// The measured valve position.
     ValvePosition,
@@ -64,6 +67,7 @@ pub enum Basis {
     /// The majority of the families of published methods that apply.
     Majority,
     /// Nothing: the data cannot answer.
+    #[default]
     None,
 }
 
@@ -82,6 +86,7 @@ impl Basis {
 
 /// How the families of methods voted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Votes {
     /// Families that say the valve sticks.
     pub sticks: usize,
@@ -91,6 +96,18 @@ pub struct Votes {
     pub undecided: usize,
     /// Families all of whose methods abstain.
     pub abstains: usize,
+}
+
+impl Limit {
+    /// A limit by the evidence: all of them have one confidence.
+    #[cfg(feature = "serde")]
+    pub(super) fn of_evidence<S: serde::Serializer>(
+        limit: &Option<f64>,
+        to: S,
+    ) -> std::result::Result<S::Ok, S::Error> {
+        let limit = limit.filter(|value| value.is_finite());
+        serde::Serialize::serialize(&limit.map(|value| Self { value, confidence: LIMIT }), to)
+    }
 }
 
 impl Votes {
@@ -124,18 +141,20 @@ impl Votes {
 }
 
 /// What is concluded, on what, and why.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Verdict {
     /// The conclusion.
     pub class: VerdictClass,
-    /// What it rests on.
-    pub basis: Basis,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
+    /// What it rests on.
+    pub basis: Basis,
     /// What this very recording would have shown: an S above this is ruled out with this confidence. Told where
     /// the valve is cleared, and where nothing is decided; `None` where the valve is at fault, where S is a number with
     /// an interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the training,
     /// lines that contradict each other, a veto), or where no such number is known.
+    #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,
     /// How the families of published methods voted.
     pub votes: Votes,
@@ -147,10 +166,33 @@ pub struct Verdict {
     pub alternatives: Vec<Alternative>,
     /// The manual test that would settle it, if one can be sized.
     pub confirm: Option<ConfirmingTest>,
+    /// What a person concluded of this recording, if somebody did. It stands beside the rest, which is what was
+    /// computed.
+    #[cfg_attr(feature = "serde", serde(rename = "override"))]
+    pub overruled: Option<Override>,
+}
+
+/// What a person concluded of a valve, beside the computed verdict.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Override {
+    /// The conclusion.
+    pub verdict: VerdictClass,
+    /// Why.
+    pub reason: String,
+    /// Who says so; `None` where that is not kept.
+    pub by: Option<String>,
+    /// The day on which it was entered, as in `2026-03-01`; `None` where that is not kept.
+    pub entered: Option<String>,
+    /// What it holds for, in words.
+    pub scope: String,
+    /// The file it is kept in.
+    pub kept_in: String,
 }
 
 /// An upper limit of S.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Limit {
     /// Stick band plus dead band, percent of span.
     pub value: f64,
@@ -160,6 +202,7 @@ pub struct Limit {
 
 /// A cause other than the concluded one, and how likely it is.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Alternative {
     /// The cause.
     pub cause: Cause,
@@ -189,12 +232,15 @@ pub struct ConfirmingTest {
 
 /// How much a valve sticks.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Stiction {
     /// What it was found with: the valve model, or the measured position.
     pub model: Option<String>,
     /// Stick band plus dead band, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
     /// Slip jump, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// The nominal coverage of the intervals, such as 0.9; `None` where they are not of that kind.
     pub coverage: Option<f64>,
@@ -206,6 +252,7 @@ pub struct Stiction {
 
 /// One of the numbers that are called "stiction in percent".
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Definition {
     /// Its name, such as `apparent stiction`.
     pub name: &'static str,
@@ -341,17 +388,7 @@ pub(super) fn conclude(
 /// probability.
 pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) -> Verdict {
     let votes = Votes::of(findings);
-    let cannot_tell = |reasons: Vec<String>| Verdict {
-        class: VerdictClass::CannotTell,
-        basis: Basis::None,
-        probability: None,
-        s_below: None,
-        votes,
-        reasons,
-        contradictions: vec![],
-        alternatives: vec![],
-        confirm: None,
-    };
+    let cannot_tell = |reasons: Vec<String>| Verdict { votes, reasons, ..Verdict::default() };
     if fitness.class == Class::Unfit {
         let mut reasons = vec!["the data cannot answer".to_owned()];
         let unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
@@ -414,17 +451,7 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
             agree.map(|f| format!("{}: {}", f.method.title, f.reason)).collect();
         reasons.push(format!("{}: {}", family.name(), methods.join("; ")));
     }
-    Verdict {
-        class,
-        basis: Basis::Majority,
-        probability: None,
-        s_below: None,
-        votes,
-        reasons,
-        contradictions: vec![],
-        alternatives: vec![],
-        confirm: None,
-    }
+    Verdict { class, basis: Basis::Majority, votes, reasons, ..Verdict::default() }
 }
 
 fn class_of(decision: Decision) -> Option<VerdictClass> {

@@ -31,6 +31,7 @@ impl Class {
 
 /// One thing that was measured about the data.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Measure {
     /// A short name, such as `samples per cycle`.
     pub name: &'static str,
@@ -50,9 +51,12 @@ pub struct Measure {
 
 /// Whether a recording can answer, and why.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Fitness {
     /// The worst class of the measures.
     pub class: Class,
+    /// Why it is not [`Class::Fit`]: the sentences of the measures that are worse, worst first.
+    pub reasons: Vec<String>,
     /// All that was measured.
     pub measures: Vec<Measure>,
 }
@@ -61,16 +65,10 @@ impl Fitness {
     /// The verdict over some measures.
     pub fn of(measures: Vec<Measure>) -> Self {
         let class = measures.iter().map(|m| m.class).max().unwrap_or(Class::Unfit);
-        Self { class, measures }
-    }
-
-    /// Why the class is not [`Class::Fit`]: the sentences of the measures that are worse, worst
-    /// first.
-    pub fn reasons(&self) -> Vec<&str> {
-        let mut worse: Vec<&Measure> =
-            self.measures.iter().filter(|m| m.class != Class::Fit).collect();
+        let mut worse: Vec<&Measure> = measures.iter().filter(|m| m.class != Class::Fit).collect();
         worse.sort_by_key(|m| std::cmp::Reverse(m.class));
-        worse.iter().map(|m| m.reason.as_str()).collect()
+        let reasons = worse.iter().map(|m| m.reason.clone()).collect();
+        Self { class, reasons, measures }
     }
 }
 
@@ -444,7 +442,7 @@ mod tests {
         let fitness = of(&op(), &pv(), Some(&[20.0; N]), Some(40.0));
         assert_eq!(worse(&fitness), []);
         assert_eq!((fitness.class, fitness.measures.len()), (Class::Fit, 17));
-        assert!(fitness.reasons().is_empty());
+        assert!(fitness.reasons.is_empty());
     }
 
     #[test]
@@ -518,8 +516,8 @@ mod tests {
             ),
         ];
         for (expected, found) in cases {
-            assert_eq!(worse(&found), expected, "{:?}", found.reasons());
-            assert_eq!(found.reasons().len(), expected.len());
+            assert_eq!(worse(&found), expected, "{:?}", found.reasons);
+            assert_eq!(found.reasons.len(), expected.len());
         }
     }
 

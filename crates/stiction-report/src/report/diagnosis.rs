@@ -6,7 +6,7 @@ use super::time_axis::duration;
 use super::verdict;
 use super::views::{self, Context};
 use crate::Error;
-use crate::document::{self, Override, Source};
+use crate::document::{self, Loop, Source};
 use crate::words;
 use stiction_diagnose::detect::{self, Decision, Detector, Finding};
 use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, Votes};
@@ -14,24 +14,13 @@ use stiction_diagnose::oscillation::{self, Oscillation};
 use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::figure::instant;
 
-/// One loop of a report.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Case<'a> {
-    /// What was found out about it.
-    pub diagnosis: &'a Diagnosis,
-    /// The file it comes from.
-    pub source: &'a Source,
-    /// What a person concluded of it, shown beside the computed verdict.
-    pub overruled: Option<&'a Override>,
-}
-
 /// The report on some loops: one self-contained HTML page. The loops stand in the order of
 /// [`Diagnosis::rank`], the worst first.
 ///
 /// # Errors
 /// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not
 /// expected.
-pub fn html(tool: &str, loops: &[Case<'_>]) -> Result<String, Error> {
+pub fn html(tool: &str, loops: &[Loop<'_>]) -> Result<String, Error> {
     let mut ranked = loops.to_vec();
     ranked.sort_by(|a, b| {
         a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
@@ -59,10 +48,11 @@ const VOTES: &str = "A verdict that rests on a majority is a preliminary one: pu
     vote for each family that looks at the same thing, each with its own assumptions and none right on \
     all loops.";
 
-fn section(case: &Case<'_>, detectors: &[Box<dyn Detector>]) -> Section {
-    let Case { diagnosis, source, overruled } = *case;
+fn section(case: &Loop<'_>, detectors: &[Box<dyn Detector>]) -> Section {
+    let Loop { diagnosis, source } = *case;
     let badge = Badge::from(diagnosis.verdict.class);
     let mut section = Section::new(&diagnosis.name, badge, words::verdict(diagnosis));
+    let overruled = diagnosis.verdict.overruled.as_ref();
     section.reasons = overruled.map(words::overruled).into_iter().collect();
     section.reasons.extend(reasons(diagnosis));
     section.facts = facts(diagnosis);
@@ -75,10 +65,10 @@ fn section(case: &Case<'_>, detectors: &[Box<dyn Detector>]) -> Section {
         period_s: diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s),
     };
     section = section.heading("Do the data suffice?").with(fitness(diagnosis));
-    if let Some(judged) = diagnosis.judged {
+    if let Some(judged) = &diagnosis.judged {
         section = section.heading("What was recorded");
         // What is beyond all that can be drawn is not worth the whole report.
-        let views = views::all(&diagnosis.grid.stretches, judged, &context);
+        let views = views::all(&diagnosis.grid.stretches, judged.stretch, &context);
         for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
             section = section.with(figure);
         }
@@ -112,7 +102,7 @@ fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
         }
     }
     if diagnosis.fitness.class == Class::Caveats {
-        reasons.extend(diagnosis.fitness.reasons().into_iter().map(|r| format!("Caveat: {r}.")));
+        reasons.extend(diagnosis.fitness.reasons.iter().map(|r| format!("Caveat: {r}.")));
     }
     if diagnosis.stiction.s.is_none() {
         let why = diagnosis.stiction.why_not.as_ref();
@@ -270,8 +260,8 @@ fn evidence(section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> S
 
 fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
     let signals = [
-        ("error", diagnosis.error_oscillation.as_ref()),
-        ("OP", diagnosis.op_oscillation.as_ref()),
+        ("error", diagnosis.oscillations.error.as_ref()),
+        ("OP", diagnosis.oscillations.op.as_ref()),
     ];
     let signals: Vec<(&str, &Oscillation)> =
         signals.into_iter().filter_map(|(name, found)| Some((name, found?))).collect();
@@ -302,7 +292,6 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         .words("to")
         .numbers("half waves", "")
         .numbers("amplitude", "");
-    let from = diagnosis.stretch().map_or(0.0, |stretch| stretch.from);
     for (signal, found) in &signals {
         let unit = unit_of(signal, diagnosis);
         table = table.row([
@@ -334,8 +323,8 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         for episode in &found.episodes {
             episodes = episodes.row([
                 (*signal).to_owned(),
-                moment(diagnosis, from + episode.from_s),
-                moment(diagnosis, from + episode.to_s),
+                moment(diagnosis, episode.from_s),
+                moment(diagnosis, episode.to_s),
                 episode.half_waves.to_string(),
                 measured(Some(episode.amplitude), &unit),
             ]);
