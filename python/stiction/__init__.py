@@ -20,6 +20,7 @@ from stiction import (
     identification,
     loops,
     oscillations,
+    own,
     populations,
     recordings,
     series,
@@ -36,6 +37,7 @@ from stiction.diagnosis import *
 from stiction.identification import *
 from stiction.loops import *
 from stiction.oscillations import *
+from stiction.own import *
 from stiction.populations import *
 from stiction.recordings import *
 from stiction.series import *
@@ -53,6 +55,7 @@ __all__ = [
     *identification.__all__,
     *loops.__all__,
     *oscillations.__all__,
+    *own.__all__,
     *populations.__all__,
     *recordings.__all__,
     *series.__all__,

@@ -55,3 +55,12 @@ def callback(name: str, value: Any) -> Callable[[int], object] | None:
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable, but its type is {type(value).__name__}")
     return cast("Callable[[int], object] | None", value)
+
+
+def instance(name: str, value: Any, *kinds: type) -> Any:
+    """Give `value` if it is of one of the `kinds`, or None."""
+    if value is None or isinstance(value, kinds):
+        return value
+    wanted = " or ".join(kind.__name__ for kind in kinds)
+    hint = "; give an object, not its class" if isinstance(value, type) else ""
+    raise TypeError(f"{name} must be {wanted}, but its type is {type(value).__name__}{hint}")

@@ -38,6 +38,8 @@ class Valve:
         op: float | None = None,
         direction: float = 1,
         moving: bool = False,
+        K: float | None = None,
+        rest_tolerance: float | None = None,
         limits: tuple[float, float] | None = None,
         lag_s: float = 0.0,
         sample_time: float | None = None,
@@ -79,6 +81,12 @@ def scenario_parse(
 def scenario_open(name: str, settings: Mapping[str, Any] | None = None) -> Scenario: ...
 def scenario_names() -> list[tuple[str, str]]: ...
 def simulate(scenario: Scenario) -> dict[str, Any]: ...
+def simulate_own(
+    scenario: Scenario,
+    controller: Any | None,
+    valve: Any | None,
+    process: Any | None,
+) -> dict[str, Any]: ...
 def sweep(
     scenarios: Sequence[Scenario], told: Callable[[int], object] | None = None
 ) -> dict[str, Any]: ...

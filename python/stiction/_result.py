@@ -69,7 +69,8 @@ def result_of(cls: type[R], document: Mapping[str, Any]) -> R:
 
     A field that only one of document and class has is an error, so that none is forgotten.
     """
-    makers = _makers(cls)
+    made_of: Any = cls  # mypy doubts that a class is hashable.
+    makers = _makers(made_of)
     fields = {name: value for name, value in cls._prepared(document).items() if name not in cls._left_out}
     if fields.keys() != makers.keys():
         extra, missing = sorted(fields.keys() - makers), sorted(makers.keys() - fields)
@@ -78,10 +79,10 @@ def result_of(cls: type[R], document: Mapping[str, Any]) -> R:
 
 
 @functools.cache
-def _makers(cls: type[Result]) -> dict[str, tuple[str, Any]]:
+def _makers(cls: Any) -> dict[str, tuple[str, Any]]:
     """Give the attributes and their types by their names in documents."""
     hints = typing.get_type_hints(cls)
-    names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+    names = [field.name for field in dataclasses.fields(cls)]
     return {cls._documented_as.get(name, name.rstrip("_")): (name, hints[name]) for name in names}
 
 

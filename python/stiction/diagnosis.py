@@ -1010,6 +1010,10 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
     return result_of(RepairEffect, _core.observations_repair(_seen(observations), number("time_s", time_s)))
 
 
+def _interval(found: tuple[float, float, float]) -> Estimate:
+    return Estimate(value=found[0], low=found[1], high=found[2])
+
+
 def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, Any]) -> Diagnosis:
     found = handle.document()
     oscillation = found["oscillation"]

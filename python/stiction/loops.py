@@ -9,11 +9,14 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stiction import _core
-from stiction._arguments import callback, number
+from stiction._arguments import callback, instance, number
 from stiction._arrays import Array
 from stiction._core import Scenario, Table
 from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, result
+from stiction.own import OwnController, OwnProcess, OwnValve
+from stiction.stem import Stem
+from stiction.valves import Valve
 
 __all__ = [
     "CascadeRun",
@@ -264,8 +267,19 @@ def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind:
     return _core.simulate(parsed)
 
 
-def simulate(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> Run:
+def simulate(
+    scenario: ScenarioLike,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    controller: OwnController | None = None,
+    valve: OwnValve | Valve | Stem | None = None,
+    process: OwnProcess | None = None,
+) -> Run:
     """Simulate a control loop.
+
+    Parts of your own take the place of the scenario's; all else, such as set point, noise and sample time, is the
+    scenario's. They are stepped in the same order and with the same arithmetic, so that a part which repeats one of
+    the library gives the same numbers, only slower.
 
     Parameters
     ----------
@@ -273,6 +287,12 @@ def simulate(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) 
         What to simulate, see `stiction.scenario`.
     settings : mapping, optional
         Changes to it by dotted key.
+    controller : OwnController, optional
+        In place of the scenario's controller.
+    valve : OwnValve, Valve or Stem, optional
+        In place of the scenario's valve. It begins at rest at the operating point.
+    process : OwnProcess, optional
+        In place of the scenario's process with its dead time.
 
     Returns
     -------
@@ -282,7 +302,9 @@ def simulate(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) 
     Raises
     ------
     ValueError
-        If the scenario is not well formed, or of another kind.
+        If the scenario is not well formed, or of another kind; if the solver of a stem cannot go on.
+    TypeError
+        If a part of your own is none, or gives no number. What else it raises ends the simulation.
 
     Examples
     --------
@@ -290,8 +312,21 @@ def simulate(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) 
     >>> run = stiction.simulate("paper/closed-loop", {"valve.S": 5})
     >>> run.half_pp_vp > 1
     True
+
+    A physical valve in a loop:
+
+    >>> run = stiction.simulate("paper/closed-loop", {"duration": 60}, valve=stiction.Stem("cts-stribeck"))
+    >>> run.half_pp_vp > 0.5
+    True
     """
-    return Run(**_simulated(scenario, settings, "closed loop"))
+    own = (
+        instance("controller", controller, OwnController),
+        instance("valve", valve, OwnValve, Valve, Stem),
+        instance("process", process, OwnProcess),
+    )
+    if own == (None, None, None):
+        return Run(**_simulated(scenario, settings, "closed loop"))
+    return Run(**_core.simulate_own(_scenario(scenario, settings), *own))
 
 
 def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> CascadeRun:

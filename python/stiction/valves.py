@@ -58,6 +58,8 @@ def valve(
     position: float | None = None,
     direction: Literal[1, -1] = 1,
     moving: bool = False,
+    K: float | None = None,
+    rest_tolerance: float | None = None,
     limits: tuple[float, float] | None = None,
     lag_s: float = 0.0,
     sample_time: float | None = None,
@@ -80,12 +82,16 @@ def valve(
         Direction of the last motion before.
     moving : bool, default False
         Whether the stem is moving in that direction to begin with.
+    K : float, optional
+        Overshoot of a slip, 1 (none) to 2 (no damping), of models that use it; by default 1.99.
+    rest_tolerance : float, optional
+        Speed of the OP that counts as a pause, percent of span per second, of models that use it; by default 0.
     limits : tuple of float, optional
         Lowest and highest OP and VP, percent of span; by default none.
     lag_s : float, default 0
         Time constant of a first-order lag of the stem, s.
     sample_time : float, optional
-        Time between samples, s; needed with `lag_s` only.
+        Time between samples, s; needed with `lag_s` and `rest_tolerance` only.
 
     Returns
     -------
@@ -97,7 +103,7 @@ def valve(
     TypeError
         If `op` holds no real numbers.
     ValueError
-        If a value is out of its range, or there is no such model.
+        If a value is out of its range, there is no such model, or it does not use what is given of it.
 
     Examples
     --------
@@ -116,6 +122,8 @@ def valve(
         position=position,
         direction=direction,
         moving=moving,
+        K=K,
+        rest_tolerance=rest_tolerance,
         limits=limits,
         lag_s=lag_s,
         sample_time=sample_time,
@@ -137,8 +145,8 @@ class ValveModel(Result):
         What it does, in a line.
     citation : str
         Where it was published.
-    uses_s, uses_j : bool
-        Whether S and J matter to it.
+    uses_s, uses_j, uses_k, uses_rest_tolerance : bool
+        Whether S, J, the overshoot K and a rest tolerance matter to it.
     """
 
     name: str
@@ -147,6 +155,8 @@ class ValveModel(Result):
     citation: str
     uses_s: bool
     uses_j: bool
+    uses_k: bool
+    uses_rest_tolerance: bool
 
 
 def valve_models() -> list[ValveModel]:

@@ -153,7 +153,7 @@ def test_its_response_is_a_result():
         (lambda: stiction.Stem(friction="x"), ValueError, 'no friction law named "x"; known are'),
         (lambda: stiction.Stem("cts", friction="lugre"), ValueError, "needs stiffness_n_per_m, damping_n_s_per_m"),
         (lambda: stiction.Stem(parameters=3), TypeError, "parameters must be a mapping"),
-        (lambda: stiction.Stem(parameters={"mass": 1}), ValueError, 'parameters: there is no "mass"; there are'),
+        (lambda: stiction.Stem(parameters={"mass": 1}), ValueError, 'there is no stem parameter named "mass"; known are'),
         (lambda: stiction.Stem(parameters={"mass_kg": "1"}), TypeError, "mass_kg must be a number"),
         (lambda: stiction.Stem(parameters={"mass_kg": -1}), ValueError, "mass is -1, but must be"),
         (lambda: stiction.Stem(tolerance=1), ValueError, "solver tolerance is 1, but must be between"),

@@ -55,6 +55,17 @@ def test_models_reproduce_the_reference(model):
             assert np.array_equal(found, rows[f"{model}_S{S}_J{J}"][here])
 
 
+def test_overshoot_and_rest_tolerance_are_the_scenarios():
+    op = [50 + 0.5 * (k % 40) for k in range(400)]
+    for model, settings in (("he-wang", {"K": 1.5}), ("two-phase", {"rest_tolerance": 6.0})):
+        here = stiction.valve(op, S=5, J=2, model=model, sample_time=0.1, **settings)
+        tables = {"valve": {"model": model, "S": 5, "J": 2, **settings}, "sample_time": 0.1, "duration": 40}
+        tables["input"] = {"signal": "steps", "steps": [[0.1 * k - 0.01, u] for k, u in enumerate(op)]}
+        run = stiction.simulate_open_loop(tables)
+        assert run.op.tolist() == op and run.vp.tolist() == here.tolist()
+        assert here.tolist() != stiction.valve(op, S=5, J=2, model=model).tolist()
+
+
 def test_a_refused_series_leaves_the_valve_where_it_is():
     valve = stiction.Valve(S=5, J=2, position=50)
     with pytest.raises(ValueError, match="sample 1 of op is NaN"):
@@ -87,6 +98,11 @@ def test_bands_are_values():
         (lambda: stiction.valve(OP, S=5, J=2, limits=(9, 1)), ValueError, "limit of the valve is 9"),
         (lambda: stiction.valve(OP, S=5, J=2, direction=0), ValueError, "direction is 0, but must be 1 or -1"),
         (lambda: stiction.valve(OP, S=5, J=2, lag_s=1), ValueError, "lag_s needs sample_time"),
+        (lambda: stiction.valve(OP, 5, 2, rest_tolerance=1), ValueError, "rest_tolerance needs sample_time"),
+        (lambda: stiction.valve(OP, 5, 2, model="he", rest_tolerance=1), ValueError, "of model two-phase only"),
+        (lambda: stiction.valve(OP, 5, 2, K=1.5), ValueError, "K is the overshoot of model he-wang only"),
+        (lambda: stiction.valve(OP, 5, 2, model="he-wang", K=3), ValueError, "K is 3, but must be between 1"),
+        (lambda: stiction.valve(OP, 5, 2, model="he-wang", K="a"), TypeError, "K must be a number"),
         (lambda: stiction.valve([OP], S=5, J=2), ValueError, r"op has the shape \(1, 5\)"),
         (lambda: stiction.valve(["a"], S=5, J=2), TypeError, "op must hold real numbers"),
         (lambda: stiction.valve([1j], S=5, J=2), TypeError, "op must hold real numbers"),

@@ -167,62 +167,15 @@ fn list() -> Result<()> {
 /// The named set with the friction law and the changes asked for.
 fn build(args: &Args) -> Result<Stem> {
     let set = ParameterSet::named(&args.set)?;
-    let mut changes = args.changes.iter().map(|c| parse(c)).collect::<Result<Vec<_>>>()?;
-    let mut take = |name: &str| {
-        // The last change of a parameter counts.
-        let found = changes.iter().rev().find(|(n, _)| n == name).map(|(_, value)| *value);
-        changes.retain(|(n, _)| n != name);
-        found
-    };
-    let mut p = set.stem;
-    for (name, field) in [
-        ("mass_kg", &mut p.mass_kg),
-        ("spring_n_per_m", &mut p.spring_n_per_m),
-        ("area_m2", &mut p.area_m2),
-        ("preload_n", &mut p.preload_n),
-        ("stroke_m", &mut p.stroke_m),
-        ("pressure_min_pa", &mut p.pressure_min_pa),
-        ("pressure_max_pa", &mut p.pressure_max_pa),
-        ("air_lag_s", &mut p.air_lag_s),
-    ] {
-        *field = take(name).unwrap_or(*field);
-    }
-    if let Some(value) = take("end_stops") {
-        p.end_stops = value != 0.0;
-    }
-
-    let wanted = args.friction.as_deref().unwrap_or(set.friction.name());
-    // What the set's own law does not have, the same valve's set for the wanted law may.
-    let sibling = ParameterSet::named(&format!("{}-{wanted}", set.name));
-    let mut known = set.friction.values();
-    known.extend(sibling.map_or(vec![], |sibling| sibling.friction.values()));
-    let mut missing = vec![];
-    let names = LAWS.iter().find(|law| law.name == wanted).map_or(&[][..], |law| law.parameters);
-    let values: Vec<f64> = names
-        .iter()
-        .map(|name| {
-            let inherited = known.iter().find(|(n, _)| n == name).map(|(_, value)| *value);
-            take(name).or(inherited).unwrap_or_else(|| {
-                missing.push(*name);
-                0.0
-            })
-        })
-        .collect();
-    if !missing.is_empty() {
-        bail!(
-            "friction law {wanted} needs {}, which set {} does not have; give each as --with \
+    let changes = args.changes.iter().map(|c| parse(c)).collect::<Result<Vec<_>>>()?;
+    set.stem_with(args.friction.as_deref(), &changes).map_err(|error| match error {
+        stiction::Error::Missing { name, needed_by } => anyhow::anyhow!(
+            "friction law {needed_by} needs {name}, which set {} does not have; give each as --with \
              NAME=VALUE",
-            missing.join(", "),
             set.name
-        );
-    }
-    let friction = FrictionLaw::from_name(wanted, &values)?;
-    if let Some((name, _)) = changes.first() {
-        let stem = "mass_kg, spring_n_per_m, area_m2, preload_n, stroke_m, pressure_min_pa, \
-                    pressure_max_pa, air_lag_s, end_stops";
-        bail!("there is no parameter \"{name}\"; there are {stem}, {}", names.join(", "));
-    }
-    Ok(Stem::new(p, friction)?)
+        ),
+        error => error.into(),
+    })
 }
 
 /// `NAME=VALUE`.

@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use clap::Parser;
 use std::path::PathBuf;
 use stiction::Bands;
-use stiction::valve::{AnyModel, HeWang, Model, Start, Valve};
+use stiction::valve::{Model, Start, Valve, ValveSpec};
 use stiction_io::Table;
 
 /// Drive a valve model with a signal from a CSV file.
@@ -59,11 +59,8 @@ pub fn run(args: Args) -> Result<()> {
     }
     let model = Model::by_name(&args.model)?;
     let bands = bands(model, args.s, args.j)?;
-    let mut valve = match (model, args.k) {
-        (Model::HeWang, Some(k)) => AnyModel::HeWang(HeWang::new(bands, k)?),
-        (_, Some(_)) => anyhow::bail!("--K is the overshoot of model he-wang only"),
-        (_, None) => model.build(bands)?,
-    };
+    let spec = ValveSpec { overshoot: args.k, ..ValveSpec::new(model, bands) };
+    let mut valve = spec.build(None).map_err(worded)?;
 
     let input = args.input.context("no input file")?;
     let table = Table::read(&input)?;
@@ -78,18 +75,19 @@ pub fn run(args: Args) -> Result<()> {
 
 /// The bands of a model from what was given of S and J; it must be what the model uses.
 pub fn bands(model: Model, s: Option<f64>, j: Option<f64>) -> Result<Bands> {
-    let description = model.describe();
-    let need = |name, value: Option<f64>, used| match value {
-        None if used => {
-            anyhow::bail!("model {} needs {name}, in percent of span", description.name)
+    for name in model.unused(s, j) {
+        output::note(format!("model {} does not use --{name}", model.describe().name));
+    }
+    model.bands(s, j).map_err(worded)
+}
+
+/// What the library refused of a valve, with the options that are meant.
+fn worded(refused: stiction::Error) -> anyhow::Error {
+    match refused {
+        stiction::Error::Missing { name, needed_by } => {
+            anyhow::anyhow!("model {needed_by} needs --{name}, in percent of span")
         }
-        Some(value) if !used => {
-            output::note(format!("model {} does not use {name}", description.name));
-            Ok(value)
-        }
-        value => Ok(value.unwrap_or(0.0)),
-    };
-    let s = need("--S", s, description.uses_s)?;
-    let j = need("--J", j, description.uses_j)?;
-    Ok(Bands::from_s_j(s, j)?)
+        error @ stiction::Error::NotOfModel { .. } => anyhow::anyhow!("--{error}"),
+        error => error.into(),
+    }
 }

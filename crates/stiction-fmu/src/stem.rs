@@ -263,19 +263,8 @@ impl StemModel {
 
 impl Model for StemModel {
     fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()> {
-        let [mass_kg, spring_n_per_m, area_m2, preload_n, stroke_m, min, max, air_lag_s, stops] =
-            *values[PARAMETERS..].first_chunk::<9>().expect("the table has them");
-        let parameters = StemParameters {
-            mass_kg,
-            spring_n_per_m,
-            area_m2,
-            preload_n,
-            stroke_m,
-            pressure_min_pa: min,
-            pressure_max_pa: max,
-            air_lag_s,
-            end_stops: stops != 0.0,
-        };
+        let of_stem = *values[PARAMETERS..].first_chunk::<9>().expect("the table has them");
+        let parameters = StemParameters::from_values(of_stem);
         let begin = || {
             let friction = FrictionLaw::from_name(self.law, &values[LAW..LAW + self.count])?;
             let stem = Stem::new(parameters, friction)?.with_tolerance(values[TOLERANCE])?;

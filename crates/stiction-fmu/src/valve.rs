@@ -1,9 +1,7 @@
 //! A data-driven valve: one sample a step.
 
 use stiction_model::Bands;
-use stiction_model::valve::{
-    AnyModel, Assembly, HeWang, Model as Law, Start, StemLag, TwoPhase, Valve,
-};
+use stiction_model::valve::{AnyModel, Assembly, HeWang, Model as Law, Start, Valve, ValveSpec};
 
 use crate::model::{Model, Moves, Result};
 use crate::variables::{MOVES, Numbers, Variable};
@@ -50,20 +48,16 @@ pub(crate) fn build(
     let [s, j, k, rest, lag, limited, low, high] = *values else {
         unreachable!("a valve has as many settings as its table")
     };
-    let bands = Bands::from_s_j(s, j)?;
-    let model = match law {
-        Law::TwoPhase => {
-            AnyModel::TwoPhase(TwoPhase::new(bands).with_rest_tolerance(rest, sample_time)?)
-        }
-        Law::HeWang => AnyModel::HeWang(HeWang::new(bands, k)?),
-        law => law.build(bands)?,
-    };
-    let mut valve = Assembly::new(model);
-    if limited != 0.0 {
-        valve = valve.with_limits(low, high)?;
+    let uses = law.describe();
+    ValveSpec {
+        model: law,
+        bands: Bands::from_s_j(s, j)?,
+        overshoot: uses.uses_k.then_some(k),
+        rest_tolerance: uses.uses_rest_tolerance.then_some(rest),
+        limits: (limited != 0.0).then_some((low, high)),
+        lag_s: lag,
     }
-    let lagged = StemLag::new(lag, sample_time)?;
-    Ok(if lag > 0.0 { valve.with_lag(lagged) } else { valve })
+    .build(Some(sample_time))
 }
 
 /// The table of a valve.

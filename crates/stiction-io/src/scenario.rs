@@ -32,7 +32,7 @@ use stiction_model::closed_loop::{
     AntiWindup, Cascade, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, Handover, OpenLoop,
     Process, Signal, Wave,
 };
-use stiction_model::valve::{AnyModel, Assembly, HeWang, Model, StemLag};
+use stiction_model::valve::{Assembly, Model, ValveSpec};
 use toml::de::DeTable;
 
 /// What a scenario simulates.
@@ -602,60 +602,40 @@ impl Builder<'_> {
         let model = fields.text("model")?.unwrap_or("two-phase");
         let model = Model::by_name(model).map_err(|e| fields.wrong("model", e))?;
         let (s, j) = (fields.number("S")?, fields.number("J")?);
-        let (fs, fd) = (fields.number("fs")?, fields.number("fd")?);
-        let refused = |e: stiction_model::Error| fields.refused(e);
-        let description = model.describe();
-        let bands = match (s, j, fs, fd) {
+        let bands = match (s, j, fields.number("fs")?, fields.number("fd")?) {
             (None, None, Some(fs), Some(fd)) => Bands::from_fs_fd(fs, fd),
-            (s, j, None, None) => {
-                let need = |key, value: Option<f64>, used: bool| match value {
-                    None if used => Err(fields.wrong(key, "is missing; give percent of span")),
-                    value => Ok(value.unwrap_or(0.0)),
-                };
-                Bands::from_s_j(
-                    need("S", s, description.uses_s)?,
-                    need("J", j, description.uses_j)?,
-                )
-            }
+            (s, j, None, None) => model.bands(s, j),
             _ => return Err(fields.wrong_table("give either S and J, or fs and fd")),
-        }
-        .map_err(refused)?;
-        for (name, given, used) in [("S", s, description.uses_s), ("J", j, description.uses_j)] {
-            if given.is_some() && !used {
-                let model = description.name;
-                self.notes.push(format!("valve.{name} has no effect: {model} does not use it"));
+        };
+        let refused = |error| match error {
+            stiction_model::Error::Missing { name, .. } => {
+                fields.wrong(&name, "is missing; give percent of span")
             }
-        }
-        self.valve = (model, bands);
-        let overshoot = fields.number("K")?;
-        let rest = fields.number("rest_tolerance")?;
-        let mut valve = model.build(bands).map_err(refused)?;
-        if let Some(overshoot) = overshoot {
-            if model != Model::HeWang {
-                return Err(fields.wrong("K", "is the overshoot of model \"he-wang\" only"));
-            }
-            valve = AnyModel::HeWang(HeWang::new(bands, overshoot).map_err(refused)?);
-        }
-        if let Some(speed) = rest {
-            let AnyModel::TwoPhase(two_phase) = valve else {
-                let message = "is an option of model \"two-phase\" only";
-                return Err(fields.wrong("rest_tolerance", message));
-            };
-            let two_phase = two_phase.with_rest_tolerance(speed, clock.sample_time);
-            valve = AnyModel::TwoPhase(two_phase.map_err(refused)?);
-        }
-        let mut assembly = Assembly::new(valve);
-        if let Some(limits) = fields.numbers("limits")? {
-            let [low, high] = limits[..] else {
-                return Err(fields.wrong("limits", "must be two numbers, such as [0, 100]"));
-            };
-            assembly = assembly.with_limits(low, high).map_err(refused)?;
-        }
-        if let Some(lag) = fields.number("lag")? {
-            assembly = assembly.with_lag(StemLag::new(lag, clock.sample_time).map_err(refused)?);
-        }
+            stiction_model::Error::NotOfModel { name, role, models } => fields
+                .wrong(&name.replace(' ', "_"), format!("is {role} of model \"{models}\" only")),
+            error => fields.refused(error),
+        };
+        let limits = match fields.numbers("limits")?.as_deref() {
+            None => None,
+            Some(&[low, high]) => Some((low, high)),
+            Some(_) => return Err(fields.wrong("limits", "must be two numbers, such as [0, 100]")),
+        };
+        let spec = ValveSpec {
+            model,
+            bands: bands.map_err(refused)?,
+            overshoot: fields.number("K")?,
+            rest_tolerance: fields.number("rest_tolerance")?,
+            limits,
+            lag_s: fields.number_or("lag", 0.0)?,
+        };
+        let name = model.describe().name;
+        let unused = model.unused(s, j);
+        self.notes
+            .extend(unused.map(|key| format!("valve.{key} has no effect: {name} does not use it")));
+        self.valve = (model, spec.bands);
+        let valve = spec.build(Some(clock.sample_time)).map_err(refused)?;
         fields.finish()?;
-        Ok(assembly)
+        Ok(valve)
     }
 
     fn signal(&self, fields: Fields<'_, '_>, clock: Clock) -> Built<Signal> {

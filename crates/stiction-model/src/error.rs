@@ -46,6 +46,24 @@ pub enum Error {
         /// The names there are, separated by commas.
         known: String,
     },
+    /// A setting was not given, but something needs it.
+    #[error("{needed_by} needs {name}")]
+    Missing {
+        /// Name of the setting; several with commas between.
+        name: String,
+        /// What needs it: a model, a law, or another setting.
+        needed_by: &'static str,
+    },
+    /// A setting was given to a valve of another model.
+    #[error("{name} is {role} of model {models} only")]
+    NotOfModel {
+        /// Name of the setting.
+        name: &'static str,
+        /// What it is, such as "the overshoot".
+        role: &'static str,
+        /// Names of the models that have it, separated by commas.
+        models: String,
+    },
     /// Two settings exclude each other, or one needs another.
     #[error("{0}")]
     Inconsistent(String),

@@ -11,7 +11,7 @@ use stiction_diagnose::recording::Recording;
 use stiction_diagnose::series::{span, std};
 use stiction_model::bands::Bands;
 use stiction_model::error::Result;
-use stiction_model::valve::{AnyModel, HeWang, Model};
+use stiction_model::valve::{AnyModel, Model, ValveSpec};
 
 /// Loop number `index` of the population of `seed`: its kind is drawn by [`Kind::share`], then
 /// everything else. It depends on these two numbers alone.
@@ -215,7 +215,7 @@ fn sticking(design: &Design, healthy: &Fitting, draw: &mut Draw) -> Result<Valve
     let s = design.s;
     let j = s * match draw.unit() {
         // One band is all it knows.
-        _ if model == Model::Stenman => 1.0,
+        _ if !model.describe().uses_s => 1.0,
         place if place < 0.6 => draw.uniform(0.03, 1.0),
         place if place < 0.85 => draw.log(0.01, 0.3),
         place if place < 0.92 => 1.0,
@@ -224,10 +224,9 @@ fn sticking(design: &Design, healthy: &Fitting, draw: &mut Draw) -> Result<Valve
     let overshoot = draw.uniform(1.0, 2.0);
     let build = |factor: f64| -> Result<AnyModel> {
         let bands = Bands::from_s_j(factor * s, factor * j)?;
-        Ok(match model {
-            Model::HeWang => AnyModel::HeWang(HeWang::new(bands, overshoot)?),
-            _ => model.build(bands)?,
-        })
+        let overshoot = model.describe().uses_k.then_some(overshoot);
+        let spec = ValveSpec { overshoot, ..ValveSpec::new(model, bands) };
+        Ok(spec.build(None)?.model().clone())
     };
     let record = design.all_steps() - design.warm_up;
     let mut fittings = vec![fitted(0, build(1.0)?)];

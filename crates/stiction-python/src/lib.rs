@@ -16,6 +16,7 @@ mod fmu;
 mod identification;
 mod long;
 mod oscillation;
+mod own;
 mod population;
 mod recordings;
 mod scenario;
@@ -41,6 +42,7 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     fmu::register(m)?;
     identification::register(m)?;
     oscillation::register(m)?;
+    own::register(m)?;
     recordings::register(m)?;
     scenario::register(m)?;
     series::register(m)?;

@@ -50,20 +50,6 @@ pub struct Stem {
     set: &'static str,
 }
 
-/// What `Stem` takes of the stem itself, and what it gives back.
-fn of_stem(p: &StemParameters) -> [(&'static str, f64); 8] {
-    [
-        ("mass_kg", p.mass_kg),
-        ("spring_n_per_m", p.spring_n_per_m),
-        ("area_m2", p.area_m2),
-        ("preload_n", p.preload_n),
-        ("stroke_m", p.stroke_m),
-        ("pressure_min_pa", p.pressure_min_pa),
-        ("pressure_max_pa", p.pressure_max_pa),
-        ("air_lag_s", p.air_lag_s),
-    ]
-}
-
 /// The parameters of stem and friction by name.
 fn parameter_dict<'py>(
     py: Python<'py>,
@@ -71,13 +57,10 @@ fn parameter_dict<'py>(
     friction: &FrictionLaw,
 ) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
-    for (name, value) in of_stem(p) {
+    for (name, value) in p.values().into_iter().chain(friction.values()) {
         all.set_item(name, value)?;
     }
     all.set_item("end_stops", p.end_stops)?;
-    for (name, value) in friction.values() {
-        all.set_item(name, value)?;
-    }
     Ok(all)
 }
 
@@ -85,57 +68,23 @@ fn parameter_dict<'py>(
 fn build(
     set: &ParameterSet,
     friction: Option<&str>,
-    mut changes: Vec<(String, f64)>,
+    changes: &[(String, f64)],
 ) -> PyResult<stem::Stem> {
-    let mut take =
-        |name: &str| changes.iter().position(|(n, _)| n == name).map(|k| changes.swap_remove(k).1);
-    let mut p = set.stem;
-    for (name, field) in [
-        ("mass_kg", &mut p.mass_kg),
-        ("spring_n_per_m", &mut p.spring_n_per_m),
-        ("area_m2", &mut p.area_m2),
-        ("preload_n", &mut p.preload_n),
-        ("stroke_m", &mut p.stroke_m),
-        ("pressure_min_pa", &mut p.pressure_min_pa),
-        ("pressure_max_pa", &mut p.pressure_max_pa),
-        ("air_lag_s", &mut p.air_lag_s),
-    ] {
-        *field = take(name).unwrap_or(*field);
-    }
-    p.end_stops = take("end_stops").map_or(p.end_stops, |value| value != 0.0);
-
-    let wanted = friction.unwrap_or(set.friction.name());
-    let names = LAWS.iter().find(|law| law.name == wanted).map_or(&[][..], |law| law.parameters);
-    // What the set's own law does not have, the same valve's set for the wanted law may.
-    let sibling = ParameterSet::named(&format!("{}-{wanted}", set.name));
-    let mut known = set.friction.values();
-    known.extend(sibling.map_or(vec![], |sibling| sibling.friction.values()));
-    let mut missing = vec![];
-    let mut values = vec![];
-    for name in names {
-        let inherited = known.iter().find(|(n, _)| n == name).map(|(_, value)| *value);
-        match take(name).or(inherited) {
-            Some(value) => values.push(value),
-            None => missing.push(*name),
-        }
-    }
-    if !missing.is_empty() {
-        return Err(PyValueError::new_err(format!(
-            "friction law \"{wanted}\" needs {}, which set \"{}\" does not have; give them in \
+    set.stem_with(friction, changes).map_err(|error| match error {
+        stiction::Error::Missing { name, needed_by } => PyValueError::new_err(format!(
+            "friction law \"{needed_by}\" needs {name}, which set \"{}\" does not have; give them in \
              parameters",
-            missing.join(", "),
             set.name
-        )));
+        )),
+        error => refused(error),
+    })
+}
+
+impl Stem {
+    /// The stem itself.
+    pub fn stem(&self) -> &stem::Stem {
+        &self.stem
     }
-    let friction = FrictionLaw::from_name(wanted, &values).map_err(refused)?;
-    if let Some((name, _)) = changes.first() {
-        let stem = of_stem(&p).map(|(name, _)| name).join(", ");
-        return Err(PyValueError::new_err(format!(
-            "parameters: there is no \"{name}\"; there are {stem}, end_stops, {}",
-            names.join(", ")
-        )));
-    }
-    stem::Stem::new(p, friction).map_err(refused)
 }
 
 fn event_name(kind: EventKind) -> &'static str {
@@ -184,7 +133,7 @@ impl Stem {
                 changes.push((name, value));
             }
         }
-        let mut stem = build(&set, friction.as_deref(), changes)?;
+        let mut stem = build(&set, friction.as_deref(), &changes)?;
         if let Some(tolerance) = tolerance {
             stem = stem.with_tolerance(number("tolerance", tolerance)?).map_err(refused)?;
         }

@@ -9,7 +9,7 @@ use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use stiction::valve::{Assembly, Direction, Model, Start, StemLag, Valve as _};
+use stiction::valve::{Assembly, Direction, Model, Start, Valve as _, ValveSpec};
 
 /// Samples between two looks for a signal.
 const STRIDE: usize = 1 << 20;
@@ -32,17 +32,21 @@ const STRIDE: usize = 1 << 20;
 ///     Direction of the last motion.
 /// moving : bool, default False
 ///     Whether the stem is moving in that direction to begin with.
+/// K : float, optional
+///     Overshoot of a slip, 1 (none) to 2 (no damping), of models that use it; by default 1.99.
+/// rest_tolerance : float, optional
+///     Speed of the OP that counts as a pause, percent of span per second, of models that use it; by default 0.
 /// limits : tuple of float, optional
 ///     Lowest and highest OP and VP, percent of span, such as ``(0, 100)``; by default none.
 /// lag_s : float, default 0
 ///     Time constant of a first-order lag of the stem, s.
 /// sample_time : float, optional
-///     Time between samples, s; needed with `lag_s` only.
+///     Time between samples, s; needed with `lag_s` and `rest_tolerance` only.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If a value is out of its range, or there is no such model.
+///     If a value is out of its range, there is no such model, or it does not use what is given of it.
 ///
 /// Examples
 /// --------
@@ -57,19 +61,26 @@ const STRIDE: usize = 1 << 20;
 pub struct Valve {
     assembly: Assembly,
     start: Start,
-    model: Model,
-    /// S and J.
-    #[pyo3(get)]
-    bands: Bands,
+    spec: ValveSpec,
+}
+
+/// What the library refused of a valve, with the keywords that are meant.
+fn worded(error: stiction::Error) -> PyErr {
+    let stiction::Error::Missing { needed_by, .. } = error else { return refused(error) };
+    let keyword = if needed_by == "stem lag" { "lag_s" } else { "rest_tolerance" };
+    let words = format!("{keyword} needs sample_time, the time between samples in s");
+    PyValueError::new_err(words)
 }
 
 #[pymethods]
 impl Valve {
     #[new]
     #[pyo3(signature = (S, J, *, model = None, position = None, op = None, direction = None,
-                        moving = false, limits = None, lag_s = None, sample_time = None),
+                        moving = false, K = None, rest_tolerance = None, limits = None, lag_s = None,
+                        sample_time = None),
            text_signature = "(S, J, *, model='two-phase', position=0.0, op=None, direction=1, \
-                             moving=False, limits=None, lag_s=0.0, sample_time=None)")]
+                             moving=False, K=None, rest_tolerance=None, limits=None, lag_s=0.0, \
+                             sample_time=None)")]
     #[expect(non_snake_case, reason = "the field's names")]
     #[expect(clippy::too_many_arguments, reason = "keywords of one constructor")]
     fn new(
@@ -80,6 +91,8 @@ impl Valve {
         op: Option<&Bound<'_, PyAny>>,
         direction: Option<&Bound<'_, PyAny>>,
         moving: bool,
+        K: Option<&Bound<'_, PyAny>>,
+        rest_tolerance: Option<&Bound<'_, PyAny>>,
         limits: Option<&Bound<'_, PyAny>>,
         lag_s: Option<&Bound<'_, PyAny>>,
         sample_time: Option<&Bound<'_, PyAny>>,
@@ -93,23 +106,22 @@ impl Valve {
                 Model::by_name(known).map_err(refused)?
             }
         };
-        let mut assembly = Assembly::new(model.build(bands).map_err(refused)?);
-        if let Some(limits) = limits {
-            let (low, high) = limits
-                .extract()
-                .map_err(|_| mismatch("limits", limits, "a pair of numbers such as (0, 100)"))?;
-            assembly = assembly.with_limits(low, high).map_err(refused)?;
-        }
-        let lag_s = lag_s.map_or(Ok(0.0), |value| finite("lag_s", value))?;
-        if lag_s != 0.0 {
-            let Some(sample_time) = sample_time else {
-                return Err(PyValueError::new_err(
-                    "lag_s needs sample_time, the time between samples in s",
-                ));
-            };
-            let sample_time = finite("sample_time", sample_time)?;
-            assembly = assembly.with_lag(StemLag::new(lag_s, sample_time).map_err(refused)?);
-        }
+        let given = |name, value: Option<&Bound<'_, PyAny>>| {
+            value.map(|value| finite(name, value)).transpose()
+        };
+        let pair = |limits: &Bound<'_, PyAny>| {
+            let words = "a pair of numbers such as (0, 100)";
+            limits.extract().map_err(|_| mismatch("limits", limits, words))
+        };
+        let spec = ValveSpec {
+            model,
+            bands,
+            overshoot: given("K", K)?,
+            rest_tolerance: given("rest_tolerance", rest_tolerance)?,
+            limits: limits.map(pair).transpose()?,
+            lag_s: given("lag_s", lag_s)?.unwrap_or(0.0),
+        };
+        let mut assembly = spec.build(given("sample_time", sample_time)?).map_err(worded)?;
         let direction = match direction.map_or(Ok(1.0), |value| number("direction", value))? {
             1.0 => Direction::Up,
             -1.0 => Direction::Down,
@@ -122,13 +134,19 @@ impl Valve {
         let op = op.map_or(Ok(position), |value| finite("op", value))?;
         let start = Start { position, op, direction, moving };
         assembly.restart(start);
-        Ok(Self { assembly, start, model, bands: Bands(bands) })
+        Ok(Self { assembly, start, spec })
+    }
+
+    /// S and J.
+    #[getter]
+    fn bands(&self) -> Bands {
+        Bands(self.spec.bands)
     }
 
     /// The name of its model.
     #[getter]
     fn model(&self) -> &'static str {
-        self.model.describe().name
+        self.spec.model.describe().name
     }
 
     /// The present valve position, percent of span.
@@ -196,11 +214,18 @@ impl Valve {
     fn __repr__(&self) -> String {
         format!(
             "Valve(S={:?}, J={:?}, model=\"{}\", position={:?})",
-            self.bands.0.s(),
-            self.bands.0.j(),
+            self.spec.bands.s(),
+            self.spec.bands.j(),
             self.model(),
             self.position()
         )
+    }
+}
+
+impl Valve {
+    /// The valve itself.
+    pub fn assembly(&self) -> &Assembly {
+        &self.assembly
     }
 }
 
@@ -218,6 +243,8 @@ fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
                 "citation": description.citation,
                 "uses_s": description.uses_s,
                 "uses_j": description.uses_j,
+                "uses_k": description.uses_k,
+                "uses_rest_tolerance": description.uses_rest_tolerance,
             ))
         })
         .collect()
@@ -233,6 +260,8 @@ fn valve_table() -> PyResult<Table> {
         texts("citation", all.iter().map(|d| Some(d.citation))),
         flags("uses_s", all.iter().map(|d| Some(d.uses_s))),
         flags("uses_j", all.iter().map(|d| Some(d.uses_j))),
+        flags("uses_k", all.iter().map(|d| Some(d.uses_k))),
+        flags("uses_rest_tolerance", all.iter().map(|d| Some(d.uses_rest_tolerance))),
     ])
 }
 

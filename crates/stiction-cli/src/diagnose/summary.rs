@@ -340,48 +340,84 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::diagnose::{Options, Override, diagnose};
+    use stiction::diagnose::{
+        Alternative, Cause, ConfirmingTest, Options, Override, Verdict, diagnose,
+    };
     use stiction::recording::Recording;
     use stiction_report::document::Source;
+    use stiction_report::report;
 
-    /// Where the text on one loop shows a field of the verdict; of one that it does not show, why.
-    const IN_THE_TEXT: [(&str, Result<&str, &str>); 10] = [
-        ("class", Ok("DOES NOT RESPOND")),
-        ("probability", Err("part of the sentence where it means something")),
-        ("basis", Ok("Rests on: evidence in OP and PV")),
-        ("S_below", Err("part of the sentence on a valve that is cleared")),
-        ("votes", Err("the methods stand below one by one, and several loops have a column")),
-        ("reasons", Ok("for it    - the OP travels")),
-        ("contradictions", Ok("against   - spoken against")),
-        ("alternatives", Ok("or else   ")),
-        ("confirm", Ok("confirm   ")),
-        ("override", Ok("override  Overruled by a person: the valve sticks")),
+    /// By what a field of the verdict is seen, in the text on one loop and on the page; where it is not, why.
+    const SHOWN: [(&str, Result<&str, &str>, Result<&str, &str>); 10] = [
+        ("class", Ok("DOES NOT RESPOND"), Ok("does not respond")),
+        ("probability", Err("is in the words, where it means something"), Ok("that it sticks")),
+        ("basis", Ok("Rests on: evidence in OP and PV"), Ok("evidence in OP and PV")),
+        ("S_below", Err("is in the words on a cleared valve"), Err("is in the words, too")),
+        ("votes", Err("every method has a line"), Ok("families of methods that say it sticks")),
+        ("reasons", Ok("for it    - spoken for"), Ok("Spoken for.")),
+        ("contradictions", Ok("against   - spoken against"), Ok("Spoken against.")),
+        ("alternatives", Ok("or else   saturation"), Ok("Looks saturated.")),
+        ("confirm", Ok("confirm   in manual, 8 steps"), Ok("Put the controller in manual.")),
+        ("override", Ok("override  Overruled by a person"), Ok("Overruled by a person")),
     ];
 
+    fn verdict() -> Verdict {
+        Verdict {
+            class: VerdictClass::DoesNotRespond,
+            probability: Some(0.7),
+            basis: Basis::Evidence,
+            reasons: vec!["spoken for".to_owned()],
+            contradictions: vec!["spoken against".to_owned()],
+            alternatives: vec![Alternative {
+                cause: Cause::Saturation,
+                likelihood: 0.2,
+                because: "looks saturated".to_owned(),
+            }],
+            confirm: Some(ConfirmingTest {
+                step: 0.8,
+                steps: 8,
+                up_first: true,
+                wait_s: 40.0,
+                pv_change: None,
+                instructions: vec!["put the controller in manual".to_owned()],
+            }),
+            overruled: Some(Override {
+                verdict: VerdictClass::Sticks,
+                reason: "it was seen".to_owned(),
+                by: None,
+                entered: None,
+                scope: "this recording".to_owned(),
+                kept_in: "a file".to_owned(),
+            }),
+            ..Verdict::default()
+        }
+    }
+
     #[test]
-    fn the_text_shows_every_field_of_the_verdict_or_says_why_not() {
-        let op: Vec<f64> = (0..720).map(|k| 5.0 + 75.0 * f64::from(k) / 719.0).collect();
-        let (pv, sp) = ([0.0; 720], [40.0; 720]);
-        let recording = Recording::regular("FIC101", 10.0, &op, Some(&pv), Some(&sp)).unwrap();
+    fn text_and_page_show_every_field_of_the_verdict_or_say_why_not() {
+        let op: Vec<f64> = (0..300).map(|k| 50.0 + 2.0 * (f64::from(k) * 0.1).sin()).collect();
+        let recording = Recording::regular("FIC101", 1.0, &op, Some(&op), None).unwrap();
         let mut diagnosis = diagnose(&recording, &Options::default()).unwrap();
-        diagnosis.verdict.contradictions.push("spoken against".to_owned());
-        diagnosis.verdict.overruled = Some(Override {
-            verdict: VerdictClass::Sticks,
-            reason: "it was seen".to_owned(),
-            by: None,
-            entered: None,
-            scope: "this recording".to_owned(),
-            kept_in: "a file".to_owned(),
-        });
+        (diagnosis.relation, diagnosis.verdict) = (None, verdict());
         let found = serde_json::to_value(&diagnosis.verdict).unwrap();
         let fields: Vec<&String> = found.as_object().unwrap().keys().collect();
-        assert_eq!(fields, IN_THE_TEXT.map(|(field, _)| field));
+        assert_eq!(
+            fields,
+            SHOWN.map(|(field, ..)| field),
+            "a field is shown, or it is said why not"
+        );
         let source = Source { file: "FIC101.csv".to_owned(), sha256: String::new() };
-        let text = one(&Diagnosed { source, diagnosis });
-        for (field, shown) in IN_THE_TEXT {
-            match shown {
-                Ok(wanted) => assert!(text.contains(wanted), "{field}: no \"{wanted}\" in {text}"),
-                Err(why) => assert!(!why.is_empty()),
+        let diagnosed = Diagnosed { source, diagnosis };
+        let page = report::html("tool", &[diagnosed.found()]).unwrap();
+        let text = one(&diagnosed);
+        for (field, in_text, on_page) in SHOWN {
+            for (shown, place) in [(in_text, &text), (on_page, &page)] {
+                match shown {
+                    Ok(wanted) => {
+                        assert!(place.contains(wanted), "{field}: no \"{wanted}\": {text}")
+                    }
+                    Err(why) => assert!(!why.is_empty()),
+                }
             }
         }
     }

@@ -11,7 +11,6 @@ mod limit_cycle;
 mod malformed;
 mod overrule;
 mod population;
-mod schema;
 mod session;
 mod shift;
 mod simulate;

@@ -386,7 +386,10 @@ fn malformed_stem_and_figure_commands() {
         (&["stem", "--friction", "glue"], &["glue", "known are classical"]),
         (&["stem", "--with", "mass_kg"], &["--with mass_kg: write NAME=VALUE"]),
         (&["stem", "--with", "mass_kg=heavy"], &["--with mass_kg=heavy: write NAME=VALUE"]),
-        (&["stem", "--with", "colour=1"], &["there is no parameter \"colour\"; there are mass_kg"]),
+        (
+            &["stem", "--with", "colour=1"],
+            &["there is no stem parameter named \"colour\"; known are mass_kg"],
+        ),
         (&["stem", "--with", "mass_kg=-1"], &["-1, but must be"]),
         (&["stem", "--with", "mass_kg=nan"], &["NaN, but must be"]),
         (&["stem", "--period", "0"], &["makes 1 samples"]),

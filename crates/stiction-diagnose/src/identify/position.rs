@@ -49,7 +49,7 @@ use crate::detect::Abstention;
 use crate::parallel::*;
 use crate::series::{quantile, span};
 use crate::valve::lanes::{self, Laned};
-use crate::valve::{Direction, He, Model, Start, TwoPhase, Valve};
+use crate::valve::{self, Description, Direction, He, Model, Start, TwoPhase, Valve};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -137,16 +137,20 @@ impl PositionFits {
     }
 }
 
-/// The models that differ from each other for J up to S, and how many parameters each has.
-const MODELS: [(Model, usize); 7] = [
-    (Model::Ideal, 0),
-    (Model::Play, 1),
-    (Model::Stenman, 1),
-    (Model::TwoPhase, 2),
-    (Model::He, 2),
-    (Model::HeWang, 2),
-    (Model::Chen, 2),
-];
+/// The models that differ from each other for J up to S, those with the fewest parameters first: of two that fit as
+/// well the first is the better.
+fn models() -> Vec<Model> {
+    let mut models: Vec<_> =
+        Model::ALL.into_iter().filter(|model| model.describe().same_as.is_none()).collect();
+    models.sort_by_key(|model| (parameters(*model), model.describe().uses_j));
+    models
+}
+
+/// How many bands a model uses.
+fn parameters(model: Model) -> usize {
+    let Description { uses_s, uses_j, .. } = model.describe();
+    usize::from(uses_s) + usize::from(uses_j)
+}
 
 /// Fits every model to a recorded position; both in percent of span.
 ///
@@ -190,8 +194,10 @@ pub fn fit(op: &[f64], vp: &[f64]) -> Result<PositionFits, Abstention> {
         .search(Model::TwoPhase, &record.unscaled())
         .and_then(|found| record.scaled(&found.line))
         .unwrap_or_else(|| record.unscaled());
-    let mut ranked: Vec<PositionFit> =
-        MODELS.into_iter().filter_map(|(model, p)| record.fit(model, p, &known)).collect();
+    let mut ranked: Vec<PositionFit> = models()
+        .into_iter()
+        .filter_map(|model| record.fit(model, parameters(model), &known))
+        .collect();
     ranked.sort_by(|a, b| a.information.total_cmp(&b.information));
     let Some(best) = ranked.first() else {
         return Err(Abstention("no valve model can be fitted to the valve position".to_owned()));
@@ -358,6 +364,7 @@ impl<'a> Record<'a> {
                 Model::He | Model::Stenman => {
                     self.lanes::<He>(&mut sums, &bands, from, op, start);
                 }
+                // Any other: a valve for each pair.
                 _ => sums.par_iter_mut().zip(&bands).for_each(|(sums, bands)| {
                     if let Ok(mut valve) = model.build(*bands) {
                         valve.restart(start);
@@ -453,13 +460,14 @@ impl<'a> Record<'a> {
 
     fn search(&self, model: Model, known: &Scale) -> Option<Candidate> {
         let range = span(self.op);
-        if model == Model::Ideal {
+        let Description { motion, uses_s, uses_j, .. } = model.describe();
+        if motion == valve::Motion::Follows {
             return self.try_all(model, &[(0.0, 0.0)], known)?.into_iter().reduce(better);
         }
-        let ratios = |count: usize, low: f64, high: f64| match model {
-            Model::Play => vec![1.0],
-            Model::Stenman => vec![0.0],
-            _ => spaced(count, low, high),
+        let ratios = |count: usize, low: f64, high: f64| match (uses_s, uses_j) {
+            (true, true) => spaced(count, low, high),
+            (true, false) => vec![1.0],
+            (false, _) => vec![0.0],
         };
         let grid = |fs: Vec<f64>, ratios: Vec<f64>| -> Vec<(f64, f64)> {
             ratios.iter().flat_map(|ratio| fs.iter().map(|fs| (fs.exp(), *ratio))).collect()
@@ -498,13 +506,14 @@ impl<'a> Record<'a> {
     /// taken for it.
     fn intervals(&self, fit: &PositionFit, known: &Scale) -> (Interval, Interval) {
         let range = span(self.op);
-        let ideal = fit.model == Model::Ideal;
+        let Description { motion, uses_s, uses_j, .. } = fit.model.describe();
+        let ideal = motion == valve::Motion::Follows;
         let model = if ideal { Model::Play } else { fit.model };
         let (s, j) = (fit.bands.s(), fit.bands.j());
         let (mut low, mut high) = ((s, j), (s, j));
         let (mut reach_s, mut reach_j) =
             if ideal { (0.05 * range, 0.0) } else { (0.3 * s, 0.3 * s) };
-        if matches!(fit.model, Model::Play | Model::Stenman) {
+        if !(uses_s && uses_j) {
             reach_j = 0.0;
         }
         for _ in 0..3 {
@@ -512,7 +521,7 @@ impl<'a> Record<'a> {
             let mut pairs = vec![(s, j)];
             for s in spaced(2 * FINE, (s - reach_s).max(0.0), s + reach_s) {
                 for j in spaced(count_j, (j - reach_j).max(0.0), j + reach_j) {
-                    let j = if fit.model == Model::Stenman { s } else { j.min(s) };
+                    let j = if uses_j && !uses_s { s } else { j.min(s) };
                     pairs.push((s, j));
                 }
             }
@@ -553,8 +562,7 @@ impl<'a> Record<'a> {
             let (low, high) = (low.min(value) - wider, high.max(value) + wider);
             Interval { value, low: low.max(0.0), high }
         };
-        let jumps = !matches!(fit.model, Model::Play | Model::Ideal);
-        (interval(s, low.0, high.0, false), interval(j, low.1, high.1, !jumps))
+        (interval(s, low.0, high.0, false), interval(j, low.1, high.1, !uses_j))
     }
 
     /// Sum of squared errors in each block, behind a candidate with its own best line.
@@ -580,7 +588,7 @@ impl<'a> Record<'a> {
 
 /// Whether a model is at rest after every sample.
 fn staircase(model: Model) -> bool {
-    matches!(model, Model::He | Model::HeWang | Model::Stenman)
+    model.describe().motion == valve::Motion::Staircase
 }
 
 fn bands(fs: f64, ratio: f64) -> Bands {

@@ -4,7 +4,7 @@ use super::{Action, Options, Prediction, Row, WEARING, WORTH};
 use crate::bands::Bands;
 use crate::closed_loop::ClosedLoop;
 use crate::limit_cycle::tuning::Retuning;
-use crate::valve::Model;
+use crate::valve::{Model, Motion};
 
 /// Notes in every row what speaks against the action.
 ///
@@ -361,7 +361,7 @@ pub(super) fn assumptions(
             short(options.positioner_gain)
         ),
     ];
-    if matches!(model, Model::He | Model::HeWang | Model::Stenman) {
+    if model.describe().motion == Motion::Staircase {
         said.push(
             "This valve model has a family of limit cycles: the predicted one is the member near the equilibrium; in \
              which the loop ends depends on how it started."

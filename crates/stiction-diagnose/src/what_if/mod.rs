@@ -124,7 +124,7 @@ impl Options {
     /// # Errors
     /// If the loop has a setting out of its range.
     pub fn suiting(plant: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
-        let bands = felt(model, bands)?;
+        let bands = model.felt(bands)?;
         let figures = Figures::of(&knowledge(plant, bands))?;
         let continuous = left_alone(plant, model, bands);
         let cycle = [limit_cycle::Method::Exact, limit_cycle::Method::DescribingFunction]
@@ -352,7 +352,7 @@ pub fn what_if_watched(
 ) -> Result<WhatIf> {
     let protocol = &options.protocol;
     let given = bands;
-    let bands = felt(model, bands)?;
+    let bands = model.felt(bands)?;
     let known = knowledge(plant, bands);
     let continuous = left_alone(plant, model, bands);
     let stability = FrequencyResponse::of(&continuous)?.stability();
@@ -471,19 +471,6 @@ fn retuned(
     Grid::about(&continuous.controller, options.retuned_within, 15)
         .and_then(|grid| least_swing(continuous, &grid, options.most_sensitive, cycle))
         .map_err(|error| error.to_string())
-}
-
-/// The bands of the friction that a valve of this model has with these bands, some of which it may not use.
-///
-/// # Errors
-/// None but for bands that are none.
-fn felt(model: Model, bands: Bands) -> Result<Bands> {
-    match model {
-        Model::Ideal => Ok(Bands::NONE),
-        Model::Play => Bands::from_s_j(bands.s(), 0.0),
-        Model::Stenman => Bands::from_s_j(bands.j(), bands.j()),
-        _ => Ok(bands),
-    }
 }
 
 /// These bands, or those nearest that the model allows.

@@ -34,7 +34,7 @@ pub(super) struct Feed<const N: usize> {
 
 /// Samples drawn ahead, played in a row, and then recorded. Sixteen lanes of them fit the
 /// first-level cache.
-const AHEAD: usize = 32;
+pub(super) const AHEAD: usize = 32;
 
 impl<const N: usize> Feed<N> {
     fn new(constant: Lane<N>, moving: Vec<(usize, SignalSource)>) -> Self {
@@ -259,6 +259,11 @@ impl<const N: usize> Feeds<N> {
         };
         Self { sp: feed(|l| &l.sp), load: feed(|l| &l.load), measurement: feed(|l| &l.measurement) }
     }
+
+    /// The next samples of set point, load and measurement, at most [`AHEAD`].
+    pub(super) fn draw(&mut self, samples: usize) -> [&[Lane<N>]; 3] {
+        [self.sp.draw(samples), self.load.draw(samples), self.measurement.draw(samples)]
+    }
 }
 
 /// Some samples in a row: the inner loop. It is compiled by itself, so that the registers need hold
@@ -345,12 +350,13 @@ fn play_between<
     let from = recorder.from();
     for k in (0..samples).step_by(AHEAD) {
         let played = &mut played[..AHEAD.min(samples - k)];
+        let [sp, load, measurement] = feeds.draw(played.len());
         width.run(Stretch::<PLAIN, V, B, N, M> {
             bank: &mut bank,
             between: &mut *between,
-            sp: feeds.sp.draw(played.len()),
-            load: feeds.load.draw(played.len()),
-            measurement: feeds.measurement.draw(played.len()),
+            sp,
+            load,
+            measurement,
             played,
         });
         let unseen = from.saturating_sub(k);

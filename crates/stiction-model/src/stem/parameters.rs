@@ -1,5 +1,6 @@
 //! Parameters of the stem and its actuator, and sets of them by name.
 
+use super::Stem;
 use super::friction::{Classical, FrictionLaw, Gms, GmsElement, Karnopp, LuGre};
 use crate::error::{Error, Result, finite, non_negative, positive, require};
 
@@ -29,6 +30,47 @@ pub struct StemParameters {
 }
 
 impl StemParameters {
+    /// Every parameter by name, units in the names; `end_stops` is 1 for yes and 0 for no.
+    pub fn values(&self) -> [(&'static str, f64); 9] {
+        [
+            ("mass_kg", self.mass_kg),
+            ("spring_n_per_m", self.spring_n_per_m),
+            ("area_m2", self.area_m2),
+            ("preload_n", self.preload_n),
+            ("stroke_m", self.stroke_m),
+            ("pressure_min_pa", self.pressure_min_pa),
+            ("pressure_max_pa", self.pressure_max_pa),
+            ("air_lag_s", self.air_lag_s),
+            ("end_stops", f64::from(u8::from(self.end_stops))),
+        ]
+    }
+
+    /// These parameters from their [`values`](Self::values), in that order.
+    pub fn from_values(values: [f64; 9]) -> Self {
+        let [
+            mass_kg,
+            spring_n_per_m,
+            area_m2,
+            preload_n,
+            stroke_m,
+            pressure_min_pa,
+            pressure_max_pa,
+            air_lag_s,
+            end_stops,
+        ] = values;
+        Self {
+            mass_kg,
+            spring_n_per_m,
+            area_m2,
+            preload_n,
+            stroke_m,
+            pressure_min_pa,
+            pressure_max_pa,
+            air_lag_s,
+            end_stops: end_stops != 0.0,
+        }
+    }
+
     /// These parameters, if each is finite and in its range.
     ///
     /// # Errors
@@ -138,6 +180,59 @@ pub const SETS: [&str; 8] = [
 ];
 
 impl ParameterSet {
+    /// The stem with the friction law called `friction`, by default the set's own, and with `changes` of
+    /// parameters of stem and friction by name, of which the last of a name counts. What the set's own law does
+    /// not have is taken from the same valve's set for the wanted law, if there is one.
+    ///
+    /// ```
+    /// use stiction_model::stem::ParameterSet;
+    /// let stem = ParameterSet::named("usp")?.stem_with(Some("lugre"), &[("coulomb_n", 650.0)])?;
+    /// assert_eq!(stem.friction().coulomb_n(), 650.0);
+    /// # Ok::<(), stiction_model::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] if there is no such law or parameter, [`Error::Missing`] if the law has parameters
+    /// that neither the set nor the changes give; otherwise if a value is out of its range.
+    pub fn stem_with<N: AsRef<str>>(
+        &self,
+        friction: Option<&str>,
+        changes: &[(N, f64)],
+    ) -> Result<Stem> {
+        let changed = |name: &str| {
+            changes.iter().rev().find(|(n, _)| n.as_ref() == name).map(|(_, value)| *value)
+        };
+        let wanted = friction.unwrap_or(self.friction.name());
+        let law = FrictionLaw::entry(wanted)?;
+        let sibling = Self::named(&format!("{}-{wanted}", self.name)).ok();
+        let mut inherited = self.friction.values();
+        inherited.extend(sibling.map_or(vec![], |sibling| sibling.friction.values()));
+        let mut values = vec![];
+        let mut missing = vec![];
+        for name in law.parameters {
+            let inherited = inherited.iter().find(|(n, _)| n == name).map(|(_, value)| *value);
+            match changed(name).or(inherited) {
+                Some(value) => values.push(value),
+                None => missing.push(*name),
+            }
+        }
+        if !missing.is_empty() {
+            return Err(Error::Missing { name: missing.join(", "), needed_by: law.name });
+        }
+        let friction = FrictionLaw::from_name(wanted, &values)?;
+        let own = self.stem.values();
+        let known = || own.iter().map(|(name, _)| *name).chain(law.parameters.iter().copied());
+        if let Some((name, _)) = changes.iter().find(|(n, _)| known().all(|k| k != n.as_ref())) {
+            return Err(Error::UnknownName {
+                family: "stem parameter",
+                name: name.as_ref().to_owned(),
+                known: known().collect::<Vec<_>>().join(", "),
+            });
+        }
+        let stem = own.map(|(name, value)| changed(name).unwrap_or(value));
+        Stem::new(StemParameters::from_values(stem), friction)
+    }
+
     /// The set called `name`, one of [`SETS`].
     ///
     /// # Errors

@@ -1,6 +1,5 @@
 //! A model with its surroundings: input limits before it, stem dynamics behind it.
 
-use super::memory::Remember;
 use super::{AnyModel, Start, StemLag, Valve, follow};
 use crate::error::{Error, Result};
 

@@ -1,8 +1,9 @@
 //! The two-layer binary tree of Chen, Tan and Huang.
 
-use super::memory::{Memory, Remember};
-use super::{Direction, Start, Valve};
+use super::published::{Memory, Published};
+use super::{Description, Direction, Motion, Start, Valve, ValveSpec};
 use crate::bands::Bands;
+use crate::error::Result;
 
 /// Chen, Tan and Huang's two-layer binary tree model, as recalled: its chart was not at hand.
 ///
@@ -39,13 +40,6 @@ impl Chen {
     pub fn new(bands: Bands) -> Self {
         Self { bands, position: 0.0, op: 0.0, motion: 0.0 }
     }
-
-    /// The state from which [`Valve::restart`] makes it go on as it does now.
-    pub(crate) fn state(&self) -> Start {
-        let direction = if self.motion < 0.0 { Direction::Down } else { Direction::Up };
-        let moving = self.motion != 0.0;
-        Start { position: self.position, op: self.op, direction, moving }
-    }
 }
 
 impl Valve for Chen {
@@ -80,7 +74,30 @@ impl Valve for Chen {
     }
 }
 
-impl Remember for Chen {
+impl Published for Chen {
+    const DESCRIPTION: Description = Description {
+        name: "chen",
+        aliases: &["xch"],
+        summary: "two-layer binary tree; reversals one sample late (recalled)",
+        citation: "Chen, Tan, Huang, Ind. Eng. Chem. Res. 47 (2008) 2842-2848",
+        motion: Motion::Slides,
+        uses_s: true,
+        uses_j: true,
+        uses_k: false,
+        uses_rest_tolerance: false,
+        same_as: None,
+    };
+
+    fn build(spec: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Ok(Self::new(spec.bands))
+    }
+
+    fn state(&self) -> Option<Start> {
+        let direction = if self.motion < 0.0 { Direction::Down } else { Direction::Up };
+        let moving = self.motion != 0.0;
+        Some(Start { position: self.position, op: self.op, direction, moving })
+    }
+
     fn memory(&self) -> Memory {
         [self.position, self.op, self.motion, 0.0, 0.0]
     }

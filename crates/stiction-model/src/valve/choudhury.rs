@@ -1,8 +1,9 @@
 //! The model of Choudhury, Thornhill and Shah.
 
-use super::memory::{Memory, Remember, flag};
-use super::{Start, Valve};
+use super::published::{Memory, Published, flag};
+use super::{Description, Model, Motion, Start, Valve, ValveSpec};
 use crate::bands::Bands;
+use crate::error::Result;
 
 /// Choudhury, Thornhill and Shah's two-parameter model, revised flow chart.
 ///
@@ -109,7 +110,28 @@ impl Valve for Choudhury {
     }
 }
 
-impl Remember for Choudhury {
+impl Published for Choudhury {
+    const DESCRIPTION: Description = Description {
+        name: "choudhury",
+        aliases: &[],
+        summary: "revised flow chart; equals two-phase for J <= S",
+        citation: "Choudhury, Thornhill, Shah, Control Eng. Practice 13 (2005) 641-658",
+        motion: Motion::Slides,
+        uses_s: true,
+        uses_j: true,
+        uses_k: false,
+        uses_rest_tolerance: false,
+        same_as: Some(Model::TwoPhase),
+    };
+
+    fn build(spec: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Ok(Self::new(spec.bands))
+    }
+
+    fn state(&self) -> Option<Start> {
+        None
+    }
+
     fn memory(&self) -> Memory {
         [self.position, self.op, self.trend, self.stop, flag(self.stuck)]
     }

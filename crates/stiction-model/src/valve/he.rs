@@ -1,7 +1,7 @@
 //! The models of He and Wang: two parameters, and three with overshoot.
 
-use super::memory::{Memory, Remember};
-use super::{Start, Valve};
+use super::published::Published;
+use super::{Description, Motion, Start, Valve, ValveSpec};
 use crate::bands::Bands;
 use crate::error::{Result, require};
 
@@ -128,22 +128,40 @@ impl Valve for HeWang {
     }
 }
 
-impl Remember for He {
-    fn memory(&self) -> Memory {
-        [self.position, 0.0, 0.0, 0.0, 0.0]
-    }
+impl Published for He {
+    const DESCRIPTION: Description = Description {
+        name: "he",
+        aliases: &[],
+        summary: "at rest after every sample; climbs a slow ramp in steps of J",
+        citation: "He, Wang, Pottmann, Qin, Ind. Eng. Chem. Res. 46 (2007) 4549-4560",
+        motion: Motion::Staircase,
+        uses_s: true,
+        uses_j: true,
+        uses_k: false,
+        uses_rest_tolerance: false,
+        same_as: None,
+    };
 
-    fn recall(&mut self, memory: &Memory) {
-        self.position = memory[0];
+    fn build(spec: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Ok(Self::new(spec.bands))
     }
 }
 
-impl Remember for HeWang {
-    fn memory(&self) -> Memory {
-        [self.position, 0.0, 0.0, 0.0, 0.0]
-    }
+impl Published for HeWang {
+    const DESCRIPTION: Description = Description {
+        name: "he-wang",
+        aliases: &["hewang", "he_wang"],
+        summary: "he with slips that overshoot by the factor K (equation recalled)",
+        citation: "He, Wang, American Control Conference (2010)",
+        motion: Motion::Staircase,
+        uses_s: true,
+        uses_j: true,
+        uses_k: true,
+        uses_rest_tolerance: false,
+        same_as: None,
+    };
 
-    fn recall(&mut self, memory: &Memory) {
-        self.position = memory[0];
+    fn build(spec: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Self::new(spec.bands, spec.overshoot.unwrap_or(Self::TYPICAL_OVERSHOOT))
     }
 }

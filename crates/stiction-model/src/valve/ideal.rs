@@ -1,7 +1,8 @@
 //! The ideal valve.
 
-use super::memory::{Memory, Remember};
-use super::{Start, Valve};
+use super::published::Published;
+use super::{Description, Motion, Start, Valve, ValveSpec};
+use crate::error::Result;
 
 /// A valve without friction: `x = u`. The yardstick for all others.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,12 +33,21 @@ impl Valve for Ideal {
     }
 }
 
-impl Remember for Ideal {
-    fn memory(&self) -> Memory {
-        [self.position, 0.0, 0.0, 0.0, 0.0]
-    }
+impl Published for Ideal {
+    const DESCRIPTION: Description = Description {
+        name: "ideal",
+        aliases: &["linear"],
+        summary: "no friction: position equals input",
+        citation: "identity",
+        motion: Motion::Follows,
+        uses_s: false,
+        uses_j: false,
+        uses_k: false,
+        uses_rest_tolerance: false,
+        same_as: None,
+    };
 
-    fn recall(&mut self, memory: &Memory) {
-        self.position = memory[0];
+    fn build(_: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Ok(Self::new())
     }
 }

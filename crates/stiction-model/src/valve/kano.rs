@@ -1,8 +1,9 @@
 //! The model of Kano and co-workers.
 
-use super::memory::{Memory, Remember, flag};
-use super::{Start, Valve};
+use super::published::{Memory, Published, flag};
+use super::{Description, Model, Motion, Start, Valve, ValveSpec};
 use crate::bands::Bands;
+use crate::error::Result;
 
 /// Kano, Maruta, Kugemoto and Shimizu's two-parameter model.
 ///
@@ -80,7 +81,28 @@ impl Valve for Kano {
     }
 }
 
-impl Remember for Kano {
+impl Published for Kano {
+    const DESCRIPTION: Description = Description {
+        name: "kano",
+        aliases: &[],
+        summary: "equals two-phase",
+        citation: "Kano, Maruta, Kugemoto, Shimizu, IFAC DYCOPS (2004)",
+        motion: Motion::Slides,
+        uses_s: true,
+        uses_j: true,
+        uses_k: false,
+        uses_rest_tolerance: false,
+        same_as: Some(Model::TwoPhase),
+    };
+
+    fn build(spec: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Ok(Self::new(spec.bands))
+    }
+
+    fn state(&self) -> Option<Start> {
+        None
+    }
+
     fn memory(&self) -> Memory {
         [self.position, self.op, self.du, self.direction, flag(self.moving)]
     }

@@ -1,122 +1,95 @@
 //! The valve models by name.
 
-use super::memory::{Memory, Remember};
+use super::published::{Memory, Published};
 use super::{Chen, Choudhury, He, HeWang, Ideal, Kano, Play, Start, Stenman, TwoPhase, Valve};
+use super::{Description, ValveSpec};
 use crate::bands::Bands;
 use crate::error::{Error, Result};
 
-/// A published valve model, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Model {
-    /// [`TwoPhase`]
-    TwoPhase,
-    /// [`Choudhury`]
-    Choudhury,
-    /// [`Kano`]
-    Kano,
-    /// [`He`]
-    He,
-    /// [`HeWang`]
-    HeWang,
-    /// [`Stenman`]
-    Stenman,
-    /// [`Chen`]
-    Chen,
-    /// [`Play`]
-    Play,
-    /// [`Ideal`]
-    Ideal,
+/// Makes the registry of the models: their names, a valve of any of them, and what is asked of each.
+macro_rules! models {
+    ($($model:ident),+ $(,)?) => {
+        /// A published valve model, by name.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Model {
+            $(#[doc = concat!("[`", stringify!($model), "`]")] $model,)+
+        }
+
+        impl Model {
+            /// All models.
+            pub const ALL: [Self; [$(Self::$model),+].len()] = [$(Self::$model),+];
+
+            /// What this model is.
+            pub fn describe(self) -> Description {
+                match self {
+                    $(Self::$model => $model::DESCRIPTION,)+
+                }
+            }
+
+            /// The bare model of `spec`.
+            pub(super) fn build_as(self, spec: &ValveSpec, sample_time: Option<f64>) -> Result<AnyModel> {
+                Ok(match self {
+                    $(Self::$model => AnyModel::$model($model::build(spec, sample_time)?),)+
+                })
+            }
+        }
+
+        /// A valve of any model.
+        #[derive(Debug, Clone, PartialEq)]
+        #[allow(missing_docs)]
+        pub enum AnyModel {
+            $($model($model),)+
+        }
+
+        impl AnyModel {
+            /// The state from which [`Valve::restart`] makes it go on as it does now; `None` if it remembers
+            /// more.
+            pub(crate) fn state(&self) -> Option<Start> {
+                match self { $(Self::$model(valve) => valve.state(),)+ }
+            }
+
+            pub(super) fn memory(&self) -> Memory {
+                match self { $(Self::$model(valve) => valve.memory(),)+ }
+            }
+
+            pub(super) fn recall(&mut self, memory: &Memory) {
+                match self { $(Self::$model(valve) => valve.recall(memory),)+ }
+            }
+        }
+
+        $(
+            impl From<$model> for AnyModel {
+                fn from(valve: $model) -> Self {
+                    Self::$model(valve)
+                }
+            }
+        )+
+
+        impl Valve for AnyModel {
+            #[inline]
+            fn step(&mut self, op: f64) -> f64 {
+                match self { $(Self::$model(valve) => valve.step(op),)+ }
+            }
+
+            fn position(&self) -> f64 {
+                match self { $(Self::$model(valve) => valve.position(),)+ }
+            }
+
+            fn restart(&mut self, start: Start) {
+                match self { $(Self::$model(valve) => valve.restart(start),)+ }
+            }
+
+            // One dispatch for the whole slice instead of one a sample.
+            fn run(&mut self, op: &[f64], vp: &mut [f64]) -> Result<()> {
+                match self { $(Self::$model(valve) => valve.run(op, vp),)+ }
+            }
+        }
+    };
 }
 
-/// What a [`Model`] is, in words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Description {
-    /// The name by which the model is asked for.
-    pub name: &'static str,
-    /// Other names it answers to.
-    pub aliases: &'static [&'static str],
-    /// What it does, in one line.
-    pub summary: &'static str,
-    /// Where it comes from.
-    pub citation: &'static str,
-    /// Whether `S` makes a difference.
-    pub uses_s: bool,
-    /// Whether `J` makes a difference.
-    pub uses_j: bool,
-}
+models![TwoPhase, Choudhury, Kano, He, HeWang, Stenman, Chen, Play, Ideal];
 
 impl Model {
-    /// All models.
-    pub const ALL: [Self; 9] = [
-        Self::TwoPhase,
-        Self::Choudhury,
-        Self::Kano,
-        Self::He,
-        Self::HeWang,
-        Self::Stenman,
-        Self::Chen,
-        Self::Play,
-        Self::Ideal,
-    ];
-
-    /// What this model is.
-    pub fn describe(self) -> Description {
-        let (name, aliases, summary, citation): (_, &'static [&'static str], _, _) = match self {
-            Self::TwoPhase => (
-                "two-phase",
-                &["twophase", "two_phase"],
-                "stuck or moving; slides after a slip until the input pauses or reverses",
-                "Modelling and Dynamic Analysis of Pneumatic Control Valve with Stiction",
-            ),
-            Self::Choudhury => (
-                "choudhury",
-                &[],
-                "revised flow chart; equals two-phase for J <= S",
-                "Choudhury, Thornhill, Shah, Control Eng. Practice 13 (2005) 641-658",
-            ),
-            Self::Kano => (
-                "kano",
-                &[],
-                "equals two-phase",
-                "Kano, Maruta, Kugemoto, Shimizu, IFAC DYCOPS (2004)",
-            ),
-            Self::He => (
-                "he",
-                &[],
-                "at rest after every sample; climbs a slow ramp in steps of J",
-                "He, Wang, Pottmann, Qin, Ind. Eng. Chem. Res. 46 (2007) 4549-4560",
-            ),
-            Self::HeWang => (
-                "he-wang",
-                &["hewang", "he_wang"],
-                "he with slips that overshoot by the factor K (equation recalled)",
-                "He, Wang, American Control Conference (2010)",
-            ),
-            Self::Stenman => (
-                "stenman",
-                &[],
-                "one parameter: jumps to the input once it is J away",
-                "Stenman, Gustafsson, Forsman, Int. J. Adapt. Control Signal Process. 17 (2003)",
-            ),
-            Self::Chen => (
-                "chen",
-                &["xch"],
-                "two-layer binary tree; reversals one sample late (recalled)",
-                "Chen, Tan, Huang, Ind. Eng. Chem. Res. 47 (2008) 2842-2848",
-            ),
-            Self::Play => (
-                "play",
-                &["backlash", "deadband"],
-                "pure dead band S, no slip jump",
-                "play operator, Krasnosel'skii and Pokrovskii (1989)",
-            ),
-            Self::Ideal => ("ideal", &["linear"], "no friction: position equals input", "identity"),
-        };
-        let uses_s = !matches!(self, Self::Stenman | Self::Ideal);
-        let uses_j = !matches!(self, Self::Play | Self::Ideal);
-        Description { name, aliases, summary, citation, uses_s, uses_j }
-    }
-
     /// The model called `name`, in any case.
     ///
     /// # Errors
@@ -136,7 +109,7 @@ impl Model {
             })
     }
 
-    /// A valve of this model with these friction bands, stuck at 0.
+    /// A valve of this model with these friction bands, stuck at 0; [`ValveSpec`] is one with all settings.
     ///
     /// [`HeWang`] gets an overshoot of 1.99, the value recalled for a typical valve; [`Stenman`]
     /// takes `J` for its band, [`Play`] takes `S` for its dead band.
@@ -144,93 +117,42 @@ impl Model {
     /// # Errors
     /// If the model does not allow these bands.
     pub fn build(self, bands: Bands) -> Result<AnyModel> {
-        Ok(match self {
-            Self::TwoPhase => AnyModel::TwoPhase(TwoPhase::new(bands)),
-            Self::Choudhury => AnyModel::Choudhury(Choudhury::new(bands)),
-            Self::Kano => AnyModel::Kano(Kano::new(bands)),
-            Self::He => AnyModel::He(He::new(bands)),
-            Self::HeWang => AnyModel::HeWang(HeWang::new(bands, HeWang::TYPICAL_OVERSHOOT)?),
-            Self::Stenman => AnyModel::Stenman(Stenman::new(bands.j())?),
-            Self::Chen => AnyModel::Chen(Chen::new(bands)),
-            Self::Play => AnyModel::Play(Play::new(bands.s())?),
-            Self::Ideal => AnyModel::Ideal(Ideal::new()),
-        })
+        self.build_as(&ValveSpec::new(self, bands), None)
     }
-}
 
-/// A valve of any model.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
-pub enum AnyModel {
-    TwoPhase(TwoPhase),
-    Choudhury(Choudhury),
-    Kano(Kano),
-    He(He),
-    HeWang(HeWang),
-    Stenman(Stenman),
-    Chen(Chen),
-    Play(Play),
-    Ideal(Ideal),
-}
+    /// Friction bands from what was given of `S` and `J`, percent of span. What this model does not use may be
+    /// missing.
+    ///
+    /// # Errors
+    /// [`Error::Missing`] if one that it uses was not given; if one is out of its range.
+    pub fn bands(self, s: Option<f64>, j: Option<f64>) -> Result<Bands> {
+        let Description { name: needed_by, uses_s, uses_j, .. } = self.describe();
+        let need = |name: &str, value: Option<f64>, used: bool| match value {
+            None if used => Err(Error::Missing { name: name.to_owned(), needed_by }),
+            value => Ok(value.unwrap_or(0.0)),
+        };
+        Bands::from_s_j(need("S", s, uses_s)?, need("J", j, uses_j)?)
+    }
 
-/// Evaluates `$body` with `$valve` bound to the concrete model inside `$any`.
-macro_rules! with_model {
-    ($any:expr, $valve:ident => $body:expr) => {
-        match $any {
-            $crate::valve::AnyModel::TwoPhase($valve) => $body,
-            $crate::valve::AnyModel::Choudhury($valve) => $body,
-            $crate::valve::AnyModel::Kano($valve) => $body,
-            $crate::valve::AnyModel::He($valve) => $body,
-            $crate::valve::AnyModel::HeWang($valve) => $body,
-            $crate::valve::AnyModel::Stenman($valve) => $body,
-            $crate::valve::AnyModel::Chen($valve) => $body,
-            $crate::valve::AnyModel::Play($valve) => $body,
-            $crate::valve::AnyModel::Ideal($valve) => $body,
+    /// Those of `S` and `J` that were given, but make no difference to this model.
+    pub fn unused(self, s: Option<f64>, j: Option<f64>) -> impl Iterator<Item = &'static str> {
+        let Description { uses_s, uses_j, .. } = self.describe();
+        [("S", s, uses_s), ("J", j, uses_j)]
+            .into_iter()
+            .filter_map(|(name, given, used)| (given.is_some() && !used).then_some(name))
+    }
+
+    /// The bands of the friction that a valve of this model has with these bands, some of which it may not use.
+    ///
+    /// # Errors
+    /// None but for bands that are none.
+    pub fn felt(self, bands: Bands) -> Result<Bands> {
+        let Description { uses_s, uses_j, .. } = self.describe();
+        match (uses_s, uses_j) {
+            (true, true) => Ok(bands),
+            (true, false) => Bands::from_s_j(bands.s(), 0.0),
+            (false, true) => Bands::from_s_j(bands.j(), bands.j()),
+            (false, false) => Ok(Bands::NONE),
         }
-    };
-}
-
-impl AnyModel {
-    /// The state from which [`Valve::restart`] makes it go on as it does now; `None` if it remembers more.
-    pub(crate) fn state(&self) -> Option<Start> {
-        match self {
-            Self::TwoPhase(valve) => Some(valve.state()),
-            Self::Chen(valve) => Some(valve.state()),
-            Self::Choudhury(_) | Self::Kano(_) => None,
-            // All that they remember is where they are.
-            Self::He(_) | Self::HeWang(_) | Self::Stenman(_) | Self::Play(_) | Self::Ideal(_) => {
-                Some(Start::at_rest(self.position()))
-            }
-        }
-    }
-}
-
-impl Valve for AnyModel {
-    #[inline]
-    fn step(&mut self, op: f64) -> f64 {
-        with_model!(self, valve => valve.step(op))
-    }
-
-    fn position(&self) -> f64 {
-        with_model!(self, valve => valve.position())
-    }
-
-    fn restart(&mut self, start: Start) {
-        with_model!(self, valve => valve.restart(start));
-    }
-
-    // One dispatch for the whole slice instead of one a sample.
-    fn run(&mut self, op: &[f64], vp: &mut [f64]) -> Result<()> {
-        with_model!(self, valve => valve.run(op, vp))
-    }
-}
-
-impl Remember for AnyModel {
-    fn memory(&self) -> Memory {
-        with_model!(self, valve => valve.memory())
-    }
-
-    fn recall(&mut self, memory: &Memory) {
-        with_model!(self, valve => valve.recall(memory));
     }
 }

@@ -1,7 +1,7 @@
 //! Play (backlash): a pure dead band.
 
-use super::memory::{Memory, Remember};
-use super::{Start, Valve};
+use super::published::Published;
+use super::{Description, Motion, Start, Valve, ValveSpec};
 use crate::error::{Result, non_negative};
 
 /// Play, or backlash: a pure dead band `S`.
@@ -54,12 +54,21 @@ impl Valve for Play {
     }
 }
 
-impl Remember for Play {
-    fn memory(&self) -> Memory {
-        [self.position, 0.0, 0.0, 0.0, 0.0]
-    }
+impl Published for Play {
+    const DESCRIPTION: Description = Description {
+        name: "play",
+        aliases: &["backlash", "deadband"],
+        summary: "pure dead band S, no slip jump",
+        citation: "play operator, Krasnosel'skii and Pokrovskii (1989)",
+        motion: Motion::Slides,
+        uses_s: true,
+        uses_j: false,
+        uses_k: false,
+        uses_rest_tolerance: false,
+        same_as: None,
+    };
 
-    fn recall(&mut self, memory: &Memory) {
-        self.position = memory[0];
+    fn build(spec: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Self::new(spec.bands.s())
     }
 }

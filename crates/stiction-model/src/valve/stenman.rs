@@ -1,7 +1,7 @@
 //! The one-parameter model of Stenman, Gustafsson and Forsman.
 
-use super::memory::{Memory, Remember};
-use super::{Start, Valve};
+use super::published::Published;
+use super::{Description, Motion, Start, Valve, ValveSpec};
 use crate::error::{Result, non_negative};
 
 /// Stenman, Gustafsson and Forsman's one-parameter model.
@@ -56,12 +56,21 @@ impl Valve for Stenman {
     }
 }
 
-impl Remember for Stenman {
-    fn memory(&self) -> Memory {
-        [self.position, 0.0, 0.0, 0.0, 0.0]
-    }
+impl Published for Stenman {
+    const DESCRIPTION: Description = Description {
+        name: "stenman",
+        aliases: &[],
+        summary: "one parameter: jumps to the input once it is J away",
+        citation: "Stenman, Gustafsson, Forsman, Int. J. Adapt. Control Signal Process. 17 (2003)",
+        motion: Motion::Staircase,
+        uses_s: false,
+        uses_j: true,
+        uses_k: false,
+        uses_rest_tolerance: false,
+        same_as: None,
+    };
 
-    fn recall(&mut self, memory: &Memory) {
-        self.position = memory[0];
+    fn build(spec: &ValveSpec, _: Option<f64>) -> Result<Self> {
+        Self::new(spec.bands.j())
     }
 }

@@ -1,7 +1,7 @@
 //! The two-phase model: stuck, or moving.
 
-use super::memory::{Memory, Remember};
-use super::{Direction, Start, Valve};
+use super::published::{Memory, Published, needed_by};
+use super::{Description, Direction, Motion, Start, Valve, ValveSpec};
 use crate::bands::Bands;
 use crate::error::{Result, non_negative, positive};
 
@@ -73,13 +73,6 @@ impl TwoPhase {
     pub fn is_moving(&self) -> bool {
         self.motion != 0.0
     }
-
-    /// The state from which [`Valve::restart`] makes it go on as it does now.
-    pub(crate) fn state(&self) -> Start {
-        let direction = if self.motion < 0.0 { Direction::Down } else { Direction::Up };
-        let moving = self.motion != 0.0;
-        Start { position: self.position, op: self.op, direction, moving }
-    }
 }
 
 impl Valve for TwoPhase {
@@ -112,7 +105,32 @@ impl Valve for TwoPhase {
     }
 }
 
-impl Remember for TwoPhase {
+impl Published for TwoPhase {
+    const DESCRIPTION: Description = Description {
+        name: "two-phase",
+        aliases: &["twophase", "two_phase"],
+        summary: "stuck or moving; slides after a slip until the input pauses or reverses",
+        citation: "Modelling and Dynamic Analysis of Pneumatic Control Valve with Stiction",
+        motion: Motion::Slides,
+        uses_s: true,
+        uses_j: true,
+        uses_k: false,
+        uses_rest_tolerance: true,
+        same_as: None,
+    };
+
+    fn build(spec: &ValveSpec, sample_time: Option<f64>) -> Result<Self> {
+        let valve = Self::new(spec.bands);
+        let Some(speed) = spec.rest_tolerance else { return Ok(valve) };
+        valve.with_rest_tolerance(speed, needed_by("rest tolerance", sample_time)?)
+    }
+
+    fn state(&self) -> Option<Start> {
+        let direction = if self.motion < 0.0 { Direction::Down } else { Direction::Up };
+        let moving = self.motion != 0.0;
+        Some(Start { position: self.position, op: self.op, direction, moving })
+    }
+
     fn memory(&self) -> Memory {
         [self.position, self.op, self.motion, 0.0, 0.0]
     }

@@ -162,11 +162,7 @@ impl FrictionLaw {
     /// # Errors
     /// If there is no such law, if the number of values is wrong, or if one is out of range.
     pub fn from_name(name: &str, values: &[f64]) -> Result<Self> {
-        let entry = LAWS.iter().find(|e| e.name == name).ok_or_else(|| Error::UnknownName {
-            family: "friction law",
-            name: name.to_owned(),
-            known: LAWS.map(|e| e.name).join(", "),
-        })?;
+        let entry = Self::entry(name)?;
         if values.len() != entry.parameters.len() {
             return Err(Error::Length {
                 name: "friction parameters",
@@ -201,6 +197,18 @@ impl FrictionLaw {
                 }
                 .checked()?,
             ),
+        })
+    }
+
+    /// The law called `name`, as in [`LAWS`].
+    ///
+    /// # Errors
+    /// If there is none.
+    pub(in crate::stem) fn entry(name: &str) -> Result<&'static LawEntry> {
+        LAWS.iter().find(|entry| entry.name == name).ok_or_else(|| Error::UnknownName {
+            family: "friction law",
+            name: name.to_owned(),
+            known: LAWS.map(|entry| entry.name).join(", "),
         })
     }
 

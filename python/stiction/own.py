@@ -1,0 +1,150 @@
+"""Parts of a loop of your own: a valve, a controller or a process written in Python, for `stiction.simulate`."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+__all__ = ["OwnController", "OwnProcess", "OwnValve"]
+
+
+class OwnValve(ABC):
+    """A valve of your own: derive from it, and give `stiction.simulate` an object of the class.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> class Backlash(stiction.OwnValve):
+    ...     def restart(self, position):
+    ...         self.position = position
+    ...
+    ...     def step(self, op):
+    ...         self.position = min(max(self.position, op - 2.5), op + 2.5)
+    ...         return self.position
+    >>> mine = stiction.simulate("paper/closed-loop", {"duration": 60}, valve=Backlash())
+    >>> play = stiction.simulate("paper/closed-loop", {"duration": 60, "valve.model": "play", "valve.S": 5})
+    >>> mine.vp.tolist() == play.vp.tolist()
+    True
+    """
+
+    @abstractmethod
+    def restart(self, position: float) -> None:
+        """Begin at rest.
+
+        Parameters
+        ----------
+        position : float
+            Valve position (VP), and OP before the first sample, percent of span.
+        """
+
+    @abstractmethod
+    def step(self, op: float) -> float:
+        """Follow the OP by one sample.
+
+        Parameters
+        ----------
+        op : float
+            The new OP, percent of span.
+
+        Returns
+        -------
+        float
+            The valve position, percent of span.
+        """
+
+
+class OwnController(ABC):
+    """A controller of your own: derive from it, and give `stiction.simulate` an object of the class.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> class OnOff(stiction.OwnController):
+    ...     def restart(self, sample_time, op, sp, pv):
+    ...         self.op = op
+    ...
+    ...     def step(self, sp, pv):
+    ...         return self.op + (1 if pv < sp else -1)
+    >>> run = stiction.simulate("paper/closed-loop", {"duration": 60}, controller=OnOff())
+    >>> run.half_pp_op
+    1.0
+    """
+
+    @abstractmethod
+    def restart(self, sample_time: float, op: float, sp: float, pv: float) -> None:
+        """Take over.
+
+        Parameters
+        ----------
+        sample_time : float
+            Time between samples, s.
+        op : float
+            OP at which it takes over, percent of span.
+        sp, pv : float
+            Set point and PV at that moment, in PV units.
+        """
+
+    @abstractmethod
+    def step(self, sp: float, pv: float) -> float:
+        """Answer the PV of a sample.
+
+        Parameters
+        ----------
+        sp, pv : float
+            Set point and measured PV, in PV units.
+
+        Returns
+        -------
+        float
+            The OP, percent of span.
+        """
+
+
+class OwnProcess(ABC):
+    """A process of your own about its operating point: derive from it, and give `stiction.simulate` an object of the class.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> class Tank(stiction.OwnProcess):
+    ...     def restart(self, sample_time):
+    ...         self.sample_time, self.level = sample_time, 0.0
+    ...
+    ...     def output(self):
+    ...         return self.level
+    ...
+    ...     def advance(self, flow):
+    ...         self.level += 0.2 * self.sample_time * flow
+    >>> run = stiction.simulate("paper/closed-loop", {"duration": 60}, process=Tank())
+    >>> len(run.pv) == len(run.vp)
+    True
+    """
+
+    @abstractmethod
+    def restart(self, sample_time: float) -> None:
+        """Begin at rest.
+
+        Parameters
+        ----------
+        sample_time : float
+            Time between samples, s.
+        """
+
+    @abstractmethod
+    def output(self) -> float:
+        """Give the PV before the input of the present sample acts.
+
+        Returns
+        -------
+        float
+            Its distance from the operating point, in PV units.
+        """
+
+    @abstractmethod
+    def advance(self, input: float) -> None:
+        """Go on to the next sample.
+
+        Parameters
+        ----------
+        input : float
+            Valve position and load, held until then: their distance from the operating point, percent of span.
+        """
