@@ -102,7 +102,7 @@ fn main() -> ExitCode {
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             // Not eprintln!, which panics where standard error is closed.
-            let _ = writeln!(std::io::stderr(), "stiction: {error:#}");
+            let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&error));
             ExitCode::from(2)
         }
     }

@@ -63,8 +63,10 @@ stiction_model::written_by_name!(
     diagnose::Silence,
     diagnose::VerdictClass,
     evidence::Line,
+    oscillation::Basis,
     recording::LoopType,
     recording::fitness::Class,
+    recording::fitness::MeasureId,
 );
 use stiction_model::{
     Bands, Error, Result, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,

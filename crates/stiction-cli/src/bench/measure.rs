@@ -85,7 +85,7 @@ impl Measured {
     /// The medians of what was timed.
     pub fn finish(mut self, plan: &Plan<'_>) -> Result<Self> {
         if plan.time {
-            let detectors = plan.options.detectors.asked()?;
+            let detectors = plan.options.detectors.asked();
             let names = detectors.iter().map(|detector| detector.method().name.to_owned());
             let names = std::iter::once("whole diagnosis".to_owned()).chain(names);
             self.times = names
@@ -109,7 +109,7 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let mut times = vec![];
     if plan.time {
         times.push(microseconds(started));
-        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()?));
+        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()));
     }
     let report = match plan.reports {
         Some(folder) => {

@@ -25,14 +25,21 @@ pub const FEWEST_INTERVALS: usize = 5;
 
 /// What an oscillation was found by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Basis {
     /// The autocorrelation of the signal crosses zero regularly.
     Autocorrelation,
     /// A significant peak of the spectrum, whose band oscillates regularly and lastingly.
-    #[cfg_attr(feature = "serde", serde(rename = "spectral peak"))]
     SpectralPeak,
+}
+
+impl Basis {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Autocorrelation => "autocorrelation",
+            Self::SpectralPeak => "spectral peak",
+        }
+    }
 }
 
 /// What is known about the oscillation of one signal.
