@@ -7,6 +7,8 @@ mod results;
 mod simulated;
 
 use crate::{output, text};
+pub use results::Document;
+
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
@@ -123,7 +125,7 @@ pub fn run(args: Args) -> Result<()> {
         output::write(Some(path), page(path, &args, &about, &board, &measured)?.as_bytes())?;
     }
     if args.json {
-        return output::line(results::json(&about, &board, &measured)?);
+        return output::json(&results::document(about, board, &measured));
     }
     let print = if args.markdown { text::markdown } else { text::plain };
     let head = format!("{}. {}", about.title, about.origin);
@@ -193,7 +195,7 @@ fn page(
         loops: &measured.loops,
         reports: &links,
         times: &measured.times,
-        tool: &crate::diagnose::tool(),
+        tool: output::TOOL,
     };
     Ok(scoreboard::html(&page)?)
 }

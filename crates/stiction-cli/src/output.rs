@@ -5,6 +5,9 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use stiction_figure::Figure;
 
+/// The program with its version, as documents name it.
+pub const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
+
 /// Writes `bytes` to the file at `path`, or to standard output for none or `-`.
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     match path {
@@ -33,6 +36,11 @@ pub fn figure(option: &str, path: &Path, figure: &Figure) -> Result<()> {
 /// Prints one line to standard output.
 pub fn line(text: impl std::fmt::Display) -> Result<()> {
     write(None, format!("{text}\n").as_bytes())
+}
+
+/// Prints a document as JSON, indented.
+pub fn json(document: &impl serde::Serialize) -> Result<()> {
+    line(serde_json::to_string_pretty(document)?)
 }
 
 /// The times of samples, rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.

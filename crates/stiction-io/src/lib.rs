@@ -29,6 +29,7 @@ mod remedy;
 pub mod role;
 pub mod scenario;
 pub mod sheet;
+pub mod summary;
 pub mod table;
 pub mod timestamp;
 
@@ -39,4 +40,5 @@ pub use reading::Reading;
 pub use remedy::{Remedy, Wording};
 pub use scenario::Scenario;
 pub use sheet::Sheet;
+pub use summary::Summary;
 pub use table::Table;

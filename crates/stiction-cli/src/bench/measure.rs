@@ -1,6 +1,6 @@
 //! Diagnosing many loops one by one, and keeping no more of them than what is counted.
 
-use crate::{diagnose, output, progress};
+use crate::{output, progress};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::path::Path;
@@ -114,10 +114,8 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let report = match plan.reports {
         Some(folder) => {
             let name = file_name(place, &diagnosis.name);
-            let html = report::html(
-                &diagnose::tool(),
-                &[Loop { diagnosis: &diagnosis, source: &source }],
-            )?;
+            let html =
+                report::html(output::TOOL, &[Loop { diagnosis: &diagnosis, source: &source }])?;
             output::write(Some(&folder.join(&name)), html.as_bytes())?;
             Some(name)
         }
