@@ -1,18 +1,22 @@
 //! What the commands on scenarios and actions share: which scenario, which loop, the table of measures, its JSON and its CSV.
 
-use crate::text;
-use anyhow::{Context, Result, bail};
-use serde_json::{Value, json};
+use crate::{output, text};
+use anyhow::{Result, bail};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use stiction::Bands;
 use stiction::closed_loop::ClosedLoop;
-use stiction::compensate::{Options, Outcome, Row};
-use stiction::detect::Number;
+use stiction::compensate::Row;
+use stiction::valve::Model;
 use stiction_io::scenario::{Scenario, System};
 
 /// The scenario of that name or file with its settings; what of it has no effect is told.
 pub fn scenario(name: &str, settings: &[String]) -> Result<Scenario> {
     let scenario = Scenario::open(name, settings)?;
-    scenario.notes.iter().for_each(crate::output::note);
+    scenario.notes.iter().for_each(output::note);
     Ok(scenario)
 }
 
@@ -42,7 +46,7 @@ fn cells(row: &Row) -> [String; 8] {
     let settled = |time: Option<f64>| time.map_or("-".to_owned(), short);
     [
         short(m.iae_per_s),
-        short(row.worst(|outcome| outcome.measures.iae_per_s)),
+        short(row.worst_iae_per_s()),
         short(m.pv_std),
         short(60.0 * m.op_travel_per_s),
         short(60.0 * m.vp_travel_per_s),
@@ -88,70 +92,65 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// Numbers by name, each with its unit.
-pub fn parameters(numbers: &[Number]) -> Value {
-    numbers.iter().map(|n| json!({ "name": n.name, "value": n.value, "unit": n.unit })).collect()
+/// What the documents on a scenario begin with.
+#[derive(Serialize, JsonSchema)]
+pub struct Head {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The scenario as it was named.
+    scenario: String,
+    /// Its title.
+    title: String,
+    /// SHA-256 of the scenario with all changes, hexadecimal.
+    scenario_sha256: String,
 }
 
-fn outcome(outcome: &Outcome) -> Value {
-    let m = &outcome.measures;
-    json!({
-        "s_factor": outcome.case.s_factor,
-        "j_factor": outcome.case.j_factor,
-        "noise": outcome.case.noise,
-        "iae_per_s": m.iae_per_s,
-        "pv_std": m.pv_std,
-        "pv_half_pp": m.pv_half_pp,
-        "op_travel_per_s": m.op_travel_per_s,
-        "vp_travel_per_s": m.vp_travel_per_s,
-        "reversals_per_h": m.reversals_per_h,
-        "set_point_settling_s": outcome.set_point_settling_s,
-        "load_settling_s": outcome.load_settling_s,
-        "set_point_iae_per_s": outcome.set_point_iae_per_s,
-        "load_iae_per_s": outcome.load_iae_per_s,
-    })
+/// What a scenario says, key by key.
+#[derive(Serialize)]
+#[serde(transparent)]
+pub struct Settings(toml::Table);
+
+impl JsonSchema for Settings {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Settings".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        BTreeMap::<String, serde_json::Value>::json_schema(generator)
+    }
 }
 
-/// A row with all its cases.
-pub fn row(name: &str, row: &Row) -> Value {
-    json!({
-        "action": name,
-        "parameters": parameters(&row.parameters),
-        "worst_iae_per_s": row.worst(|outcome| outcome.measures.iae_per_s),
-        "worst_pv_std": row.worst_pv_std(),
-        "cases": row.outcomes.iter().map(outcome).collect::<Value>(),
-    })
+/// The valve of a loop.
+#[derive(Serialize, JsonSchema)]
+pub struct Valve {
+    /// Name of its model.
+    model: &'static str,
+    #[serde(flatten)]
+    bands: Bands,
 }
 
-/// The protocol that all rows went through.
-pub fn protocol(options: &Options) -> Value {
-    json!({
-        "on_s": options.from_s,
-        "settle_s": options.settle_s,
-        "window_s": options.window_s,
-        "step_s": options.step_s,
-        "set_point_step": options.set_point_step,
-        "load_step": options.load_step,
-        "settling_band": options.settling_band,
-        "error_of_s_and_j": options.error,
-        "noise_sd": options.noise_sd,
-        "seed": options.seed,
-    })
+impl Valve {
+    /// Of this model with these bands.
+    pub fn new(model: Model, bands: Bands) -> Self {
+        Self { model: model.describe().name, bands }
+    }
 }
 
-/// What every JSON document begins with.
-pub fn head(name: &str, scenario: &Scenario) -> Result<serde_json::Map<String, Value>> {
-    let settings: toml::Table = scenario.text.parse()?;
-    let (model, bands) = scenario.valve;
-    let head = json!({
-        "tool": concat!("stiction ", env!("CARGO_PKG_VERSION")),
-        "scenario": name,
-        "title": scenario.title,
-        "scenario_sha256": format!("{:x}", Sha256::digest(&scenario.text)),
-        "valve": { "model": model.describe().name, "S": bands.s(), "J": bands.j() },
-        "settings": settings,
-    });
-    head.as_object().cloned().context("a JSON object")
+impl Head {
+    /// That of a scenario, with what it says.
+    pub fn of(name: &str, scenario: &Scenario) -> Result<(Self, Settings)> {
+        let head = Self {
+            tool: output::TOOL,
+            scenario: name.to_owned(),
+            title: scenario.title.clone(),
+            scenario_sha256: format!("{:x}", Sha256::digest(&scenario.text)),
+        };
+        Ok((head, Settings(scenario.text.parse()?)))
+    }
 }
 
 /// Rows as CSV, all cases of each.

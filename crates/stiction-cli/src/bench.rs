@@ -7,6 +7,8 @@ mod results;
 mod simulated;
 
 use crate::{output, text};
+pub use results::Document;
+
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
@@ -91,15 +93,15 @@ pub fn run(args: Args) -> Result<()> {
     let detectors = match (args.only, &args.methods[..]) {
         (Some(Only::Verdict), _) => Detectors::None,
         (None, []) => Detectors::All,
-        (None, names) => Detectors::Only(names.to_vec()),
+        (None, names) => {
+            Detectors::Only(names.iter().map(|name| name.parse()).collect::<stiction::Result<_>>()?)
+        }
     };
-    // A name that does not exist is told before the work, not after.
-    detectors.asked()?;
     if let Some(folder) = &args.reports {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let plan = Plan {
-        options: Options { detectors, ..Options::default() },
+        options: Options { detectors, evidence: args.reports.is_some(), ..Options::default() },
         time: args.time,
         reports: args.reports.as_deref(),
     };
@@ -123,7 +125,7 @@ pub fn run(args: Args) -> Result<()> {
         output::write(Some(path), page(path, &args, &about, &board, &measured)?.as_bytes())?;
     }
     if args.json {
-        return output::line(results::json(&about, &board, &measured)?);
+        return output::json(&results::document(about, board, &measured));
     }
     let print = if args.markdown { text::markdown } else { text::plain };
     let head = format!("{}. {}", about.title, about.origin);
@@ -193,7 +195,7 @@ fn page(
         loops: &measured.loops,
         reports: &links,
         times: &measured.times,
-        tool: &crate::diagnose::tool(),
+        tool: output::TOOL,
     };
     Ok(scoreboard::html(&page)?)
 }

@@ -1,12 +1,14 @@
 //! `stiction compensate`: compensators on a loop, one or all.
 
-use crate::{actions, output, text};
+use crate::actions::{self, Head, Settings, Valve};
+use crate::{output, text};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::path::PathBuf;
 use stiction::Bands;
-use stiction::compensate::{Comparison, Knowledge, Method, Row, compare, run as play};
+use stiction::compensate::{Comparison, Knowledge, Method, Options, Row, compare, run as play};
 use stiction::what_if::{self, knowledge};
 
 /// Put compensators between the controller and the sticking valve of a loop, and measure what they do.
@@ -49,6 +51,35 @@ pub struct Args {
     /// Write every method and case to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     csv: Option<PathBuf>,
+}
+
+/// What `stiction compensate --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    #[serde(flatten)]
+    head: Head,
+    /// The valve of the loop.
+    valve: Valve,
+    /// The scenario, key by key.
+    settings: Settings,
+    /// What was assumed of the valve in choosing parameters.
+    assumed: Bands,
+    /// What every method went through.
+    protocol: Options,
+    /// The loop as it is first, then the methods, the least worst error first.
+    methods: Vec<Compensated>,
+}
+
+/// What a method makes of the loop.
+#[derive(Serialize, JsonSchema)]
+struct Compensated {
+    /// The method, or `as it is`.
+    action: &'static str,
+    #[serde(flatten)]
+    row: Row,
+    /// By what the standard deviation of the PV is divided; null where nothing is left of it.
+    #[serde(with = "stiction::finite::Finite")]
+    pv_std_divided_by: f64,
 }
 
 pub fn run(args: Args) -> Result<()> {
@@ -119,23 +150,26 @@ pub fn run(args: Args) -> Result<()> {
         }
     }
     if args.json {
-        let mut json = actions::head(name, &scenario)?;
-        json.insert("assumed".to_owned(), json!({ "S": assumed.s(), "J": assumed.j() }));
-        json.insert("protocol".to_owned(), actions::protocol(&options));
-        let methods = found.rows.iter().map(|row| {
-            let mut value = actions::row(called(row), row);
-            // JSON knows no infinite numbers: null where nothing is left of the swing.
-            value["pv_std_divided_by"] = json!(found.reduction(row));
-            value
+        let (head, settings) = Head::of(name, &scenario)?;
+        let methods = found.rows.iter().map(|row| Compensated {
+            action: called(row),
+            row: row.clone(),
+            pv_std_divided_by: found.reduction(row),
         });
-        json.insert("methods".to_owned(), methods.collect());
-        return output::line(serde_json::to_string_pretty(&Value::Object(json))?);
+        return output::json(&Document {
+            head,
+            valve: Valve::new(model, bands),
+            settings,
+            assumed,
+            protocol: options,
+            methods: methods.collect(),
+        });
     }
     output::write(None, in_words(&scenario.title, &found, assumed).as_bytes())
 }
 
 fn error(row: &Row) -> f64 {
-    row.worst(|outcome| outcome.measures.iae_per_s)
+    row.worst_iae_per_s()
 }
 
 fn called(row: &Row) -> &'static str {

@@ -101,6 +101,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
         loop_type: None,
         grid: GridOptions { sample_time: args.grid },
         kpis: KpiOptions { dead_time: args.dead_time },
+        evidence: args.report.is_some(),
         ..Options::default()
     };
     let (recordings, mut failures) = read_all(&args.files, &args.loops, &args.reading)?;
@@ -145,7 +146,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
 pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     let Some(last) = failures.pop() else { return Ok(()) };
     for failure in failures {
-        let _ = writeln!(std::io::stderr(), "stiction: {failure:#}");
+        let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&failure));
     }
     Err(last)
 }

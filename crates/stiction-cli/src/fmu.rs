@@ -3,9 +3,10 @@
 use crate::{actions, output};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::path::PathBuf;
-use stiction_fmu::{Fmi, Fmu, Kind, models};
+use stiction_fmu::{Fmi, Fmu, ModelEntry, Variable, models};
 use stiction_fmu_export::{Library, of_scenario, write};
 
 /// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
@@ -67,13 +68,25 @@ enum Version {
     Three,
 }
 
+/// What `stiction fmu --list --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct List {
+    /// The models that can be exported.
+    models: Vec<ModelEntry>,
+    /// The platforms whose libraries an FMU holds.
+    platforms: Vec<String>,
+}
+
+/// What `stiction fmu --variables --json` prints.
+pub type Variables = Vec<Variable>;
+
 pub fn run(args: Args) -> Result<()> {
     if args.list {
         return list(args.json);
     }
     let fmu = chosen(&args)?;
     if args.variables && args.json {
-        return variables_json(&fmu);
+        return output::json(&fmu.variables());
     }
     if args.variables {
         return variables(&fmu);
@@ -97,12 +110,7 @@ fn list(as_json: bool) -> Result<()> {
     let platforms = Library::built_in().into_iter().map(|l| format!("{}-{}", l.arch, l.os));
     let platforms: Vec<_> = platforms.collect();
     if as_json {
-        let models = models().into_iter();
-        let models: Vec<_> = models
-            .map(|e| json!({ "model": e.model, "law": e.law, "summary": e.summary }))
-            .collect();
-        let all = json!({ "models": models, "platforms": platforms });
-        return output::line(serde_json::to_string_pretty(&all)?);
+        return output::json(&List { models: models(), platforms });
     }
     for entry in models() {
         output::line(format!("{:6} {:22} {}", entry.model, entry.law, entry.summary))?;
@@ -170,26 +178,4 @@ fn variables(fmu: &Fmu) -> Result<()> {
         )?;
     }
     Ok(())
-}
-
-fn variables_json(fmu: &Fmu) -> Result<()> {
-    let all: Vec<_> = fmu
-        .variables()
-        .iter()
-        .map(|v| {
-            let start = match v.kind {
-                Kind::Boolean => v.start.map(|start| json!(start != 0.0)),
-                Kind::Int32 => v.start.map(|start| json!(start as i32)),
-                Kind::Float64 => v.start.map(|start| json!(start)),
-            };
-            json!({
-                "name": v.name,
-                "role": v.role(),
-                "start": start,
-                "unit": v.unit,
-                "description": v.description,
-            })
-        })
-        .collect();
-    output::line(serde_json::to_string_pretty(&all)?)
 }

@@ -40,52 +40,69 @@ struct Cli {
     command: Command,
 }
 
-#[derive(Subcommand)]
-enum Command {
-    Diagnose(diagnose::Args),
-    History(history::Args),
-    Override(overrule::Args),
-    Inspect(inspect::Args),
-    Bench(bench::Args),
-    Valve(valve::Args),
-    Stem(stem::Args),
-    Simulate(simulate::Args),
-    Compensate(compensate::Args),
-    WhatIf(what_if::Args),
-    LimitCycle(limit_cycle::Args),
-    Population(population::Args),
-    Fmu(fmu::Args),
-    Shift(shift::Args),
-    Figures(figures::Args),
-    Schema(schema::Args),
+/// The subcommands: the name and the module of each, in the order of the help.
+macro_rules! commands {
+    ($($name:ident: $module:ident),+ $(,)?) => {
+        #[derive(Subcommand)]
+        enum Command {
+            $($name($module::Args)),+
+        }
+
+        impl Command {
+            fn run(self) -> anyhow::Result<ExitCode> {
+                match self {
+                    $(Self::$name(args) => $module::run(args).map(Done::code)),+
+                }
+            }
+        }
+    };
+}
+
+commands! {
+    Diagnose: diagnose,
+    History: history,
+    Override: overrule,
+    Inspect: inspect,
+    Bench: bench,
+    Valve: valve,
+    Stem: stem,
+    Simulate: simulate,
+    Compensate: compensate,
+    WhatIf: what_if,
+    LimitCycle: limit_cycle,
+    Population: population,
+    Fmu: fmu,
+    Shift: shift,
+    Figures: figures,
+    Schema: schema,
+}
+
+/// What a subcommand that ran gives back: nothing, or what to tell the shell.
+trait Done {
+    fn code(self) -> ExitCode;
+}
+
+impl Done for () {
+    fn code(self) -> ExitCode {
+        ExitCode::SUCCESS
+    }
+}
+
+impl Done for ExitCode {
+    fn code(self) -> ExitCode {
+        self
+    }
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Diagnose(args) => diagnose::run(args),
-        Command::History(args) => history::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Override(args) => overrule::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Bench(args) => bench::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Valve(args) => valve::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Stem(args) => stem::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Simulate(args) => simulate::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Compensate(args) => compensate::run(args).map(|()| ExitCode::SUCCESS),
-        Command::WhatIf(args) => what_if::run(args).map(|()| ExitCode::SUCCESS),
-        Command::LimitCycle(args) => limit_cycle::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Schema(args) => schema::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Fmu(args) => fmu::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Population(args) => population::run(args).map(|()| ExitCode::SUCCESS),
-    };
+    let result = Cli::parse().command.run();
     match result {
         Ok(code) => code,
         // A reader that has seen enough, such as `head`, is no failure.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             // Not eprintln!, which panics where standard error is closed.
-            let _ = writeln!(std::io::stderr(), "stiction: {error:#}");
+            let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&error));
             ExitCode::from(2)
         }
     }

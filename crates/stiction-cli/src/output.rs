@@ -5,6 +5,9 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use stiction_figure::Figure;
 
+/// The program with its version, as documents name it.
+pub const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
+
 /// Writes `bytes` to the file at `path`, or to standard output for none or `-`.
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     match path {
@@ -35,6 +38,11 @@ pub fn line(text: impl std::fmt::Display) -> Result<()> {
     write(None, format!("{text}\n").as_bytes())
 }
 
+/// Prints a document as JSON, indented.
+pub fn json(document: &impl serde::Serialize) -> Result<()> {
+    line(serde_json::to_string_pretty(document)?)
+}
+
 /// The times of samples, rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
 pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
     let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
@@ -50,6 +58,17 @@ pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
 /// Tells the user something beside the result. Where no one can read it, that is no failure.
 pub fn note(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "note: {text}");
+}
+
+/// A failure in a line: what was tried, and why it did not work, with the options of this command.
+pub fn failure(error: &anyhow::Error) -> String {
+    let words = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
+        Some(stiction_io::Error::Setting { settings, message }) => {
+            format!("--set {}: {message}", settings.join(" --set "))
+        }
+        _ => cause.to_string(),
+    };
+    error.chain().map(words).collect::<Vec<_>>().join(": ")
 }
 
 /// Whether the reader of our output has gone.

@@ -1,14 +1,25 @@
 //! `stiction schema`: what the JSON of the other subcommands holds.
 
-use crate::output;
+use crate::{bench, compensate, fmu, inspect, limit_cycle, output, simulate, stem, what_if};
 use anyhow::Result;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
-use stiction_report::document;
+use stiction_report::document::{self, schema_of};
 
 /// What has a schema: its name, and what writes the schema.
-const SCHEMAS: [(&str, fn() -> String); 2] =
-    [("diagnosis", document::schema), ("history", document::history_schema)];
+const SCHEMAS: [(&str, fn() -> String); 11] = [
+    ("diagnosis", document::schema),
+    ("history", document::history_schema),
+    ("inspect", schema_of::<inspect::Document>),
+    ("bench", schema_of::<bench::Document>),
+    ("stem", schema_of::<stem::Document>),
+    ("simulate", schema_of::<simulate::Document>),
+    ("compensate", schema_of::<compensate::Document>),
+    ("what-if", schema_of::<what_if::Document>),
+    ("limit-cycle", schema_of::<limit_cycle::Report>),
+    ("fmu-models", schema_of::<fmu::List>),
+    ("fmu-variables", schema_of::<fmu::Variables>),
+];
 
 /// Print the JSON schema of what a subcommand prints with --json.
 #[derive(Parser)]

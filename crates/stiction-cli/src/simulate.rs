@@ -1,10 +1,11 @@
 //! `stiction simulate`: scenarios.
 
-use crate::{actions, output};
+use crate::actions::{self, Head, Settings};
+use crate::output;
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::path::PathBuf;
 use stiction::closed_loop::Run;
 use stiction_figure::{Figure, run};
@@ -88,7 +89,7 @@ pub fn run(args: Args) -> Result<()> {
         output::write(Some(path), csv.as_bytes())?;
     }
     if args.json {
-        output::line(serde_json::to_string_pretty(&to_json(&name, &scenario, &report)?)?)?;
+        output::json(&document(&name, &scenario, &report)?)?;
     } else if args.output.is_none() && args.plot.is_none() {
         summarise(&scenario, &report)?;
     }
@@ -199,20 +200,45 @@ impl Wanted<'_> {
     }
 }
 
-fn to_json(name: &str, scenario: &Scenario, report: &Report) -> Result<Value> {
-    let settings: toml::Table = scenario.text.parse()?;
+/// What `stiction simulate --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    #[serde(flatten)]
+    head: Head,
+    /// The period, s; null where none is found.
+    period_s: Option<f64>,
+    /// Half of the peak-to-peak values.
+    half_pp: HalfPp,
+    /// The swing of the PV in the last quarter over that in the one before; null without a PV.
+    growth: Option<f64>,
+    /// The part of the run that this is about.
+    window: &'static str,
+    /// The scenario, key by key.
+    settings: Settings,
+}
+
+/// Half of the peak-to-peak values; null of a signal that the scenario lacks.
+#[derive(Serialize, JsonSchema)]
+struct HalfPp {
+    /// Of the OP, percent of span.
+    op: Option<f64>,
+    /// Of the VP, percent of span.
+    vp: Option<f64>,
+    /// Of the PV, in its units.
+    pv: Option<f64>,
+}
+
+fn document(name: &str, scenario: &Scenario, report: &Report) -> Result<Document> {
+    let (head, settings) = Head::of(name, scenario)?;
     let [op, vp, pv] = report.half_pp;
-    Ok(json!({
-        "tool": concat!("stiction ", env!("CARGO_PKG_VERSION")),
-        "scenario": name,
-        "title": scenario.title,
-        "scenario_sha256": format!("{:x}", Sha256::digest(&scenario.text)),
-        "period_s": report.period_s,
-        "half_pp": { "op": op, "vp": vp, "pv": pv },
-        "growth": report.growth,
-        "window": "last half of the run",
-        "settings": settings,
-    }))
+    Ok(Document {
+        head,
+        period_s: report.period_s,
+        half_pp: HalfPp { op, vp, pv },
+        growth: report.growth,
+        window: "last half of the run",
+        settings,
+    })
 }
 
 fn summarise(scenario: &Scenario, report: &Report) -> Result<()> {

@@ -3,12 +3,14 @@
 use crate::output;
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use stiction::closed_loop::{Signal, Wave};
 use stiction::stem::friction::LAWS;
 use stiction::stem::{
-    EventKind, ParameterSet, PressureSignal, Response, SETS, Stem, StemParameters, StemStart,
+    Equivalent, FrictionLaw, ParameterSet, PressureSignal, Response, SETS, Stem, StemParameters,
+    StemStart,
 };
 use stiction_io::{Table, table};
 
@@ -73,6 +75,25 @@ pub struct Args {
     json: bool,
 }
 
+/// What `stiction stem --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The set of parameters that it began with.
+    set: String,
+    /// The stem.
+    stem: StemParameters,
+    /// Its friction.
+    friction: FrictionLaw,
+    /// The stem in the terms of the data-driven models.
+    equivalent: Equivalent,
+    /// How often it slipped.
+    slips: usize,
+    /// How often it came to rest.
+    stops: usize,
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Shape {
     /// Straight up and straight down
@@ -116,7 +137,15 @@ pub fn run(args: Args) -> Result<()> {
         output::write(args.output.as_deref(), csv.as_bytes())?;
     }
     if args.json {
-        output::line(serde_json::to_string_pretty(&to_json(&args, &stem, &response)?)?)?;
+        output::json(&Document {
+            tool: output::TOOL,
+            set: args.set,
+            stem: *parameters,
+            friction: *stem.friction(),
+            equivalent: stem.equivalent()?,
+            slips: response.slips().count(),
+            stops: response.stops().count(),
+        })?;
     }
     Ok(())
 }
@@ -189,41 +218,10 @@ fn signal(args: &Args) -> Result<(Vec<f64>, Vec<f64>)> {
 fn write_events(path: &Path, parameters: &StemParameters, response: &Response) -> Result<()> {
     let mut text = "t,event,direction,vp,position_m\n".to_owned();
     for event in &response.events {
-        let kind = match event.kind {
-            EventKind::Slip => "slip",
-            EventKind::Stop => "stop",
-            EventKind::Reversal => "reversal",
-            EventKind::EndStop => "end stop",
-        };
+        let kind = event.kind.name();
         let percent = parameters.percent(event.position_m);
         let direction = event.direction.sign();
         text += &format!("{},{kind},{direction},{percent},{}\n", event.time_s, event.position_m);
     }
     output::write(Some(path), text.as_bytes())
-}
-
-fn to_json(args: &Args, stem: &Stem, response: &Response) -> Result<serde_json::Value> {
-    let map = stem.equivalent()?;
-    let values: serde_json::Map<_, _> =
-        stem.friction().values().into_iter().map(|(n, v)| (n.to_owned(), json!(v))).collect();
-    let p = stem.parameters();
-    Ok(json!({
-        "tool": concat!("stiction ", env!("CARGO_PKG_VERSION")),
-        "set": args.set,
-        "stem": {
-            "mass_kg": p.mass_kg, "spring_n_per_m": p.spring_n_per_m, "area_m2": p.area_m2,
-            "preload_n": p.preload_n, "stroke_m": p.stroke_m,
-            "pressure_min_pa": p.pressure_min_pa, "pressure_max_pa": p.pressure_max_pa,
-            "air_lag_s": p.air_lag_s, "end_stops": p.end_stops,
-        },
-        "friction": { "law": stem.friction().name(), "parameters": values },
-        "equivalent": {
-            "S_percent_of_stroke": map.bands.s(), "J_percent_of_stroke": map.bands.j(),
-            "S_percent_of_signal": map.signal_bands.s(), "J_percent_of_signal": map.signal_bands.j(),
-            "K": map.overshoot, "damping_ratio": map.damping_ratio,
-            "sliding": format!("{:?}", map.sliding).to_lowercase(),
-        },
-        "slips": response.slips().count(),
-        "stops": response.stops().count(),
-    }))
 }

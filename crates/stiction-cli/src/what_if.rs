@@ -1,14 +1,15 @@
 //! `stiction what-if`: what repair, retuning, a compensator or a positioner would make of a loop.
 
-use crate::{actions, output, text};
+use crate::actions::{self, Head, Settings, Valve};
+use crate::{output, text};
 use anyhow::Result;
 use clap::Parser;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::path::PathBuf;
 use stiction::Bands;
 use stiction::compensate;
 use stiction::what_if::{Options, Prediction, Row, WhatIf, what_if};
-use stiction_io::scenario::Scenario;
 
 /// Ask what to do about a loop whose valve sticks: repair, retune, compensate, or put a positioner on it.
 ///
@@ -47,6 +48,21 @@ pub struct Args {
     csv: Option<PathBuf>,
 }
 
+/// What `stiction what-if --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    #[serde(flatten)]
+    head: Head,
+    /// The valve of the loop.
+    valve: Valve,
+    /// The scenario, key by key.
+    settings: Settings,
+    /// What every action went through.
+    protocol: compensate::Options,
+    #[serde(flatten)]
+    found: WhatIf,
+}
+
 pub fn run(args: Args) -> Result<()> {
     let scenario = actions::scenario(&args.scenario, &args.set)?;
     let plant = actions::single_loop(&args.scenario, &scenario)?;
@@ -79,8 +95,9 @@ pub fn run(args: Args) -> Result<()> {
         }
     }
     if args.json {
-        let json = to_json(&args.scenario, &scenario, &options, &found)?;
-        return output::line(serde_json::to_string_pretty(&json)?);
+        let (head, settings) = Head::of(&args.scenario, &scenario)?;
+        let (valve, protocol) = (Valve::new(model, bands), options.protocol);
+        return output::json(&Document { head, valve, settings, protocol, found });
     }
     output::write(None, in_words(&scenario.title, &found).as_bytes())
 }
@@ -128,57 +145,4 @@ fn predicted(row: &Row) -> String {
         Prediction::NoCycle(_) => "none".to_owned(),
         Prediction::Unknown(_) => "?".to_owned(),
     }
-}
-
-fn to_json(name: &str, scenario: &Scenario, options: &Options, found: &WhatIf) -> Result<Value> {
-    let mut json = actions::head(name, scenario)?;
-    json.insert("protocol".to_owned(), actions::protocol(&options.protocol));
-    let rows = found.rows.iter().enumerate().map(|(k, row)| {
-        let mut value = actions::row(row.action.name(), &row.played);
-        value["rank"] = json!(k + 1);
-        value["against"] = json!(row.against);
-        value["cycle"] = match &row.cycle {
-            Prediction::Cycle(cycle) => json!({
-                "period_s": cycle.period_s,
-                "half_pp": { "op": cycle.half_pp.op, "vp": cycle.half_pp.vp, "pv": cycle.half_pp.pv },
-                "stable": cycle.stable,
-            }),
-            Prediction::NoCycle(reason) => json!({ "none": reason }),
-            Prediction::Unknown(reason) => json!({ "unknown": reason }),
-        };
-        value
-    });
-    json.insert("actions".to_owned(), rows.collect());
-    json.insert("interim".to_owned(), json!(found.interim().map(|row| row.action.name())));
-    json.insert(
-        "retuning".to_owned(),
-        match &found.retuning {
-            Ok(retuning) => {
-                let (kp, ki, _) = retuning.best.controller.gains();
-                json!({
-                    "kc": kp,
-                    "ti_s": kp / ki,
-                    "ms": retuning.best.peak_sensitivity,
-                    "present_ms": retuning.present.peak_sensitivity,
-                    "swing_ratio": retuning.swing_ratio(),
-                    "load_iae_ratio": retuning.iae_ratio(),
-                })
-            }
-            Err(reason) => json!({ "none": reason }),
-        },
-    );
-    json.insert("recommendation".to_owned(), json!(found.recommendation));
-    json.insert("assumptions".to_owned(), json!(found.assumptions));
-    let confirm = found.confirm.as_ref().map(|test| {
-        json!({
-            "step": test.step,
-            "steps": test.steps,
-            "direction": if test.up_first { "up" } else { "down" },
-            "wait_s": test.wait_s,
-            "pv_change": test.pv_change,
-            "instructions": test.instructions,
-        })
-    });
-    json.insert("confirm".to_owned(), json!(confirm));
-    Ok(Value::Object(json))
 }

@@ -66,6 +66,7 @@ stiction_model::written_by_name!(
     oscillation::Basis,
     recording::LoopType,
     recording::fitness::Class,
+    recording::fitness::MeasureId,
 );
 use stiction_model::{
     Bands, Error, Result, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,

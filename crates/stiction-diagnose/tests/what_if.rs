@@ -198,7 +198,7 @@ fn a_retuned_loop_cycles_as_predicted() {
     let period = 7200.0 / simulated.reversals_per_h;
     assert!((period / cycle.period_s - 1.0).abs() < 0.05, "{period}");
     let retuning = found.retuning.as_ref().unwrap();
-    assert!(retuning.swing_ratio().unwrap() < 0.7);
+    assert!(retuning.pv_ratio.unwrap() < 0.7);
     assert!(retuning.best.peak_sensitivity <= options.most_sensitive);
     // With S and J wrong another tuning is chosen, and cannot be better.
     assert!(retuned.worst_error() >= retuned.error());

@@ -15,6 +15,7 @@ use crate::variables::{Kind, Numbers, Values, Variable};
 
 /// A model as a menu would show it.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct ModelEntry {
     /// `valve`, `stem` or `loop`.
     pub model: &'static str,

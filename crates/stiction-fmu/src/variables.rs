@@ -157,6 +157,47 @@ pub struct Variable {
     pub depends_on: Option<&'static [u32]>,
 }
 
+/// A [`Variable`] in a document.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct VariableDocument {
+    /// Name.
+    name: &'static str,
+    /// What it is for.
+    role: &'static str,
+    /// Value at the start; null if it is computed.
+    start: Option<Start>,
+    /// Unit; empty if there is none.
+    unit: &'static str,
+    /// What it is, in one line.
+    description: &'static str,
+}
+
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+#[serde(untagged)]
+enum Start {
+    Boolean(bool),
+    Int32(i32),
+    Float64(f64),
+}
+
+#[cfg(feature = "serde")]
+stiction_model::written_as!(Variable, VariableDocument);
+
+#[cfg(feature = "serde")]
+impl From<&Variable> for VariableDocument {
+    fn from(variable: &Variable) -> Self {
+        let start = variable.start.map(|start| match variable.kind {
+            Kind::Boolean => Start::Boolean(start != 0.0),
+            Kind::Int32 => Start::Int32(start as i32),
+            Kind::Float64 => Start::Float64(start),
+        });
+        let Variable { name, unit, description, .. } = *variable;
+        Self { name, role: variable.role(), start, unit, description }
+    }
+}
+
 impl Variable {
     const fn real(
         causality: Causality,

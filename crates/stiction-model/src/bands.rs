@@ -16,10 +16,17 @@ use crate::error::{Error, Result, non_negative};
 /// `J > S` (a slip that overshoots the input) gives a negative `fd`. It is a valid pair here; a
 /// model that does not allow it says so when it is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Bands {
+    /// Stick band plus dead band `S`, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
     s: f64,
+    /// Slip jump `J`, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "J"))]
     j: f64,
+    #[cfg_attr(feature = "serde", serde(skip))]
     fs: f64,
+    #[cfg_attr(feature = "serde", serde(skip))]
     fd: f64,
 }
 

@@ -1,4 +1,6 @@
 //! Numbers as documents hold them. JSON knows no NaN and no infinity: null stands for both, by what is here.
+//!
+//! [`written_as`](crate::written_as) is for results that hold in documents more, or other, than their fields.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
@@ -30,4 +32,38 @@ impl JsonSchema for Finite {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         Option::<f64>::json_schema(generator)
     }
+}
+
+/// Writes a type, and its schema, as another that is made of it: `written_as!(Map, MapDocument)`, with
+/// `impl From<&Map> for MapDocument`.
+#[macro_export]
+macro_rules! written_as {
+    ($type:ty, $written:ty) => {
+        impl serde::Serialize for $type {
+            fn serialize<S: serde::Serializer>(
+                &self,
+                to: S,
+            ) -> std::result::Result<S::Ok, S::Error> {
+                serde::Serialize::serialize(&<$written>::from(self), to)
+            }
+        }
+
+        impl schemars::JsonSchema for $type {
+            fn inline_schema() -> bool {
+                <$written as schemars::JsonSchema>::inline_schema()
+            }
+
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($type).into()
+            }
+
+            fn schema_id() -> std::borrow::Cow<'static, str> {
+                concat!(module_path!(), "::", stringify!($type)).into()
+            }
+
+            fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                <$written as schemars::JsonSchema>::json_schema(generator)
+            }
+        }
+    };
 }

@@ -1,6 +1,6 @@
 //! Compensators: one on a loop, or all side by side.
 
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
 use crate::scenario::{Scenario, run_dict};
@@ -10,7 +10,6 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stiction::compensate::{self, CompensatedRun, Knowledge, Measures, Method, Options, Outcome};
-use stiction::detect::Number;
 use stiction::what_if::{self, knowledge};
 
 /// Names and descriptions of the compensators.
@@ -44,11 +43,6 @@ fn suiting(
     }
     let assumed = stiction::Bands::from_s_j(bands.0.unwrap_or(own.s()), bands.1.unwrap_or(own.j()));
     Ok((options, knowledge(plant, assumed.map_err(refused)?)))
-}
-
-fn parameter_dicts<'py>(py: Python<'py>, all: &[Number]) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    let each = |n: &Number| Ok(dict!(py, "name": n.name, "value": n.value, "unit": n.unit));
-    all.iter().map(each).collect()
 }
 
 fn measures_dict<'py>(py: Python<'py>, m: &Measures) -> PyResult<Bound<'py, PyDict>> {
@@ -106,7 +100,7 @@ fn compensate_loop<'py>(
         long(py, None, move |_| play())?.map_err(refused)?;
     Ok(dict!(py,
         "method": method.describe().name,
-        "parameters": parameter_dicts(py, &parameters)?,
+        "parameters": plain(py, &parameters)?,
         "at_s": at_s,
         "settle_s": options.settle_s,
         "window_s": options.window_s,
@@ -140,16 +134,11 @@ pub fn row_dict<'py>(
     let outcomes = row.outcomes.iter().map(|outcome| outcome_dict(py, outcome));
     Ok(dict!(py,
         "action": action,
-        "parameters": parameter_dicts(py, &row.parameters)?,
+        "parameters": plain(py, &row.parameters)?,
         "error": row.nominal().measures.iae_per_s,
-        "worst_error": error(row),
+        "worst_error": row.worst_iae_per_s(),
         "outcomes": outcomes.collect::<PyResult<Vec<_>>>()?,
     ))
-}
-
-/// What actions are ranked by.
-fn error(row: &compensate::Row) -> f64 {
-    row.worst(|outcome| outcome.measures.iae_per_s)
 }
 
 /// What all actions went through.
@@ -205,7 +194,7 @@ fn compare_compensators<'py>(
         ));
     }
     let mut rows: Vec<&compensate::Row> = found.rows.iter().collect();
-    rows.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    rows.sort_by(|a, b| a.worst_iae_per_s().total_cmp(&b.worst_iae_per_s()));
     let rows = rows.into_iter().map(|row| {
         let action = row.method.map_or("as it is", |method| method.describe().name);
         let dict = row_dict(py, action, row)?;

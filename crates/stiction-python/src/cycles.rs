@@ -1,7 +1,7 @@
 //! Limit cycles of a loop, predicted instead of simulated, and what they depend on.
 
 use crate::bands::Bands;
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
 use crate::scenario::Scenario;
@@ -11,12 +11,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::f64::consts::TAU;
 use stiction::closed_loop::Controller;
-use stiction::limit_cycle::exact::{self, Outcome};
-use stiction::limit_cycle::harmonic_balance::{Balance, harmonic_balance};
+use stiction::limit_cycle::exact;
+use stiction::limit_cycle::harmonic_balance::harmonic_balance;
 use stiction::limit_cycle::map::{self, Axis, Map, Parameter, Point};
-use stiction::limit_cycle::tuning::{self, Assessment, Grid, Retuning};
+use stiction::limit_cycle::tuning::{self, Assessment, Grid, Retuning, Tuning};
 use stiction::limit_cycle::{
-    ContinuousLoop, Cycle, DescribingFunction, FrequencyResponse, Method, Stability, attractor,
+    ContinuousLoop, Cycle, DescribingFunction, Found, FrequencyResponse, Method, Stability,
+    attractor,
 };
 use stiction::valve::Model;
 
@@ -55,71 +56,19 @@ pub fn cycle_dict<'py>(py: Python<'py>, cycle: &Cycle) -> PyResult<Bound<'py, Py
 }
 
 /// What a search has found.
-#[derive(Default)]
-struct Found {
-    unknown: bool,
-    cycles: Vec<Cycle>,
-    reasons: Vec<String>,
-}
-
-impl Found {
-    fn of(l: &ContinuousLoop, method: Method, all: bool) -> stiction::Result<Self> {
-        Ok(match method {
-            Method::Exact if all => exact::cycles(l)?.into(),
-            Method::Exact => exact::cycle(l)?.into(),
-            Method::DescribingFunction => match harmonic_balance(l)? {
-                Balance::None(reason) => {
-                    Self { reasons: vec![reason.to_string()], ..Self::default() }
-                }
-                Balance::Cycles(cycles) if all => Self { cycles, ..Self::default() },
-                Balance::Cycles(cycles) => match cycles.into_iter().find(|cycle| cycle.stable) {
-                    Some(cycle) => Self { cycles: vec![cycle], ..Self::default() },
-                    None => Self {
-                        reasons: vec!["its cycles do not attract".to_owned()],
-                        ..Self::default()
-                    },
-                },
-            },
-        })
-    }
-
-    fn dict<'py>(
-        self,
-        py: Python<'py>,
-        scenario: &Scenario,
-        method: Method,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let cycles = self.cycles.iter().map(|cycle| cycle_dict(py, cycle));
-        Ok(dict!(py,
-            "method": name_of(method),
-            "state": match (self.unknown, self.cycles.is_empty()) {
-                (true, _) => "not known",
-                (_, true) => "no cycle",
-                (_, false) => "cycle",
-            },
-            "cycles": cycles.collect::<PyResult<Vec<_>>>()?,
-            "reasons": self.reasons,
-            "no_part": scenario.0.no_part_in_cycles(),
-        ))
-    }
-}
-
-impl From<Outcome> for Found {
-    fn from(outcome: Outcome) -> Self {
-        match outcome {
-            Outcome::Cycles { cycles, beside, unsettled } => {
-                let beside = beside.iter().map(ToString::to_string);
-                Self { unknown: false, cycles, reasons: beside.chain(unsettled).collect() }
-            }
-            Outcome::None { reasons } => Self {
-                reasons: reasons.iter().map(ToString::to_string).collect(),
-                ..Self::default()
-            },
-            Outcome::NotFound { reason } => {
-                Self { unknown: true, reasons: vec![reason], ..Self::default() }
-            }
-        }
-    }
+fn found_dict<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    found: Found,
+) -> PyResult<Bound<'py, PyDict>> {
+    let cycles = found.cycles.iter().map(|cycle| cycle_dict(py, cycle));
+    Ok(dict!(py,
+        "method": name_of(found.method),
+        "state": found.state.name(),
+        "cycles": cycles.collect::<PyResult<Vec<_>>>()?,
+        "reasons": found.notes,
+        "no_part": scenario.0.no_part_in_cycles(),
+    ))
 }
 
 /// The cycle in which a loop ends, or all that are found.
@@ -132,7 +81,7 @@ fn limit_cycle<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (l, method) = (continuous(scenario)?, method_of(method));
     let found = long(py, None, move |_| Found::of(&l, method, all))?.map_err(refused)?;
-    found.dict(py, scenario, method)
+    found_dict(py, scenario, found)
 }
 
 /// The member of a family of cycles.
@@ -144,7 +93,7 @@ fn limit_cycle_member<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let l = continuous(scenario)?;
     let found = long(py, None, move |_| exact::member(&l, offset))?.map_err(refused)?;
-    Found::from(found).dict(py, scenario, Method::Exact)
+    found_dict(py, scenario, Found::from(found))
 }
 
 /// The exact cycle over one period.
@@ -318,8 +267,8 @@ fn limit_cycle_map<'py>(
         "y_unit": map.y.parameter.unit(),
         "y": PyArray1::from_slice(py, &map.y.values),
         "method": name_of(map.method),
-        "state": map.points.iter().map(state).collect::<Vec<_>>(),
-        "reason": map.points.iter().map(reason).collect::<Vec<_>>(),
+        "state": map.points.iter().map(|point| point.state().name()).collect::<Vec<_>>(),
+        "reason": map.points.iter().map(Point::reason).collect::<Vec<_>>(),
         "period_s": half_pp(|p| Some(p.cycle()?.0)),
         "half_pp_op": half_pp(|p| Some(p.cycle()?.1.op)),
         "half_pp_vp": half_pp(|p| Some(p.cycle()?.1.vp)),
@@ -327,21 +276,6 @@ fn limit_cycle_map<'py>(
         "slips": column(|p| if let Point::Cycle { slips, .. } = p { *slips as f64 } else { f64::NAN }),
         "boundary": PyArray1::from_vec(py, ends),
     ))
-}
-
-fn state(point: &Point) -> &'static str {
-    match point {
-        Point::Cycle { .. } => "cycle",
-        Point::NoCycle { .. } => "no cycle",
-        Point::Unknown { .. } => "not known",
-    }
-}
-
-fn reason(point: &Point) -> &str {
-    match point {
-        Point::Cycle { .. } => "",
-        Point::NoCycle { reason } | Point::Unknown { reason } => reason,
-    }
 }
 
 /// A row for every point of a map.
@@ -394,26 +328,17 @@ fn sensitivities<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Vec<Boun
     found.into_iter().map(each).collect()
 }
 
-fn tuning_dict<'py>(py: Python<'py>, controller: &Controller) -> PyResult<Bound<'py, PyDict>> {
-    let (kp, ki, kd) = controller.gains();
-    Ok(dict!(py,
-        "kc": kp,
-        "ti": (ki != 0.0).then(|| kp / ki),
-        "td": if kd == 0.0 { 0.0 } else { kd / kp },
-    ))
+fn tuning_of<'py>(py: Python<'py>, controller: &Controller) -> PyResult<Bound<'py, PyAny>> {
+    plain(py, &Tuning::of(controller))
 }
 
 /// Skogestad's tuning of the process of a scenario.
 #[pyfunction]
 #[pyo3(signature = (scenario, tc = None))]
-fn simc<'py>(
-    py: Python<'py>,
-    scenario: &Scenario,
-    tc: Option<f64>,
-) -> PyResult<Bound<'py, PyDict>> {
+fn simc<'py>(py: Python<'py>, scenario: &Scenario, tc: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
     let process = &scenario.closed_loop()?.process;
     let tc = tc.unwrap_or(process.dead_time());
-    tuning_dict(py, &tuning::simc(process, tc).map_err(refused)?)
+    tuning_of(py, &tuning::simc(process, tc).map_err(refused)?)
 }
 
 /// The lambda tuning of the process of a scenario.
@@ -422,9 +347,9 @@ fn lambda_tuning<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     time_constant_s: f64,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'py, PyAny>> {
     let process = &scenario.closed_loop()?.process;
-    tuning_dict(py, &tuning::lambda(process, time_constant_s).map_err(refused)?)
+    tuning_of(py, &tuning::lambda(process, time_constant_s).map_err(refused)?)
 }
 
 /// IAE after a step of the load by 1 percent, without friction.
@@ -437,7 +362,7 @@ fn load_step_iae(py: Python<'_>, scenario: &Scenario) -> PyResult<f64> {
 fn assessment_dict<'py>(py: Python<'py>, found: &Assessment) -> PyResult<Bound<'py, PyDict>> {
     let cycle = found.cycle.as_ref().map(|cycle| cycle_dict(py, cycle)).transpose()?;
     Ok(dict!(py,
-        "tuning": tuning_dict(py, &found.controller)?,
+        "tuning": plain(py, &found.tuning)?,
         "ms": found.peak_sensitivity,
         "load_iae": found.load_iae,
         "cycle": cycle,
@@ -445,21 +370,16 @@ fn assessment_dict<'py>(py: Python<'py>, found: &Assessment) -> PyResult<Bound<'
 }
 
 /// What a search for another tuning has found.
-pub fn retuning_dict<'py>(
-    py: Python<'py>,
-    found: &Retuning,
-    ms: f64,
-    at_edge: bool,
-) -> PyResult<Bound<'py, PyDict>> {
+pub fn retuning_dict<'py>(py: Python<'py>, found: &Retuning) -> PyResult<Bound<'py, PyDict>> {
     Ok(dict!(py,
         "present": assessment_dict(py, &found.present)?,
         "best": assessment_dict(py, &found.best)?,
-        "ms_bound": ms,
-        "pv_ratio": found.swing_ratio(),
-        "iae_ratio": found.iae_ratio(),
-        "robust_tunings": found.robust,
-        "unjudged_tunings": found.unjudged,
-        "at_edge": at_edge,
+        "ms_bound": found.ms_bound,
+        "pv_ratio": found.pv_ratio,
+        "iae_ratio": found.iae_ratio,
+        "robust_tunings": found.robust_tunings,
+        "unjudged_tunings": found.unjudged_tunings,
+        "at_edge": found.at_edge,
     ))
 }
 
@@ -477,7 +397,6 @@ fn retune<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (l, method) = (continuous(scenario)?, method_of(method));
     let grid = Grid::about(&l.controller, within, points).map_err(refused)?;
-    let tried = grid.clone();
     let found = long(py, told, move |progress| {
         let cycle = |l: &ContinuousLoop| {
             if progress.is_given_up() {
@@ -487,11 +406,10 @@ fn retune<'py>(
             progress.one();
             cycle
         };
-        tuning::least_swing(&l, &tried, ms, cycle)
+        tuning::least_swing(&l, &grid, ms, cycle)
     })?
     .map_err(refused)?;
-    let at_edge = tuning::at_edge(&found.best.controller, &grid);
-    retuning_dict(py, &found, ms, at_edge)
+    retuning_dict(py, &found)
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use stiction::Error;
-use stiction::detect::{self, Applies, Decides, Detector, Needs, Subject};
+use stiction::detect::{self, Applies, Decides, Detector, MethodId, Needs, Subject};
 use stiction::recording::{LoopType, Stretch};
 use stiction_figure::{Figure, Panel, Series, Style};
 use stiction_report::report::{Context, evidence};
@@ -85,6 +85,11 @@ fn period(stretch: &Stretch, loop_type: LoopType, told_s: Option<f64>) -> Option
     }
 }
 
+/// The methods of these names.
+pub fn methods(names: &[String]) -> PyResult<Vec<MethodId>> {
+    names.iter().map(|name| name.parse().map_err(refused)).collect()
+}
+
 /// What detectors say of a stretch; those of no name are all. Without a period the one of the dominant
 /// oscillation is taken.
 #[pyfunction]
@@ -100,13 +105,9 @@ fn detect_stiction<'py>(
     period_s: Option<f64>,
     loop_type: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let detectors = match methods {
+    let detectors: Vec<_> = match methods {
         None => detect::all(),
-        Some(names) => names
-            .iter()
-            .map(|name| detect::by_name(name))
-            .collect::<stiction::Result<Vec<_>>>()
-            .map_err(refused)?,
+        Some(names) => self::methods(&names)?.into_iter().map(MethodId::detector).collect(),
     };
     let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
     let stretch = stretch(&op, pv, sp, vp, sample_time)?;
@@ -130,12 +131,12 @@ pub fn evidence_dict<'py>(
     + Send
     + 'static,
 ) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let method = detect::by_name(method).map_err(refused)?.method();
+    let method: MethodId = method.parse().map_err(refused)?;
     let figure = long(py, None, move |_| {
         with_subject(&|subject| {
             let period_s = subject.period.map(|period| period * subject.stretch.sample_time);
             let context = Context { period_s, ..Context::default() };
-            evidence::figure(method.name, subject, &context)
+            evidence::figure(&method.detector().judge(subject), subject, &context)
         })
     })?;
     let Some(figure) = figure else { return Ok(None) };
@@ -156,7 +157,7 @@ pub fn evidence_dict<'py>(
         Ok(dict!(py, "x_label": panel.x_label, "y_label": panel.y_label, "series": series))
     };
     Ok(Some(dict!(py,
-        "method": method.name,
+        "method": method.name(),
         "caption": figure.caption,
         "panels": figure.panels.into_iter().map(panel).collect::<PyResult<Vec<_>>>()?,
     )))

@@ -1,6 +1,6 @@
 //! Diagnoses: from a recording to a verdict, and what several diagnoses of one valve say together.
 
-use crate::detectors::evidence_dict;
+use crate::detectors::{evidence_dict, methods};
 use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
@@ -113,15 +113,14 @@ impl Told {
         let detectors = match self.detectors {
             None => Detectors::All,
             Some(names) if names.is_empty() => Detectors::None,
-            Some(names) => Detectors::Only(names),
+            Some(names) => Detectors::Only(methods(&names)?),
         };
-        // Refused before anything is computed.
-        detectors.asked().map_err(refused)?;
         Ok(Options {
             loop_type: loop_type.map_err(refused)?,
             grid: GridOptions { sample_time: self.sample_time },
             kpis: KpiOptions { dead_time: self.dead_time },
             detectors,
+            evidence: false,
         })
     }
 }

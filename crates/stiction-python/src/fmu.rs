@@ -1,11 +1,11 @@
 //! Functional mock-up units: what there is, and the bytes of one.
 
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::scenario::Scenario;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use stiction_fmu::{Fmi, Kind};
+use stiction_fmu::Fmi;
 use stiction_fmu_export::{Error, Library};
 
 /// A model with its start values, to be exported.
@@ -42,24 +42,8 @@ impl Fmu {
     }
 
     /// The table of its variables.
-    fn variables<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let all = self.0.variables().iter();
-        all.map(|variable| {
-            let start = match (variable.kind, variable.start) {
-                (_, None) => py.None(),
-                (Kind::Boolean, Some(value)) => (value != 0.0).into_pyobject(py)?.to_owned().into(),
-                (Kind::Int32, Some(value)) => (value as i32).into_pyobject(py)?.into(),
-                (Kind::Float64, Some(value)) => value.into_pyobject(py)?.into(),
-            };
-            Ok(dict!(py,
-                "name": variable.name,
-                "role": variable.role(),
-                "start": start,
-                "unit": variable.unit,
-                "description": variable.description,
-            ))
-        })
-        .collect()
+    fn variables<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        plain(py, &self.0.variables())
     }
 
     /// The bytes of the file, for version 2 or 3 of FMI, with more libraries: processor, system, bytes.

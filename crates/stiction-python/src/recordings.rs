@@ -1,7 +1,7 @@
 //! Recordings of loops: from files, from tables and from arrays.
 
 use crate::arrays;
-use crate::errors::{keywords, refused, unread};
+use crate::errors::{KEYWORDS, refused, unread};
 use crate::long::long;
 use arrow_array::cast::AsArray;
 use arrow_array::{Array, ArrayRef, RecordBatch};
@@ -108,7 +108,7 @@ impl Recording {
     /// What the reader wants the user to know, in sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.recording.notes.iter().map(|note| keywords(note)).collect()
+        self.recording.notes.clone()
     }
 
     /// Give the times of one signal.
@@ -331,6 +331,7 @@ impl Told {
         if let Some(name) = &self.loop_type {
             options.all.loop_type = Some(LoopType::by_name(name).map_err(refused)?);
         }
+        options.wording = KEYWORDS;
         options.bad_text.extend(self.bad_text);
         options.sample_time = self.sample_time.or(options.sample_time);
         options.all.op_range = self.op_range.or(options.all.op_range);

@@ -12,8 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 use stiction::stem::friction::LAWS;
 use stiction::stem::{
-    self, EventKind, FrictionLaw, ParameterSet, PressureSignal, SETS, Sample, SlidingKind,
-    StemParameters, StemStart,
+    self, FrictionLaw, ParameterSet, PressureSignal, SETS, Sample, StemParameters, StemStart,
 };
 use stiction::valve::{Start, Valve as _};
 
@@ -84,23 +83,6 @@ impl Stem {
     /// The stem itself.
     pub fn stem(&self) -> &stem::Stem {
         &self.stem
-    }
-}
-
-fn event_name(kind: EventKind) -> &'static str {
-    match kind {
-        EventKind::Slip => "slip",
-        EventKind::Stop => "stop",
-        EventKind::Reversal => "reversal",
-        EventKind::EndStop => "end stop",
-    }
-}
-
-fn sliding_name(kind: SlidingKind) -> &'static str {
-    match kind {
-        SlidingKind::Smooth => "smooth",
-        SlidingKind::Rippling => "rippling",
-        SlidingKind::Staircase => "staircase",
     }
 }
 
@@ -193,7 +175,7 @@ impl Stem {
             "damping_ratio": found.damping_ratio,
             "overshoot": found.overshoot,
             "viscous_lag_s": found.viscous_lag_s,
-            "sliding": sliding_name(found.sliding),
+            "sliding": found.sliding.name(),
         ))
     }
 
@@ -242,7 +224,7 @@ impl Stem {
         let events = response.events.iter().map(|event| {
             Ok(dict!(py,
                 "time_s": event.time_s,
-                "kind": event_name(event.kind),
+                "kind": event.kind.name(),
                 "direction": event.direction.sign() as i8,
                 "vp": p.percent(event.position_m),
                 "position_m": event.position_m,

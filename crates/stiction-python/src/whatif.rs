@@ -10,7 +10,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stiction::Bands;
 use stiction::diagnose::ConfirmingTest;
-use stiction::limit_cycle::tuning::{Grid, at_edge};
 use stiction::what_if::{self, Options, Prediction, Row};
 
 /// Everything that could be done, ranked.
@@ -39,20 +38,13 @@ fn what_if_loop<'py>(
         options.methods = methods_of(&names)?;
     }
     let asked = options.clone();
-    let controller = plant.controller.clone();
     let found = long(py, told, move |progress| {
         what_if::what_if_watched(&plant, model, bands, &asked, || progress.goes_on())
     })?
     .map_err(refused)?;
     let rows = found.rows.iter().map(|row| action_dict(py, row)).collect::<PyResult<Vec<_>>>()?;
-    let retuning = match &found.retuning {
-        Err(_) => None,
-        Ok(retuning) => {
-            let edge = Grid::about(&controller, options.retuned_within, 2)
-                .is_ok_and(|grid| at_edge(&retuning.best.controller, &grid));
-            Some(retuning_dict(py, retuning, options.most_sensitive, edge)?)
-        }
-    };
+    let retuning =
+        found.retuning.as_ref().ok().map(|found| retuning_dict(py, found)).transpose()?;
     Ok(dict!(py,
         "rows": rows,
         "interim": found.interim().map(|row| row.action.name()),

@@ -18,6 +18,8 @@ pub use found::Report;
 #[cfg(feature = "csv")]
 pub use read::{Recordings, read, read_with};
 
+#[cfg(feature = "serde")]
+pub use stiction_model::finite;
 pub use stiction_model::{Bands, Error, Number, Result};
 pub use stiction_model::{bands, closed_loop, compensate, limit_cycle, stem, valve};
 

@@ -1,6 +1,6 @@
 //! Diagnosing many loops one by one, and keeping no more of them than what is counted.
 
-use crate::{diagnose, output, progress};
+use crate::{output, progress};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::path::Path;
@@ -85,7 +85,7 @@ impl Measured {
     /// The medians of what was timed.
     pub fn finish(mut self, plan: &Plan<'_>) -> Result<Self> {
         if plan.time {
-            let detectors = plan.options.detectors.asked()?;
+            let detectors = plan.options.detectors.asked();
             let names = detectors.iter().map(|detector| detector.method().name.to_owned());
             let names = std::iter::once("whole diagnosis".to_owned()).chain(names);
             self.times = names
@@ -109,15 +109,13 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let mut times = vec![];
     if plan.time {
         times.push(microseconds(started));
-        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()?));
+        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()));
     }
     let report = match plan.reports {
         Some(folder) => {
             let name = file_name(place, &diagnosis.name);
-            let html = report::html(
-                &diagnose::tool(),
-                &[Loop { diagnosis: &diagnosis, source: &source }],
-            )?;
+            let html =
+                report::html(output::TOOL, &[Loop { diagnosis: &diagnosis, source: &source }])?;
             output::write(Some(&folder.join(&name)), html.as_bytes())?;
             Some(name)
         }

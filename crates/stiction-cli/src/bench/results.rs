@@ -2,13 +2,12 @@
 
 use super::About;
 use super::measure::Measured;
+use crate::output;
 use anyhow::Result;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use stiction::diagnose::Estimate;
-use stiction::scoreboard::{
-    Auc, Board, Calibration, Counts, Errors, Outcomes, Quantification, Scored, Share, Sureness,
-    VERDICT,
-};
+use stiction::scoreboard::{Board, Scored, VERDICT};
 
 /// Version of what is printed; a change that breaks its readers is a new one.
 const VERSION: u32 = 1;
@@ -73,122 +72,43 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
-/// What was counted, indented.
-pub fn json(about: &About, board: &Board, measured: &Measured) -> Result<String> {
-    let methods = board.methods.iter().map(|row| {
-        json!({
-            "name": row.name(),
-            "title": row.title(),
-            "recordings": outcomes(&row.recordings),
-            "valves": outcomes(&row.valves),
-            "auc": row.auc.as_ref().map(auc),
-            "auc_of_valves": row.auc_of_valves.as_ref().map(auc),
-        })
-    });
-    let kinds = board.kinds.iter().map(|kind| {
-        let methods: serde_json::Map<String, Value> = board
-            .methods
-            .iter()
-            .zip(&kind.counts)
-            .map(|(row, of)| (row.name().to_owned(), counts(of)))
-            .collect();
-        json!({ "kind": kind.kind, "sticks": kind.sticks, "loops": kind.loops, "methods": methods })
-    });
-    let times =
-        measured.times.iter().map(|(name, time)| json!({ "name": name, "median_us": time }));
-    let document = json!({
-        "tool": crate::diagnose::tool(),
-        "version": VERSION,
-        "title": about.title,
-        "origin": about.origin,
-        "sticky": board.sticky,
-        "healthy": board.healthy,
-        "hidden": board.hidden.k,
-        "sticky_valves": board.sticky_valves,
-        "healthy_valves": board.healthy_valves,
-        "methods": methods.collect::<Vec<_>>(),
-        "kinds": kinds.collect::<Vec<_>>(),
-        "calibration": board.calibration.as_ref().map(calibration),
-        "S": board.s.as_ref().map(quantification),
-        "J": board.j.as_ref().map(quantification),
-        "sureness": board.sureness.as_ref().map(sureness),
-        "times": times.collect::<Vec<_>>(),
-    });
-    Ok(serde_json::to_string_pretty(&document)?)
+/// What `stiction bench --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// Version of this form.
+    version: u32,
+    /// What was measured.
+    title: String,
+    /// Where the loops come from, sentences.
+    origin: String,
+    #[serde(flatten)]
+    board: Board,
+    /// Median times, if they were asked for.
+    times: Vec<Time>,
 }
 
-fn outcomes(of: &Outcomes) -> Value {
-    json!({
-        "sticky": counts(&of.sticky),
-        "healthy": counts(&of.healthy),
-        "recall": share(of.recall()),
-        "false_alarms": share(of.false_alarms()),
-        "precision": share(of.precision()),
-        "without_decision": share(of.without_decision()),
-        "accuracy_of_decided": share(of.accuracy()),
-    })
+/// How long the diagnosis or a method takes.
+#[derive(Serialize, JsonSchema)]
+struct Time {
+    /// The method, or the diagnosis.
+    name: String,
+    /// Median time a loop, microseconds.
+    #[serde(with = "stiction::finite::Finite")]
+    median_us: f64,
 }
 
-fn counts(of: &Counts) -> Value {
-    json!({
-        "positive": of.positive,
-        "negative": of.negative,
-        "undecided": of.undecided,
-        "abstains": of.abstains,
-    })
-}
-
-fn share(of: Share) -> Value {
-    let (low, high) = of.interval();
-    json!({ "k": of.k, "n": of.n, "value": of.value(), "low": low, "high": high })
-}
-
-fn auc(of: &Auc) -> Value {
-    json!({
-        "value": of.value,
-        "low": of.low,
-        "high": of.high,
-        "sticky": of.sticky,
-        "healthy": of.healthy,
-        "of_all": of.of_all,
-    })
-}
-
-fn calibration(of: &Calibration) -> Value {
-    let bins = of.bins.iter().map(|bin| {
-        json!({
-            "from": bin.from,
-            "to": bin.to,
-            "predicted": bin.predicted,
-            "observed": share(bin.observed),
-        })
-    });
-    json!({
-        "n": of.n,
-        "brier": of.brier,
-        "expected_error": of.error,
-        "bins": bins.collect::<Vec<_>>(),
-    })
-}
-
-fn sureness(of: &Sureness) -> Value {
-    json!({
-        "S_above_limit": share(of.above),
-        "cleared_above_limit": share(of.cleared_above),
-        "sticking_cleared": share(of.cleared),
-        "median_limit_of_cleared_healthy": of.limit,
-        "sure": share(of.sure),
-        "sure_and_wrong": share(of.wrong),
-    })
-}
-
-fn quantification(of: &Quantification) -> Value {
-    let errors =
-        |errors: Option<Errors>| errors.map(|e| json!({ "median": e.median, "p90": e.p90 }));
-    json!({
-        "quantified": share(of.quantified),
-        "absolute": errors(of.absolute),
-        "relative": errors(of.relative),
-        "covered": share(of.covered),
-    })
+/// What was counted.
+pub fn document(about: About, board: Board, measured: &Measured) -> Document {
+    let times = measured.times.iter();
+    let times = times.map(|(name, time)| Time { name: name.clone(), median_us: *time });
+    Document {
+        tool: output::TOOL,
+        version: VERSION,
+        title: about.title,
+        origin: about.origin,
+        board,
+        times: times.collect(),
+    }
 }

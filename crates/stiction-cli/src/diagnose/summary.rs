@@ -317,17 +317,16 @@ fn why(diagnosis: &Diagnosis) -> String {
 /// One row a loop: the columns of all tables, then every method's statistic and decision.
 pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
     let mut writer = csv::Writer::from_writer(vec![]);
-    let methods: Vec<&str> =
-        stiction::detect::all().iter().map(|detector| detector.method().name).collect();
+    let methods = stiction::detect::MethodId::ALL;
     let mut header: Vec<String> = COLUMNS.iter().map(|column| column.name.to_owned()).collect();
-    for method in &methods {
-        header.extend([(*method).to_owned(), format!("{method} decision")]);
+    for method in methods {
+        header.extend([method.to_string(), format!("{method} decision")]);
     }
     writer.write_record(&header)?;
     for found in loops {
         let mut row: Vec<String> = COLUMNS.iter().map(|column| column.cells.text(found)).collect();
-        for method in &methods {
-            let finding = found.diagnosis.findings.iter().find(|f| f.method.name == *method);
+        for id in methods {
+            let finding = found.diagnosis.findings.iter().find(|f| f.method.id == *id);
             let statistic = Cells::number(finding.and_then(|f| f.statistic));
             row.push(statistic.map_or(String::new(), |v| v.to_string()));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));

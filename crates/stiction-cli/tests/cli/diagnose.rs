@@ -127,7 +127,7 @@ pub fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> V
         let name = reference.trim_start_matches("#/$defs/");
         return violations(value, &root["$defs"][name], root, place);
     }
-    if let Some(options) = schema["anyOf"].as_array() {
+    if let Some(options) = schema["anyOf"].as_array().or(schema["oneOf"].as_array()) {
         let fits = options.iter().any(|option| violations(value, option, root, place).is_empty());
         return if fits { vec![] } else { vec![format!("{place} fits none of its forms")] };
     }
@@ -165,7 +165,13 @@ pub fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> V
                 Some(schema) => {
                     wrong.extend(violations(field, schema, root, &format!("{place}.{name}")));
                 }
-                None => wrong.push(format!("{place}.{name} is not in the schema")),
+                None => match &schema["additionalProperties"] {
+                    Value::Bool(true) => {}
+                    each if each.is_object() => {
+                        wrong.extend(violations(field, each, root, &format!("{place}.{name}")));
+                    }
+                    _ => wrong.push(format!("{place}.{name} is not in the schema")),
+                },
             }
         }
     }

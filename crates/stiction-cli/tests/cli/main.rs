@@ -1,6 +1,7 @@
 //! The `stiction` command, run as a user runs it.
 
 mod bench;
+mod compensate;
 mod diagnose;
 mod figures;
 mod fmu;
@@ -11,6 +12,7 @@ mod malformed;
 mod overrule;
 mod population;
 mod session;
+mod shift;
 mod simulate;
 mod stem;
 mod valve;
@@ -111,4 +113,40 @@ fn column(csv: &str, name: &str) -> Vec<f64> {
     let (header, rows) = rows(csv);
     let index = header.iter().position(|n| *n == name).expect("the column is there");
     rows.iter().map(|row| row[index].parse().expect("a number")).collect()
+}
+
+/// The paper's loop at a sample time of 0.1 s.
+fn paper<'a>(command: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&[command, "paper/closed-loop", "--set", "sample_time=0.1"], more].concat()
+}
+
+#[track_caller]
+fn assert_near(found: &serde_json::Value, expected: f64, tolerance: f64) {
+    let found = found.as_f64().expect("a number");
+    assert!((found - expected).abs() <= tolerance, "{found}, but expected {expected}");
+}
+
+/// Runs the command, which must refuse with a message that contains `expected`.
+#[track_caller]
+fn refuses(folder: &Path, arguments: &[&str], expected: &str) {
+    let err = run(folder, arguments).refusal();
+    assert!(err.contains(expected), "{arguments:?} must say \"{expected}\", but says: {err}");
+}
+
+/// That a command on a loop refuses what is none, and what cannot be drawn or printed.
+fn no_loop_is_refused(folder: &Path, command: &str) {
+    write(folder, "bad.toml", "sample_time = 0.1\nduration = 10\n[valve]\nS = -5\nJ = 3\n");
+    for (scenario, expected) in [
+        ("paper/flow-cascade", "is a cascade, and this command asks about a single loop"),
+        ("paper/step-linear", "is a valve on a test signal"),
+        ("no-such", "no-such"),
+        ("bad.toml", "bad.toml"),
+    ] {
+        refuses(folder, &[command, scenario], expected);
+    }
+    refuses(folder, &paper(command, &["--set", "valve.S=-1"]), "S");
+    refuses(folder, &paper(command, &["--set", "controller.kc=60"]), "grow");
+    refuses(folder, &paper(command, &["--plot", "a.pdf"]), ".svg or .png");
+    refuses(folder, &paper(command, &["--json", "--csv", "-"]), "cannot be used with");
+    refuses(folder, &[command], "required");
 }

@@ -4,35 +4,33 @@ use crate::{command, folder, run};
 use std::io::Read;
 use std::process::Stdio;
 
-const COMMANDS: [&str; 13] = [
-    "valve",
-    "stem",
-    "simulate",
-    "limit-cycle",
-    "compensate",
-    "what-if",
-    "fmu",
-    "population",
-    "shift",
-    "figures",
-    "inspect",
-    "history",
-    "override",
-];
+/// The subcommands, as the help lists them.
+fn commands(help: &str) -> Vec<&str> {
+    let list = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next());
+    let names = list.expect("a list").lines().filter(|line| !line.starts_with("   "));
+    names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").collect()
+}
 
 #[test]
-fn every_command_has_help_with_an_example() {
+fn every_command_has_help_with_an_example_and_stands_in_the_readme() {
     let folder = folder("help");
-    let top = run(&folder, &["--help"]).quiet_success();
-    assert!(top.contains("Exit codes: 0"), "{top}");
-    for name in COMMANDS {
-        assert!(top.contains(&format!("\n  {name} ")), "{name} is listed: {top}");
+    let top = run(&folder, &["-h"]).quiet_success();
+    let names = commands(&top);
+    assert!(names.len() >= 16, "{top}");
+    let readme = include_str!("../../../../README.md");
+    let row = readme.lines().find(|line| line.starts_with("| Command |")).expect("a row");
+    for name in names {
+        assert!(
+            row.contains(&format!("`{name}`")) || row.contains(&format!("`stiction {name}`")),
+            "README.md lacks {name}"
+        );
         for flag in ["--help", "-h"] {
             let help = run(&folder, &[name, flag]).quiet_success();
             let example = help.split_once("Example").expect("an example").1;
             assert!(example.contains(&format!("stiction {name} ")), "{help}");
         }
     }
+    assert!(run(&folder, &["--help"]).quiet_success().contains("Exit codes: 0"));
 }
 
 #[test]

@@ -1,18 +1,6 @@
-//! `stiction what-if` and `stiction compensate`.
+//! `stiction what-if`.
 
-use crate::{column, folder, read, rows, run, write};
-use std::path::Path;
-
-/// The paper's loop at a sample time of 0.1 s.
-fn paper<'a>(command: &'a str, more: &[&'a str]) -> Vec<&'a str> {
-    [&[command, "paper/closed-loop", "--set", "sample_time=0.1"], more].concat()
-}
-
-#[track_caller]
-fn assert_near(found: &serde_json::Value, expected: f64, tolerance: f64) {
-    let found = found.as_f64().expect("a number");
-    assert!((found - expected).abs() <= tolerance, "{found}, but expected {expected}");
-}
+use crate::{assert_near, column, folder, no_loop_is_refused, paper, read, refuses, rows, run};
 
 #[test]
 fn the_papers_loop_in_words() {
@@ -96,59 +84,9 @@ fn options_change_what_is_assumed() {
 }
 
 #[test]
-fn all_compensators_or_one() {
-    let folder = folder("compensate");
-    let list = run(&folder, &["compensate", "--list"]).quiet_success();
-    assert_eq!(list.lines().count(), 18);
-    let all = run(&folder, &paper("compensate", &["--plot", "all.svg"])).quiet_success();
-    assert!(all.contains("\nas it is                 1.10   1.10    1.25"), "{all}");
-    assert_eq!(all.lines().skip(3).take_while(|line| !line.is_empty()).count(), 10);
-    assert!(!read(&folder, "all.svg").contains("valve repaired"));
-
-    let one = ["--method", "knocker", "--S", "4", "--J", "2", "--at", "100", "--plot", "one.svg"];
-    let out = run(&folder, &paper("compensate", &one)).quiet_success();
-    assert!(out.contains("\nknocker ") && out.contains("Chosen for S = 4.00 %, J"), "{out}");
-    assert!(out.contains("\nParameters\n  amplitude "), "{out}");
-    let svg = read(&folder, "one.svg");
-    assert!(svg.contains("compensator on") && svg.contains("what the valve receives"));
-
-    let mut json = one.to_vec();
-    json.truncate(8);
-    json.push("--json");
-    let json = run(&folder, &paper("compensate", &json)).json();
-    assert_near(&json["assumed"]["S"], 4.0, 0.0);
-    assert_near(&json["protocol"]["on_s"], 100.0, 0.0);
-    assert_eq!(json["methods"].as_array().expect("a list").len(), 2);
-    let csv = run(&folder, &paper("compensate", &["--method", "two-move", "--csv", "-"]));
-    assert_eq!(rows(&csv.quiet_success()).1.len(), 2 * 6);
-}
-
-/// Runs the command, which must refuse with a message that contains `expected`.
-#[track_caller]
-fn refuses(folder: &Path, arguments: &[&str], expected: &str) {
-    let err = run(folder, arguments).refusal();
-    assert!(err.contains(expected), "{arguments:?} must say \"{expected}\", but says: {err}");
-}
-
-#[test]
 fn what_cannot_be_asked_is_refused() {
     let folder = folder("what-if-refused");
-    write(&folder, "bad.toml", "sample_time = 0.1\nduration = 10\n[valve]\nS = -5\nJ = 3\n");
-    for command in ["what-if", "compensate"] {
-        for (scenario, expected) in [
-            ("paper/flow-cascade", "is a cascade, and this command asks about a single loop"),
-            ("paper/step-linear", "is a valve on a test signal"),
-            ("no-such", "no-such"),
-            ("bad.toml", "bad.toml"),
-        ] {
-            refuses(&folder, &[command, scenario], expected);
-        }
-        refuses(&folder, &paper(command, &["--set", "valve.S=-1"]), "S");
-        refuses(&folder, &paper(command, &["--set", "controller.kc=60"]), "grow");
-        refuses(&folder, &paper(command, &["--plot", "a.pdf"]), ".svg or .png");
-        refuses(&folder, &paper(command, &["--json", "--csv", "-"]), "cannot be used with");
-        refuses(&folder, &[command], "required");
-    }
+    no_loop_is_refused(&folder, "what-if");
     for (option, value, expected) in [
         ("--ms", "1", "--ms is 1, but must be a finite number above 1"),
         ("--ms", "nan", "--ms is NaN"),
@@ -158,14 +96,5 @@ fn what_cannot_be_asked_is_refused() {
         ("--positioner-gain", "much", "invalid value"),
     ] {
         refuses(&folder, &paper("what-if", &[option, value]), expected);
-    }
-    for (option, value, expected) in [
-        ("--method", "nonesuch", "there is no compensator named \"nonesuch\"; known are knocker"),
-        ("--S", "-1", "S"),
-        ("--J", "nan", "J"),
-        ("--at", "-5", "time before the compensator is on"),
-        ("--at", "1e12", "samples"),
-    ] {
-        refuses(&folder, &paper("compensate", &[option, value]), expected);
     }
 }

@@ -4,6 +4,7 @@ use super::Decision;
 
 /// How a method, or a verdict, decided on some loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Counts {
     /// It said that the valve sticks, or that the loop is not linear.
     pub positive: usize,

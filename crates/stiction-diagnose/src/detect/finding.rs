@@ -1,7 +1,8 @@
 //! What a detector says.
 
-use super::Method;
+use super::{LookedAt, Method, Subject};
 use crate::Number;
+use std::borrow::Cow;
 use std::fmt;
 
 /// What a detector decides.
@@ -74,6 +75,10 @@ pub struct Finding {
     pub caveats: Vec<String>,
     /// The parameters of the method as they were set.
     pub parameters: Vec<Number>,
+    /// The typed result that it rests on, from which its figure is drawn. [`diagnose`](crate::diagnose::diagnose) keeps
+    /// it where [`Options::evidence`](crate::diagnose::Options::evidence) asks for it, for it holds whole signals.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub looked_at: Option<LookedAt>,
 }
 
 impl Finding {
@@ -95,6 +100,7 @@ impl Finding {
             numbers,
             caveats: vec![],
             parameters: vec![],
+            looked_at: None,
         }
     }
 
@@ -109,6 +115,18 @@ impl Finding {
             numbers: vec![],
             caveats: vec![],
             parameters: vec![],
+            looked_at: None,
         }
+    }
+
+    /// What the method looked at in `subject`, of which this is the finding. Where it was not kept, the method of the
+    /// registry looks again; `None` if it cannot, or this is the finding of one with other parameters.
+    pub fn evidence(&self, subject: &Subject<'_>) -> Option<Cow<'_, LookedAt>> {
+        if let Some(kept) = &self.looked_at {
+            return Some(Cow::Borrowed(kept));
+        }
+        let detector = self.method.id.detector();
+        let same = detector.parameters() == self.parameters;
+        same.then(|| detector.judge(subject).looked_at).flatten().map(Cow::Owned)
     }
 }

@@ -67,6 +67,9 @@ pub use yamashita_level::{YamashitaLevel, YamashitaLevelResult};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Method {
+    /// Which it is.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub id: MethodId,
     /// Its name in commands and files, such as `horch`.
     pub name: &'static str,
     /// Its title, such as `Horch's cross-correlation`.
@@ -164,7 +167,6 @@ impl Family {
 /// statistic stays, for whoever wants to see it.
 pub fn judge(detector: &dyn Detector, subject: &Subject<'_>) -> Finding {
     let mut finding = detector.judge(subject);
-    finding.parameters = detector.parameters();
     let judged = finding.decision != Decision::Abstains;
     if judged && detector.method().explains_oscillation && subject.period.is_none() {
         finding.reason = format!(
@@ -215,6 +217,87 @@ pub trait Detector: Send + Sync {
     fn method(&self) -> &'static Method;
     /// Its parameters as they are set.
     fn parameters(&self) -> Vec<Number>;
+    /// What it says of a stretch and what it looked at; [`judge`](Self::judge) adds the parameters.
+    ///
+    /// # Errors
+    /// If it does not apply, or the data do not suffice.
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention>;
     /// What it says of a stretch. It never fails: what it cannot judge, it abstains from.
-    fn judge(&self, subject: &Subject<'_>) -> Finding;
+    fn judge(&self, subject: &Subject<'_>) -> Finding {
+        let found = self.look(subject);
+        let finding = found.unwrap_or_else(|why| Finding::abstains(self.method(), why));
+        Finding { parameters: self.parameters(), ..finding }
+    }
+}
+
+registry::methods! {
+    Direct: ValvePosition::default(),
+    YamashitaVp: Yamashita { follower: Follower::Vp, ..Yamashita::default() },
+    Horch: Horch::default(),
+    HorchDensity: HorchDensity::default(),
+    AreaRatio: AreaRatio::default(),
+    CurveFit: CurveFit::default(),
+    RelayFit: RelayFit::default(),
+    SquareWave: SquareWave::default(),
+    Yamashita: Yamashita::default(),
+    YamashitaLevel: YamashitaLevel::default(),
+    Kano: Kano::default(),
+    SharpCorner: SharpCorner::default(),
+    Butterfly: Butterfly::default(),
+    DamarlaRegression: DamarlaRegression::default(),
+    DamarlaFTest: DamarlaTest::new(SteadinessTest::FTest),
+    DamarlaTTest: DamarlaTest::new(SteadinessTest::TTest),
+    DamarlaHotelling: DamarlaTest::new(SteadinessTest::Hotelling),
+    DamarlaReverseArrangements: DamarlaTest::new(SteadinessTest::ReverseArrangements),
+    DamarlaSigmoid: DamarlaSigmoid::default(),
+    Srinivasan: ModelFit::new(FittedBy::Srinivasan),
+    Lee: ModelFit::new(FittedBy::Lee),
+    Jelali: ModelFit::new(FittedBy::Jelali),
+    KarraKarim: ModelFit::new(FittedBy::KarraKarim),
+    Bicoherence: Bicoherence::default(),
+    BicoherenceOp: BicoherenceOp::default(),
+    Surrogates: Surrogates::default(),
+}
+
+/// What a method looked at: its typed result, one kind for all methods that share it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LookedAt {
+    /// Rests and slips of a measured valve position.
+    ValvePosition(MeasuredValve),
+    /// Patterns of the OP and of what follows it.
+    Yamashita(YamashitaResult),
+    /// The cross-correlation of OP and PV.
+    Horch(HorchResult),
+    /// How the PV bends.
+    HorchDensity(HorchDensityResult),
+    /// The areas of half waves before and after their peaks.
+    AreaRatio(AreaRatioResult),
+    /// Half waves with triangle and sine.
+    CurveFit(CurveFitResult),
+    /// Half waves with the response to a relay, triangle and sine.
+    RelayFit(RelayFitResult),
+    /// Half waves with square wave and sine.
+    SquareWave(SquareWaveResult),
+    /// How the PV of a level bends.
+    YamashitaLevel(YamashitaLevelResult),
+    /// Rests of the PV while the OP travels.
+    Kano(KanoResult),
+    /// Cycles of OP and error with their corners.
+    SharpCorner(SharpCornerResult),
+    /// The wings of PV and OP.
+    Butterfly(ButterflyResult),
+    /// Windows by the slopes of OP and PV.
+    DamarlaRegression(DamarlaRegressionResult),
+    /// Windows by a test of steadiness.
+    DamarlaTest(DamarlaTestResult),
+    /// OP over increments of the PV.
+    DamarlaSigmoid(DamarlaSigmoidResult),
+    /// A fitted model of valve and process.
+    ModelFit(ModelFitResult),
+    /// The bicoherence of the error, and the ellipse of PV and OP.
+    Bicoherence(BicoherenceResult),
+    /// The bicoherence of the OP.
+    BicoherenceOp(BicoherencePlane),
+    /// Prediction errors of surrogates.
+    Surrogates(SurrogatesResult),
 }

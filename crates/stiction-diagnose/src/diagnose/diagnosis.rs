@@ -7,7 +7,7 @@ use super::definitions::definitions;
 use super::few_slips::{FewSlips, few_slips};
 use super::fit_windows::fit_windows;
 use super::history::Observation;
-use super::measured::by_position;
+use super::measured::{ByPosition, by_position};
 use super::no_response::{NoResponse, Silence};
 use super::quantify;
 use super::relation::{Mismatch, Relation};
@@ -16,11 +16,11 @@ use super::weighing::Weighing;
 use super::{KpiOptions, Kpis};
 #[cfg(feature = "serde")]
 use super::{relation::Mistake, verdict::Limit};
-use crate::detect::{self, Abstention, Detector, Family, Finding, Subject};
+use crate::detect::{self, Abstention, Detector, Family, Finding, MethodId, Subject};
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
 use crate::oscillation::{self, Oscillation};
-use crate::recording::fitness::{self, Class, Fitness, Measure};
+use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
 
 /// What may be told about a loop before it is diagnosed.
@@ -34,6 +34,9 @@ pub struct Options {
     pub kpis: KpiOptions,
     /// Which published methods are asked.
     pub detectors: Detectors,
+    /// Whether findings keep what they [looked at](Finding::looked_at), for a report that draws it. It is about
+    /// twice what the recording itself takes.
+    pub evidence: bool,
 }
 
 /// Which of the published methods are asked for a diagnosis. They cost most of its time, so whoever
@@ -48,30 +51,24 @@ pub enum Detectors {
     All,
     /// None.
     None,
-    /// Those of these names, such as `horch`.
-    Only(Vec<String>),
+    /// These.
+    Only(Vec<MethodId>),
 }
 
 impl Detectors {
     /// The detectors that are asked, in the order of the registry.
-    ///
-    /// # Errors
-    /// If there is none of a name; the message names those there are.
-    pub fn asked(&self) -> Result<Vec<Box<dyn Detector>>> {
+    pub fn asked(&self) -> Vec<Box<dyn Detector>> {
         let mut detectors = detect::all();
-        let chosen = match self {
-            Self::All => return Ok(detectors),
-            Self::None => vec![],
-            Self::Only(names) => names
-                .iter()
-                .map(|name| Ok(detect::by_name(name)?.method().name))
-                .collect::<Result<Vec<_>>>()?,
-        };
         detectors.retain(|detector| {
             let method = detector.method();
-            method.family == Family::Measured || chosen.contains(&method.name)
+            let chosen = match self {
+                Self::All => true,
+                Self::None => false,
+                Self::Only(methods) => methods.contains(&method.id),
+            };
+            chosen || method.family == Family::Measured
         });
-        Ok(detectors)
+        detectors
     }
 }
 
@@ -376,7 +373,6 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
-    let detectors = options.detectors.asked()?;
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let stretch = grid.longest();
@@ -385,19 +381,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
 
     let (fit, fitness) = assessed(recording, &grid, period);
     let subject = stretch.map(|stretch| Subject::new(stretch, loop_type, period));
-    let findings: Vec<Finding> = match &subject {
-        Some(subject) => {
-            detectors.iter().map(|detector| detect::judge(&**detector, subject)).collect()
-        }
-        None => detectors
-            .iter()
-            .map(|detector| {
-                let why = "there is no stretch in automatic to look at".to_owned();
-                let finding = Finding::abstains(detector.method(), detect::Abstention(why));
-                Finding { parameters: detector.parameters(), ..finding }
-            })
-            .collect(),
-    };
+    let mut findings = findings(&options.detectors, subject.as_ref());
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
     let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
@@ -424,19 +408,11 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         .zip(weighed.filter(|_| mistaken.is_none()))
         .and_then(|(stretch, weighing)| missing_slips(stretch, weighing, &verdict, &fitness));
     verdict.reasons.extend(few_slips.as_ref().map(|few| few.words.clone()));
-    let mut stiction = Stiction::default();
+    let mut stiction = match mistaken {
+        Some(mistake) => not_known(mistake),
+        None => how_much(by_position.as_ref(), weighing.as_ref(), &verdict, op_only),
+    };
     if let Some(subject) = &subject {
-        stiction = match (&by_position, &weighing) {
-            _ if mistaken.is_some() => {
-                Stiction { why_not: mistaken.map(str::to_owned), ..Stiction::default() }
-            }
-            (Some(said), _) => said.stiction.clone(),
-            (None, Some(Ok(weighing))) => quantify::estimated(weighing, &verdict, op_only),
-            (None, Some(Err(Abstention(why)))) => {
-                Stiction { why_not: Some(why.clone()), ..Stiction::default() }
-            }
-            (None, None) => Stiction::default(),
-        };
         // A number with its interval says more than a limit.
         verdict.s_below = verdict.s_below.filter(|_| stiction.s.is_none());
         // Where it does not stick, no number is called stiction.
@@ -446,30 +422,19 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
             let limit = by_position.as_ref().and_then(|said| said.s_limit);
             let weighed = weighed.map(|weighing| weighing.s.value);
             let s = stiction.s.map(|s| s.value).or(limit).or(weighed);
-            stiction.definitions = definitions(subject, stiction.s.map(|s| s.value));
+            stiction.definitions = definitions(subject, &findings, stiction.s.map(|s| s.value));
             verdict.confirm = confirming_test(subject, s);
         }
     }
+    if !options.evidence {
+        findings.iter_mut().for_each(|finding| finding.looked_at = None);
+    }
     let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
-    if let Some(stretch) = stretch
-        && grid.stretches.len() > 1
-    {
-        notes.push(format!(
-            "the recording is cut into {} stretches; the longest, {:.0} % of its duration, is judged",
-            grid.stretches.len(),
-            100.0 * stretch.duration() / (grid.duration + grid.sample_time)
-        ));
-    }
-    if let Some(Relation { mismatch: Some(mismatch), because, .. }) = &belonging.relation
-        && by_position.is_some()
-        && mistaken.is_none()
-    {
-        notes.push(format!(
-            "{}: {because}; the verdict follows the measured valve position, which needs no PV",
-            mismatch.name()
-        ));
-    }
+    notes.extend(stretch.and_then(|stretch| cut(&grid, stretch)));
+    let relation = belonging.relation.as_ref();
+    let followed = by_position.is_some() && mistaken.is_none();
+    notes.extend(relation.filter(|_| followed).and_then(mistake_beside));
     Ok(Diagnosis {
         name: recording.name.clone(),
         loop_type,
@@ -493,6 +458,55 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     })
 }
 
+/// What the methods that are asked say; without a subject, that there is none.
+fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
+    let said = |detector: &dyn Detector| match subject {
+        Some(subject) => detect::judge(detector, subject),
+        None => {
+            let why = "there is no stretch in automatic to look at".to_owned();
+            let finding = Finding::abstains(detector.method(), Abstention(why));
+            Finding { parameters: detector.parameters(), ..finding }
+        }
+    };
+    asked.asked().iter().map(|detector| said(&**detector)).collect()
+}
+
+/// How much it sticks: by the measured position, else by the evidence.
+fn how_much(
+    by_position: Option<&ByPosition>,
+    weighing: Option<&std::result::Result<Weighing, Abstention>>,
+    verdict: &Verdict,
+    op_only: bool,
+) -> Stiction {
+    match (by_position, weighing) {
+        (Some(said), _) => said.stiction.clone(),
+        (None, Some(Ok(weighing))) => quantify::estimated(weighing, verdict, op_only),
+        (None, Some(Err(Abstention(why)))) => not_known(why),
+        (None, None) => Stiction::default(),
+    }
+}
+
+fn not_known(why: &str) -> Stiction {
+    Stiction { why_not: Some(why.to_owned()), ..Stiction::default() }
+}
+
+/// That a stretch is not all that was recorded.
+fn cut(grid: &Grid, stretch: &Stretch) -> Option<String> {
+    let count = grid.stretches.len();
+    let share = 100.0 * stretch.duration() / (grid.duration + grid.sample_time);
+    (count > 1).then(|| {
+        format!("the recording is cut into {count} stretches; the longest, {share:.0} % of its duration, is judged")
+    })
+}
+
+/// The mistake in the columns that does not matter, because the verdict follows the measured position.
+fn mistake_beside(relation: &Relation) -> Option<String> {
+    let (mismatch, because) = (relation.mismatch?.name(), &relation.because);
+    Some(format!(
+        "{mismatch}: {because}; the verdict follows the measured valve position, which needs no PV"
+    ))
+}
+
 /// Whether a verdict is by OP and PV that nothing responds.
 fn silent(verdict: &Verdict) -> bool {
     verdict.class == VerdictClass::DoesNotRespond && verdict.basis == Basis::Evidence
@@ -513,7 +527,7 @@ fn missing_slips(
         Basis::Evidence => Ruling::of(weighing) == Ruling::Open,
         Basis::None => {
             let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-            fitness.class == Class::Unfit && unfit.all(|m| m.name == "cycles")
+            fitness.class == Class::Unfit && unfit.all(|m| m.id == MeasureId::Cycles)
         }
         _ => false,
     };
@@ -523,7 +537,7 @@ fn missing_slips(
 /// Why there is nothing to judge.
 fn no_stretch(grid: &Grid) -> Measure {
     Measure {
-        name: "automatic stretch",
+        id: MeasureId::AutomaticStretch,
         value: Some(100.0 * grid.closed_share),
         unit: "%",
         caveat_at: None,

@@ -6,11 +6,11 @@
 use super::diagnosis::Oscillations;
 use crate::evidence::windows;
 use crate::parallel::*;
-use crate::recording::fitness::{self, Class, Fitness, Measure};
+use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{Grid, Recording, Stretch};
 
 /// A measure of the recording, of which a part of a stretch knows nothing.
-const OF_ALL: &str = "bridged samples";
+const OF_ALL: MeasureId = MeasureId::BridgedSamples;
 
 /// The windows of a stretch that are to be judged, and the fitness of it all, of which `whole` is that of the
 /// stretch as one: the windows that are fit, if any are, else all. A stretch of one window is that window, and its
@@ -39,14 +39,14 @@ pub(super) fn fit_windows(
     let k = judged.len();
     let mut measures = whole.measures;
     for measure in &mut measures {
-        if measure.class == Class::Unfit && measure.name != OF_ALL {
+        if measure.class == Class::Unfit && measure.id != OF_ALL {
             measure.class = Class::Caveats;
             measure.reason += &format!("; of {n} windows {k} are fit by themselves");
         }
     }
     let share = 100.0 * k as f64 / n as f64;
     measures.push(Measure {
-        name: "fit windows",
+        id: MeasureId::FitWindows,
         value: Some(share),
         unit: "%",
         caveat_at: Some(100.0),

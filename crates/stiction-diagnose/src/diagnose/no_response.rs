@@ -10,7 +10,7 @@ use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use crate::fusion::Cause;
 use crate::recording::Stretch;
-use crate::recording::fitness::{Class, Fitness, levels};
+use crate::recording::fitness::{Class, Fitness, MeasureId, levels};
 use crate::series::{mean, noise_std, span, std};
 
 /// What a PV does that does not respond.
@@ -201,15 +201,15 @@ const SUPPORTED_FROM: f64 = 0.2;
 /// The probability that saturation must stay below for evidence alone to name it.
 const SATURATION_BELOW: f64 = 0.2;
 /// What makes data unfit, and what a PV that does not respond does by itself.
-const BY_ITSELF: [&str; 8] = [
-    "cycles",
-    "samples per cycle",
-    "OP at a limit",
-    "PV levels",
-    "longest frozen PV",
-    "clipped PV",
-    "PV moves",
-    "PV updates per cycle",
+const BY_ITSELF: [MeasureId; 8] = [
+    MeasureId::Cycles,
+    MeasureId::SamplesPerCycle,
+    MeasureId::OpAtLimit,
+    MeasureId::PvLevels,
+    MeasureId::LongestFrozenPv,
+    MeasureId::ClippedPv,
+    MeasureId::PvMoves,
+    MeasureId::PvUpdatesPerCycle,
 ];
 
 impl Rest {
@@ -293,7 +293,7 @@ pub(super) fn verdict(
     preliminary: &Verdict,
 ) -> Option<Verdict> {
     let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-    if preliminary.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.name)) {
+    if preliminary.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.id)) {
         return None;
     }
     let likelihood = weighing.map_or(0.0, |weighing| weighing.likelihood(Cause::NoResponse));

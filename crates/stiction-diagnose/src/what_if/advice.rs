@@ -158,7 +158,7 @@ pub(super) fn recommendation(
     }
     said.extend(until_then(rows, present, options));
     if let Ok(retuning) = retuning
-        && let (Some(swing), Some(iae)) = (retuning.swing_ratio(), retuning.iae_ratio())
+        && let (Some(swing), Some(iae)) = (retuning.pv_ratio, retuning.iae_ratio)
     {
         let left = match retuning.best.pv_swing() {
             0.0 => "no limit cycle".to_owned(),

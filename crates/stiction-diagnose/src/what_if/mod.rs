@@ -46,6 +46,8 @@
 //! * Costs, and the time until a repair, are not part of it.
 
 mod advice;
+#[cfg(feature = "serde")]
+mod document;
 
 use crate::bands::Bands;
 use crate::closed_loop::{ClosedLoop, Controller};
@@ -155,13 +157,17 @@ impl Options {
 
 /// The exact cycle of the loop that an action leaves.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub enum Prediction {
-    /// It cycles so.
-    Cycle(Box<Cycle>),
     /// It does not cycle, and why.
+    #[cfg_attr(feature = "serde", serde(rename = "none"))]
     NoCycle(String),
     /// It cannot be told, and why.
+    #[cfg_attr(feature = "serde", serde(rename = "unknown"))]
     Unknown(String),
+    /// It cycles so.
+    #[cfg_attr(feature = "serde", serde(untagged))]
+    Cycle(Box<Cycle>),
 }
 
 impl Prediction {
@@ -223,7 +229,7 @@ impl Row {
 
     /// The same in the worst case of wrong S and J: the measure of the ranking.
     pub fn worst_error(&self) -> f64 {
-        self.played.worst(|outcome| outcome.measures.iae_per_s)
+        self.played.worst_iae_per_s()
     }
 }
 
@@ -241,6 +247,9 @@ pub struct WhatIf {
     /// The test in manual that confirms it before anything is done; `None` for a valve without friction.
     pub confirm: Option<ConfirmingTest>,
 }
+
+#[cfg(feature = "serde")]
+stiction_model::written_as!(WhatIf, document::WhatIfDocument);
 
 impl WhatIf {
     /// The loop as it is.

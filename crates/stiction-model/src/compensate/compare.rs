@@ -17,8 +17,10 @@ const MOST_SAMPLES: f64 = 1e7;
 /// ```
 /// Set point and loads are those of the loop until the steps, which add to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Options {
     /// When the compensator is switched on, s.
+    #[cfg_attr(feature = "serde", serde(rename = "on_s"))]
     pub from_s: f64,
     /// How long it is left alone before it is measured, s.
     pub settle_s: f64,
@@ -33,6 +35,7 @@ pub struct Options {
     /// Control error within which the loop has settled, in PV units.
     pub settling_band: f64,
     /// Relative error in the assumed S and J, both ways.
+    #[cfg_attr(feature = "serde", serde(rename = "error_of_s_and_j"))]
     pub error: f64,
     /// Standard deviation of the white noise added to the PV in the case with noise, in its units.
     pub noise_sd: f64,
@@ -94,6 +97,7 @@ impl Options {
 
 /// One run of a method.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Case {
     /// Factor on the assumed S.
     pub s_factor: f64,
@@ -124,14 +128,19 @@ impl Case {
 
 /// What came of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Outcome {
     /// The case.
+    #[cfg_attr(feature = "serde", serde(flatten))]
     pub case: Case,
     /// Measures in the window.
+    #[cfg_attr(feature = "serde", serde(flatten))]
     pub measures: Measures,
     /// Mean absolute control error in the time given to the set-point step, in PV units.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub set_point_iae_per_s: f64,
     /// The same in the time given to the load step.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub load_iae_per_s: f64,
     /// Time to settle after the set-point step, s; `None` if it did not.
     pub set_point_settling_s: Option<f64>,
@@ -151,6 +160,37 @@ pub struct Row {
     pub outcomes: Vec<Outcome>,
 }
 
+/// A [`Row`] in a document: beside an action that its reader names.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct RowDocument {
+    /// The parameters of the action, in the nominal case.
+    parameters: Vec<Number>,
+    /// The largest mean control error of the cases without noise, in PV units.
+    #[serde(with = "crate::finite::Finite")]
+    worst_iae_per_s: f64,
+    /// The largest standard deviation of the PV in the cases without noise.
+    #[serde(with = "crate::finite::Finite")]
+    worst_pv_std: f64,
+    /// Nominal, with S and J wrong, and with noise.
+    cases: Vec<Outcome>,
+}
+
+#[cfg(feature = "serde")]
+crate::written_as!(Row, RowDocument);
+
+#[cfg(feature = "serde")]
+impl From<&Row> for RowDocument {
+    fn from(row: &Row) -> Self {
+        Self {
+            worst_iae_per_s: row.worst_iae_per_s(),
+            worst_pv_std: row.worst_pv_std(),
+            parameters: row.parameters.clone(),
+            cases: row.outcomes.clone(),
+        }
+    }
+}
+
 impl Row {
     /// The nominal case.
     pub fn nominal(&self) -> &Outcome {
@@ -162,6 +202,11 @@ impl Row {
     pub fn worst(&self, quantity: impl Fn(&Outcome) -> f64) -> f64 {
         let values = self.quiet().map(quantity);
         values.map(|value| if value.is_nan() { f64::INFINITY } else { value }).fold(0.0, f64::max)
+    }
+
+    /// The largest mean control error of the cases without noise: what actions are ranked by.
+    pub fn worst_iae_per_s(&self) -> f64 {
+        self.worst(|outcome| outcome.measures.iae_per_s)
     }
 
     /// The largest PV standard deviation of the cases without noise.

@@ -6,22 +6,31 @@ use crate::numeric::summary::{reversals, span, std};
 
 /// Measures over a window of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Measures {
     /// Standard deviation of the PV, in its units.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub pv_std: f64,
     /// Integral of the absolute control error per second, in PV units: its mean.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub iae_per_s: f64,
     /// Way of the signal that the valve receives, percent per second.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub op_travel_per_s: f64,
     /// Way of the stem, percent per second: what wears packing and seat.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub vp_travel_per_s: f64,
     /// Reversals of the stem per hour.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub reversals_per_h: f64,
     /// Half the peak-to-peak value of the PV, in its units.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub pv_half_pp: f64,
     /// Half the peak-to-peak value of the signal that the valve receives, percent.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub op_half_pp: f64,
     /// Half the peak-to-peak value of the valve position, percent.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub vp_half_pp: f64,
 }
 

@@ -11,6 +11,8 @@ pub enum Method {
     Exact,
 }
 
+crate::written_by_name!(Method);
+
 impl Method {
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -23,6 +25,7 @@ impl Method {
 
 /// A number for each signal of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Swing {
     /// Of the OP, percent of span.
     pub op: f64,
@@ -34,6 +37,7 @@ pub struct Swing {
 
 /// A limit cycle.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
     /// How it was found.
     pub method: Method,
@@ -48,7 +52,15 @@ pub struct Cycle {
     pub stable: bool,
     /// The Floquet multipliers of a small deviation over one period, the largest first: how much of it is
     /// left. Empty where the method knows none.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "as_pairs"))]
+    #[cfg_attr(feature = "serde", schemars(with = "Vec<[f64; 2]>"))]
     pub multipliers: Vec<Complex<f64>>,
     /// How often the stem begins to move in a period.
     pub slips: usize,
+}
+
+/// Complex numbers as pairs of real and imaginary part.
+#[cfg(feature = "serde")]
+fn as_pairs<S: serde::Serializer>(all: &[Complex<f64>], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(all.iter().map(|number| [number.re, number.im]))
 }

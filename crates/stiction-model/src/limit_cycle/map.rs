@@ -19,7 +19,7 @@
 //! * The boundary of its existence is known to the spacing of the grid.
 //! * A sensitivity says nothing where the cycle changes its kind within a ten-thousandth of the parameter.
 
-use super::{ContinuousLoop, Cycle, Method, Swing, attractor};
+use super::{ContinuousLoop, Cycle, Method, State, Swing, attractor};
 use crate::bands::Bands;
 use crate::closed_loop::Process;
 use crate::error::{Error, Result, finite, positive};
@@ -47,6 +47,8 @@ pub enum Parameter {
     /// Dead time over the sum of the lags of the process; the lags stay.
     DeadTimeOverLag,
 }
+
+crate::written_by_name!(Parameter);
 
 impl Parameter {
     /// All of them. A ratio comes after what it is a ratio to.
@@ -285,6 +287,23 @@ impl Point {
         }
     }
 
+    /// Whether there is a cycle.
+    pub fn state(&self) -> State {
+        match self {
+            Self::Cycle { .. } => State::Cycle,
+            Self::NoCycle { .. } => State::NoCycle,
+            Self::Unknown { .. } => State::Unknown,
+        }
+    }
+
+    /// Why there is none, or why that is not known; empty of a cycle.
+    pub fn reason(&self) -> &str {
+        match self {
+            Self::Cycle { .. } => "",
+            Self::NoCycle { reason } | Self::Unknown { reason } => reason,
+        }
+    }
+
     /// Period, s, and half peak-to-peak values, if the loop cycles.
     pub fn cycle(&self) -> Option<(f64, Swing)> {
         match self {
@@ -305,6 +324,72 @@ pub struct Map {
     pub method: Method,
     /// Row by row: that of the first value of `y` first.
     pub points: Vec<Point>,
+}
+
+/// A number for each point of a [`Map`] and signal of the loop.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Swings {
+    /// Of the OP, percent of span.
+    pub op: Vec<Option<f64>>,
+    /// Of the VP, percent of span.
+    pub vp: Vec<Option<f64>>,
+    /// Of the PV, in its units.
+    pub pv: Vec<Option<f64>>,
+}
+
+/// A [`Map`] in a document, column by column.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct MapDocument {
+    /// The parameter that changes along a row.
+    x: AxisDocument,
+    /// The parameter that changes from row to row.
+    y: AxisDocument,
+    /// How the cycles were found.
+    method: Method,
+    /// How the points are ordered in the lists that follow.
+    order: &'static str,
+    /// Whether there is a cycle.
+    state: Vec<State>,
+    /// Periods, s.
+    period_s: Vec<Option<f64>>,
+    /// Half of the peak-to-peak values.
+    half_pp: Swings,
+    /// Where cycling ends: sides of points, from corner to corner.
+    boundary: Vec<[[f64; 2]; 2]>,
+}
+
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct AxisDocument {
+    parameter: Parameter,
+    unit: &'static str,
+    values: Vec<f64>,
+}
+
+#[cfg(feature = "serde")]
+crate::written_as!(Map, MapDocument);
+
+#[cfg(feature = "serde")]
+impl From<&Map> for MapDocument {
+    fn from(map: &Map) -> Self {
+        let axis = |axis: &Axis| AxisDocument {
+            parameter: axis.parameter,
+            unit: axis.parameter.unit(),
+            values: axis.values.clone(),
+        };
+        Self {
+            x: axis(&map.x),
+            y: axis(&map.y),
+            method: map.method,
+            order: "row by row, that of the first y first",
+            state: map.points.iter().map(Point::state).collect(),
+            period_s: map.periods(),
+            half_pp: map.swings(),
+            boundary: map.boundary().iter().map(|side| side.map(|(x, y)| [x, y])).collect(),
+        }
+    }
 }
 
 impl Map {
@@ -356,6 +441,19 @@ impl Map {
         (column < across).then(|| self.points.get(row * across + column)).flatten()
     }
 
+    /// The period at each point, s; `None` without a cycle.
+    pub fn periods(&self) -> Vec<Option<f64>> {
+        self.points.iter().map(|point| Some(point.cycle()?.0)).collect()
+    }
+
+    /// Half of the peak-to-peak values at each point; `None` without a cycle.
+    pub fn swings(&self) -> Swings {
+        let column = |of: fn(Swing) -> f64| {
+            self.points.iter().map(|point| Some(of(point.cycle()?.1))).collect()
+        };
+        Swings { op: column(|s| s.op), vp: column(|s| s.vp), pv: column(|s| s.pv) }
+    }
+
     /// Where cycling ends: the sides between two points next to each other of which one has a cycle and the
     /// other is known to have none. A point reaches halfway to its neighbours; each side goes from one of its
     /// corners, `(x, y)`, to the other.
@@ -387,12 +485,16 @@ impl Map {
 
 /// How a cycle answers to a parameter: percent per percent.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Sensitivity {
     /// The parameter.
     pub parameter: Parameter,
+    /// Its unit; empty of a number without one.
+    pub unit: &'static str,
     /// Its value.
     pub value: f64,
     /// Of the period.
+    #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub period: f64,
     /// Of the half peak-to-peak values.
     pub half_pp: Swing,
@@ -423,6 +525,7 @@ pub fn sensitivities(l: &ContinuousLoop) -> Result<Vec<Sensitivity>> {
         };
         found.push(Sensitivity {
             parameter,
+            unit: parameter.unit(),
             value,
             period: slope(|c| c.period_s),
             half_pp: Swing {

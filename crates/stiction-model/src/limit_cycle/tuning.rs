@@ -257,12 +257,39 @@ pub fn by_describing_function(continuous: &ContinuousLoop) -> Result<Option<Cycl
     Ok(harmonic_balance(continuous)?.attracting().cloned())
 }
 
+/// Gain and times of a controller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Tuning {
+    /// Gain, percent per PV unit.
+    pub kc: f64,
+    /// Integral time, s; `None` without integral action.
+    pub ti: Option<f64>,
+    /// Derivative time, s; 0 without derivative action.
+    pub td: f64,
+}
+
+impl Tuning {
+    /// That of a controller.
+    pub fn of(controller: &Controller) -> Self {
+        let (kp, ki, kd) = controller.gains();
+        let td = if kd == 0.0 { 0.0 } else { kd / kp };
+        Self { kc: kp, ti: (ki != 0.0).then(|| kp / ki), td }
+    }
+}
+
 /// What a tuning is worth.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Assessment {
     /// The controller.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub controller: Controller,
+    /// Its gain and times.
+    #[cfg_attr(feature = "serde", serde(flatten))]
+    pub tuning: Tuning,
     /// `Ms`; infinite if the loop is not stable without friction.
+    #[cfg_attr(feature = "serde", serde(rename = "ms", with = "crate::finite::Finite"))]
     pub peak_sensitivity: f64,
     /// [`load_step_iae`]; `None` if there is none.
     pub load_iae: Option<f64>,
@@ -284,6 +311,7 @@ impl Assessment {
         let stable = response.stability() == Stability::Stable;
         Ok(Self {
             controller: continuous.controller.clone(),
+            tuning: Tuning::of(&continuous.controller),
             peak_sensitivity: if stable { response.peak().0 } else { f64::INFINITY },
             load_iae: load_step_iae(continuous).ok(),
             cycle: cycle(continuous)?,
@@ -293,28 +321,24 @@ impl Assessment {
 
 /// The tuning with the least swing of the PV beside the present one.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Retuning {
+    /// The bound on `Ms`.
+    pub ms_bound: f64,
     /// The tuning that was given.
     pub present: Assessment,
-    /// The best of those within the bound on `Ms`.
+    /// The best of those within the bound.
     pub best: Assessment,
-    /// How many tunings were within the bound.
-    pub robust: usize,
-    /// Of how many of them the cycle could not be determined; they were passed over.
-    pub unjudged: usize,
-}
-
-impl Retuning {
     /// The swing of the PV over that with the present tuning; `None` if the latter is 0.
-    pub fn swing_ratio(&self) -> Option<f64> {
-        let present = self.present.pv_swing();
-        (present > 0.0).then(|| self.best.pv_swing() / present)
-    }
-
+    pub pv_ratio: Option<f64>,
     /// What it costs: the IAE of a load step over that with the present tuning; `None` if either has none.
-    pub fn iae_ratio(&self) -> Option<f64> {
-        Some(self.best.load_iae? / self.present.load_iae?)
-    }
+    pub iae_ratio: Option<f64>,
+    /// How many tunings were within the bound.
+    pub robust_tunings: usize,
+    /// Of how many of them the cycle could not be determined; they were passed over.
+    pub unjudged_tunings: usize,
+    /// Whether the best lies at an end of what was searched: beyond it there may be a better one.
+    pub at_edge: bool,
 }
 
 /// The PI tuning about `grid` with `Ms` at most `bound` in whose cycle the PV swings least; of several without
@@ -322,7 +346,7 @@ impl Retuning {
 ///
 /// `cycle` says to what cycle a loop tends, if any; [`by_describing_function`] does so approximately. After the
 /// grid the neighbourhood of the best is searched on two finer ones. An end of the grid may be the best: then
-/// a wider one may hold a better, and [`at_edge`] says so.
+/// a wider one may hold a better, and [`Retuning::at_edge`] says so.
 ///
 /// # Errors
 /// If a number is not allowed, no tuning of the grid is within the bound, or the cycle of none of them, or of
@@ -335,7 +359,8 @@ pub fn least_swing(
 ) -> Result<Retuning> {
     const FINER: usize = 2;
     const POINTS: usize = 7;
-    let mut grid = grid.clone();
+    let whole = grid;
+    let mut grid = whole.clone();
     let (mut robust_count, mut unjudged) = (0, 0);
     let mut best: Option<(f64, f64, Controller)> = None;
     for level in 0..=FINER {
@@ -379,16 +404,23 @@ pub fn least_swing(
     let Some((_, _, controller)) = best else {
         return Err(Error::Inconsistent(format!("no tuning of the grid keeps Ms within {bound}")));
     };
+    let present = Assessment::of(continuous, &cycle)?;
+    let best = Assessment::of(&tuned(continuous, &controller), &cycle)?;
+    let swing = present.pv_swing();
     Ok(Retuning {
-        present: Assessment::of(continuous, &cycle)?,
-        best: Assessment::of(&tuned(continuous, &controller), &cycle)?,
-        robust: robust_count,
-        unjudged,
+        ms_bound: bound,
+        pv_ratio: (swing > 0.0).then(|| best.pv_swing() / swing),
+        iae_ratio: best.load_iae.zip(present.load_iae).map(|(best, present)| best / present),
+        robust_tunings: robust_count,
+        unjudged_tunings: unjudged,
+        at_edge: at_edge(&controller, whole),
+        present,
+        best,
     })
 }
 
 /// Whether a controller's gain or integral time lies at or beyond an end of `grid`.
-pub fn at_edge(controller: &Controller, grid: &Grid) -> bool {
+fn at_edge(controller: &Controller, grid: &Grid) -> bool {
     let (kp, ki, _) = controller.gains();
     let outside = |value: f64, values: &[f64]| {
         let (low, high) = values

@@ -15,6 +15,19 @@ pub enum SlidingKind {
     Staircase,
 }
 
+crate::written_by_name!(SlidingKind);
+
+impl SlidingKind {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Smooth => "smooth",
+            Self::Rippling => "rippling",
+            Self::Staircase => "staircase",
+        }
+    }
+}
+
 /// A stem in the terms of the data-driven models.
 ///
 /// For motion so slow that inertia and viscous friction do not matter, `fs = Fs/k` and `fd = Fc/k`,
@@ -58,6 +71,49 @@ pub struct Equivalent {
     /// creep, a faster one lets it slide smoothly in any case. Derived for this project and
     /// confirmed by simulation; frictional memory and bristles are left out.
     pub sliding: SlidingKind,
+}
+
+/// An [`Equivalent`] in a document.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct EquivalentDocument {
+    /// Stick band plus dead band, percent of stroke.
+    #[serde(rename = "S_percent_of_stroke")]
+    s_percent_of_stroke: f64,
+    /// Slip jump, percent of stroke.
+    #[serde(rename = "J_percent_of_stroke")]
+    j_percent_of_stroke: f64,
+    /// Stick band plus dead band, percent of the pressure signal.
+    #[serde(rename = "S_percent_of_signal")]
+    s_percent_of_signal: f64,
+    /// Slip jump, percent of the pressure signal.
+    #[serde(rename = "J_percent_of_signal")]
+    j_percent_of_signal: f64,
+    /// Overshoot of the first slip: it covers `K J`.
+    #[serde(rename = "K")]
+    overshoot: f64,
+    /// Damping ratio.
+    damping_ratio: f64,
+    /// How it moves under a slow ramp.
+    sliding: SlidingKind,
+}
+
+#[cfg(feature = "serde")]
+crate::written_as!(Equivalent, EquivalentDocument);
+
+#[cfg(feature = "serde")]
+impl From<&Equivalent> for EquivalentDocument {
+    fn from(found: &Equivalent) -> Self {
+        Self {
+            s_percent_of_stroke: found.bands.s(),
+            j_percent_of_stroke: found.bands.j(),
+            s_percent_of_signal: found.signal_bands.s(),
+            j_percent_of_signal: found.signal_bands.j(),
+            overshoot: found.overshoot,
+            damping_ratio: found.damping_ratio,
+            sliding: found.sliding,
+        }
+    }
 }
 
 impl Equivalent {

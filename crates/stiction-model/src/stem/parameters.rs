@@ -6,6 +6,7 @@ use crate::error::{Error, Result, finite, non_negative, positive, require};
 
 /// The stem, spring and actuator, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct StemParameters {
     /// Mass of the moving parts `M`, kg; above 0.
     pub mass_kg: f64,

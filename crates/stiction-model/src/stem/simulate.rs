@@ -69,6 +69,18 @@ pub enum EventKind {
     EndStop,
 }
 
+impl EventKind {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slip => "slip",
+            Self::Stop => "stop",
+            Self::Reversal => "reversal",
+            Self::EndStop => "end stop",
+        }
+    }
+}
+
 /// An event and where it happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {

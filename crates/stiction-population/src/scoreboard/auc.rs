@@ -21,6 +21,7 @@ pub struct Ranked {
 
 /// Area under the receiver operating characteristic.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Auc {
     /// Share of the pairs of a sticking and a healthy recording in which the sticking one has the larger
     /// score; ties count half. Recordings without a score are left out.

@@ -10,6 +10,7 @@ const BINS: usize = 10;
 /// Sources: G. W. Brier, Mon. Weather Rev. 78 (1950) 1-3; M. P. Naeini, G. F. Cooper, M. Hauskrecht, Proc.
 /// AAAI 29 (2015) 2901-2907 (both recalled, not read).
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Calibration {
     /// Tenths of the range of probabilities, in order; the upper end belongs to the next one.
     pub bins: Vec<Bin>,
@@ -18,6 +19,7 @@ pub struct Calibration {
     pub brier: f64,
     /// Expected calibration error: the mean distance of the observed share from the mean probability of a
     /// bin, weighed by how many are in it.
+    #[cfg_attr(feature = "serde", serde(rename = "expected_error"))]
     pub error: f64,
     /// How many probabilities there are.
     pub n: usize,
@@ -25,6 +27,7 @@ pub struct Calibration {
 
 /// One tenth of the range of probabilities.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Bin {
     /// Its lower end.
     pub from: f64,

@@ -17,6 +17,8 @@
 mod auc;
 mod board;
 mod calibration;
+#[cfg(feature = "serde")]
+mod document;
 mod outcomes;
 mod quantification;
 mod scored;

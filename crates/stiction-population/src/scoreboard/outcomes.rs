@@ -13,6 +13,44 @@ pub struct Outcomes {
     pub healthy: Counts,
 }
 
+/// [`Outcomes`] in a document.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct OutcomesDocument {
+    /// On those that stick.
+    sticky: Counts,
+    /// On those that do not.
+    healthy: Counts,
+    /// The share of the sticking loops that are called so.
+    recall: Share,
+    /// The share of the healthy loops that are called sticking.
+    false_alarms: Share,
+    /// The share of the loops called sticking that are.
+    precision: Share,
+    /// The share of the loops on which there is no decision.
+    without_decision: Share,
+    /// The share of the decisions that are right.
+    accuracy_of_decided: Share,
+}
+
+#[cfg(feature = "serde")]
+stiction_model::written_as!(Outcomes, OutcomesDocument);
+
+#[cfg(feature = "serde")]
+impl From<&Outcomes> for OutcomesDocument {
+    fn from(of: &Outcomes) -> Self {
+        Self {
+            sticky: of.sticky,
+            healthy: of.healthy,
+            recall: of.recall(),
+            false_alarms: of.false_alarms(),
+            precision: of.precision(),
+            without_decision: of.without_decision(),
+            accuracy_of_decided: of.accuracy(),
+        }
+    }
+}
+
 impl Outcomes {
     /// Counts one more decision.
     pub fn add(&mut self, sticks: bool, decision: Decision) {
@@ -62,6 +100,33 @@ pub struct Share {
     pub k: usize,
     /// Out of how many.
     pub n: usize,
+}
+
+/// A [`Share`] in a document.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct ShareDocument {
+    /// How many were counted.
+    k: usize,
+    /// Out of how many.
+    n: usize,
+    /// `k / n`; null of none.
+    value: Option<f64>,
+    /// Lower end of the 95 % interval.
+    low: f64,
+    /// Upper end of the 95 % interval.
+    high: f64,
+}
+
+#[cfg(feature = "serde")]
+stiction_model::written_as!(Share, ShareDocument);
+
+#[cfg(feature = "serde")]
+impl From<&Share> for ShareDocument {
+    fn from(of: &Share) -> Self {
+        let (low, high) = of.interval();
+        Self { k: of.k, n: of.n, value: of.value(), low, high }
+    }
 }
 
 impl Share {

@@ -6,6 +6,7 @@ use stiction_diagnose::series::quantile;
 
 /// Estimates against the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Quantification {
     /// How many of the loops have an estimate.
     pub quantified: Share,
@@ -19,6 +20,7 @@ pub struct Quantification {
 
 /// Errors in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Errors {
     /// Half of them are not larger.
     pub median: f64,

@@ -10,17 +10,23 @@ pub const SURE: (f64, f64) = (0.02, 0.98);
 /// Limits and sure probabilities against the truth. Other than in every other measure, sticking that the
 /// record cannot show counts here: a limit is a promise about it, too.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Sureness {
     /// Of sticking loops whose S is known and that are told a limit, those that stick by more.
+    #[cfg_attr(feature = "serde", serde(rename = "S_above_limit"))]
     pub above: Share,
     /// Of sticking loops whose S is known and that are cleared, those that stick by more than the limit they are cleared with, or
     /// without any.
+    #[cfg_attr(feature = "serde", serde(rename = "cleared_above_limit"))]
     pub cleared_above: Share,
     /// Sticking loops that are cleared, whatever the limit.
+    #[cfg_attr(feature = "serde", serde(rename = "sticking_cleared"))]
     pub cleared: Share,
     /// Median of the limits of healthy loops that are cleared, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "median_limit_of_cleared_healthy"))]
     pub limit: Option<f64>,
     /// Of visible and healthy loops with a probability that is sure, those in which it is wrong.
+    #[cfg_attr(feature = "serde", serde(rename = "sure_and_wrong"))]
     pub wrong: Share,
     /// How many of the visible and healthy loops have a sure probability.
     pub sure: Share,

@@ -8,7 +8,7 @@ use super::views::{self, Context};
 use crate::Error;
 use crate::document::{self, Loop, Source};
 use crate::words;
-use stiction_diagnose::detect::{self, Decision, Detector, Finding};
+use stiction_diagnose::detect::{Decision, Finding};
 use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, Votes};
 use stiction_diagnose::oscillation::{self, Oscillation};
 use stiction_diagnose::recording::fitness::Class;
@@ -35,9 +35,8 @@ pub fn html(tool: &str, loops: &[Loop<'_>]) -> Result<String, Error> {
     let voted = ranked.iter().any(|case| case.diagnosis.verdict.basis == Basis::Majority);
     let introduction = if voted { format!("{INTRODUCTION} {VOTES}") } else { INTRODUCTION.into() };
     let mut report = Report::new(title, tool).introduction(introduction);
-    let detectors = detect::all();
     for case in &ranked {
-        report = report.source(case.source).with(section(case, &detectors));
+        report = report.source(case.source).with(section(case));
     }
     report.html()
 }
@@ -48,7 +47,7 @@ const VOTES: &str = "A verdict that rests on a majority is a preliminary one: pu
     vote for each family that looks at the same thing, each with its own assumptions and none right on \
     all loops.";
 
-fn section(case: &Loop<'_>, detectors: &[Box<dyn Detector>]) -> Section {
+fn section(case: &Loop<'_>) -> Section {
     let Loop { diagnosis, source } = *case;
     let badge = Badge::from(diagnosis.verdict.class);
     let mut section = Section::new(&diagnosis.name, badge, words::verdict(diagnosis));
@@ -78,7 +77,7 @@ fn section(case: &Loop<'_>, detectors: &[Box<dyn Detector>]) -> Section {
     section = oscillations(section, diagnosis);
     section = section.heading("Key figures").with(key_figures(diagnosis));
     section = data(section, diagnosis, source);
-    section.with(parameters(diagnosis, detectors))
+    section.with(parameters(diagnosis))
 }
 
 fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
@@ -189,7 +188,7 @@ fn fitness(diagnosis: &Diagnosis) -> Table {
         .words("meaning");
     diagnosis.fitness.measures.iter().fold(table, |table, measure| {
         table.row([
-            measure.name.to_owned(),
+            measure.id.name().to_owned(),
             measured(measure.value, measure.unit),
             measured(measure.caveat_at, measure.unit),
             measured(measure.unfit_at, measure.unit),
@@ -407,7 +406,7 @@ fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
 }
 
 /// The rule, the source and the parameters of every method.
-fn parameters(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Block {
+fn parameters(diagnosis: &Diagnosis) -> Block {
     let table = Table::new("")
         .words("method")
         .words("name")
@@ -417,9 +416,8 @@ fn parameters(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Block {
         .words("source");
     let table = diagnosis.findings.iter().fold(table, |table, finding| {
         let method = finding.method;
-        let detector = detectors.iter().find(|d| d.method().name == method.name);
-        let parameters: Vec<String> = detector
-            .map_or(vec![], |d| d.parameters())
+        let parameters: Vec<String> = finding
+            .parameters
             .iter()
             .map(|p| format!("{} = {} {}", p.name, number(p.value), p.unit).trim_end().to_owned())
             .collect();

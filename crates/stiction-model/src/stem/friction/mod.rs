@@ -136,6 +136,26 @@ pub const LAWS: [LawEntry; 6] = [
     },
 ];
 
+/// A [`FrictionLaw`] in a document.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+struct FrictionDocument {
+    /// Its name.
+    law: &'static str,
+    /// Its parameters by name, SI units.
+    parameters: std::collections::BTreeMap<&'static str, f64>,
+}
+
+#[cfg(feature = "serde")]
+crate::written_as!(FrictionLaw, FrictionDocument);
+
+#[cfg(feature = "serde")]
+impl From<&FrictionLaw> for FrictionDocument {
+    fn from(law: &FrictionLaw) -> Self {
+        Self { law: law.name(), parameters: law.values().into_iter().collect() }
+    }
+}
+
 impl FrictionLaw {
     /// The law called `name` with its parameters in the order of its [`LawEntry`].
     ///

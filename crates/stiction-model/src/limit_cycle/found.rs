@@ -1,0 +1,102 @@
+//! What a method says of the cycles of a loop, in one form for both.
+
+use super::exact::{self, Outcome};
+use super::harmonic_balance::{Balance, harmonic_balance};
+use super::{ContinuousLoop, Cycle, Method};
+use crate::error::Result;
+
+/// What a search for cycles has found.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Found {
+    /// How it was searched.
+    pub method: Method,
+    /// Whether there is a cycle.
+    pub state: State,
+    /// Why there is no cycle, why that is not known, or what other motions do.
+    pub notes: Vec<String>,
+    /// The cycles; those of all methods stand together in a document.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub cycles: Vec<Cycle>,
+    /// How many cycles there are that do not attract and were not asked for.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub passed_over: usize,
+}
+
+/// Whether a loop cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// It does.
+    Cycle,
+    /// It does not.
+    NoCycle,
+    /// It is not known.
+    Unknown,
+}
+
+crate::written_by_name!(State);
+
+impl State {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cycle => "cycle",
+            Self::NoCycle => "no cycle",
+            Self::Unknown => "not known",
+        }
+    }
+}
+
+impl Found {
+    /// The cycle in which a loop ends, or, of `all`, every one that is found, also those that do not attract.
+    ///
+    /// # Errors
+    /// If the method cannot treat such a loop.
+    pub fn of(l: &ContinuousLoop, method: Method, all: bool) -> Result<Self> {
+        match method {
+            Method::Exact => Ok(if all { exact::cycles(l) } else { exact::cycle(l) }?.into()),
+            Method::DescribingFunction => Ok(Self::of_balance(harmonic_balance(l)?, all)),
+        }
+    }
+
+    fn of_balance(balance: Balance, all: bool) -> Self {
+        let (cycles, reason) = match balance {
+            Balance::Cycles(cycles) => (cycles, None),
+            Balance::None(reason) => (vec![], Some(reason.to_string())),
+        };
+        let known = cycles.len();
+        let cycles: Vec<Cycle> = match all {
+            true => cycles,
+            false => cycles.into_iter().filter(|cycle| cycle.stable).take(1).collect(),
+        };
+        let none = || cycles.is_empty().then(|| "its cycles do not attract".to_owned());
+        Self {
+            method: Method::DescribingFunction,
+            state: if cycles.is_empty() { State::NoCycle } else { State::Cycle },
+            notes: reason.or_else(none).into_iter().collect(),
+            passed_over: known - cycles.len(),
+            cycles,
+        }
+    }
+
+    /// Nothing, because the method cannot treat such a loop.
+    pub fn refused(method: Method, reason: String) -> Self {
+        Self { method, state: State::Unknown, notes: vec![reason], cycles: vec![], passed_over: 0 }
+    }
+}
+
+impl From<Outcome> for Found {
+    fn from(outcome: Outcome) -> Self {
+        let (state, cycles, notes) = match outcome {
+            Outcome::Cycles { cycles, beside, unsettled } => {
+                let beside = beside.iter().map(ToString::to_string);
+                (State::Cycle, cycles, beside.chain(unsettled).collect())
+            }
+            Outcome::None { reasons } => {
+                (State::NoCycle, vec![], reasons.iter().map(ToString::to_string).collect())
+            }
+            Outcome::NotFound { reason } => (State::Unknown, vec![], vec![reason]),
+        };
+        Self { method: Method::Exact, state, notes, cycles, passed_over: 0 }
+    }
+}

@@ -1,0 +1,102 @@
+//! A board in a document.
+
+use super::{
+    Auc, Board, Calibration, Counts, KindRow, MethodRow, Outcomes, Quantification, Sureness,
+};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A [`Board`] in a document.
+#[derive(Serialize, JsonSchema)]
+struct BoardDocument {
+    /// Loops that stick; those that do so invisibly are in neither class.
+    sticky: usize,
+    /// Loops that do not stick.
+    healthy: usize,
+    /// Loops that stick invisibly.
+    hidden: usize,
+    /// Valves that stick.
+    sticky_valves: usize,
+    /// Valves that do not.
+    healthy_valves: usize,
+    /// The verdict, then the methods.
+    methods: Vec<MethodDocument>,
+    /// Loops by kind; empty where none is known.
+    kinds: Vec<KindDocument>,
+    /// What the verdict's probability is worth; null where no loop has one.
+    calibration: Option<Calibration>,
+    /// What the estimates of S are worth; null where no S is known.
+    #[serde(rename = "S")]
+    s: Option<Quantification>,
+    /// What the estimates of J are worth; null where no J is known.
+    #[serde(rename = "J")]
+    j: Option<Quantification>,
+    /// What limits of S and sure probabilities are worth; null where nothing is so told.
+    sureness: Option<Sureness>,
+}
+
+/// How right a method is.
+#[derive(Serialize, JsonSchema)]
+struct MethodDocument {
+    /// Its name in commands and files.
+    name: &'static str,
+    /// Its title.
+    title: &'static str,
+    /// Its decisions on recordings.
+    recordings: Outcomes,
+    /// Its decisions on valves.
+    valves: Outcomes,
+    /// How well its statistic ranks recordings.
+    auc: Option<Auc>,
+    /// How well its mean ranks valves.
+    auc_of_valves: Option<Auc>,
+}
+
+/// The loops of one kind.
+#[derive(Serialize, JsonSchema)]
+struct KindDocument {
+    /// Its name.
+    kind: String,
+    /// Whether its valves stick.
+    sticks: bool,
+    /// How many loops there are, less those that stick invisibly.
+    loops: usize,
+    /// How the verdict and each method decide on them, by name.
+    methods: BTreeMap<&'static str, Counts>,
+}
+
+stiction_model::written_as!(Board, BoardDocument);
+
+impl From<&Board> for BoardDocument {
+    fn from(board: &Board) -> Self {
+        let method = |row: &MethodRow| MethodDocument {
+            name: row.name(),
+            title: row.title(),
+            recordings: row.recordings,
+            valves: row.valves,
+            auc: row.auc,
+            auc_of_valves: row.auc_of_valves,
+        };
+        let names = || board.methods.iter().map(MethodRow::name);
+        let kind = |row: &KindRow| KindDocument {
+            kind: row.kind.clone(),
+            sticks: row.sticks,
+            loops: row.loops,
+            methods: names().zip(row.counts.iter().copied()).collect(),
+        };
+        Self {
+            sticky: board.sticky,
+            healthy: board.healthy,
+            hidden: board.hidden.k,
+            sticky_valves: board.sticky_valves,
+            healthy_valves: board.healthy_valves,
+            methods: board.methods.iter().map(method).collect(),
+            kinds: board.kinds.iter().map(kind).collect(),
+            calibration: board.calibration.clone(),
+            s: board.s,
+            j: board.j,
+            sureness: board.sureness,
+        }
+    }
+}
