@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, TypeVar
+import functools
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -23,6 +26,16 @@ T = TypeVar("T")
 
 class Result:
     """A result: named attributes that unpack in their order."""
+
+    _documented_as: ClassVar[Mapping[str, str]] = {}
+    """What attributes are called in documents, where that is not their name."""
+    _left_out: ClassVar[Mapping[str, str]] = {}
+    """Fields of documents that are no attributes, and why."""
+
+    @classmethod
+    def _prepared(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Give a document the shape of the attributes, where `result_of` cannot."""
+        return document
 
     def to_dict(self) -> dict[str, Any]:
         """Give the result as plain values.
@@ -46,6 +59,48 @@ class Result:
 def result(cls: type[T]) -> type[T]:
     """Make a frozen dataclass of keywords, without comparison, as arrays have none that is true or false."""
     return dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)(cls)
+
+
+R = TypeVar("R", bound=Result)
+
+
+def result_of(cls: type[R], document: Mapping[str, Any]) -> R:
+    """Make a result of its document: attributes by name, what is in them by their types.
+
+    A field that only one of document and class has is an error, so that none is forgotten.
+    """
+    made_of: Any = cls  # mypy doubts that a class is hashable.
+    makers = _makers(made_of)
+    fields = {name: value for name, value in cls._prepared(document).items() if name not in cls._left_out}
+    if fields.keys() != makers.keys():
+        extra, missing = sorted(fields.keys() - makers), sorted(makers.keys() - fields)
+        raise TypeError(f"{cls.__name__} has no attribute for {extra}, and its document lacks {missing}")
+    return cls(**{name: _made(hint, fields[field]) for field, (name, hint) in makers.items()})
+
+
+@functools.cache
+def _makers(cls: Any) -> dict[str, tuple[str, Any]]:
+    """Give the attributes and their types by their names in documents."""
+    hints = typing.get_type_hints(cls)
+    names = [field.name for field in dataclasses.fields(cls)]
+    return {cls._documented_as.get(name, name.rstrip("_")): (name, hints[name]) for name in names}
+
+
+def _made(hint: Any, value: Any) -> Any:
+    origin, inside = typing.get_origin(hint), typing.get_args(hint)
+    if origin in {typing.Union, types.UnionType}:
+        [known] = [each for each in inside if each is not type(None)]
+        return None if value is None else _made(known, value)
+    if origin is list:
+        return [_made(inside[0], each) for each in value]
+    if origin is tuple:
+        return tuple(value)
+    if origin is dict and isinstance(value, list):
+        # What has a name is found by it.
+        return {each["name"]: _made(inside[1], each) for each in value}
+    if isinstance(hint, type) and issubclass(hint, Result):
+        return result_of(hint, value)
+    return value
 
 
 def _items(value: Any) -> list[tuple[str, Any]]:

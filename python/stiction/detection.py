@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from stiction import _core, _plots
 from stiction._arguments import text
 from stiction._arrays import Array, Samples, samples
-from stiction._result import Result, result
+from stiction._result import Result, result, result_of
 from stiction.oscillations import _period, _step
 
 __all__ = [
@@ -117,6 +118,16 @@ class Finding(Result):
     family: str
     votes: bool
     reference: str
+
+    @classmethod
+    def _prepared(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
+        numbers, parameters = document["numbers"], document["parameters"]
+        return {
+            **document,
+            "numbers": {each["name"]: each["value"] for each in numbers},
+            "units": {each["name"]: each["unit"] for each in numbers},
+            "parameters": {each["name"]: (each["value"], each["unit"]) for each in parameters},
+        }
 
 
 @result
@@ -405,4 +416,4 @@ def _detect(
     found = _core.detect_stiction(
         methods, *_signals(op, pv, sp, vp, sample_time, period_s), text("loop_type", loop_type)
     )
-    return [Finding(**each) for each in found]
+    return [result_of(Finding, each) for each in found]

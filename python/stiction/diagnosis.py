@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from stiction import _core, _plots
 from stiction._arguments import number, optional, text
 from stiction._core import Recording, Table
-from stiction._result import Result, result
+from stiction._result import Result, result, result_of
 from stiction.detection import Finding, MethodEvidence, _evidence
-from stiction.oscillations import Oscillation, _oscillation
-from stiction.recordings import Fitness, Stretch, _checked, _fitness
+from stiction.oscillations import Oscillation
+from stiction.recordings import Fitness, Stretch, _checked
 
 __all__ = [
     "Alternative",
@@ -185,6 +184,8 @@ class Verdict(Result):
     contradictions: list[str]
     alternatives: list[Alternative]
     confirm: ConfirmingTest | None
+
+    _left_out: ClassVar[Mapping[str, str]] = {"override": "what people concluded is kept by the command"}
 
 
 @result
@@ -581,6 +582,8 @@ class Diagnosis(Result):
     rank: float
     notes: list[str]
 
+    _documented_as: ClassVar[Mapping[str, str]] = {"name": "loop", "loop_type": "type", "findings": "detectors"}
+
     @property
     def stretch(self) -> Stretch | None:
         """The signals that were judged, on a regular grid; None if there is no stretch in automatic."""
@@ -591,18 +594,7 @@ class Diagnosis(Result):
     def observation(self) -> Observation | None:
         """What it says of its valve in the middle of the stretch, s since 1970 if the start is known."""
         seen = _kept(self).observation()
-        if seen is None:
-            return None
-        time, class_, probability, s, j, weight, windows = seen
-        return Observation(
-            time_s=time,
-            class_=class_,
-            probability=probability,
-            S=None if s is None else _interval(s),
-            J=None if j is None else _interval(j),
-            weight=weight,
-            windows=windows,
-        )
+        return None if seen is None else result_of(Observation, seen)
 
     def method_evidence(self, method: str) -> MethodEvidence | None:
         """Give the arrays by which a method judged the stretch.
@@ -820,8 +812,7 @@ def document(diagnoses: Iterable[Diagnosis]) -> dict[str, Any]:
     -------
     dict
     """
-    made: dict[str, Any] = json.loads(_core.diagnoses_json(_all_kept(diagnoses)))
-    return made
+    return _core.diagnoses_document(_all_kept(diagnoses))
 
 
 def report(diagnoses: Iterable[Diagnosis]) -> str:
@@ -911,6 +902,8 @@ class History(Result):
     drift: Drift | None
     trend: str
 
+    _documented_as: ClassVar[Mapping[str, str]] = {"observations": "windows"}
+
 
 def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     """Combine observations of one valve, in any order.
@@ -936,9 +929,7 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     >>> stiction.combine(seen).class_
     'sticks'
     """
-    found = _core.observations_combined(_seen(observations))
-    drift = found.pop("drift")
-    return History(drift=None if drift is None else Drift(**drift), **found)
+    return result_of(History, _core.observations_combined(_seen(observations)))
 
 
 @result
@@ -1016,104 +1007,24 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
     ValueError
         If the time is not finite, or as for `combine`.
     """
-    found = _core.observations_repair(_seen(observations), number("time_s", time_s))
-    probability, s = found.pop("probability"), found.pop("S")
-    return RepairEffect(
-        probability=None if probability is None else Contrast(**probability),
-        S=None if s is None else Contrast(**s),
-        **found,
-    )
-
-
-def _estimate(found: dict[str, float] | None) -> Estimate | None:
-    return None if found is None else Estimate(**found)
+    return result_of(RepairEffect, _core.observations_repair(_seen(observations), number("time_s", time_s)))
 
 
 def _interval(found: tuple[float, float, float]) -> Estimate:
     return Estimate(value=found[0], low=found[1], high=found[2])
 
 
-def _limit(found: dict[str, float] | None) -> Limit | None:
-    return None if found is None else Limit(**found)
-
-
-def _window(found: dict[str, Any]) -> Window:
-    s, j, limit = (found.pop(name) for name in ("S", "J", "S_below"))
-    return Window(S=_estimate(s), J=_estimate(j), S_below=_limit(limit), **found)
-
-
-def _no_response(found: dict[str, Any] | None) -> NoResponse | None:
-    if found is None:
-        return None
-    rest, faults = found.pop("rest"), found.pop("faults")
-    return NoResponse(
-        rest=None if rest is None else Rest(**rest), faults=[Fault(**each) for each in faults], **found
-    )
-
-
-def _weighing(found: dict[str, Any]) -> Weighing:
-    return Weighing(
-        probability=found["probability"],
-        lines=dict(found["lines"]),
-        causes=dict(found["causes"]),
-        S=_interval(found["s"]),
-        J_over_S=_interval(found["j_over_s"]),
-        limit=found["limit"],
-        z=found["z"],
-        op_range=found["op_range"],
-        distance=found["distance"],
-        strangest=found["strangest"],
-        features=dict(found["features"]),
-    )
-
-
 def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, Any]) -> Diagnosis:
-    part, findings = handle.parts()
-    loop = json.loads(part)
-    verdict, stiction = loop["verdict"], loop["stiction"]
-    signal, oscillation = handle.oscillation() or (None, None)
-    weighing = handle.weighing()
-    confirm, judged = verdict["confirm"], loop["judged"]
-    relation, few_slips = loop["relation"], loop["few_slips"]
-    made = Diagnosis(
-        name=loop["loop"],
-        loop_type=loop["type"],
-        verdict=Verdict(
-            class_=verdict["class"],
-            probability=verdict["probability"],
-            basis=verdict["basis"],
-            S_below=_limit(verdict["S_below"]),
-            votes=Votes(**verdict["votes"]),
-            reasons=verdict["reasons"],
-            contradictions=verdict["contradictions"],
-            alternatives=[Alternative(**each) for each in verdict["alternatives"]],
-            confirm=None if confirm is None else ConfirmingTest(**confirm),
-        ),
-        stiction=Stiction(
-            S=_estimate(stiction.pop("S")),
-            J=_estimate(stiction.pop("J")),
-            definitions=[Definition(**each) for each in stiction.pop("definitions")],
-            **stiction,
-        ),
-        oscillation=None if oscillation is None else _oscillation(oscillation),
-        oscillating_signal=signal,
-        fitness=_fitness(loop["fitness"]),
-        findings={each["name"]: Finding(**each) for each in findings},
-        kpis={each["name"]: Kpi(**each) for each in loop["kpis"]},
-        relation=None if relation is None else Relation(**relation),
-        no_response=_no_response(loop["no_response"]),
-        few_slips=None if few_slips is None else FewSlips(**few_slips),
-        windows=[_window(each) for each in loop["windows"]],
-        evidence=None if weighing is None else _weighing(weighing),
-        judged=None if judged is None else Judged(**judged),
-        repairs=[Mended(**each) for each in loop["repairs"]],
-        rank=handle.rank(),
-        notes=loop["notes"],
-    )
+    found = handle.document()
+    oscillation = found["oscillation"]
+    found["oscillating_signal"] = None if oscillation is None else oscillation.pop("signal")
+    # All that was weighed is more than documents tell of it.
+    found["evidence"], found["rank"] = handle.weighing(), handle.rank()
+    diagnosis = result_of(Diagnosis, found)
     # Not fields: what report, plot and table need, and what that can be made of again.
-    object.__setattr__(made, "_handle", handle)
-    object.__setattr__(made, "_made_of", (recording, told))
-    return made
+    object.__setattr__(diagnosis, "_handle", handle)
+    object.__setattr__(diagnosis, "_made_of", (recording, told))
+    return diagnosis
 
 
 def _kept(diagnosis: Diagnosis) -> _core.Diagnosed:

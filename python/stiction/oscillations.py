@@ -9,7 +9,7 @@ import numpy as np
 from stiction import _core
 from stiction._arguments import number
 from stiction._arrays import Samples, samples
-from stiction._result import Result, result
+from stiction._result import Result, result, result_of
 
 __all__ = ["Episode", "Oscillation", "Peak", "Supervision", "oscillation"]
 
@@ -179,17 +179,7 @@ def oscillation(signal: Samples, sample_time: float) -> Oscillation:
     >>> found.found, round(found.period_s, 1)
     (True, 125.7)
     """
-    return _oscillation(_core.oscillation_of(samples("signal", signal), _step(sample_time)))
-
-
-def _oscillation(found: dict[str, Any]) -> Oscillation:
-    supervision = found.pop("supervision")
-    return Oscillation(
-        supervision=None if supervision is None else Supervision(**supervision),
-        peaks=[Peak(**peak) for peak in found.pop("peaks")],
-        episodes=[Episode(**episode) for episode in found.pop("episodes")],
-        **found,
-    )
+    return result_of(Oscillation, _core.oscillation_of(samples("signal", signal), _step(sample_time)))
 
 
 def _step(sample_time: Any) -> float:

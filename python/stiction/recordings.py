@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from typing import Any
@@ -13,7 +12,7 @@ from stiction import _core
 from stiction._arguments import number, optional, text
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Recording
-from stiction._result import Result, result
+from stiction._result import Result, result, result_of
 
 __all__ = [
     "Fitness",
@@ -403,12 +402,7 @@ def fitness(recording: Recording, *, sample_time: float | None = None) -> Fitnes
     'fit'
     """
     sample_time = optional("sample_time", sample_time)
-    return _fitness(json.loads(_core.recording_fitness(_checked(recording), sample_time)))
-
-
-def _fitness(found: dict[str, Any]) -> Fitness:
-    measures = [Measure(class_=each.pop("class"), **each) for each in found["measures"]]
-    return Fitness(class_=found["class"], reasons=found["reasons"], measures=measures)
+    return result_of(Fitness, _core.recording_fitness(_checked(recording), sample_time))
 
 
 @result

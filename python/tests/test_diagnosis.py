@@ -14,6 +14,7 @@ import polars as pl
 import pyarrow as pa
 import pytest
 import stiction
+from stiction._result import result_of
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -231,6 +232,15 @@ def test_what_cannot_answer_says_so():
     assert alone.findings["horch"].reason == "needs the PV, which is not recorded"
 
 
+def test_no_field_of_a_document_is_forgotten():
+    found = {"value": 3.0, "low": 2.0, "high": 4.0}
+    assert repr(result_of(stiction.Estimate, found)) == "Estimate(value=3, low=2, high=4)"
+    with pytest.raises(TypeError, match=r"Estimate has no attribute for \['new'\], and its document lacks \[\]"):
+        result_of(stiction.Estimate, {**found, "new": 1})
+    with pytest.raises(TypeError, match=r"lacks \['low'\]"):
+        result_of(stiction.Estimate, {"value": 3.0, "high": 4.0})
+
+
 def test_results_show_unpack_and_pickle(sticky):
     assert repr(sticky).startswith("Diagnosis(name='FIC101-sticky', loop_type='flow', verdict=Verdict(")
     name, loop_type, verdict, *_ = sticky
@@ -251,6 +261,9 @@ def test_report_and_table(diagnoses, tmp_path):
     assert frame["probability"].to_list() == [diagnosis.verdict.probability for diagnosis in diagnoses]
     assert frame["S"].to_list() == [d.stiction.S and d.stiction.S.value for d in diagnoses]
     assert stiction.summary_table([])["loop"] == []
+    assert frame["override"].to_list() == [None] * len(diagnoses)
+    silent = stiction.diagnose(stiction.recording(np.full(500, 50.0), np.full(500, np.nan), sample_time=1))
+    assert stiction.summary_table([silent])["samples"] == [silent.judged and silent.judged.samples]
 
 
 def test_plots(sticky):

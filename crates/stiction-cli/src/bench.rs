@@ -91,15 +91,15 @@ pub fn run(args: Args) -> Result<()> {
     let detectors = match (args.only, &args.methods[..]) {
         (Some(Only::Verdict), _) => Detectors::None,
         (None, []) => Detectors::All,
-        (None, names) => Detectors::Only(names.to_vec()),
+        (None, names) => {
+            Detectors::Only(names.iter().map(|name| name.parse()).collect::<stiction::Result<_>>()?)
+        }
     };
-    // A name that does not exist is told before the work, not after.
-    detectors.asked()?;
     if let Some(folder) = &args.reports {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let plan = Plan {
-        options: Options { detectors, ..Options::default() },
+        options: Options { detectors, evidence: args.reports.is_some(), ..Options::default() },
         time: args.time,
         reports: args.reports.as_deref(),
     };

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use stiction::diagnose::{Diagnosis, KpiOptions, Options, VerdictClass, diagnose};
 use stiction::recording::{GridOptions, Recording};
-use stiction_report::document::{self, Document, Override, Source};
+use stiction_report::document::{self, Document, Loop, Source};
 use stiction_report::report;
 
 /// Diagnose recordings: do the data suffice, does the loop cycle, what does every published method say?
@@ -74,15 +74,18 @@ pub struct Args {
 pub struct Diagnosed {
     pub source: Source,
     pub diagnosis: Diagnosis,
-    /// What a person concluded of it.
-    pub overruled: Option<Override>,
 }
 
 impl Diagnosed {
     /// What counts for --fail-on: what a person concluded, else the computed verdict.
     fn class(&self) -> VerdictClass {
-        let said = self.overruled.as_ref().map(|said| VerdictClass::by_name(&said.verdict));
-        said.and_then(Result::ok).unwrap_or(self.diagnosis.verdict.class)
+        let verdict = &self.diagnosis.verdict;
+        verdict.overruled.as_ref().map_or(verdict.class, |said| said.verdict)
+    }
+
+    /// The same for documents, pages and tables.
+    fn found(&self) -> Loop<'_> {
+        Loop { source: &self.source, diagnosis: &self.diagnosis }
     }
 }
 
@@ -98,37 +101,24 @@ pub fn run(args: Args) -> Result<ExitCode> {
         loop_type: None,
         grid: GridOptions { sample_time: args.grid },
         kpis: KpiOptions { dead_time: args.dead_time },
+        evidence: args.report.is_some(),
         ..Options::default()
     };
     let (recordings, mut failures) = read_all(&args.files, &args.loops, &args.reading)?;
     let (mut loops, refused) = diagnose_all(&recordings, &options);
     failures.extend(refused);
     overrule::apply(&mut loops)?;
+    let found: Vec<Loop<'_>> = loops.iter().map(Diagnosed::found).collect();
 
     if let Some(path) = &args.report {
-        let cases: Vec<report::Case<'_>> = loops
-            .iter()
-            .map(|each| report::Case {
-                diagnosis: &each.diagnosis,
-                source: &each.source,
-                overruled: each.overruled.as_ref(),
-            })
-            .collect();
-        output::write(Some(path), report::html(&tool(), &cases)?.as_bytes())?;
+        output::write(Some(path), report::html(&tool(), &found)?.as_bytes())?;
     }
     let done = || -> Result<()> {
         if let Some(path) = &args.csv {
-            output::write(Some(path), summary::csv(&loops)?.as_bytes())?;
+            output::write(Some(path), summary::csv(&found)?.as_bytes())?;
         }
         if args.json {
-            let loops = loops
-                .iter()
-                .map(|each| {
-                    let overruled = each.overruled.clone();
-                    document::Loop::new(&each.diagnosis, each.source.clone(), overruled)
-                })
-                .collect();
-            return output::line(Document::new(tool(), loops).json());
+            return output::line(Document::new(tool(), found.clone()).json());
         }
         if args.csv.is_none() {
             match &loops[..] {
@@ -156,7 +146,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
 pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     let Some(last) = failures.pop() else { return Ok(()) };
     for failure in failures {
-        let _ = writeln!(std::io::stderr(), "stiction: {failure:#}");
+        let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&failure));
     }
     Err(last)
 }
@@ -248,9 +238,7 @@ pub fn diagnose_all(
     let (mut loops, mut failures) = (vec![], vec![]);
     for (source, recording, result) in results {
         match result {
-            Ok(diagnosis) => {
-                loops.push(Diagnosed { source: source.clone(), diagnosis, overruled: None })
-            }
+            Ok(diagnosis) => loops.push(Diagnosed { source: source.clone(), diagnosis }),
             Err(error) => {
                 failures.push(anyhow::anyhow!("{}, loop {}: {error}", source.file, recording.name))
             }

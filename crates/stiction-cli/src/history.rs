@@ -13,7 +13,7 @@ use stiction::oscillation;
 use stiction::recording::{Grid, GridOptions, Recording};
 use stiction_figure::figure;
 use stiction_io::timestamp::{Zone, instant};
-use stiction_report::document::{self, Combined, Point, RepairTest, Source, Valve, ValveHistory};
+use stiction_report::document::{Point, Source, Valve, ValveHistory};
 use stiction_report::{report, words};
 
 /// The shortest window by default, s: a day, so that every window sees all shifts.
@@ -180,14 +180,7 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     // The valve as it is now: windows from before a repair say nothing of it.
     let now = observations.iter().filter(|o| time.is_none_or(|time| o.time >= time));
     let combined = combine(&now.copied().collect::<Vec<_>>())?;
-    Ok(Valve {
-        name: tag.to_owned(),
-        sources,
-        dated,
-        windows: points,
-        combined: Combined::from(&combined),
-        repair: repaired.as_ref().map(RepairTest::from),
-    })
+    Ok(Valve { name: tag.to_owned(), sources, dated, windows: points, combined, repair: repaired })
 }
 
 fn repair_time(text: &str, dated: bool, zone: Option<&Zone>) -> Result<f64> {
@@ -199,11 +192,8 @@ fn repair_time(text: &str, dated: bool, zone: Option<&Zone>) -> Result<f64> {
     })
 }
 
-fn interval(estimate: &Option<document::Estimate>) -> String {
-    estimate.as_ref().map_or("-".to_owned(), |e| {
-        words::interval(Estimate { value: e.value, low: e.low, high: e.high })
-            .replace('\u{2212}', "-")
-    })
+fn interval(estimate: Option<Estimate>) -> String {
+    estimate.map_or("-".to_owned(), |e| words::interval(e).replace('\u{2212}', "-"))
 }
 
 fn text(valve: &Valve) -> String {
@@ -216,11 +206,11 @@ fn text(valve: &Valve) -> String {
         [
             moment(w.from_s),
             seconds(w.duration_s),
-            w.class.clone(),
+            w.class.name().to_owned(),
             w.probability.map_or("-".to_owned(), words::percent),
-            interval(&w.s),
-            interval(&w.j),
-            w.fitness.clone(),
+            interval(w.s),
+            interval(w.j),
+            w.fitness.name().to_owned(),
         ]
     }));
     let mut out = String::new();
@@ -236,9 +226,9 @@ fn text(valve: &Valve) -> String {
     let sure = combined.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
     let together = format!(
         "{}{sure}; {} of {} windows{} decide",
-        combined.class.to_uppercase(),
+        combined.class.name().to_uppercase(),
         combined.decided,
-        combined.windows,
+        combined.observations,
         if valve.repair.is_some() { " since the repair" } else { "" }
     );
     let mut field = |name: &str, text: &str| {
@@ -249,7 +239,7 @@ fn text(valve: &Valve) -> String {
     field("together", &together);
     field("drift", &combined.trend);
     if let Some(repair) = &valve.repair {
-        field("repair", &format!("at {}: {}", moment(repair.time_s), repair.words));
+        field("repair", &format!("at {}: {}", moment(repair.time), repair.words));
     }
     out
 }
@@ -276,7 +266,7 @@ fn table(history: &ValveHistory) -> Result<String> {
     let say = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     for valve in &history.valves {
         for w in &valve.windows {
-            let (s, j) = (w.s.as_ref(), w.j.as_ref());
+            let (s, j) = (w.s, w.j);
             writer.write_record([
                 valve.name.clone(),
                 w.file.clone(),
@@ -286,8 +276,8 @@ fn table(history: &ValveHistory) -> Result<String> {
                     .unwrap_or_else(|| number(w.from_s)),
                 w.from_s.to_string(),
                 w.duration_s.to_string(),
-                w.class.clone(),
-                w.basis.clone(),
+                w.class.name().to_owned(),
+                w.basis.name().to_owned(),
                 say(w.probability),
                 say(s.map(|s| s.value)),
                 say(s.map(|s| s.low)),
@@ -295,7 +285,7 @@ fn table(history: &ValveHistory) -> Result<String> {
                 say(j.map(|j| j.value)),
                 say(j.map(|j| j.low)),
                 say(j.map(|j| j.high)),
-                w.fitness.clone(),
+                w.fitness.name().to_owned(),
             ])?;
         }
     }

@@ -16,6 +16,7 @@ mod paper;
 mod population;
 mod progress;
 mod reading_args;
+mod schema;
 mod shift;
 mod simulate;
 mod stem;
@@ -56,6 +57,7 @@ enum Command {
     Fmu(fmu::Args),
     Shift(shift::Args),
     Figures(figures::Args),
+    Schema(schema::Args),
 }
 
 fn main() -> ExitCode {
@@ -71,6 +73,7 @@ fn main() -> ExitCode {
         Command::WhatIf(args) => what_if::run(args).map(|()| ExitCode::SUCCESS),
         Command::LimitCycle(args) => limit_cycle::run(args).map(|()| ExitCode::SUCCESS),
         Command::Figures(args) => figures::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Schema(args) => schema::run(args).map(|()| ExitCode::SUCCESS),
         Command::Inspect(args) => inspect::run(args).map(|()| ExitCode::SUCCESS),
         Command::Shift(args) => shift::run(args).map(|()| ExitCode::SUCCESS),
         Command::Fmu(args) => fmu::run(args).map(|()| ExitCode::SUCCESS),
@@ -82,7 +85,7 @@ fn main() -> ExitCode {
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             // Not eprintln!, which panics where standard error is closed.
-            let _ = writeln!(std::io::stderr(), "stiction: {error:#}");
+            let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&error));
             ExitCode::from(2)
         }
     }

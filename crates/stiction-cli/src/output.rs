@@ -52,6 +52,17 @@ pub fn note(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "note: {text}");
 }
 
+/// A failure in a line: what was tried, and why it did not work, with the options of this command.
+pub fn failure(error: &anyhow::Error) -> String {
+    let words = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
+        Some(stiction_io::Error::Setting { settings, message }) => {
+            format!("--set {}: {message}", settings.join(" --set "))
+        }
+        _ => cause.to_string(),
+    };
+    error.chain().map(words).collect::<Vec<_>>().join(": ")
+}
+
 /// Whether the reader of our output has gone.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error

@@ -7,9 +7,8 @@ use anyhow::{Context, Result, bail};
 use clap::Parser;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use stiction::diagnose::VerdictClass;
+use stiction::diagnose::{self, VerdictClass};
 use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Recorded, Scope};
-use stiction_report::document;
 
 /// Keep what a person concluded of a valve, to be shown beside the computed verdict.
 ///
@@ -187,8 +186,8 @@ pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
         let recorded =
             Recorded { loop_name: &each.diagnosis.name, file, sha256: &each.source.sha256, span };
         let (found, notes) = kept.of(&recorded);
-        each.overruled = found.map(|found| document::Override {
-            verdict: found.verdict.name().to_owned(),
+        each.diagnosis.verdict.overruled = found.map(|found| diagnose::Override {
+            verdict: found.verdict,
             reason: found.reason.clone(),
             by: found.by.clone(),
             entered: found.entered.map(|day| day.to_string()),

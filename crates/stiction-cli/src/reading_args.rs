@@ -3,9 +3,9 @@
 use anyhow::Result;
 use std::path::PathBuf;
 use stiction::recording::LoopType;
-use stiction_io::ReadOptions;
 use stiction_io::options::Mapped;
 use stiction_io::timestamp::{TimeFormat, Zone};
+use stiction_io::{ReadOptions, Remedy, Wording};
 
 /// What the user says of the files; all of it can be left to be recognised.
 #[derive(Debug, Clone, clap::Args)]
@@ -65,6 +65,7 @@ impl Reading {
         options.zone = given.zone.or(options.zone);
         options.time_format = given.time_format.or(options.time_format);
         options.sample_time = given.sample_time.or(options.sample_time);
+        options.wording = FLAGS;
         let all = &mut options.all;
         all.op_range = given.op_range.or(all.op_range);
         all.pv_range = given.pv_range.or(all.pv_range);
@@ -73,6 +74,23 @@ impl Reading {
         Ok(options)
     }
 }
+
+/// Remedies as options of the command: `--map op=COLUMN`.
+const FLAGS: Wording = Wording(|remedy| {
+    let (option, value) = (remedy.option().replace('_', "-"), remedy.value());
+    // What stands in the file may have spaces in it; what the user is to replace has none.
+    let quoted = match remedy {
+        Remedy::Map { column, .. } => column.is_some(),
+        Remedy::BadText(_) => true,
+        Remedy::TimeFormat(ways) => ways.iter().any(|way| way.contains('%')),
+        _ => false,
+    };
+    match value {
+        value if value.is_empty() => format!("--{option}"),
+        value if quoted => format!("--{option} \"{value}\""),
+        value => format!("--{option} {value}"),
+    }
+});
 
 fn above_zero(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -53,6 +53,21 @@ pub mod series;
 pub mod what_if;
 
 pub use stiction_model::Number;
+stiction_model::written_by_name!(
+    detect::Decision,
+    detect::Family,
+    diagnose::Basis,
+    diagnose::Cause,
+    diagnose::Mismatch,
+    diagnose::Outcome,
+    diagnose::Silence,
+    diagnose::VerdictClass,
+    evidence::Line,
+    oscillation::Basis,
+    recording::LoopType,
+    recording::fitness::Class,
+    recording::fitness::MeasureId,
+);
 use stiction_model::{
     Bands, Error, Result, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,
     simd, stem, valve,

@@ -136,7 +136,7 @@ fn a_sticky_loop_cycles_with_its_own_period() -> Test {
     }
     let period = expected / sample_time;
     let fitness = fitness::assess(&recording, &grid, stretch, Some(period));
-    println!("{:?}", fitness.reasons());
-    assert!(fitness.class != fitness::Class::Unfit, "{:?}", fitness.reasons());
+    println!("{:?}", fitness.reasons);
+    assert!(fitness.class != fitness::Class::Unfit, "{:?}", fitness.reasons);
     Ok(())
 }

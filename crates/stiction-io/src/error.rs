@@ -30,11 +30,11 @@ pub enum Error {
         /// The names there are.
         known: String,
     },
-    /// A `key=value` setting could not be applied.
-    #[error("--set {setting}: {message}")]
+    /// A `key=value` setting could not be applied, or several together.
+    #[error("settings {}: {message}", settings.join(", "))]
     Setting {
-        /// The setting as given.
-        setting: String,
+        /// The settings as given.
+        settings: Vec<String>,
         /// What is wrong and what would be right.
         message: String,
     },

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::options::{Mapped, ReadOptions};
+use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Role, Signal};
 use crate::sheet::{Cells, Sheet};
 use std::collections::HashMap;
@@ -179,9 +180,9 @@ fn long(
     value: usize,
 ) -> Result<Plan> {
     for role in [Role::Tag, Role::Value, Role::Quality(None)] {
-        about_rows.check_single(sheet, role)?;
+        about_rows.check_single(sheet, role, options.wording)?;
     }
-    let tags = tags(sheet, tag)?;
+    let tags = tags(sheet, tag, options.wording)?;
     let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
     check_known(sheet, &names, options, "tag")?;
     let assigned = assign(sheet, &names, options)?;
@@ -235,17 +236,17 @@ impl AboutRows {
         roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
         let found = Self { roles, given };
         // Words for the others count only in a long table.
-        found.check_single(sheet, Role::Time)?;
-        found.check_single(sheet, Role::Date)?;
+        found.check_single(sheet, Role::Time, options.wording)?;
+        found.check_single(sheet, Role::Date, options.wording)?;
         Ok(found)
     }
 
     /// That only one column has `role`.
-    fn check_single(&self, sheet: &Sheet, role: Role) -> Result<()> {
+    fn check_single(&self, sheet: &Sheet, role: Role, wording: Wording) -> Result<()> {
         let mut columns = self.roles.iter().filter(|(_, each)| *each == role);
         let (Some((a, _)), Some((b, _))) = (columns.next(), columns.next()) else { return Ok(()) };
         let (a, b) = (&sheet.columns[*a].name, &sheet.columns[*b].name);
-        Err(conflict(sheet, &role.to_string(), None, a, b, role.option_name()))
+        Err(conflict(sheet, &role.to_string(), None, a, b, role.option_name(), wording))
     }
 
     fn of(&self, role: Role) -> Option<usize> {
@@ -271,15 +272,16 @@ impl AboutRows {
 }
 
 /// The tags of a long sheet.
-fn tags(sheet: &Sheet, column: usize) -> Result<Vec<Tag>> {
+fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> {
     let column = &sheet.columns[column];
     let Cells::Text(cells) = &column.cells else {
         return Err(Error::Column {
             origin: sheet.origin.clone(),
             column: column.name.clone(),
-            message: "holds numbers, but is to name tags; say which column does, as in --map \
-                      tag=COLUMN"
-                .to_owned(),
+            message: format!(
+                "holds numbers, but is to name tags; say which column does, as in {}",
+                wording.of(Remedy::map_some("tag"))
+            ),
         });
     };
     let mut places: HashMap<&str, usize> = HashMap::new();
@@ -351,14 +353,15 @@ fn conflict(
     a: &str,
     b: &str,
     option: &str,
+    wording: Wording,
 ) -> Error {
     let of_loop = loop_name.map_or(String::new(), |name| format!(" of loop {name}"));
     let prefix = loop_name.map_or(String::new(), |name| format!("{name}."));
     Error::Table {
         origin: sheet.origin.clone(),
         message: format!(
-            "\"{a}\" and \"{b}\" can both be the {role}{of_loop}; say which, as in --map \
-             \"{prefix}{option}={a}\""
+            "\"{a}\" and \"{b}\" can both be the {role}{of_loop}; say which, as in {}",
+            wording.of(Remedy::map(format!("{prefix}{option}"), a))
         ),
     }
 }
@@ -436,7 +439,7 @@ fn assign(sheet: &Sheet, names: &[&str], options: &ReadOptions) -> Result<Assign
     let mut candidates: Vec<Option<Candidate>> =
         names.iter().map(|name| candidate(name, options)).collect();
     let mut notes = vec![];
-    settle_mv(&mut candidates, names, &mut notes);
+    settle_mv(&mut candidates, names, options.wording, &mut notes);
 
     let mut loops: Vec<LoopPlan> = vec![];
     let mut places: HashMap<Option<String>, usize> = HashMap::new();
@@ -477,6 +480,7 @@ fn assign(sheet: &Sheet, names: &[&str], options: &ReadOptions) -> Result<Assign
                     a,
                     b,
                     role.option_name(),
+                    options.wording,
                 ));
             }
         }
@@ -508,7 +512,12 @@ fn given(options: &ReadOptions, name: &str) -> bool {
 }
 
 /// MV is the manipulated variable, which is the OP; beside another OP it is the measured valve.
-fn settle_mv(candidates: &mut [Option<Candidate>], names: &[&str], notes: &mut Vec<String>) {
+fn settle_mv(
+    candidates: &mut [Option<Candidate>],
+    names: &[&str],
+    wording: Wording,
+    notes: &mut Vec<String>,
+) {
     let key = |candidate: &Candidate| candidate.loop_name.as_ref().map(|name| name.to_lowercase());
     let has = |candidates: &[Option<Candidate>], of: &Candidate, signal: Signal| {
         let same = |c: &&Candidate| {
@@ -528,13 +537,15 @@ fn settle_mv(candidates: &mut [Option<Candidate>], names: &[&str], notes: &mut V
         let (role, note) = if has_op && !has_vp {
             let note = format!(
                 "\"{name}\" stands beside an OP and is taken as the measured valve position (VP); if \
-                 it is not, give --map \"ignore={name}\""
+                 it is not, give {}",
+                wording.of(Remedy::map("ignore", name))
             );
             (Role::Signal(Signal::Vp), note)
         } else {
             let note = format!(
                 "\"{name}\" is taken as the manipulated variable, the OP; if it is the measured valve \
-                 position, give --map \"vp={name}\""
+                 position, give {}",
+                wording.of(Remedy::map("vp", name))
             );
             (Role::Signal(Signal::Op), note)
         };

@@ -1,5 +1,6 @@
 //! Cells that are numbers, and the words that historians write where there is none.
 
+use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column};
 use stiction_diagnose::recording::Quality;
 
@@ -153,7 +154,7 @@ pub fn shown(cell: &str) -> String {
 }
 
 /// What is wrong with a `cell` that is neither a number nor a known word, and what would be right.
-pub fn refusal(cell: &str, mark: DecimalMark) -> String {
+pub fn refusal(cell: &str, mark: DecimalMark, wording: Wording) -> String {
     let other = match mark {
         DecimalMark::Point => DecimalMark::Comma,
         DecimalMark::Comma => DecimalMark::Point,
@@ -174,9 +175,10 @@ pub fn refusal(cell: &str, mark: DecimalMark) -> String {
             mark.mark()
         )
     } else {
+        let remedy = wording.of(Remedy::BadText(cell.to_owned()));
         format!(
             "\"{cell}\" is neither a number nor a known word for a bad or missing value; if it is \
-             one, give --bad-text \"{cell}\""
+             one, give {remedy}"
         )
     }
 }

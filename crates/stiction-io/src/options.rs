@@ -1,5 +1,6 @@
 //! What the user says of a file of recordings beside the file itself.
 
+use crate::remedy::Wording;
 use crate::role::{Pattern, Role, Signal};
 use crate::timestamp::{TimeFormat, Zone};
 use stiction_diagnose::recording::{LoopType, Mode, Quality};
@@ -29,6 +30,8 @@ pub struct ReadOptions {
     pub sample_time: Option<f64>,
     /// What applies to every loop for which [`ReadOptions::loops`] says nothing else.
     pub all: LoopSettings,
+    /// How messages and notes name what would help.
+    pub wording: Wording,
 }
 
 /// A column or tag whose role is given.

@@ -287,8 +287,10 @@ fn entry(table: &Fields<'_, '_>) -> std::result::Result<Override, Wrong> {
         }
         (false, Some(name), Some(sha256)) => {
             if sha256.len() != 64 || !sha256.bytes().all(|b| b.is_ascii_hexdigit()) {
-                return Err(table
-                    .wrong("sha256", "must be 64 hexadecimal digits, as diagnose --json tells"));
+                return Err(table.wrong(
+                    "sha256",
+                    "must be 64 hexadecimal digits, as the JSON of a diagnosis tells",
+                ));
             }
             Scope::File { name, sha256 }
         }
@@ -301,7 +303,7 @@ fn entry(table: &Fields<'_, '_>) -> std::result::Result<Override, Wrong> {
             return Err(table.wrong(
                 "sha256",
                 "is missing; give that of the file's bytes, which \
-                                              diagnose --json tells",
+                                              the JSON of a diagnosis tells",
             ));
         }
     };

@@ -1,6 +1,7 @@
 //! Words and codes for the quality of samples.
 
 use crate::number::{self, DecimalMark};
+use crate::remedy::{Remedy, Wording};
 use crate::sheet::Cells;
 use Quality::{Bad, Good, Missing, Uncertain};
 use stiction_diagnose::recording::Quality;
@@ -90,6 +91,7 @@ pub fn read(
     rows: &[usize],
     words: &[(String, Quality)],
     mark: DecimalMark,
+    wording: Wording,
 ) -> Result<Column, (usize, String)> {
     let said = |row: usize| match cells {
         Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => {
@@ -121,8 +123,8 @@ pub fn read(
                 *row,
                 format!(
                     "\"{cell}\" is no known quality; say what it means in a mapping file, as in \
-                     [quality] \"{cell}\" = \"bad\", or leave the column out, as in --map \
-                     \"ignore={name}\""
+                     [quality] \"{cell}\" = \"bad\", or leave the column out, as in {}",
+                    wording.of(Remedy::map("ignore", name))
                 ),
             ))
         }
@@ -180,7 +182,8 @@ mod tests {
         let own = [("Handwert".to_owned(), Uncertain)];
         let cells = Cells::Text(cells.iter().map(|cell| (*cell).to_owned()).collect());
         let rows: Vec<usize> = (0..cells.len()).collect();
-        read(name, &cells, &rows, &own, DecimalMark::Point).map(|column| column.qualities)
+        read(name, &cells, &rows, &own, DecimalMark::Point, Wording::default())
+            .map(|column| column.qualities)
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The range of a signal that goes to a valve: given, told by the file, or estimated.
 
+use crate::remedy::{Remedy, Wording};
 use stiction_diagnose::recording::{Channel, Range, RangeSource};
 
 /// How far, in percent, a signal in percent may go beyond 0 and 100: controllers allow their outputs
@@ -9,10 +10,11 @@ const SLACK: f64 = 10.0;
 /// The range of OP or VP and what the user should know of it. `given` goes before what the file
 /// `told`, and that before what the unit and the values say. A signal in percent needs no range.
 pub fn of_valve_signal(
-    name: &str,
+    name: &'static str,
     channel: &Channel,
     given: Option<(f64, f64)>,
     told: Option<(f64, f64)>,
+    wording: Wording,
 ) -> stiction_model::Result<(Option<Range>, Option<String>)> {
     if let Some((low, high)) = given {
         return Ok((Some(Range::new(low, high, RangeSource::Given)?), None));
@@ -34,12 +36,12 @@ pub fn of_valve_signal(
     if low > high {
         return Ok((None, None));
     }
-    let option = format!("--{}-range", name.to_lowercase());
+    let give = |ends| wording.of(Remedy::Range { signal: name, ends });
     let between = || usable.clone().any(|value| (0.0..1.0).contains(value) && *value > 0.0);
     if low >= 0.0 && high <= 1.0 && between() {
         let note = format!(
-            "{name} is between 0 and 1 and is taken as a share of 1; if it is percent, give {option} \
-             0,100"
+            "{name} is between 0 and 1 and is taken as a share of 1; if it is percent, give {}",
+            give(Some((0.0, 100.0)))
         );
         return Ok((Some(Range::new(0.0, 1.0, RangeSource::Estimated)?), Some(note)));
     }
@@ -47,12 +49,14 @@ pub fn of_valve_signal(
         let negative = usable.clone().filter(|value| **value < 0.0).count();
         let note = if low >= 4.0 && high <= 20.0 {
             Some(format!(
-                "{name} is between 4 and 20 and is taken as percent; if it is mA, give {option} 4,20"
+                "{name} is between 4 and 20 and is taken as percent; if it is mA, give {}",
+                give(Some((4.0, 20.0)))
             ))
         } else if negative * 10 > usable.count() {
             Some(format!(
                 "{name} is often below 0: it looks like a deviation from its mean, and is taken as percent \
-                 of span; if its scale is another, give {option} LOW,HIGH"
+                 of span; if its scale is another, give {}",
+                give(None)
             ))
         } else {
             None
@@ -62,7 +66,8 @@ pub fn of_valve_signal(
     let (low, high) = outward(low, high);
     let note = format!(
         "{name} is not in percent; its range is estimated from its values as {low} to {high}; if you \
-         know it, give {option} LOW,HIGH"
+         know it, give {}",
+        give(None)
     );
     Ok((Some(Range::new(low, high, RangeSource::Estimated)?), Some(note)))
 }
@@ -95,7 +100,8 @@ mod tests {
     fn estimated(values: &[f64]) -> (Option<(f64, f64)>, bool) {
         let time = (0..values.len()).map(|k| k as f64).collect();
         let channel = Channel::new("OP", time, values.to_vec()).unwrap();
-        let (range, note) = of_valve_signal("OP", &channel, None, None).unwrap();
+        let (range, note) =
+            of_valve_signal("OP", &channel, None, None, Wording::default()).unwrap();
         (range.map(|range| (range.low, range.high)), note.is_some())
     }
 

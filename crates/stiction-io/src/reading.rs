@@ -6,6 +6,7 @@ use crate::layout::{self, Layout, LoopPlan, Place, Plan, Recognised};
 use crate::number::{self, DecimalMark};
 use crate::options::ReadOptions;
 use crate::range;
+use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Signal};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{self, Clock, Times};
@@ -143,7 +144,7 @@ fn build(
         first.get_or_insert((plan.layout, builder.time_column()));
     }
     let Some((layout, time)) = first else {
-        return Err(no_op(origin, &recognised));
+        return Err(no_op(origin, &recognised, options.wording));
     };
     let origin = origin.to_owned();
     Ok(Reading { origin, sha256, format, layout, time, recordings, recognised, notes })
@@ -191,14 +192,15 @@ fn sheets(bytes: &[u8], origin: &str) -> Result<(Format, Vec<Sheet>, Vec<String>
     Ok((Format::Csv(csv.dialect), vec![csv.sheet], csv.notes))
 }
 
-fn no_op(origin: &str, recognised: &[Recognised]) -> Error {
+fn no_op(origin: &str, recognised: &[Recognised], wording: Wording) -> Error {
     let names: Vec<&str> = recognised.iter().map(|each| &*each.column).collect();
     Error::Table {
         origin: origin.to_owned(),
         message: format!(
             "has no column known as the controller output (OP); its columns are {}; say which it is, \
-             as in --map op=COLUMN",
-            layout::list(&names)
+             as in {}",
+            layout::list(&names),
+            wording.of(Remedy::map_some("op"))
         ),
     }
 }
@@ -294,9 +296,11 @@ impl<'a> Builder<'a> {
                     Ok(evenly(self.sheet.len(), sample_time))
                 }
                 _ => Err(wrong(format!(
-                    "has no column of times; its columns are {}; say which it is, as in --map \
-                     time=COLUMN, or tell the time between rows, as in --sample-time 1",
-                    layout::list(&self.sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>())
+                    "has no column of times; its columns are {}; say which it is, as in {}, or tell \
+                     the time between rows, as in {}",
+                    layout::list(&self.sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>()),
+                    self.options.wording.of(Remedy::map_some("time")),
+                    self.options.wording.of(Remedy::SampleTime)
                 ))),
             };
         };
@@ -314,6 +318,7 @@ impl<'a> Builder<'a> {
             format: self.options.time_format.as_ref(),
             zone: self.options.zone.as_ref(),
             series: &series,
+            wording: self.options.wording,
         };
         let column = &self.sheet.columns[time];
         let Some(date) = self.plan.date else { return timestamp::read(column, &context) };
@@ -339,8 +344,10 @@ impl<'a> Builder<'a> {
             return Err(Error::Table {
                 origin: self.sheet.origin.clone(),
                 message: format!(
-                    "\"{}\" and \"{}\" are both times; say which, as in --map \"ignore={}\"",
-                    date.name, time.name, date.name
+                    "\"{}\" and \"{}\" are both times; say which, as in {}",
+                    date.name,
+                    time.name,
+                    self.options.wording.of(Remedy::map("ignore", &date.name))
                 ),
             });
         };
@@ -405,21 +412,32 @@ impl<'a> Builder<'a> {
         let (mut pv, sp, mut vp) =
             (channel(Signal::Pv)?, channel(Signal::Sp)?, channel(Signal::Vp)?);
         let Some(mut op) = op else {
-            return Err(no_op(&self.sheet.origin, &self.plan.recognised));
+            let recognised = &self.plan.recognised;
+            return Err(no_op(&self.sheet.origin, recognised, self.options.wording));
         };
         let mode = plan.signal(Signal::Mode).map(|place| self.modes(plan, place, &mut notes));
         let mode = mode.transpose()?;
 
         let told_range = |key: &str| told(self.sheet, &[key]).and_then(range::of_text);
-        let (op_range, op_note) =
-            range::of_valve_signal("OP", &op, settings.op_range, told_range("op_range"))
-                .map_err(refused)?;
+        let (op_range, op_note) = range::of_valve_signal(
+            "OP",
+            &op,
+            settings.op_range,
+            told_range("op_range"),
+            self.options.wording,
+        )
+        .map_err(refused)?;
         op.range = op_range;
         notes.extend(op_note);
         if let Some(vp) = &mut vp {
-            let (vp_range, vp_note) =
-                range::of_valve_signal("VP", vp, settings.vp_range, told_range("vp_range"))
-                    .map_err(refused)?;
+            let (vp_range, vp_note) = range::of_valve_signal(
+                "VP",
+                vp,
+                settings.vp_range,
+                told_range("vp_range"),
+                self.options.wording,
+            )
+            .map_err(refused)?;
             vp.range = vp_range;
             notes.extend(vp_note);
         }
@@ -513,7 +531,7 @@ impl<'a> Builder<'a> {
         if !said.is_usable() || self.options.bad_text.iter().any(is_bad) {
             return Ok((f64::NAN, Quality::Bad));
         }
-        Err(self.wrong(source, row, number::refusal(cell, self.mark)))
+        Err(self.wrong(source, row, number::refusal(cell, self.mark, self.options.wording)))
     }
 
     /// What is said of the quality of the samples of `signal`, if anything is.
@@ -536,6 +554,7 @@ impl<'a> Builder<'a> {
             &of.rows,
             &self.options.qualities,
             self.mark,
+            self.options.wording,
         );
         let read = read.map_err(|(row, message)| Error::Cell {
             origin: self.sheet.origin.clone(),
@@ -584,8 +603,8 @@ impl<'a> Builder<'a> {
                     let cell = number::shown(cell);
                     let message = format!(
                         "\"{cell}\" is no known mode; say what it means in a mapping file, as in \
-                         [modes] \"{cell}\" = \"auto\", or leave it out, as in --map \"ignore={}\"",
-                        source.name
+                         [modes] \"{cell}\" = \"auto\", or leave it out, as in {}",
+                        self.options.wording.of(Remedy::map("ignore", source.name))
                     );
                     return Err(self.wrong(&source, *row, message));
                 }

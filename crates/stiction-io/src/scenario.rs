@@ -122,7 +122,7 @@ impl Scenario {
         // The text was well formed before, so what is wrong now came with the settings.
         Self::parse(&changed, origin, folder).map_err(|e| match e {
             Error::Scenario { message, .. } => {
-                Error::Setting { setting: settings.join(" --set "), message }
+                Error::Setting { settings: settings.to_vec(), message }
             }
             other => other,
         })
@@ -211,8 +211,10 @@ fn unit(key: &str) -> &'static str {
 
 /// `text` with each `key=value` of `settings` put in.
 fn apply(text: &str, settings: &[String]) -> Result<String> {
-    let error =
-        |setting: &str, message: String| Error::Setting { setting: setting.to_owned(), message };
+    let error = |setting: &str, message: String| Error::Setting {
+        settings: vec![setting.to_owned()],
+        message,
+    };
     let mut document: toml_edit::DocumentMut = text
         .parse()
         .map_err(|e: toml_edit::TomlError| error(&settings.join(" "), e.message().to_owned()))?;

@@ -28,7 +28,10 @@ pub mod bands;
 pub mod closed_loop;
 pub mod compensate;
 pub mod error;
+#[cfg(feature = "serde")]
+pub mod finite;
 pub mod limit_cycle;
+mod named;
 mod number;
 pub mod numeric;
 pub mod parallel;

@@ -3,7 +3,8 @@
 use super::design::Design;
 use super::disturbance::Tapes;
 use super::draw::Draw;
-use super::plant::{Fitting, Plant};
+use super::families::DisturbanceKind;
+use super::plant::{Fitting, Plant, Played};
 use super::visibility::{NATS, Observed};
 use super::{Facts, Kind, Simulated, Truth};
 use stiction_diagnose::diagnose::HARMLESS;
@@ -70,25 +71,7 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Optio
         _ => (plant.play(&healthy)?, 0.0),
     };
 
-    let at = |limit: f64| move |op: &&f64| (**op - limit).abs() < 1e-9;
-    let share_at =
-        |x: &[f64], limit: f64| x.iter().filter(at(limit)).count() as f64 / x.len() as f64;
-    let at_limit: f64 =
-        [design.limits.0, design.limits.1].map(|l| share_at(&played.op, l)).iter().sum();
-    let (lowest, highest) = design.transmitter;
-    let clipped: f64 = [lowest, highest].map(|l| share_at(&played.pv, l)).iter().sum();
-    let op_travel = span(&played.op);
-    let finite = played.pv.iter().chain(&played.op).all(|v| v.is_finite());
-    let serves = match kind {
-        Kind::Saturation => at_limit >= 0.02,
-        Kind::Stuck => op_travel >= 2.0,
-        Kind::StickingNeighbour if played.neighbour_slips < 4 => false,
-        Kind::AggressiveTuning => op_travel > 0.0,
-        Kind::QuantisedPv => at_limit <= 0.4 && clipped <= 0.2 && span(&played.pv) >= plant.quantum,
-        _ => op_travel > 0.0 && at_limit <= 0.4 && clipped <= 0.2,
-    };
-    // What has run away to a limit and stays there shows nothing, whatever its kind.
-    if !(finite && serves && at_limit <= 0.9 && missing.is_finite()) {
+    if !(missing.is_finite() && serves(kind, &design, &plant, &played)) {
         return Ok(None);
     }
 
@@ -127,7 +110,59 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Optio
     };
     let mut recording = Recording::regular("", design.sample_time, &op, Some(&pv), sp.as_deref())?;
     recording.loop_type = design.loop_type;
-    let facts = Facts {
+    let facts = facts(&design, &plant, &played, tapes.kinds.clone(), valve.share);
+    let truth = Truth {
+        kind,
+        sticks: kind.sticks(),
+        model: valve.model,
+        s: valve.s,
+        j: valve.j,
+        visible,
+        gain,
+        swing: facts.op_travel / design.s,
+        op_noise: design.op_noise() / design.s,
+        slips,
+        vp: last(&played.vp),
+        facts,
+    };
+    Ok(Some(Simulated { recording, truth }))
+}
+
+/// Share of some samples that lie at a limit.
+fn share_at(x: &[f64], (low, high): (f64, f64)) -> f64 {
+    let at = |limit: f64| {
+        x.iter().filter(|v| (**v - limit).abs() < 1e-9).count() as f64 / x.len() as f64
+    };
+    [low, high].map(at).iter().sum()
+}
+
+/// Whether a run shows what the kind is about, and nothing worse.
+fn serves(kind: Kind, design: &Design, plant: &Plant<'_>, played: &Played) -> bool {
+    let (op_travel, at_limit) = (span(&played.op), share_at(&played.op, design.limits));
+    let clipped = share_at(&played.pv, design.transmitter);
+    let finite = played.pv.iter().chain(&played.op).all(|v| v.is_finite());
+    let serves = match kind {
+        Kind::Saturation => at_limit >= 0.02,
+        Kind::Stuck => op_travel >= 2.0,
+        Kind::StickingNeighbour if played.neighbour_slips < 4 => false,
+        Kind::AggressiveTuning => op_travel > 0.0,
+        Kind::QuantisedPv => at_limit <= 0.4 && clipped <= 0.2 && span(&played.pv) >= plant.quantum,
+        _ => op_travel > 0.0 && at_limit <= 0.4 && clipped <= 0.2,
+    };
+    // What has run away to a limit and stays there shows nothing, whatever its kind.
+    finite && serves && at_limit <= 0.9
+}
+
+/// What is told of a loop beside its truth.
+fn facts(
+    design: &Design,
+    plant: &Plant<'_>,
+    played: &Played,
+    disturbances: Vec<DisturbanceKind>,
+    faulty_share: f64,
+) -> Facts {
+    let historian = &design.historian;
+    Facts {
         process: design.process,
         gain: design.gain,
         tau_s: design.tau,
@@ -164,27 +199,12 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Optio
         op_exception: historian.exceptions[0],
         pv_exception: historian.exceptions[1],
         historian: historian.kinds(design.steps),
-        disturbances: tapes.kinds,
-        faulty_share: valve.share,
-        op_travel,
-        at_limit,
+        op_travel: span(&played.op),
+        at_limit: share_at(&played.op, design.limits),
+        disturbances,
+        faulty_share,
         redrawn: 0,
-    };
-    let truth = Truth {
-        kind,
-        sticks: kind.sticks(),
-        model: valve.model,
-        s: valve.s,
-        j: valve.j,
-        visible,
-        gain,
-        swing: op_travel / design.s,
-        op_noise: design.op_noise() / design.s,
-        slips,
-        vp: last(&played.vp),
-        facts,
-    };
-    Ok(Some(Simulated { recording, truth }))
+    }
 }
 
 /// A valve at fault.

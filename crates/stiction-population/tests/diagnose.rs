@@ -1,6 +1,6 @@
 //! Whole diagnoses of simulated recordings: what must not change what they say, and what must.
 
-use stiction_diagnose::detect::{self, Decision, Subject};
+use stiction_diagnose::detect::{self, Decision, MethodId, Subject};
 use stiction_diagnose::diagnose::{
     Basis, Detectors, Diagnosis, MIMICS, Options, VerdictClass, diagnose,
 };
@@ -210,7 +210,7 @@ fn a_loop_in_manual_is_not_judged() {
     assert_eq!(diagnosis.verdict.class, VerdictClass::CannotTell);
     assert_eq!(diagnosis.verdict.basis, Basis::None);
     assert_eq!(diagnosis.fitness.class, Class::Unfit);
-    assert!(diagnosis.fitness.reasons()[0].contains("never was in automatic"));
+    assert!(diagnosis.fitness.reasons[0].contains("never was in automatic"));
     assert!(diagnosis.findings.iter().all(|f| f.decision == Decision::Abstains));
     assert!(diagnosis.subject().is_none() && diagnosis.oscillation().is_none());
 }
@@ -275,8 +275,8 @@ fn causes_of_oscillations_are_told_only_where_one_was_found() {
 #[test]
 fn what_mimics_stiction_is_measured_and_keeps_a_healthy_valve_from_being_accused() {
     let fitness = of(&sticky()).fitness;
-    for name in MIMICS {
-        assert!(fitness.measures.iter().any(|m| m.name == name), "{name} is not measured");
+    for id in MIMICS {
+        assert!(fitness.measures.iter().any(|m| m.id == id), "{id:?} is not measured");
     }
     // A controller that rests at its limit for a tenth of the time.
     let mut recording = sticky();
@@ -298,13 +298,14 @@ fn only_the_methods_that_are_asked_are_computed_and_say_what_they_always_say() {
     let none = asking(Detectors::None).unwrap();
     assert_eq!(names(&none), ["direct", "yamashita-vp"], "those of a measured position");
     // In the order of the registry, however they are asked for.
-    let two = asking(Detectors::Only(vec!["Yamashita".to_owned(), "horch".to_owned()])).unwrap();
+    let two = ["Yamashita", "horch"].map(|name| name.parse().unwrap());
+    let two = asking(Detectors::Only(two.to_vec())).unwrap();
     assert_eq!(names(&two), ["direct", "yamashita-vp", "horch", "yamashita"]);
     for finding in &two.findings {
         assert!(all.findings.contains(finding), "{}", finding.method.name);
     }
     assert_eq!((&none.fitness, &none.stiction), (&all.fitness, &all.stiction));
-    let unknown = asking(Detectors::Only(vec!["nonesuch".to_owned()])).unwrap_err();
+    let unknown = "nonesuch".parse::<MethodId>().unwrap_err();
     assert!(unknown.to_string().contains("horch"), "{unknown}");
 }
 

@@ -1,7 +1,7 @@
 //! The verdict on valves whose position is recorded: against the truth, and against itself.
 
 use rayon::prelude::*;
-use stiction_diagnose::detect::{Decision, Subject};
+use stiction_diagnose::detect::{Decision, MethodId, Subject};
 use stiction_diagnose::diagnose::{
     Basis, Detectors, Diagnosis, Options, VerdictClass, by_position, diagnose,
 };
@@ -22,7 +22,7 @@ fn contradictions(d: &Diagnosis) -> Vec<String> {
         }
     };
     let subject = Subject::new(d.stretch().unwrap(), d.loop_type, None);
-    let direct = d.findings.iter().find(|f| f.method.name == "direct").unwrap();
+    let direct = d.findings.iter().find(|f| f.method.id == MethodId::Direct).unwrap();
     let Some(Ok(said)) = by_position(&subject, &d.fitness) else {
         must(d.verdict.basis != Basis::ValvePosition, "no position, yet it is the basis");
         must(!matches!(direct.decision, Decision::Sticks | Decision::DoesNotStick), "who decided?");

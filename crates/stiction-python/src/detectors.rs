@@ -1,6 +1,6 @@
 //! The published detectors.
 
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
 use crate::oscillation::all_finite;
@@ -9,10 +9,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use stiction::Error;
-use stiction::detect::{self, Applies, Decides, Detector, Needs, Subject};
+use stiction::detect::{self, Applies, Decides, Detector, MethodId, Needs, Subject};
 use stiction::recording::{LoopType, Stretch};
 use stiction_figure::{Figure, Panel, Series, Style};
-use stiction_report::document;
 use stiction_report::report::{Context, evidence};
 
 /// Signals as Python gives them.
@@ -86,32 +85,9 @@ fn period(stretch: &Stretch, loop_type: LoopType, told_s: Option<f64>) -> Option
     }
 }
 
-/// What a method says.
-pub fn finding_dict(py: Python<'_>, found: document::Detector) -> PyResult<Bound<'_, PyDict>> {
-    let (numbers, units, parameters) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
-    for number in found.numbers {
-        numbers.set_item(&number.name, number.value)?;
-        units.set_item(number.name, number.unit)?;
-    }
-    for parameter in found.parameters {
-        parameters.set_item(parameter.name, (parameter.value, parameter.unit))?;
-    }
-    Ok(dict!(py,
-        "name": found.name,
-        "title": found.title,
-        "decision": found.decision,
-        "statistic": found.statistic,
-        "statistic_name": found.statistic_name,
-        "threshold": found.threshold,
-        "reason": found.reason,
-        "numbers": numbers,
-        "units": units,
-        "caveats": found.caveats,
-        "parameters": parameters,
-        "family": found.family,
-        "votes": found.votes,
-        "reference": found.reference,
-    ))
+/// The methods of these names.
+pub fn methods(names: &[String]) -> PyResult<Vec<MethodId>> {
+    names.iter().map(|name| name.parse().map_err(refused)).collect()
 }
 
 /// What detectors say of a stretch; those of no name are all. Without a period the one of the dominant
@@ -128,14 +104,10 @@ fn detect_stiction<'py>(
     sample_time: f64,
     period_s: Option<f64>,
     loop_type: &str,
-) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    let detectors = match methods {
+) -> PyResult<Bound<'py, PyAny>> {
+    let detectors: Vec<_> = match methods {
         None => detect::all(),
-        Some(names) => names
-            .iter()
-            .map(|name| detect::by_name(name))
-            .collect::<stiction::Result<Vec<_>>>()
-            .map_err(refused)?,
+        Some(names) => self::methods(&names)?.into_iter().map(MethodId::detector).collect(),
     };
     let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
     let stretch = stretch(&op, pv, sp, vp, sample_time)?;
@@ -143,14 +115,11 @@ fn detect_stiction<'py>(
         let period = period(&stretch, loop_type, period_s);
         let judge = |detector: &dyn Detector| {
             let subject = Subject::new(&stretch, loop_type, period);
-            (!progress.is_given_up()).then(|| {
-                let finding = detect::judge(detector, &subject);
-                document::Detector::new(&finding, &detector.parameters())
-            })
+            (!progress.is_given_up()).then(|| detect::judge(detector, &subject))
         };
         detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
     })?;
-    findings.into_iter().map(|found| finding_dict(py, found)).collect()
+    plain(py, &findings)
 }
 
 /// What a method looked at in the subject that `with_subject` gives, as the report draws it: panels with named
@@ -162,12 +131,12 @@ pub fn evidence_dict<'py>(
     + Send
     + 'static,
 ) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let method = detect::by_name(method).map_err(refused)?.method();
+    let method: MethodId = method.parse().map_err(refused)?;
     let figure = long(py, None, move |_| {
         with_subject(&|subject| {
             let period_s = subject.period.map(|period| period * subject.stretch.sample_time);
             let context = Context { period_s, ..Context::default() };
-            evidence::figure(method.name, subject, &context)
+            evidence::figure(&method.detector().judge(subject), subject, &context)
         })
     })?;
     let Some(figure) = figure else { return Ok(None) };
@@ -188,7 +157,7 @@ pub fn evidence_dict<'py>(
         Ok(dict!(py, "x_label": panel.x_label, "y_label": panel.y_label, "series": series))
     };
     Ok(Some(dict!(py,
-        "method": method.name,
+        "method": method.name(),
         "caption": figure.caption,
         "panels": figure.panels.into_iter().map(panel).collect::<PyResult<Vec<_>>>()?,
     )))

@@ -1,35 +1,27 @@
 //! Diagnoses: from a recording to a verdict, and what several diagnoses of one valve say together.
 
-use crate::detectors::{evidence_dict, finding_dict};
-use crate::dict::dict;
+use crate::detectors::{evidence_dict, methods};
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
-use crate::oscillation::oscillation_dict;
 use crate::recordings::{Recording, stretch_dict};
 use crate::table::{Table, counts, flags, numbers, texts};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use rayon::prelude::*;
 use std::sync::Arc;
 use stiction::diagnose::{
-    self, Contrast, Detectors, Estimate, KpiOptions, Observation, Options, VerdictClass,
+    self, Detectors, Estimate, KpiOptions, Observation, Options, VerdictClass,
 };
 use stiction::evidence::features;
 use stiction::recording::{GridOptions, LoopType};
-use stiction_report::document::{self, Document, Source};
+use stiction_report::document::{Document, Loop, Source};
 use stiction_report::report;
+use stiction_report::table::{COLUMNS, Cells};
 
 /// The program with its version, as documents name it.
 const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
-
-/// A part of a document as JSON.
-pub fn json<T>(part: &T) -> PyResult<String>
-where
-    T: serde::Serialize,
-{
-    serde_json::to_string(part).map_err(|e| PyRuntimeError::new_err(e.to_string()))
-}
 
 /// A diagnosis, kept for its report and its plots.
 #[pyclass(frozen, module = "stiction._core", from_py_object)]
@@ -40,19 +32,16 @@ pub struct Diagnosed {
 }
 
 impl Diagnosed {
-    fn document(&self) -> document::Loop {
-        document::Loop::new(&self.diagnosis, self.source.clone(), None)
+    fn found(&self) -> Loop<'_> {
+        Loop { source: &self.source, diagnosis: &self.diagnosis }
     }
 }
 
 #[pymethods]
 impl Diagnosed {
-    /// Its part of the document as JSON, and, out of that, what each method says: by far the most of it.
-    fn parts<'py>(&self, py: Python<'py>) -> PyResult<(String, Vec<Bound<'py, PyDict>>)> {
-        let mut document = self.document();
-        let findings = std::mem::take(&mut document.detectors).into_iter();
-        let findings = findings.map(|found| finding_dict(py, found)).collect::<PyResult<_>>()?;
-        Ok((json(&document)?, findings))
+    /// What was found out, as its document says it.
+    fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        plain(py, &*self.diagnosis)
     }
 
     /// The signals that were judged.
@@ -60,35 +49,24 @@ impl Diagnosed {
         self.diagnosis.stretch().map(|stretch| stretch_dict(py, stretch)).transpose()
     }
 
-    /// The oscillation that speaks for the loop, with its signal.
-    fn oscillation<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Option<(&'static str, Bound<'py, PyDict>)>> {
-        let from = self.diagnosis.stretch().map_or(0.0, |stretch| stretch.from);
-        let dict = |(signal, found)| Ok((signal, oscillation_dict(py, found, from)?));
-        self.diagnosis.oscillation().map(dict).transpose()
-    }
-
     /// The evidence that was weighed.
     fn weighing<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(weighing) = &self.diagnosis.evidence else { return Ok(None) };
-        let names = || features().map(|feature| feature.name);
-        let lines: Vec<_> = weighing.lines.iter().map(|(l, p)| (l.name(), *p)).collect();
-        let causes: Vec<_> = weighing.causes.iter().map(|(c, p)| (c.name(), *p)).collect();
-        let typical: Vec<_> = names().zip(weighing.typical().values.iter().copied()).collect();
+        let names = features().map(|feature| feature.name);
+        let lines = weighing.lines.iter().map(|(line, p)| (line.name(), *p));
+        let causes = weighing.causes.iter().map(|(cause, p)| (cause.name(), *p));
         Ok(Some(dict!(py,
             "probability": weighing.probability,
-            "lines": lines,
-            "causes": causes,
-            "s": triple(Some(weighing.s)),
-            "j_over_s": triple(Some(weighing.j_over_s)),
+            "lines": lines.into_py_dict(py)?,
+            "causes": causes.into_py_dict(py)?,
+            "S": plain(py, &weighing.s)?,
+            "J_over_S": plain(py, &weighing.j_over_s)?,
             "limit": weighing.limit,
             "z": weighing.z,
             "op_range": weighing.op_range,
             "distance": weighing.distance,
             "strangest": weighing.strangest.clone(),
-            "features": typical,
+            "features": names.zip(weighing.typical().values.iter().copied()).into_py_dict(py)?,
         )))
     }
 
@@ -108,11 +86,8 @@ impl Diagnosed {
     }
 
     /// What it says of the valve at a time.
-    fn observation(&self) -> Option<Seen> {
-        let seen = self.diagnosis.observation(self.diagnosis.start.unwrap_or(0.0))?;
-        let (s, j) = (triple(seen.s), triple(seen.j));
-        let class = seen.class.name().to_owned();
-        Some((seen.time, class, seen.probability, s, j, seen.weight, seen.windows))
+    fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        plain(py, &self.diagnosis.observation(self.diagnosis.start.unwrap_or(0.0)))
     }
 }
 
@@ -120,10 +95,6 @@ impl Diagnosed {
 type Triple = (f64, f64, f64);
 /// An observation: time, class, probability, S, J, weight, windows.
 type Seen = (f64, String, Option<f64>, Option<Triple>, Option<Triple>, f64, f64);
-
-fn triple(estimate: Option<Estimate>) -> Option<Triple> {
-    estimate.map(|e| (e.value, e.low, e.high))
-}
 
 /// What may be told about loops before they are diagnosed.
 #[derive(FromPyObject)]
@@ -142,15 +113,14 @@ impl Told {
         let detectors = match self.detectors {
             None => Detectors::All,
             Some(names) if names.is_empty() => Detectors::None,
-            Some(names) => Detectors::Only(names),
+            Some(names) => Detectors::Only(methods(&names)?),
         };
-        // Refused before anything is computed.
-        detectors.asked().map_err(refused)?;
         Ok(Options {
             loop_type: loop_type.map_err(refused)?,
             grid: GridOptions { sample_time: self.sample_time },
             kpis: KpiOptions { dead_time: self.dead_time },
             detectors,
+            evidence: false,
         })
     }
 }
@@ -184,28 +154,17 @@ fn diagnose_recordings(
     Ok(all)
 }
 
-/// The document of diagnoses as JSON.
+/// The document of diagnoses.
 #[pyfunction]
-fn diagnoses_json(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String> {
-    py.detach(|| {
-        let loops = diagnoses.iter().map(Diagnosed::document).collect();
-        json(&Document::new(TOOL, loops))
-    })
+fn diagnoses_document(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &Document::new(TOOL, diagnoses.iter().map(Diagnosed::found).collect()))
 }
 
 /// The report on diagnoses as HTML.
 #[pyfunction]
 fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String> {
     let html = long(py, None, move |_| {
-        let cases: Vec<_> = diagnoses
-            .iter()
-            .map(|Diagnosed { diagnosis, source }| report::Case {
-                diagnosis,
-                source,
-                overruled: None,
-            })
-            .collect();
-        report::html(TOOL, &cases)
+        report::html(TOOL, &diagnoses.iter().map(Diagnosed::found).collect::<Vec<_>>())
     })?;
     html.map_err(|e| PyValueError::new_err(e.to_string()))
 }
@@ -213,45 +172,16 @@ fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String>
 /// Diagnoses as a table, one row a loop.
 #[pyfunction]
 fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<Table> {
-    let all: Vec<&diagnose::Diagnosis> = diagnoses.iter().map(|each| &*each.diagnosis).collect();
-    let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
-    let number = |name, of: &dyn Fn(&diagnose::Diagnosis) -> Option<f64>| {
-        numbers(name, all.iter().map(|each| finite(of(each))))
-    };
-    let text = |name, of: &dyn Fn(&diagnose::Diagnosis) -> Option<String>| {
-        texts(name, all.iter().map(|each| of(each)))
-    };
-    let oscillation =
-        |each: &diagnose::Diagnosis| each.oscillation().map(|(_, found)| found.clone());
-    let votes = |of: fn(diagnose::Votes) -> usize| {
-        all.iter().map(move |each| i64::try_from(of(each.verdict.votes)).ok()).collect::<Vec<_>>()
-    };
-    Table::of(vec![
-        text("loop", &|d| Some(d.name.clone())),
-        texts("file", diagnoses.iter().map(|each| Some(&each.source.file))),
-        text("type", &|d| Some(d.loop_type.name().to_owned())),
-        text("fitness", &|d| Some(d.fitness.class.name().to_owned())),
-        counts("samples", all.iter().map(|d| d.stretch().and_then(|s| s.len().try_into().ok()))),
-        number("sample_time_s", &|d| d.stretch().map(|s| s.sample_time)),
-        flags("oscillates", all.iter().map(|d| d.oscillation().map(|(_, found)| found.found))),
-        number("period_s", &|d| oscillation(d)?.period_s),
-        number("regularity", &|d| oscillation(d)?.regularity),
-        number("amplitude", &|d| oscillation(d)?.amplitude),
-        text("verdict", &|d| Some(d.verdict.class.name().to_owned())),
-        number("probability", &|d| d.verdict.probability),
-        text("basis", &|d| Some(d.verdict.basis.name().to_owned())),
-        counts("votes_sticks", votes(|votes| votes.sticks)),
-        counts("votes_does_not_stick", votes(|votes| votes.does_not_stick)),
-        number("S", &|d| d.stiction.s.map(|s| s.value)),
-        number("S_low", &|d| d.stiction.s.map(|s| s.low)),
-        number("S_high", &|d| d.stiction.s.map(|s| s.high)),
-        number("J", &|d| d.stiction.j.map(|j| j.value)),
-        number("J_low", &|d| d.stiction.j.map(|j| j.low)),
-        number("J_high", &|d| d.stiction.j.map(|j| j.high)),
-        number("S_below", &|d| d.verdict.s_below.map(|limit| limit.value)),
-        text("alternative", &|d| Some(d.verdict.alternatives.first()?.cause.name().to_owned())),
-        number("alternative_likelihood", &|d| Some(d.verdict.alternatives.first()?.likelihood)),
-    ])
+    let all: Vec<Loop<'_>> = diagnoses.iter().map(Diagnosed::found).collect();
+    let columns = COLUMNS.iter().map(|column| match column.cells {
+        Cells::Texts(cell) => texts(column.name, all.iter().map(cell)),
+        Cells::Numbers(cell) => numbers(column.name, all.iter().map(|l| Cells::number(cell(l)))),
+        Cells::Counts(cell) => {
+            counts(column.name, all.iter().map(|l| i64::try_from(cell(l)?).ok()))
+        }
+        Cells::Flags(cell) => flags(column.name, all.iter().map(cell)),
+    });
+    Table::of(columns.collect())
 }
 
 fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
@@ -266,62 +196,20 @@ fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
 
 /// What observations of one valve say together.
 #[pyfunction]
-fn observations_combined(py: Python<'_>, seen: Vec<Seen>) -> PyResult<Bound<'_, PyDict>> {
-    let history = diagnose::combine(&observations(seen)?).map_err(refused)?;
-    let drift = history.drift.map(|drift| {
-        Ok::<_, PyErr>(dict!(py,
-            "per_day": drift.per_day,
-            "low": drift.low,
-            "high": drift.high,
-            "p_value": drift.p_value,
-            "robust_per_day": drift.robust_per_day,
-            "robust_p_value": drift.robust_p_value,
-            "significant": drift.is_significant(),
-        ))
-    });
-    Ok(dict!(py,
-        "observations": history.observations,
-        "decided": history.decided,
-        "class_": history.class.name(),
-        "probability": history.probability,
-        "drift": drift.transpose()?,
-        "trend": history.trend,
-    ))
+fn observations_combined(py: Python<'_>, seen: Vec<Seen>) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &diagnose::combine(&observations(seen)?).map_err(refused)?)
 }
 
 /// Observations of one valve before and after a repair.
 #[pyfunction]
-fn observations_repair(py: Python<'_>, seen: Vec<Seen>, time: f64) -> PyResult<Bound<'_, PyDict>> {
-    let repair = diagnose::repair(&observations(seen)?, time).map_err(refused)?;
-    let contrast = |contrast: Option<Contrast>| {
-        let dict = |c: Contrast| {
-            Ok::<_, PyErr>(dict!(py,
-                "before_count": c.before_count,
-                "after_count": c.after_count,
-                "before": c.before,
-                "after": c.after,
-                "p_value": c.p_value,
-                "delta": c.delta,
-                "significant": c.is_significant(),
-            ))
-        };
-        contrast.map(dict).transpose()
-    };
-    Ok(dict!(py,
-        "time_s": repair.time,
-        "before": repair.before,
-        "after": repair.after,
-        "outcome": repair.outcome.name(),
-        "words": repair.words.clone(),
-        "probability": contrast(repair.probability)?,
-        "S": contrast(repair.s)?,
-    ))
+fn observations_repair(py: Python<'_>, seen: Vec<Seen>, time: f64) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &diagnose::repair(&observations(seen)?, time).map_err(refused)?)
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Diagnosed>()?;
     m.add_function(wrap_pyfunction!(diagnose_recordings, m)?)?;
-    m.add_function(wrap_pyfunction!(diagnoses_json, m)?)?;
+    m.add_function(wrap_pyfunction!(diagnoses_document, m)?)?;
     m.add_function(wrap_pyfunction!(diagnoses_html, m)?)?;
     m.add_function(wrap_pyfunction!(diagnoses_table, m)?)?;
     m.add_function(wrap_pyfunction!(observations_combined, m)?)?;

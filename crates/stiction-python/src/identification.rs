@@ -177,8 +177,8 @@ fn valve_fit<'py>(py: Python<'py>, fit: &ValveFit) -> PyResult<Bound<'py, PyDict
     let (s, mse): (Vec<f64>, Vec<f64>) = fit.profile.iter().copied().unzip();
     Ok(dict!(py,
         "model": fit.model.describe().name,
-        "s_over_span": fit.s,
-        "j_over_s": fit.j,
+        "s_over_span": fit.s_over_span,
+        "j_over_s": fit.j_over_s,
         "delay": fit.delay,
         "mse": fit.mse,
         "gain": fit.gain,

@@ -1,7 +1,7 @@
 //! Recordings of loops: from files, from tables and from arrays.
 
 use crate::arrays;
-use crate::errors::{keywords, refused, unread};
+use crate::errors::{KEYWORDS, refused, unread};
 use crate::long::long;
 use arrow_array::cast::AsArray;
 use arrow_array::{Array, ArrayRef, RecordBatch};
@@ -18,7 +18,7 @@ use stiction::recording::{
 };
 use stiction_io::sheet::{Cells, Column};
 use stiction_io::{ReadOptions, Reading, Sheet};
-use stiction_report::document::{self, Source};
+use stiction_report::document::Source;
 
 /// A loop as a plant recorded it: OP, and as far as they are known PV, SP, VP and mode.
 ///
@@ -108,7 +108,7 @@ impl Recording {
     /// What the reader wants the user to know, in sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.recording.notes.iter().map(|note| keywords(note)).collect()
+        self.recording.notes.clone()
     }
 
     /// Give the times of one signal.
@@ -331,6 +331,7 @@ impl Told {
         if let Some(name) = &self.loop_type {
             options.all.loop_type = Some(LoopType::by_name(name).map_err(refused)?);
         }
+        options.wording = KEYWORDS;
         options.bad_text.extend(self.bad_text);
         options.sample_time = self.sample_time.or(options.sample_time);
         options.all.op_range = self.op_range.or(options.all.op_range);
@@ -538,17 +539,17 @@ fn recording_renamed(
     Recording::new(renamed, recording.source.clone())
 }
 
-/// Whether a recording can answer, as JSON.
+/// Whether a recording can answer.
 #[pyfunction]
-fn recording_fitness(
-    py: Python<'_>,
+fn recording_fitness<'py>(
+    py: Python<'py>,
     recording: &Recording,
     sample_time: Option<f64>,
-) -> PyResult<String> {
+) -> PyResult<Bound<'py, PyAny>> {
     let recording = Arc::clone(&recording.recording);
     let options = GridOptions { sample_time };
     let fitness = long(py, None, move |_| stiction::diagnose::fitness(&recording, &options))?;
-    crate::diagnosis::json(&document::Fitness::from(&fitness.map_err(refused)?))
+    crate::dict::plain(py, &fitness.map_err(refused)?)
 }
 
 /// The stretches of a recording on a regular grid.

@@ -2,6 +2,7 @@
 //!
 //! * [`words`]: a verdict in words;
 //! * [`document`]: a diagnosis as JSON, with its schema;
+//! * [`table`]: diagnoses as a table, one row a loop;
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page.
 //!
@@ -12,6 +13,7 @@
 pub mod document;
 pub mod report;
 pub mod scoreboard;
+pub mod table;
 pub mod words;
 
 pub use stiction_figure::Error;

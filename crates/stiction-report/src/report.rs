@@ -36,7 +36,7 @@ mod time_axis;
 mod verdict;
 pub mod views;
 
-pub use diagnosis::{Case, html};
+pub use diagnosis::html;
 pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
 pub use views::Context;

@@ -1,14 +1,14 @@
 //! A verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
 
-use crate::document::Override;
 use crate::report::evidence::sentence;
 use crate::report::layout::number;
+use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
-    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Ruling, Silence,
-    VerdictClass,
+    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Override, Ruling,
+    Silence, VerdictClass,
 };
 use stiction_diagnose::recording::Stretch;
-use stiction_diagnose::recording::fitness::Class;
+use stiction_diagnose::recording::fitness::{Class, MeasureId};
 
 /// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
 const SUREST: f64 = 99.0;
@@ -151,7 +151,7 @@ pub fn why(diagnosis: &Diagnosis) -> String {
     let clause = |text: &String| text.trim_start_matches("but ").trim_end_matches('.').to_owned();
     let first = || verdict.reasons.first().map(clause);
     let last = || verdict.reasons.last().map(clause);
-    let unfit = || diagnosis.fitness.reasons().first().map(|reason| clause(&(*reason).to_owned()));
+    let unfit = || diagnosis.fitness.reasons.first().map(clause);
     let found = match verdict.basis {
         _ if diagnosis.mistaken().is_some() => first(),
         Basis::ValvePosition => first(),
@@ -285,26 +285,56 @@ fn recording(diagnosis: &Diagnosis, stretch: &Stretch) -> String {
             wants.push(format!("sampled at least every {}", span(period / 10.0)));
         }
     }
-    let unfit = |name: &str| {
-        diagnosis.fitness.measures.iter().any(|m| m.name == name && m.class != Class::Fit)
-    };
-    if unfit("compression factor") || unfit("longest frozen PV") || unfit("PV updates per cycle") {
-        wants.push("taken without compression by the historian".to_owned());
-    }
-    if unfit("PV levels") || unfit("OP levels") {
-        wants.push("with more digits".to_owned());
-    }
-    if unfit("OP at a limit") || unfit("clipped PV") {
-        wants.push("at a load where OP and PV stay off their limits".to_owned());
-    }
-    if unfit("PV explained by the set point") {
-        wants.push("with the set point at rest".to_owned());
-    }
+    let unfit = diagnosis.fitness.measures.iter().filter(|m| m.class != Class::Fit);
+    let better: BTreeSet<Better> = unfit.filter_map(|measure| Better::than(measure.id)).collect();
+    wants.extend(better.into_iter().map(|better| better.words().to_owned()));
     match (wants.is_empty(), period) {
         (false, _) => format!("A recording {}", wants.join(", ")),
         // It has ten cycles.
         (true, Some(_)) => "A longer recording".to_owned(),
         (true, None) => "A longer recording, at least ten cycles long".to_owned(),
+    }
+}
+
+/// What makes a recording better, in the order in which it is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Better {
+    Uncompressed,
+    Finer,
+    OffLimits,
+    AtRest,
+}
+
+impl Better {
+    /// What makes a recording better in which a measure is not fit; `None` where its length or its sampling does, which
+    /// are asked for with their numbers, or nothing that is recorded.
+    fn than(measure: MeasureId) -> Option<Self> {
+        match measure {
+            MeasureId::CompressionFactor
+            | MeasureId::LongestFrozenPv
+            | MeasureId::PvUpdatesPerCycle => Some(Self::Uncompressed),
+            MeasureId::PvLevels | MeasureId::OpLevels => Some(Self::Finer),
+            MeasureId::OpAtLimit | MeasureId::ClippedPv => Some(Self::OffLimits),
+            MeasureId::SetPoint => Some(Self::AtRest),
+            MeasureId::Samples | MeasureId::Cycles | MeasureId::SamplesPerCycle => None,
+            MeasureId::GoodValues
+            | MeasureId::BridgedSamples
+            | MeasureId::DoubtfulSamples
+            | MeasureId::InCommand
+            | MeasureId::AutomaticStretch
+            | MeasureId::OpMoves
+            | MeasureId::PvMoves
+            | MeasureId::FitWindows => None,
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Uncompressed => "taken without compression by the historian",
+            Self::Finer => "with more digits",
+            Self::OffLimits => "at a load where OP and PV stay off their limits",
+            Self::AtRest => "with the set point at rest",
+        }
     }
 }
 
@@ -326,17 +356,17 @@ pub fn overruled(overruled: &Override) -> String {
     }
     format!(
         "Overruled by {who}: the valve {}, because: {}. This holds for {} ({}).",
-        said(&overruled.verdict),
+        said(overruled.verdict),
         overruled.reason.trim_end_matches('.'),
         overruled.scope,
         overruled.kept_in
     )
 }
 
-fn said(verdict: &str) -> String {
+fn said(verdict: VerdictClass) -> &'static str {
     match verdict {
-        "cannot tell" => "cannot be judged".to_owned(),
-        verb => verb.to_owned(),
+        VerdictClass::CannotTell => "cannot be judged",
+        verb => verb.name(),
     }
 }
 

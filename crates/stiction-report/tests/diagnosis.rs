@@ -4,14 +4,14 @@ mod html;
 
 use html::{data, well_formed};
 use std::collections::BTreeSet;
-use stiction_diagnose::detect::{self, Decision, Subject};
+use stiction_diagnose::detect::{self, DamarlaRegression, Decision, Detector, MethodId, Subject};
 use stiction_diagnose::diagnose::{Diagnosis, Options, diagnose};
 use stiction_diagnose::recording::{Channel, LoopType, Recording};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
 use stiction_model::valve::{Assembly, Model};
 use stiction_model::{Bands, Result};
-use stiction_report::document::Source;
-use stiction_report::report::{self, Case, Context, evidence};
+use stiction_report::document::{Loop, Source};
+use stiction_report::report::{self, Context, evidence};
 
 const HOSTILE: &str = "</script><script>alert(1)</script> \"'&\u{0}<b>";
 
@@ -63,10 +63,8 @@ fn source(file: &str) -> Source {
 
 /// The report on some loops that nobody overruled.
 fn page(loops: &[(&Diagnosis, &Source)]) -> std::result::Result<String, stiction_report::Error> {
-    let cases: Vec<Case<'_>> = loops
-        .iter()
-        .map(|(diagnosis, source)| Case { diagnosis, source, overruled: None })
-        .collect();
+    let cases: Vec<Loop<'_>> =
+        loops.iter().map(|(diagnosis, source)| Loop { diagnosis, source }).collect();
     report::html("stiction 9", &cases)
 }
 
@@ -76,8 +74,7 @@ fn every_method_has_a_figure_of_its_evidence() {
         diagnosed(&flow(2_400).unwrap(), LoopType::Flow),
         diagnosed(&level(4_000).unwrap(), LoopType::Level),
     ];
-    let mut missing: BTreeSet<&str> =
-        detect::all().iter().map(|detector| detector.method().name).collect();
+    let mut missing: BTreeSet<&str> = MethodId::ALL.iter().map(|id| id.name()).collect();
     for diagnosis in &loops {
         let subject = diagnosis.subject().unwrap();
         let context = Context { start: diagnosis.start, ..Context::default() };
@@ -117,8 +114,8 @@ fn short_and_odd_loops_are_drawn() {
             for start in [None, Some(1e300), Some(f64::NAN)] {
                 let context = Context { start, period_s: period, ..Context::default() };
                 for detector in detect::all() {
-                    let name = detector.method().name;
-                    if let Some(figure) = evidence::figure(name, &subject, &context) {
+                    let (name, finding) = (detector.method().name, detector.judge(&subject));
+                    if let Some(figure) = evidence::figure(&finding, &subject, &context) {
                         let live = figure.live("a").unwrap();
                         assert!(!live.svg.contains("NaN"), "{name}");
                     }
@@ -127,14 +124,26 @@ fn short_and_odd_loops_are_drawn() {
         }
         page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     }
-    assert_eq!(
-        evidence::figure(
-            "no such method",
-            &Subject::new(&diagnosed(&run, LoopType::Flow).grid.stretches[0], LoopType::Flow, None),
-            &Context::default()
-        ),
-        None
-    );
+}
+
+#[test]
+fn a_figure_is_drawn_from_what_was_looked_at() {
+    let recording = recording(&flow(2_400).unwrap(), LoopType::Flow);
+    let of = |evidence| diagnose(&recording, &Options { evidence, ..Options::default() }).unwrap();
+    let (kept, bare) = (of(true), of(false));
+    assert!(kept.findings.iter().any(|finding| finding.looked_at.is_some()));
+    assert!(bare.findings.iter().all(|finding| finding.looked_at.is_none()));
+    let source = source("a.csv");
+    assert!(page(&[(&kept, &source)]).unwrap() == page(&[(&bare, &source)]).unwrap());
+
+    // With parameters of its own it is drawn by them, or not at all.
+    let (subject, context) = (kept.subject().unwrap(), Context::default());
+    let twice = DamarlaRegression { eta: 2.5, ..DamarlaRegression::default() };
+    let mut finding = twice.judge(&subject);
+    let figure = evidence::figure(&finding, &subject, &context).unwrap();
+    assert!(figure.caption.contains("at least 2.5 times"), "{}", figure.caption);
+    finding.looked_at = None;
+    assert!(evidence::figure(&finding, &subject, &context).is_none());
 }
 
 #[test]
@@ -156,7 +165,7 @@ fn a_report_says_everything_and_hostile_names_stay_text() {
         }
     }
     for measure in &diagnosis.fitness.measures {
-        assert!(html.contains(measure.name));
+        assert!(html.contains(measure.id.name()));
     }
     for kpi in &diagnosis.kpis.numbers {
         assert!(html.contains(kpi.name));
@@ -201,7 +210,8 @@ fn without_a_stretch_there_is_a_report_all_the_same() {
     assert!(diagnosis.stretch().is_none());
     let html = page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     well_formed(&html);
-    assert!(html.contains("cannot answer") && html.contains("26 methods abstain"));
+    let all = format!("{} methods abstain", MethodId::ALL.len());
+    assert!(html.contains("cannot answer") && html.contains(&all));
 }
 
 #[test]

@@ -5,12 +5,13 @@ mod html;
 use html::well_formed;
 use stiction_diagnose::diagnose::{
     Alternative, Basis, Cause, ConfirmingTest, Definition, Diagnosis, Estimate, FewSlips, Limit,
-    Observation, Options, Stiction, Verdict, VerdictClass, Votes, Window, combine, diagnose,
-    repair,
+    Observation, Options, Override, Stiction, Verdict, VerdictClass, Votes, Window, combine,
+    diagnose, repair,
 };
 use stiction_diagnose::recording::Recording;
-use stiction_report::document::{self, Document, Loop, Override, Source, Valve, ValveHistory};
-use stiction_report::report::{self, Case};
+use stiction_diagnose::recording::fitness::Class;
+use stiction_report::document::{Document, Loop, Point, Source, Valve, ValveHistory};
+use stiction_report::report;
 use stiction_report::words;
 
 fn swinging() -> Diagnosis {
@@ -27,12 +28,9 @@ fn verdict(class: VerdictClass, basis: Basis, probability: Option<f64>) -> Verdi
         class,
         basis,
         probability,
-        s_below: None,
         votes: Votes { sticks: 3, does_not_stick: 1, undecided: 1, abstains: 1 },
         reasons: vec!["the PV has corners where the OP is a triangle".to_owned()],
-        contradictions: vec![],
-        alternatives: vec![],
-        confirm: None,
+        ..Verdict::default()
     }
 }
 
@@ -112,7 +110,7 @@ fn source() -> Source {
 
 fn person() -> Override {
     Override {
-        verdict: "does not stick".to_owned(),
+        verdict: VerdictClass::DoesNotStick,
         reason: "new packing, stroked by maintenance".to_owned(),
         by: Some("J. Miller".to_owned()),
         entered: Some("2026-03-02".to_owned()),
@@ -151,7 +149,7 @@ fn every_class_and_basis_has_its_words() {
         assert_eq!(text.contains("Preliminary"), basis == Majority, "{text}");
         let open = class == CannotTell || basis == OpAlone;
         assert_eq!(words::what_would_answer(&diagnosis).is_some(), open, "{class:?} {basis:?}");
-        let case = Case { diagnosis: &diagnosis, source: &source(), overruled: None };
+        let case = Loop { diagnosis: &diagnosis, source: &source() };
         let html = report::html("tool", &[case]).unwrap();
         well_formed(&html);
         assert_eq!(html.contains("reliminary"), basis == Majority, "{class:?} {basis:?}");
@@ -164,9 +162,9 @@ fn every_class_and_basis_has_its_words() {
 
 #[test]
 fn a_report_tells_all_that_a_model_can_say() {
-    let diagnosis = full();
-    let said = person();
-    let case = Case { diagnosis: &diagnosis, source: &source(), overruled: Some(&said) };
+    let mut diagnosis = full();
+    diagnosis.verdict.overruled = Some(person());
+    let case = Loop { diagnosis: &diagnosis, source: &source() };
     let html = report::html("tool", &[case]).unwrap();
     well_formed(&html);
     page("verdict.html", &html);
@@ -200,10 +198,11 @@ fn a_report_tells_all_that_a_model_can_say() {
 
 #[test]
 fn the_document_carries_all_of_it() {
-    let diagnosis = full();
-    let one = Loop::new(&diagnosis, source(), Some(person()));
-    let json: serde_json::Value =
-        serde_json::from_str(&Document::new("t", vec![one]).json()).unwrap();
+    let mut diagnosis = full();
+    diagnosis.verdict.overruled = Some(person());
+    let (source, diagnosis) = (&source(), &diagnosis);
+    let document = Document::new("t", vec![Loop { source, diagnosis }]);
+    let json: serde_json::Value = serde_json::from_str(&document.json()).unwrap();
     let found = &json["loops"][0];
     assert_eq!(found["verdict"]["class"], "sticks", "the computed verdict is not replaced");
     assert_eq!(found["verdict"]["override"]["verdict"], "does not stick");
@@ -229,12 +228,12 @@ fn mistaken_columns_are_named_with_what_to_do() {
     assert!(text.contains("look mistaken") && text.contains(mistaken.name()), "{text}");
     let advice = words::what_would_answer(&diagnosis).unwrap();
     assert!(advice.contains("export") && !advice.contains("ten cycles"), "{advice}");
-    let json = serde_json::to_value(Loop::new(&diagnosis, source(), None)).unwrap();
+    let json = serde_json::to_value(&diagnosis).unwrap();
     assert_eq!(json["relation"]["mismatch"], mistaken.name());
     assert_eq!(json["relation"]["remedy"], mistaken.remedy());
     assert!(!json["relation"]["because"].as_str().unwrap().is_empty());
     // Where nothing is wrong, nothing is told.
-    let json = serde_json::to_value(Loop::new(&swinging(), source(), None)).unwrap();
+    let json = serde_json::to_value(swinging()).unwrap();
     assert!(json["relation"].is_null() && json["no_response"].is_null(), "{json}");
 }
 
@@ -248,13 +247,13 @@ fn what_does_not_respond_has_its_faults() {
     let text = words::verdict(&diagnosis);
     assert!(text.contains("rests at its low end") && text.contains("line isolated"), "{text}");
     assert_eq!(words::what_would_answer(&diagnosis), None);
-    let json = serde_json::to_value(Loop::new(&diagnosis, source(), None)).unwrap();
+    let json = serde_json::to_value(&diagnosis).unwrap();
     let told = &json["no_response"];
     assert_eq!(told["silence"], "PV at its low end");
     assert_eq!((&told["decides"], &told["rest"]["error"]), (&true.into(), &40.0.into()));
     assert_eq!(told["rest"]["to_s"], 7200.0);
     assert_eq!(told["faults"].as_array().unwrap().len(), 4);
-    let case = Case { diagnosis: &diagnosis, source: &source(), overruled: None };
+    let case = Loop { diagnosis: &diagnosis, source: &source() };
     let html = report::html("tool", &[case]).unwrap();
     well_formed(&html);
     for wanted in ["What it may be", "air or signal lost", "measure air supply and current"] {
@@ -306,7 +305,7 @@ fn advice_fits_what_is_missing() {
         advice.starts_with("A recording 12 h longer, or steps of the output by 4.5 %"),
         "{advice}"
     );
-    let json = serde_json::to_value(Loop::new(&diagnosis, source(), None)).unwrap();
+    let json = serde_json::to_value(&diagnosis).unwrap();
     assert_eq!((&json["few_slips"]["seen"], &json["few_slips"]["step"]), (&2.into(), &4.5.into()));
     // A position that was read is not asked for.
     diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::ValvePosition, None);
@@ -345,16 +344,15 @@ fn a_history_is_drawn_with_its_repair() {
     };
     let all: Vec<Observation> = (0..24).map(seen).collect();
     let repaired = repair(&all, start + 11.5 * DAY).unwrap();
-    let estimate = |e: Estimate| document::Estimate { value: e.value, low: e.low, high: e.high };
-    let windows = all.iter().map(|o| document::Point {
+    let windows = all.iter().map(|o| Point {
         file: "FIC101.csv".to_owned(),
         from_s: o.time,
         duration_s: DAY,
-        class: "sticks".to_owned(),
-        basis: "evidence in OP and PV".to_owned(),
+        class: VerdictClass::Sticks,
+        basis: Basis::Evidence,
         probability: o.probability,
-        fitness: "fit".to_owned(),
-        s: o.s.map(estimate),
+        fitness: Class::Fit,
+        s: o.s,
         j: None,
     });
     let valve = Valve {
@@ -362,8 +360,8 @@ fn a_history_is_drawn_with_its_repair() {
         sources: vec![source()],
         dated: true,
         windows: windows.collect(),
-        combined: (&combine(&all[12..]).unwrap()).into(),
-        repair: Some((&repaired).into()),
+        combined: combine(&all[12..]).unwrap(),
+        repair: Some(repaired),
     };
     let mut history = ValveHistory::new("tool", vec![valve]);
     let html = report::history_html(&history).unwrap();

@@ -7,7 +7,7 @@ use std::ops::Deref;
 #[cfg(feature = "report")]
 use stiction_report::{
     document::{Document, Loop, Source},
-    report::{Case, html},
+    report::html,
 };
 
 /// What was found out about one loop of a file: a [`Diagnosis`], whose fields are seen through it, and the file.
@@ -53,18 +53,20 @@ const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 #[derive(Debug, Clone)]
 pub struct Report<'a> {
     found: &'a [Found],
+    sources: Vec<Source>,
 }
 
 #[cfg(feature = "report")]
 impl<'a> Report<'a> {
     /// The report on all of `found`, the worst first.
     pub fn of(found: &'a [Found]) -> Self {
-        Self { found }
+        let source = |f: &Found| Source { file: f.origin.clone(), sha256: f.sha256.clone() };
+        Self { found, sources: found.iter().map(source).collect() }
     }
 
-    fn sources(&self) -> Vec<Source> {
-        let source = |f: &Found| Source { file: f.origin.clone(), sha256: f.sha256.clone() };
-        self.found.iter().map(source).collect()
+    fn loops(&self) -> Vec<Loop<'_>> {
+        let loops = self.found.iter().zip(&self.sources);
+        loops.map(|(found, source)| Loop { source, diagnosis: &found.diagnosis }).collect()
     }
 
     /// The page: HTML that needs no other file and no network.
@@ -72,21 +74,12 @@ impl<'a> Report<'a> {
     /// # Errors
     /// If a figure cannot be drawn, which is not expected.
     pub fn html(&self) -> Result<String, stiction_report::Error> {
-        let sources = self.sources();
-        let cases: Vec<_> = self
-            .found
-            .iter()
-            .zip(&sources)
-            .map(|(found, source)| Case { diagnosis: &found.diagnosis, source, overruled: None })
-            .collect();
-        html(TOOL, &cases)
+        html(TOOL, &self.loops())
     }
 
     /// What `stiction diagnose --json` prints of these loops.
-    pub fn document(&self) -> Document {
-        let loops = self.found.iter().zip(self.sources());
-        let of = |(found, source): (&Found, Source)| Loop::new(&found.diagnosis, source, None);
-        Document::new(TOOL, loops.map(of).collect())
+    pub fn document(&self) -> Document<'_> {
+        Document::new(TOOL, self.loops())
     }
 
     /// Writes the page to the file at `path`.

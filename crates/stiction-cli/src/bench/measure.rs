@@ -11,7 +11,7 @@ use stiction::recording::Recording;
 use stiction::recording::fitness::Class;
 use stiction::scoreboard::{Scored, Truth};
 use stiction::series::median;
-use stiction_report::document::Source;
+use stiction_report::document::{Loop, Source};
 use stiction_report::report;
 
 /// A loop with its truth.
@@ -85,7 +85,7 @@ impl Measured {
     /// The medians of what was timed.
     pub fn finish(mut self, plan: &Plan<'_>) -> Result<Self> {
         if plan.time {
-            let detectors = plan.options.detectors.asked()?;
+            let detectors = plan.options.detectors.asked();
             let names = detectors.iter().map(|detector| detector.method().name.to_owned());
             let names = std::iter::once("whole diagnosis".to_owned()).chain(names);
             self.times = names
@@ -109,14 +109,14 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let mut times = vec![];
     if plan.time {
         times.push(microseconds(started));
-        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()?));
+        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()));
     }
     let report = match plan.reports {
         Some(folder) => {
             let name = file_name(place, &diagnosis.name);
             let html = report::html(
                 &diagnose::tool(),
-                &[report::Case { diagnosis: &diagnosis, source: &source, overruled: None }],
+                &[Loop { diagnosis: &diagnosis, source: &source }],
             )?;
             output::write(Some(&folder.join(&name)), html.as_bytes())?;
             Some(name)

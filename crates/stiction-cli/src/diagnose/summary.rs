@@ -7,6 +7,8 @@ use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
 use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
+use stiction_report::document::Loop;
+use stiction_report::table::{COLUMNS, Cells};
 use stiction_report::words;
 
 /// How many reasons of each kind a screen has room for.
@@ -14,20 +16,20 @@ const REASONS: usize = 3;
 
 /// One loop on one screen.
 pub fn one(loop_: &Diagnosed) -> String {
-    let Diagnosed { source, diagnosis, overruled } = loop_;
+    let Diagnosed { source, diagnosis } = loop_;
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(out, "{} ({})  {}", diagnosis.name, diagnosis.loop_type.name(), source.file);
     out += &field("verdict", &verdict(diagnosis));
-    if let Some(said) = overruled {
+    if let Some(said) = &diagnosis.verdict.overruled {
         out += &field("override", &words::overruled(said));
     }
     out += &weighed(diagnosis);
     out += &field("data", &data(diagnosis));
-    for reason in diagnosis.fitness.reasons().iter().take(REASONS) {
+    for reason in diagnosis.fitness.reasons.iter().take(REASONS) {
         out += &field("", &format!("- {reason}"));
     }
-    let more = diagnosis.fitness.reasons().len().saturating_sub(REASONS);
+    let more = diagnosis.fitness.reasons.len().saturating_sub(REASONS);
     if more > 0 {
         out += &field("", &format!("- and {more} more, in the report"));
     }
@@ -244,7 +246,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
         "why",
     ];
     let mut rows = vec![header.map(str::to_owned)];
-    for Diagnosed { diagnosis, overruled, .. } in ranked {
+    for Diagnosed { diagnosis, .. } in ranked {
         let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);
         let Votes { sticks, does_not_stick, .. } = diagnosis.verdict.votes;
         rows.push([
@@ -260,7 +262,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
                 .and_then(|o| o.regularity)
                 .filter(|r| r.is_finite())
                 .map_or("-".to_owned(), number),
-            match overruled {
+            match &diagnosis.verdict.overruled {
                 Some(said) => format!("overruled: {}, {}", said.verdict, said.reason),
                 None => why(diagnosis),
             },
@@ -277,7 +279,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
     if count(VerdictClass::DoesNotRespond) > 0 {
         parts.insert(1, format!("{} do not respond", count(VerdictClass::DoesNotRespond)));
     }
-    let overruled = loops.iter().filter(|each| each.overruled.is_some()).count();
+    let overruled = loops.iter().filter(|each| each.diagnosis.verdict.overruled.is_some()).count();
     if overruled > 0 {
         parts.push(format!("{overruled} overruled by people"));
     }
@@ -312,86 +314,110 @@ fn why(diagnosis: &Diagnosis) -> String {
     short
 }
 
-/// One row a loop, with every method's statistic and decision.
-pub fn csv(loops: &[Diagnosed]) -> Result<String> {
+/// One row a loop: the columns of all tables, then every method's statistic and decision.
+pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
     let mut writer = csv::Writer::from_writer(vec![]);
-    let methods: Vec<&str> =
-        stiction::detect::all().iter().map(|detector| detector.method().name).collect();
-    let fixed = [
-        "loop",
-        "file",
-        "type",
-        "fitness",
-        "samples",
-        "sample_time_s",
-        "oscillates",
-        "period_s",
-        "regularity",
-        "amplitude",
-        "verdict",
-        "probability",
-        "basis",
-        "votes_sticks",
-        "votes_does_not_stick",
-        "S",
-        "S_low",
-        "S_high",
-        "J",
-        "J_low",
-        "J_high",
-        "S_below",
-        "alternative",
-        "alternative_likelihood",
-        "override",
-        "override_reason",
-    ];
-    let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
-    for method in &methods {
-        header.extend([(*method).to_owned(), format!("{method} decision")]);
+    let methods = stiction::detect::MethodId::ALL;
+    let mut header: Vec<String> = COLUMNS.iter().map(|column| column.name.to_owned()).collect();
+    for method in methods {
+        header.extend([method.to_string(), format!("{method} decision")]);
     }
     writer.write_record(&header)?;
-    for Diagnosed { source, diagnosis, overruled } in loops {
-        let stretch = diagnosis.stretch();
-        let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);
-        let say = |value: Option<f64>| {
-            value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
-        };
-        let votes = diagnosis.verdict.votes;
-        let other = diagnosis.verdict.alternatives.first();
-        let mut row = vec![
-            diagnosis.name.clone(),
-            source.file.clone(),
-            diagnosis.loop_type.name().to_owned(),
-            diagnosis.fitness.class.name().to_owned(),
-            stretch.map_or(0, |s| s.len()).to_string(),
-            say(stretch.map(|s| s.sample_time)),
-            oscillation.is_some_and(|o| o.found).to_string(),
-            say(oscillation.and_then(|o| o.period_s)),
-            say(oscillation.and_then(|o| o.regularity)),
-            say(oscillation.and_then(|o| o.amplitude)),
-            diagnosis.verdict.class.name().to_owned(),
-            say(diagnosis.verdict.probability),
-            diagnosis.verdict.basis.name().to_owned(),
-            votes.sticks.to_string(),
-            votes.does_not_stick.to_string(),
-            say(diagnosis.stiction.s.map(|s| s.value)),
-            say(diagnosis.stiction.s.map(|s| s.low)),
-            say(diagnosis.stiction.s.map(|s| s.high)),
-            say(diagnosis.stiction.j.map(|j| j.value)),
-            say(diagnosis.stiction.j.map(|j| j.low)),
-            say(diagnosis.stiction.j.map(|j| j.high)),
-            say(diagnosis.verdict.s_below.map(|limit| limit.value)),
-            other.map_or(String::new(), |other| other.cause.name().to_owned()),
-            say(other.map(|other| other.likelihood)),
-            overruled.as_ref().map_or(String::new(), |said| said.verdict.clone()),
-            overruled.as_ref().map_or(String::new(), |said| said.reason.clone()),
-        ];
-        for method in &methods {
-            let finding = diagnosis.findings.iter().find(|f| f.method.name == *method);
-            row.push(say(finding.and_then(|f| f.statistic)));
+    for found in loops {
+        let mut row: Vec<String> = COLUMNS.iter().map(|column| column.cells.text(found)).collect();
+        for id in methods {
+            let finding = found.diagnosis.findings.iter().find(|f| f.method.id == *id);
+            let statistic = Cells::number(finding.and_then(|f| f.statistic));
+            row.push(statistic.map_or(String::new(), |v| v.to_string()));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));
         }
         writer.write_record(&row)?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction::diagnose::{
+        Alternative, Cause, ConfirmingTest, Options, Override, Verdict, diagnose,
+    };
+    use stiction::recording::Recording;
+    use stiction_report::document::Source;
+    use stiction_report::report;
+
+    /// By what a field of the verdict is seen, in the text on one loop and on the page; where it is not, why.
+    const SHOWN: [(&str, Result<&str, &str>, Result<&str, &str>); 10] = [
+        ("class", Ok("DOES NOT RESPOND"), Ok("does not respond")),
+        ("probability", Err("is in the words, where it means something"), Ok("that it sticks")),
+        ("basis", Ok("Rests on: evidence in OP and PV"), Ok("evidence in OP and PV")),
+        ("S_below", Err("is in the words on a cleared valve"), Err("is in the words, too")),
+        ("votes", Err("every method has a line"), Ok("families of methods that say it sticks")),
+        ("reasons", Ok("for it    - spoken for"), Ok("Spoken for.")),
+        ("contradictions", Ok("against   - spoken against"), Ok("Spoken against.")),
+        ("alternatives", Ok("or else   saturation"), Ok("Looks saturated.")),
+        ("confirm", Ok("confirm   in manual, 8 steps"), Ok("Put the controller in manual.")),
+        ("override", Ok("override  Overruled by a person"), Ok("Overruled by a person")),
+    ];
+
+    fn verdict() -> Verdict {
+        Verdict {
+            class: VerdictClass::DoesNotRespond,
+            probability: Some(0.7),
+            basis: Basis::Evidence,
+            reasons: vec!["spoken for".to_owned()],
+            contradictions: vec!["spoken against".to_owned()],
+            alternatives: vec![Alternative {
+                cause: Cause::Saturation,
+                likelihood: 0.2,
+                because: "looks saturated".to_owned(),
+            }],
+            confirm: Some(ConfirmingTest {
+                step: 0.8,
+                steps: 8,
+                up_first: true,
+                wait_s: 40.0,
+                pv_change: None,
+                instructions: vec!["put the controller in manual".to_owned()],
+            }),
+            overruled: Some(Override {
+                verdict: VerdictClass::Sticks,
+                reason: "it was seen".to_owned(),
+                by: None,
+                entered: None,
+                scope: "this recording".to_owned(),
+                kept_in: "a file".to_owned(),
+            }),
+            ..Verdict::default()
+        }
+    }
+
+    #[test]
+    fn text_and_page_show_every_field_of_the_verdict_or_say_why_not() {
+        let op: Vec<f64> = (0..300).map(|k| 50.0 + 2.0 * (f64::from(k) * 0.1).sin()).collect();
+        let recording = Recording::regular("FIC101", 1.0, &op, Some(&op), None).unwrap();
+        let mut diagnosis = diagnose(&recording, &Options::default()).unwrap();
+        (diagnosis.relation, diagnosis.verdict) = (None, verdict());
+        let found = serde_json::to_value(&diagnosis.verdict).unwrap();
+        let fields: Vec<&String> = found.as_object().unwrap().keys().collect();
+        assert_eq!(
+            fields,
+            SHOWN.map(|(field, ..)| field),
+            "a field is shown, or it is said why not"
+        );
+        let source = Source { file: "FIC101.csv".to_owned(), sha256: String::new() };
+        let diagnosed = Diagnosed { source, diagnosis };
+        let page = report::html("tool", &[diagnosed.found()]).unwrap();
+        let text = one(&diagnosed);
+        for (field, in_text, on_page) in SHOWN {
+            for (shown, place) in [(in_text, &text), (on_page, &page)] {
+                match shown {
+                    Ok(wanted) => {
+                        assert!(place.contains(wanted), "{field}: no \"{wanted}\": {text}")
+                    }
+                    Err(why) => assert!(!why.is_empty()),
+                }
+            }
+        }
+    }
 }

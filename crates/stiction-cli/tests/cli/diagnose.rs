@@ -122,7 +122,7 @@ fn json_says_what_the_issue_promised() {
 }
 
 /// What is wrong with `value` by `schema`: enough of JSON Schema for ours.
-fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<String> {
+pub fn violations(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<String> {
     if let Some(reference) = schema["$ref"].as_str() {
         let name = reference.trim_start_matches("#/$defs/");
         return violations(value, &root["$defs"][name], root, place);
@@ -269,6 +269,16 @@ fn a_table_has_one_row_a_loop() {
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
     assert_eq!(rows.len(), 5);
     assert_eq!(&rows[0][0], "FIC101-sticky");
+    // Without a stretch to judge there is nothing to count: the cells are empty, and not 0 or false.
+    let manual: String = (0..200).map(|k| format!("{k},{},50,MAN\n", 50 + k % 7)).collect();
+    write(&folder, "manual.csv", format!("t,op,pv,mode\n{manual}"));
+    let csv = run(&folder, &["diagnose", "manual.csv", "--csv", "-"]).quiet_success();
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let row = reader.records().next().expect("a row").expect("a row");
+    for empty in ["samples", "oscillates", "override", "override_reason"] {
+        let at = header.iter().position(|name| name == empty).expect("a column");
+        assert_eq!(&row[at], "", "{empty}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `stiction history`.
 
-use crate::diagnose::with_samples;
+use crate::diagnose::{violations, with_samples};
 use crate::{folder, read, run, write};
 
 /// A loop whose recorded valve position sticks with S = 4 % and then, repaired, with S = 0.5 %: hours of
@@ -50,6 +50,16 @@ fn a_repair_is_seen_in_the_measured_position() {
     let text = run(&folder, &[&late[..], &["--zone", "UTC"]].concat()).quiet_success();
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains("cannot be told: 3 windows before it and 9 after"), "{text}");
+}
+
+#[test]
+fn json_is_as_the_schema_says() {
+    let folder = with_samples("history-schema");
+    let schema = run(&folder, &["schema", "history"]).json();
+    let asked = ["history", "FIC101-sticky.csv", "--window", "5min", "--repair", "1200", "--json"];
+    let json = run(&folder, &asked).json();
+    assert!(!json["valves"][0]["repair"].is_null());
+    assert_eq!(violations(&json, &schema, &schema, "history"), Vec::<String>::new());
 }
 
 #[test]

@@ -41,8 +41,8 @@
 
 use super::shapes::{Piece, enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{HalfWave, half_waves, mean, median};
 
@@ -113,6 +113,7 @@ fn areas(piece: &Piece<'_>) -> Areas {
 impl AreaRatio {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::AreaRatio,
         name: "area-ratio",
         title: "Singhal and Salsbury's ratio of areas",
         source: "Singhal, Salsbury, J. Process Control 15 (2005) 371-382; formulas recalled, not \
@@ -161,11 +162,8 @@ impl Detector for AreaRatio {
         vec![Number::new("margin", self.margin, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let what = match r.decision {
             Decision::Sticks => "the control error peaks late, as with a sticking valve",
             Decision::DoesNotStick => "the control error peaks in the middle, as a sinusoid does",
@@ -185,6 +183,7 @@ impl Detector for AreaRatio {
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::AreaRatio(r)), ..finding })
     }
 }

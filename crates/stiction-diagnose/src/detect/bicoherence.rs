@@ -60,8 +60,8 @@
 
 use super::ellipse::Ellipse;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{Transform, band_passed, decimated, std};
 use realfft::num_complex::Complex;
@@ -90,6 +90,7 @@ const FEWEST_SEGMENTS: usize = 8;
 const MOST_POINTS: usize = 4096;
 
 static METHOD: Method = Method {
+    id: MethodId::Bicoherence,
     name: "bicoherence",
     title: "Bicoherence and ellipse",
     source: "Choudhury, Shah, Thornhill, Automatica 40 (2004) 1719-1728, and Control Eng. Practice 14 \
@@ -106,6 +107,7 @@ static METHOD: Method = Method {
 };
 
 static METHOD_OP: Method = Method {
+    id: MethodId::BicoherenceOp,
     name: "bicoherence-op",
     title: "Bicoherence of the OP",
     source: "after Choudhury, Shah, Thornhill, Automatica 40 (2004) 1719-1728 (recalled, not read), \
@@ -474,11 +476,8 @@ impl Detector for Bicoherence {
         parameters(self)
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let result = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let result = self.run(subject)?;
         let says = result.plane.says(self);
         let reason = match (result.decision, result.ellipse) {
             (Decision::Sticks, _) => format!(
@@ -496,10 +495,10 @@ impl Detector for Bicoherence {
         numbers.push(Number::new("apparent stiction", result.apparent, "%"));
         numbers.push(Number::new("noise", result.noise, "%"));
         numbers.extend(result.ellipse.map(|e| Number::new("ellipse residual", e.residual, "")));
-        let mut finding =
+        let finding =
             Finding::new(&METHOD, result.decision, result.apparent, result.noise, reason, numbers);
-        finding.caveats = result.caveats;
-        finding
+        let caveats = result.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::Bicoherence(result)), ..finding })
     }
 }
 
@@ -523,17 +522,11 @@ impl Detector for BicoherenceOp {
         parameters(&self.0)
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        match self.run(subject) {
-            Ok(plane) => Finding::new(
-                &METHOD_OP,
-                if plane.nonlinear { Decision::Nonlinear } else { Decision::Linear },
-                plane.nli,
-                self.0.nli_limit,
-                plane.says(&self.0),
-                plane.numbers(),
-            ),
-            Err(why) => Finding::abstains(&METHOD_OP, why),
-        }
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let plane = self.run(subject)?;
+        let decision = if plane.nonlinear { Decision::Nonlinear } else { Decision::Linear };
+        let (limit, says) = (self.0.nli_limit, plane.says(&self.0));
+        let finding = Finding::new(&METHOD_OP, decision, plane.nli, limit, says, plane.numbers());
+        Ok(Finding { looked_at: Some(LookedAt::BicoherenceOp(plane)), ..finding })
     }
 }

@@ -38,8 +38,8 @@
 //! TerenceXue-tech/StictionGPT (plot read).
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{low_passed, quantile, standardised};
 
@@ -56,6 +56,7 @@ const BODY_OF_SINE: f64 = 0.230_053_456_162_615_88;
 const FEWEST_SAMPLES: usize = 50;
 
 static METHOD: Method = Method {
+    id: MethodId::Butterfly,
     name: "butterfly",
     title: "Butterfly shape",
     source: "Kamaruddin, Zabiri et al., J. Process Control 87 (2020), not read; plot as read in a public \
@@ -167,11 +168,8 @@ impl Detector for Butterfly {
         numbers
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let result = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let result = self.run(subject)?;
         let reason = format!(
             "the body between the wings is empty by W = {:.2} (0 for a sine, 1 for a square wave; \
              threshold {}), the wings are open by {:.2} and {:.2} standard deviations",
@@ -183,7 +181,7 @@ impl Detector for Butterfly {
             Number::new("opening at low PV", result.openings[0], "sd"),
             Number::new("opening at high PV", result.openings[1], "sd"),
         ];
-        let mut finding = Finding::new(
+        let finding = Finding::new(
             &METHOD,
             result.decision,
             result.emptiness,
@@ -191,7 +189,7 @@ impl Detector for Butterfly {
             reason,
             numbers,
         );
-        finding.caveats = result.caveats;
-        finding
+        let caveats = result.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::Butterfly(result)), ..finding })
     }
 }

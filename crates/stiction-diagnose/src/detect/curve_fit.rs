@@ -41,8 +41,8 @@
 
 use super::shapes::{Triangle, enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::recording::Dynamics;
 use crate::series::{HalfWave, centred, half_waves, span};
@@ -116,6 +116,7 @@ pub struct CurveFitResult {
 impl CurveFit {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::CurveFit,
         name: "curve-fit",
         title: "He's fit of sine and triangle",
         source: "He, Wang, Pottmann, Qin, Ind. Eng. Chem. Res. 46 (2007) 4549-4560; abstract read, \
@@ -213,11 +214,8 @@ impl Detector for CurveFit {
         vec![Number::new("upper", self.upper, ""), Number::new("lower", self.lower, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let what = match r.decision {
             Decision::Sticks => "is nearer to a triangle wave than to a sine",
             Decision::DoesNotStick => "is nearer to a sine than to a triangle wave",
@@ -241,6 +239,7 @@ impl Detector for CurveFit {
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::CurveFit(r)), ..finding })
     }
 }

@@ -40,8 +40,8 @@
 
 use super::windows::{op_travel, percentile_95};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{max, std};
 
@@ -54,6 +54,7 @@ pub const ETA: f64 = 15.0;
 const FEWEST_WINDOWS: usize = 10;
 
 static METHOD: Method = Method {
+    id: MethodId::DamarlaRegression,
     name: "damarla-regression",
     title: "Damarla's ratio of slopes",
     source: "Damarla et al., Ind. Eng. Chem. Res. 61 (2022) 502-514; definition as read in a public \
@@ -88,6 +89,8 @@ impl Default for DamarlaRegression {
 /// What the method finds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DamarlaRegressionResult {
+    /// How many times the PV's slope the OP's must be.
+    pub eta: f64,
     /// Samples in a window.
     pub window: usize,
     /// Ratio of slopes in each window; infinite if only the OP moves, NaN if neither does.
@@ -146,6 +149,7 @@ impl DamarlaRegression {
         let count = sticky.iter().filter(|s| **s).count();
         let bands = op_travel(op, &sticky, window);
         Ok(DamarlaRegressionResult {
+            eta: self.eta,
             window,
             count,
             index: 100.0 * count as f64 / sticky.len() as f64,
@@ -173,11 +177,8 @@ impl Detector for DamarlaRegression {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let result = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let result = self.run(subject)?;
         let reason = format!(
             "in {} of {} windows the OP's slope is at least {} times the PV's, an index of {:.2} %",
             result.count,
@@ -192,10 +193,9 @@ impl Detector for DamarlaRegression {
         ];
         numbers.extend(result.band.map(|band| Number::new("stiction band", band, "%")));
         numbers.extend(result.eta_95.map(|eta| Number::new("eta 95", eta, "%")));
-        let mut finding =
-            Finding::new(&METHOD, result.decision, result.index, 0.0, reason, numbers);
-        finding.caveats = result.caveats;
-        finding
+        let finding = Finding::new(&METHOD, result.decision, result.index, 0.0, reason, numbers);
+        let caveats = result.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::DamarlaRegression(result)), ..finding })
     }
 }
 

@@ -36,8 +36,8 @@
 //! nPoKhappy/control-valve-stiction-implementation, thesis_2 (read).
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{mean, min, span, standardised};
 
@@ -52,6 +52,7 @@ const FEWEST_SAMPLES: usize = 50;
 const MOST_STEPS: usize = 30;
 
 static METHOD: Method = Method {
+    id: MethodId::DamarlaSigmoid,
     name: "damarla-sigmoid",
     title: "Damarla's sigmoid",
     source: "Damarla et al., AdCONIP (2022) 210-215; definition as read in a public implementation, the \
@@ -235,11 +236,8 @@ impl Detector for DamarlaSigmoid {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let result = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let result = self.run(subject)?;
         let reason = format!(
             "the OP correlates by R = {:.3} with a sigmoid of the PV's increments; threshold {}",
             result.r, self.threshold
@@ -249,10 +247,10 @@ impl Detector for DamarlaSigmoid {
             Number::new("a", result.a, ""),
             Number::new("b", result.b, ""),
         ];
-        let mut finding =
+        let finding =
             Finding::new(&METHOD, result.decision, result.r, self.threshold, reason, numbers);
-        finding.caveats = result.caveats;
-        finding
+        let caveats = result.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::DamarlaSigmoid(result)), ..finding })
     }
 }
 

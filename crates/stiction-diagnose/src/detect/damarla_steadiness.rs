@@ -54,8 +54,8 @@
 
 use super::windows::{Moments, op_travel, percentile_95};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
@@ -72,8 +72,9 @@ pub const CONFIDENCE: f64 = 0.95;
 const FEWEST_WINDOWS: usize = 10;
 
 macro_rules! method {
-    ($name:literal, $title:literal, $rule:literal) => {
+    ($id:ident, $name:literal, $title:literal, $rule:literal) => {
         Method {
+            id: MethodId::$id,
             name: $name,
             title: $title,
             source: "Damarla et al., Ind. Eng. Chem. Res. 62 (2023) 4410-4421; definitions as read in a \
@@ -91,24 +92,28 @@ macro_rules! method {
 
 static METHODS: [Method; 4] = [
     method!(
+        DamarlaFTest,
         "damarla-f-test",
         "Damarla's F-test",
         "sticks if more windows than the threshold (that of chance; published: 0) have a PV of steady \
          variance and an OP of unsteady variance, by a one-sided F-test at 5 %"
     ),
     method!(
+        DamarlaTTest,
         "damarla-t-test",
         "Damarla's t-test",
         "sticks if more windows than the threshold (that of chance; published: 0) have a PV of steady \
          mean and an OP of unsteady mean, by a t-test at 5 %"
     ),
     method!(
+        DamarlaHotelling,
         "damarla-hotelling",
         "Damarla's Hotelling test",
         "sticks if more windows than the threshold (that of chance; published: 0) have a PV of steady \
          mean and an OP of unsteady mean, by Hotelling's T² with modified degrees of freedom at 5 %"
     ),
     method!(
+        DamarlaReverseArrangements,
         "damarla-reverse-arrangements",
         "Damarla's reverse arrangements",
         "sticks if more windows than the threshold (that of chance; published: 0) have a PV without \
@@ -164,6 +169,8 @@ impl Steadiness {
 /// What a test finds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DamarlaTestResult {
+    /// Which test.
+    pub test: SteadinessTest,
     /// Samples in a window.
     pub window: usize,
     /// The PV's test in each window.
@@ -240,6 +247,7 @@ impl DamarlaTest {
         };
         let bands = op_travel(op, &marked, window);
         Ok(DamarlaTestResult {
+            test: self.test,
             window,
             pv,
             op: op_tests,
@@ -269,11 +277,8 @@ impl Detector for DamarlaTest {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let result = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(self.method(), why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let result = self.run(subject)?;
         let reason = format!(
             "in {} of {} windows the PV is steady and the OP is not, Omega = {:.3}; chance marks {:.3}, \
              and rarely more than {:.3}",
@@ -290,7 +295,7 @@ impl Detector for DamarlaTest {
             Number::new("Omega by chance", result.expected, ""),
         ];
         numbers.extend(result.eta_95.map(|eta| Number::new("eta 95", eta, "%")));
-        let mut finding = Finding::new(
+        let finding = Finding::new(
             self.method(),
             result.decision,
             result.share,
@@ -298,8 +303,8 @@ impl Detector for DamarlaTest {
             reason,
             numbers,
         );
-        finding.caveats = result.caveats;
-        finding
+        let caveats = result.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::DamarlaTest(result)), ..finding })
     }
 }
 

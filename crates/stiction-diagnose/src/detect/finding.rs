@@ -1,7 +1,8 @@
 //! What a detector says.
 
-use super::Method;
+use super::{LookedAt, Method, Subject};
 use crate::Number;
+use std::borrow::Cow;
 use std::fmt;
 
 /// What a detector decides.
@@ -55,8 +56,10 @@ impl fmt::Display for Decision {
 
 /// What a detector says of one stretch.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Finding {
     /// Which.
+    #[cfg_attr(feature = "serde", serde(flatten))]
     pub method: &'static Method,
     /// What it decides.
     pub decision: Decision,
@@ -70,6 +73,12 @@ pub struct Finding {
     pub numbers: Vec<Number>,
     /// What to keep in mind when reading it, such as an assumption that could not be checked.
     pub caveats: Vec<String>,
+    /// The parameters of the method as they were set.
+    pub parameters: Vec<Number>,
+    /// The typed result that it rests on, from which its figure is drawn. [`diagnose`](crate::diagnose::diagnose) keeps
+    /// it where [`Options::evidence`](crate::diagnose::Options::evidence) asks for it, for it holds whole signals.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub looked_at: Option<LookedAt>,
 }
 
 impl Finding {
@@ -90,6 +99,8 @@ impl Finding {
             reason,
             numbers,
             caveats: vec![],
+            parameters: vec![],
+            looked_at: None,
         }
     }
 
@@ -103,6 +114,19 @@ impl Finding {
             reason: why.0,
             numbers: vec![],
             caveats: vec![],
+            parameters: vec![],
+            looked_at: None,
         }
+    }
+
+    /// What the method looked at in `subject`, of which this is the finding. Where it was not kept, the method of the
+    /// registry looks again; `None` if it cannot, or this is the finding of one with other parameters.
+    pub fn evidence(&self, subject: &Subject<'_>) -> Option<Cow<'_, LookedAt>> {
+        if let Some(kept) = &self.looked_at {
+            return Some(Cow::Borrowed(kept));
+        }
+        let detector = self.method.id.detector();
+        let same = detector.parameters() == self.parameters;
+        same.then(|| detector.judge(subject).looked_at).flatten().map(Cow::Owned)
     }
 }

@@ -40,8 +40,8 @@
 
 use super::shapes::presume_oscillation;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{CrossCorrelation, cross_correlation, fft_length};
 
@@ -106,6 +106,7 @@ fn first_crossing(values: impl Iterator<Item = f64>) -> Option<f64> {
 impl Horch {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::Horch,
         name: "horch",
         title: "Horch's cross-correlation",
         source: "Horch, Control Eng. Practice 7 (1999) 1221-1231; formulas recalled, not read",
@@ -202,11 +203,8 @@ impl Detector for Horch {
         vec![Number::new("upper", self.upper, ""), Number::new("lower", self.lower, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let what = match r.decision {
             Decision::Sticks => "the correlation of OP and PV is odd, as with a sticking valve",
             Decision::DoesNotStick => "the correlation of OP and PV is even, as with a disturbance",
@@ -227,6 +225,7 @@ impl Detector for Horch {
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::Horch(r)), ..finding })
     }
 }

@@ -42,8 +42,8 @@
 use super::curvature::curvature;
 use super::shapes::representable;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{centred, std};
 use statrs::function::erf::erf;
@@ -117,6 +117,7 @@ fn density(below: impl Fn(f64) -> f64) -> Vec<f64> {
 impl HorchDensity {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::HorchDensity,
         name: "horch-density",
         title: "Horch and Isaksson's density of the second derivative",
         source: "Horch, Isaksson, European Control Conference (2001); idea recalled, not read; \
@@ -223,11 +224,8 @@ impl Detector for HorchDensity {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let what = match r.decision {
             Decision::Sticks => "one hump, as between the corners of a triangle wave",
             Decision::DoesNotStick => "two humps, as of a sinusoid",
@@ -245,6 +243,7 @@ impl Detector for HorchDensity {
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::HorchDensity(r)), ..finding })
     }
 }

@@ -40,8 +40,8 @@
 use super::shapes::representable;
 use super::stuck::{StuckSpan, find_rests};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::recording::LoopType;
 use crate::series::{centred, span};
@@ -108,6 +108,7 @@ fn explained(u: &[f64], x: &[f64], widths: &[f64; WIDTHS]) -> [f64; WIDTHS] {
 impl Kano {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::Kano,
         name: "kano",
         title: "Kano's methods A and B",
         source: "Kano, Maruta, Kugemoto, Shimizu, IFAC DYCOPS (2004); recalled, not read",
@@ -188,11 +189,8 @@ impl Detector for Kano {
         vec![Number::new("least travel", self.least_travel, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let reason = format!(
             "the {} rests {:.0} % of the time while the OP travels, and a dead band of {:.2} % of OP \
              explains {:.0} % of its variance, none {:.0} %; no threshold is known",
@@ -209,6 +207,8 @@ impl Detector for Kano {
             Number::new("explained without", r.explained_without, ""),
         ];
         let finding = Finding::new(&Self::METHOD, r.decision, r.statistic, 0.0, reason, numbers);
-        Finding { threshold: None, caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        let looked_at = Some(LookedAt::Kano(r));
+        Ok(Finding { threshold: None, caveats, looked_at, ..finding })
     }
 }

@@ -65,28 +65,49 @@ pub use yamashita_level::{YamashitaLevel, YamashitaLevelResult};
 
 /// What a method is, before it sees any data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Method {
+    /// Which it is.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub id: MethodId,
     /// Its name in commands and files, such as `horch`.
     pub name: &'static str,
     /// Its title, such as `Horch's cross-correlation`.
     pub title: &'static str,
     /// Authors, year, journal; and whether its formulas were read or recalled.
+    #[cfg_attr(feature = "serde", serde(rename = "reference"))]
     pub source: &'static str,
     /// Name of its statistic, with its unit if it has one. With every method of the registry, the larger it
     /// is, the more it speaks for a positive decision.
+    #[cfg_attr(feature = "serde", serde(rename = "statistic_name"))]
     pub statistic: &'static str,
     /// The decision rule, a sentence with the thresholds.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub rule: &'static str,
     /// For which loops it was made.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub applies: Applies,
     /// What a positive decision means.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "votes", serialize_with = "votes"),
+        schemars(with = "bool")
+    )]
     pub decides: Decides,
     /// The signals it cannot do without.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub needs: Needs,
     /// What it looks at.
     pub family: Family,
     /// Whether it was made to tell the cause of an oscillation that was found before; see [`judge`].
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub explains_oscillation: bool,
+}
+
+/// Whether the decision of a method is counted in the vote of its family.
+#[cfg(feature = "serde")]
+fn votes<S: serde::Serializer>(decides: &Decides, to: S) -> std::result::Result<S::Ok, S::Error> {
+    to.serialize_bool(*decides == Decides::Stiction)
 }
 
 /// What a method looks at. Methods of one family see the same evidence, so they have one vote
@@ -196,6 +217,87 @@ pub trait Detector: Send + Sync {
     fn method(&self) -> &'static Method;
     /// Its parameters as they are set.
     fn parameters(&self) -> Vec<Number>;
+    /// What it says of a stretch and what it looked at; [`judge`](Self::judge) adds the parameters.
+    ///
+    /// # Errors
+    /// If it does not apply, or the data do not suffice.
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention>;
     /// What it says of a stretch. It never fails: what it cannot judge, it abstains from.
-    fn judge(&self, subject: &Subject<'_>) -> Finding;
+    fn judge(&self, subject: &Subject<'_>) -> Finding {
+        let found = self.look(subject);
+        let finding = found.unwrap_or_else(|why| Finding::abstains(self.method(), why));
+        Finding { parameters: self.parameters(), ..finding }
+    }
+}
+
+registry::methods! {
+    Direct: ValvePosition::default(),
+    YamashitaVp: Yamashita { follower: Follower::Vp, ..Yamashita::default() },
+    Horch: Horch::default(),
+    HorchDensity: HorchDensity::default(),
+    AreaRatio: AreaRatio::default(),
+    CurveFit: CurveFit::default(),
+    RelayFit: RelayFit::default(),
+    SquareWave: SquareWave::default(),
+    Yamashita: Yamashita::default(),
+    YamashitaLevel: YamashitaLevel::default(),
+    Kano: Kano::default(),
+    SharpCorner: SharpCorner::default(),
+    Butterfly: Butterfly::default(),
+    DamarlaRegression: DamarlaRegression::default(),
+    DamarlaFTest: DamarlaTest::new(SteadinessTest::FTest),
+    DamarlaTTest: DamarlaTest::new(SteadinessTest::TTest),
+    DamarlaHotelling: DamarlaTest::new(SteadinessTest::Hotelling),
+    DamarlaReverseArrangements: DamarlaTest::new(SteadinessTest::ReverseArrangements),
+    DamarlaSigmoid: DamarlaSigmoid::default(),
+    Srinivasan: ModelFit::new(FittedBy::Srinivasan),
+    Lee: ModelFit::new(FittedBy::Lee),
+    Jelali: ModelFit::new(FittedBy::Jelali),
+    KarraKarim: ModelFit::new(FittedBy::KarraKarim),
+    Bicoherence: Bicoherence::default(),
+    BicoherenceOp: BicoherenceOp::default(),
+    Surrogates: Surrogates::default(),
+}
+
+/// What a method looked at: its typed result, one kind for all methods that share it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LookedAt {
+    /// Rests and slips of a measured valve position.
+    ValvePosition(MeasuredValve),
+    /// Patterns of the OP and of what follows it.
+    Yamashita(YamashitaResult),
+    /// The cross-correlation of OP and PV.
+    Horch(HorchResult),
+    /// How the PV bends.
+    HorchDensity(HorchDensityResult),
+    /// The areas of half waves before and after their peaks.
+    AreaRatio(AreaRatioResult),
+    /// Half waves with triangle and sine.
+    CurveFit(CurveFitResult),
+    /// Half waves with the response to a relay, triangle and sine.
+    RelayFit(RelayFitResult),
+    /// Half waves with square wave and sine.
+    SquareWave(SquareWaveResult),
+    /// How the PV of a level bends.
+    YamashitaLevel(YamashitaLevelResult),
+    /// Rests of the PV while the OP travels.
+    Kano(KanoResult),
+    /// Cycles of OP and error with their corners.
+    SharpCorner(SharpCornerResult),
+    /// The wings of PV and OP.
+    Butterfly(ButterflyResult),
+    /// Windows by the slopes of OP and PV.
+    DamarlaRegression(DamarlaRegressionResult),
+    /// Windows by a test of steadiness.
+    DamarlaTest(DamarlaTestResult),
+    /// OP over increments of the PV.
+    DamarlaSigmoid(DamarlaSigmoidResult),
+    /// A fitted model of valve and process.
+    ModelFit(ModelFitResult),
+    /// The bicoherence of the error, and the ellipse of PV and OP.
+    Bicoherence(BicoherenceResult),
+    /// The bicoherence of the OP.
+    BicoherenceOp(BicoherencePlane),
+    /// Prediction errors of surrogates.
+    Surrogates(SurrogatesResult),
 }

@@ -28,8 +28,8 @@
 //! See the methods.
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::identify::karra_karim::KarraKarim;
 use crate::identify::published::HammersteinFit;
@@ -75,6 +75,7 @@ pub struct ModelFitResult {
 }
 
 const fn method(
+    id: MethodId,
     name: &'static str,
     title: &'static str,
     source: &'static str,
@@ -82,6 +83,7 @@ const fn method(
     rule: &'static str,
 ) -> Method {
     Method {
+        id,
         name,
         title,
         source,
@@ -96,6 +98,7 @@ const fn method(
 }
 
 const SRINIVASAN: Method = method(
+    MethodId::Srinivasan,
     "srinivasan",
     "Srinivasan's one-parameter fit",
     "Srinivasan, Rengaswamy, Narasimhan, Miller, Ind. Eng. Chem. Res. 44 (2005) 6719-6728; recalled, not \
@@ -104,6 +107,7 @@ const SRINIVASAN: Method = method(
     "sticks if the gain exceeds 0.05 and Akaike's criterion agrees",
 );
 const LEE: Method = method(
+    MethodId::Lee,
     "lee",
     "Lee, Ren and Huang's fit",
     "Lee, Ren, Huang, Proc. ADCONIP (2008); recalled, not read",
@@ -111,6 +115,7 @@ const LEE: Method = method(
     "sticks if the gain exceeds 0.05",
 );
 const JELALI: Method = method(
+    MethodId::Jelali,
     "jelali",
     "Jelali's fit by pattern search",
     "Jelali, J. Process Control 18 (2008) 632-642; recalled, not read",
@@ -118,6 +123,7 @@ const JELALI: Method = method(
     "sticks if the gain exceeds 0.1",
 );
 const KARRA_KARIM: Method = method(
+    MethodId::KarraKarim,
     "karra-karim",
     "Karra and Karim's diagnosis",
     "Karra, Karim, Control Eng. Practice 17 (2009) 939-956; recalled, not read",
@@ -174,11 +180,8 @@ impl Detector for ModelFit {
         vec![Number::new("least", self.least, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(self.method(), why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let fit = &r.fit;
         let how = if fit.sticks { "clearly better" } else { "hardly better, or not," };
         let cause = r.cause.map_or(String::new(), |(cause, _)| {
@@ -200,6 +203,7 @@ impl Detector for ModelFit {
         }
         let finding =
             Finding::new(self.method(), r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::ModelFit(r)), ..finding })
     }
 }

@@ -1,45 +1,74 @@
 //! All detectors, by name.
 
-use super::Detector;
-use super::{
-    AreaRatio, Bicoherence, BicoherenceOp, Butterfly, CurveFit, DamarlaRegression, DamarlaSigmoid,
-    DamarlaTest, FittedBy, Follower, Horch, HorchDensity, Kano, ModelFit, RelayFit, SharpCorner,
-    SquareWave, SteadinessTest, Surrogates, ValvePosition, Yamashita, YamashitaLevel,
-};
+use super::{Detector, Method, MethodId};
 use crate::error::{Error, Result};
+use std::fmt;
+use std::str::FromStr;
 
-/// All detectors with their published parameters, in the order of reports: those of the measured
-/// valve position, of the shape of the signals, of patterns, of the phase plot, of windows, of fitted
-/// models, and of nonlinearity.
+/// Declares the methods of the registry, a line each: what it is called here, and the detector with its published
+/// parameters. Their order is that of reports: those of the measured valve position, of the shape of the signals, of
+/// patterns, of the phase plot, of windows, of fitted models, and of nonlinearity.
+macro_rules! methods {
+    ($($id:ident: $detector:expr,)*) => {
+        /// The methods of the registry.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum MethodId {
+            $(#[doc = concat!("That of `", stringify!($detector), "`.")] $id,)*
+        }
+
+        impl MethodId {
+            /// All of them, in the order of reports.
+            pub const ALL: &'static [Self] = &[$(Self::$id),*];
+
+            /// The method with its published parameters.
+            pub fn detector(self) -> Box<dyn Detector> {
+                match self {
+                    $(Self::$id => Box::new($detector),)*
+                }
+            }
+        }
+    };
+}
+pub(super) use methods;
+
+impl MethodId {
+    /// What it is.
+    pub fn method(self) -> &'static Method {
+        self.detector().method()
+    }
+
+    /// Its name in commands and files, such as `horch`.
+    pub fn name(self) -> &'static str {
+        self.method().name
+    }
+}
+
+impl fmt::Display for MethodId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// By its name, in any case. There may be none of that name; the error names those there are.
+impl FromStr for MethodId {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        let of_name = |id: &&Self| id.name().eq_ignore_ascii_case(name.trim());
+        Self::ALL.iter().find(of_name).copied().ok_or_else(|| {
+            let known: Vec<&str> = Self::ALL.iter().map(|id| id.name()).collect();
+            Error::UnknownName {
+                family: "detector",
+                name: name.to_owned(),
+                known: known.join(", "),
+            }
+        })
+    }
+}
+
+/// All detectors with their published parameters, in the order of reports.
 pub fn all() -> Vec<Box<dyn Detector>> {
-    vec![
-        Box::new(ValvePosition::default()),
-        Box::new(Yamashita { follower: Follower::Vp, ..Yamashita::default() }),
-        Box::new(Horch::default()),
-        Box::new(HorchDensity::default()),
-        Box::new(AreaRatio::default()),
-        Box::new(CurveFit::default()),
-        Box::new(RelayFit::default()),
-        Box::new(SquareWave::default()),
-        Box::new(Yamashita::default()),
-        Box::new(YamashitaLevel::default()),
-        Box::new(Kano::default()),
-        Box::new(SharpCorner::default()),
-        Box::new(Butterfly::default()),
-        Box::new(DamarlaRegression::default()),
-        Box::new(DamarlaTest::new(SteadinessTest::FTest)),
-        Box::new(DamarlaTest::new(SteadinessTest::TTest)),
-        Box::new(DamarlaTest::new(SteadinessTest::Hotelling)),
-        Box::new(DamarlaTest::new(SteadinessTest::ReverseArrangements)),
-        Box::new(DamarlaSigmoid::default()),
-        Box::new(ModelFit::new(FittedBy::Srinivasan)),
-        Box::new(ModelFit::new(FittedBy::Lee)),
-        Box::new(ModelFit::new(FittedBy::Jelali)),
-        Box::new(ModelFit::new(FittedBy::KarraKarim)),
-        Box::new(Bicoherence::default()),
-        Box::new(BicoherenceOp::default()),
-        Box::new(Surrogates::default()),
-    ]
+    MethodId::ALL.iter().map(|id| id.detector()).collect()
 }
 
 /// The detector called `name`, in any case.
@@ -47,18 +76,7 @@ pub fn all() -> Vec<Box<dyn Detector>> {
 /// # Errors
 /// If there is none; the message names those there are.
 pub fn by_name(name: &str) -> Result<Box<dyn Detector>> {
-    let mut detectors = all();
-    match detectors.iter().position(|d| d.method().name.eq_ignore_ascii_case(name.trim())) {
-        Some(i) => Ok(detectors.swap_remove(i)),
-        None => {
-            let known: Vec<&str> = detectors.iter().map(|d| d.method().name).collect();
-            Err(Error::UnknownName {
-                family: "detector",
-                name: name.to_owned(),
-                known: known.join(", "),
-            })
-        }
-    }
+    name.parse().map(MethodId::detector)
 }
 
 #[cfg(test)]
@@ -73,6 +91,7 @@ mod tests {
         for (i, detector) in detectors.iter().enumerate() {
             let method = detector.method();
             assert!(detectors[..i].iter().all(|other| other.method().name != method.name));
+            assert_eq!(method.id, MethodId::ALL[i]);
             for text in [method.title, method.source, method.statistic, method.rule] {
                 assert!(!text.trim().is_empty() && !text.contains("  "), "{}: {text}", method.name);
             }

@@ -41,8 +41,8 @@
 
 use super::shapes::{Relay, Triangle, enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{HalfWave, centred, half_waves};
 
@@ -98,6 +98,7 @@ pub struct RelayFitResult {
 impl RelayFit {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::RelayFit,
         name: "relay-fit",
         title: "Rossi and Scali's fit of relay responses",
         source: "Rossi, Scali, J. Process Control 15 (2005) 505-514; recalled, not read",
@@ -167,11 +168,8 @@ impl Detector for RelayFit {
         vec![Number::new("upper", self.upper, ""), Number::new("lower", self.lower, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let shape = if r.mse[1] <= r.mse[2] { "a triangle wave" } else { "a relay's response" };
         let what = match r.decision {
             Decision::Sticks => format!("is nearer to {shape} than to a sine"),
@@ -195,6 +193,7 @@ impl Detector for RelayFit {
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::RelayFit(r)), ..finding })
     }
 }

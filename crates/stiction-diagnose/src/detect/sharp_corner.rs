@@ -47,8 +47,8 @@
 
 use super::ellipse::Ellipse;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{Direction, band_passed, mean, span, zero_crossings};
 
@@ -73,6 +73,7 @@ const FEWEST_CYCLES: usize = 3;
 const MOST_CYCLES: usize = 200;
 
 static METHOD: Method = Method {
+    id: MethodId::SharpCorner,
     name: "sharp-corner",
     title: "Sharp corners",
     source: "HAW Hamburg, Stiction Analyser, user's guide (read); details ours",
@@ -271,11 +272,8 @@ impl Detector for SharpCorner {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let result = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let result = self.run(subject)?;
         let similar = result.cycles.len();
         let reason = if similar < FEWEST_CYCLES {
             format!("only {similar} of {} cycles resemble an ellipse", result.examined)
@@ -298,10 +296,10 @@ impl Detector for SharpCorner {
             Number::new("cycles", result.examined as f64, ""),
             Number::new("magnitude", result.magnitude, "%"),
         ];
-        let mut finding =
+        let finding =
             Finding::new(&METHOD, result.decision, result.share, self.share, reason, numbers);
-        finding.caveats = result.caveats;
-        finding
+        let caveats = result.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::SharpCorner(result)), ..finding })
     }
 }
 

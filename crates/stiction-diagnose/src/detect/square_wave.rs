@@ -35,8 +35,8 @@
 
 use super::shapes::{enough, pieces, presume_oscillation, representable};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{HalfWave, centred};
 
@@ -88,6 +88,7 @@ pub struct SquareWaveResult {
 impl SquareWave {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::SquareWave,
         name: "square-wave",
         title: "Hägglund's shape",
         source: "Hägglund, Control Eng. Practice 19 (2011) 782-789; recalled, not read",
@@ -143,11 +144,8 @@ impl Detector for SquareWave {
         vec![Number::new("threshold", self.threshold, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let nearer = if r.decision == Decision::Sticks {
             "a square wave than to a sine"
         } else {
@@ -166,6 +164,7 @@ impl Detector for SquareWave {
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::SquareWave(r)), ..finding })
     }
 }

@@ -50,8 +50,8 @@
 //! Rev. Lett. 77 (1996) 635-638 (not read).
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{Transform, centred, mean, sample_std, standardised};
 use rand::{Rng, SeedableRng};
@@ -77,6 +77,7 @@ pub const SEED: u64 = 2005;
 const FEWEST_PERIODS: f64 = 10.0;
 
 static METHOD: Method = Method {
+    id: MethodId::Surrogates,
     name: "surrogates",
     title: "Thornhill's surrogate data",
     source: "Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443; formulas and limits \
@@ -127,6 +128,8 @@ impl Default for Surrogates {
 /// What the method finds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurrogatesResult {
+    /// N from which the loop is nonlinear.
+    pub limit: f64,
     /// The series that was tested: resampled, less its mean and over its standard deviation.
     pub series: Vec<f64>,
     /// Recorded sample at which it begins.
@@ -196,6 +199,7 @@ impl Surrogates {
         }
         let decision = if n > self.limit { Decision::Nonlinear } else { Decision::Linear };
         Ok(SurrogatesResult {
+            limit: self.limit,
             series: x,
             first,
             period,
@@ -226,11 +230,8 @@ impl Detector for Surrogates {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let result = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let result = self.run(subject)?;
         let average = mean(&result.surrogates);
         let reason = format!(
             "the error is predicted with a squared error of {:.3} against {:.3} of {} surrogates, \
@@ -248,10 +249,9 @@ impl Detector for Surrogates {
             Number::new("sd Gamma of surrogates", sample_std(&result.surrogates), ""),
             Number::new("embedding", result.embedding as f64, "samples"),
         ];
-        let mut finding =
-            Finding::new(&METHOD, result.decision, result.n, self.limit, reason, numbers);
-        finding.caveats = result.caveats;
-        finding
+        let finding = Finding::new(&METHOD, result.decision, result.n, self.limit, reason, numbers);
+        let caveats = result.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::Surrogates(result)), ..finding })
     }
 }
 

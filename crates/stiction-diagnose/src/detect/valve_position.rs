@@ -44,8 +44,8 @@
 
 use super::stuck::{StuckSpan, find_rests};
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::identify::lagged_position::{
     ACCUSED_FROM, Behaviour, CLEARED_BELOW, HEALTHY_UP_TO, Judgement,
@@ -213,6 +213,7 @@ fn rest(span: &StuckSpan, u: &[f64], x: &[f64], tolerance: f64) -> Rest {
 impl ValvePosition {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::Direct,
         name: "direct",
         title: "Direct measurement on the valve position",
         source: "ours",
@@ -380,14 +381,14 @@ impl Detector for ValvePosition {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let judged = match &r.judgement {
             Ok(judged) => judged,
-            Err(why) => return Finding::abstains(&Self::METHOD, why.clone()),
+            Err(why) => {
+                let finding = Finding::abstains(&Self::METHOD, why.clone());
+                return Ok(Finding { looked_at: Some(LookedAt::ValvePosition(r)), ..finding });
+            }
         };
         let reason = judged.sentence(subject.stretch.sample_time);
         let mut numbers = vec![];
@@ -414,6 +415,7 @@ impl Detector for ValvePosition {
         ]);
         let finding =
             Finding::new(&Self::METHOD, r.decision, judged.t, judged.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::ValvePosition(r)), ..finding })
     }
 }

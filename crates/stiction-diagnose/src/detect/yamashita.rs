@@ -41,8 +41,8 @@
 //! Engineering Practice 14 (2006) 503-510.
 
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::recording::LoopType;
 use crate::series::span;
@@ -83,6 +83,10 @@ pub struct YamashitaResult {
     pub threshold: f64,
     /// The verdict.
     pub decision: Decision,
+    /// What followed the OP.
+    pub follower: Follower,
+    /// Steps up to so many standard deviations were steady.
+    pub dead_zone: f64,
     /// Share of the movement that stays without an answer, and then finds one in the same direction.
     pub rho2: f64,
     /// rho1 without what cannot come from stiction.
@@ -133,6 +137,7 @@ fn runs(u: &[i8], x: &[i8]) -> (usize, usize) {
 impl Yamashita {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::Yamashita,
         name: "yamashita",
         title: "Yamashita's patterns",
         source: "Yamashita, Control Eng. Practice 14 (2006) 503-510; recalled, not read; dead zone \
@@ -148,6 +153,7 @@ impl Yamashita {
 
     /// The same on the measured valve position, for loops of any kind.
     pub const METHOD_VP: Method = Method {
+        id: MethodId::YamashitaVp,
         name: "yamashita-vp",
         title: "Yamashita's patterns on the valve position",
         applies: Applies::AnyLoop,
@@ -211,6 +217,8 @@ impl Yamashita {
             statistic,
             threshold: self.threshold,
             decision: if sticks { Decision::Sticks } else { Decision::DoesNotStick },
+            follower: self.follower,
+            dead_zone: self.dead_zone,
             rho2: share(jumps),
             rho3: share(silent - others),
             patterns,
@@ -236,11 +244,8 @@ impl Detector for Yamashita {
         ]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(self.method(), why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let name = match self.follower {
             Follower::Pv => "PV",
             Follower::Vp => "valve position",
@@ -261,6 +266,7 @@ impl Detector for Yamashita {
         ];
         let finding =
             Finding::new(self.method(), r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::Yamashita(r)), ..finding })
     }
 }

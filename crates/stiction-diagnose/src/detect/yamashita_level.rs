@@ -37,8 +37,8 @@
 use super::curvature::curvature;
 use super::shapes::representable;
 use super::{
-    Abstention, Applies, Decides, Decision, Detector, Family, Finding, Method, Needs, Number,
-    Subject,
+    Abstention, Applies, Decides, Decision, Detector, Family, Finding, LookedAt, Method, MethodId,
+    Needs, Number, Subject,
 };
 use crate::series::{centred, excess_kurtosis};
 
@@ -77,6 +77,7 @@ pub struct YamashitaLevelResult {
 impl YamashitaLevel {
     /// What this method is.
     pub const METHOD: Method = Method {
+        id: MethodId::YamashitaLevel,
         name: "yamashita-level",
         title: "Yamashita's excess kurtosis for levels",
         source: "Yamashita 2006; idea recalled, not read; lag and thresholds ours",
@@ -125,11 +126,8 @@ impl Detector for YamashitaLevel {
         vec![Number::new("upper", self.upper, ""), Number::new("lower", self.lower, "")]
     }
 
-    fn judge(&self, subject: &Subject<'_>) -> Finding {
-        let r = match self.run(subject) {
-            Ok(result) => result,
-            Err(why) => return Finding::abstains(&Self::METHOD, why),
-        };
+    fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
+        let r = self.run(subject)?;
         let what = match r.decision {
             Decision::Sticks => "is straight between corners, as behind a sticking valve",
             Decision::DoesNotStick => "bends like a sinusoid",
@@ -146,6 +144,7 @@ impl Detector for YamashitaLevel {
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);
-        Finding { caveats: r.caveats, ..finding }
+        let caveats = r.caveats.clone();
+        Ok(Finding { caveats, looked_at: Some(LookedAt::YamashitaLevel(r)), ..finding })
     }
 }

@@ -1,6 +1,6 @@
 //! What is asked of a stretch before its valve is judged: do OP and PV belong together, and does the PV respond?
 
-use super::no_response::{self, NoResponse};
+use super::no_response::{self, Rest};
 use super::relation::{Mismatch, Relation};
 use super::verdict::Verdict;
 use super::weighing::Weighing;
@@ -16,15 +16,15 @@ pub(super) struct Belonging<'a> {
     /// Whether OP and PV belong together.
     pub relation: Option<Relation>,
     /// Where the PV rests while the OP travels.
-    pub no_response: Option<NoResponse>,
+    pub rest: Option<Rest>,
 }
 
 impl<'a> Belonging<'a> {
     /// Asks a stretch; `measured` if a valve position is recorded that can be judged.
     pub fn of(stretch: &'a Stretch, measured: bool) -> Self {
         let relation = Relation::of(stretch);
-        let no_response = NoResponse::of(stretch).filter(|_| relation.mismatch.is_none());
-        Self { stretch: Some(stretch), measured, relation: Some(relation), no_response }
+        let rest = Rest::of(stretch).filter(|_| relation.mismatch.is_none());
+        Self { stretch: Some(stretch), measured, relation: Some(relation), rest }
     }
 
     /// What the mistake is called, if the verdict is that the columns are mistaken.
@@ -47,7 +47,7 @@ impl<'a> Belonging<'a> {
         {
             return Some(verdict);
         }
-        let (rest, step) = (self.no_response.as_ref(), stretch.sample_time);
+        let (rest, step) = (self.rest.as_ref(), stretch.sample_time);
         no_response::verdict(rest, step, weighing, fitness, preliminary)
     }
 }

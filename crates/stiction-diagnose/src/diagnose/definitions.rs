@@ -5,17 +5,29 @@
 //! is no travel at all. Their sources are recalled, not read. Each is named, so that a number from one tool is not compared with that of another.
 
 use super::verdict::Definition;
-use crate::detect::{DamarlaTest, Ellipse, SharpCorner, SteadinessTest, Subject};
+use crate::detect::{Ellipse, Finding, LookedAt, MethodId, Subject};
 use crate::series::{band_passed, std};
+use std::borrow::Cow;
 
 /// Samples that an ellipse is fitted to, at most: the middle of a long stretch.
 const MOST_POINTS: usize = 4_000;
 
-/// All definitions for a loop, `s` being the estimate of S, percent.
-pub fn definitions(subject: &Subject<'_>, s: Option<f64>) -> Vec<Definition> {
+/// All definitions for a loop, `s` being the estimate of S, percent. What a method looked at is taken from its finding;
+/// one that was not asked looks now.
+pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) -> Vec<Definition> {
     let ellipse = ellipse(subject);
-    let knees = DamarlaTest::new(SteadinessTest::TTest).run(subject).ok();
-    let corners = SharpCorner::default().run(subject).ok();
+    let finding = |id: MethodId| {
+        let asked = findings.iter().find(|finding| finding.method.id == id);
+        asked.map_or_else(|| Cow::Owned(id.detector().judge(subject)), Cow::Borrowed)
+    };
+    let corners = match &finding(MethodId::SharpCorner).looked_at {
+        Some(LookedAt::SharpCorner(found)) if !found.cycles.is_empty() => Some(found.magnitude),
+        _ => None,
+    };
+    let knees = match &finding(MethodId::DamarlaTTest).looked_at {
+        Some(LookedAt::DamarlaTest(found)) => found.eta_95,
+        _ => None,
+    };
     vec![
         Definition {
             name: "S",
@@ -33,7 +45,7 @@ pub fn definitions(subject: &Subject<'_>, s: Option<f64>) -> Vec<Definition> {
         },
         Definition {
             name: "ellipse width",
-            value: corners.filter(|found| !found.cycles.is_empty()).map(|found| found.magnitude),
+            value: corners,
             unit: "%",
             meaning: "mean width along the OP of the ellipses of the cycles of OP and control error \
                       (sharp-corner method)",
@@ -50,7 +62,7 @@ pub fn definitions(subject: &Subject<'_>, s: Option<f64>) -> Vec<Definition> {
         },
         Definition {
             name: "knee to knee",
-            value: knees.and_then(|found| found.eta_95),
+            value: knees,
             unit: "%",
             meaning: "OP travel while the PV is steady: 95th percentile over the windows in a row that a \
                       t-test marks (Damarla et al. 2023)",

@@ -7,18 +7,20 @@ use super::definitions::definitions;
 use super::few_slips::{FewSlips, few_slips};
 use super::fit_windows::fit_windows;
 use super::history::Observation;
-use super::measured::by_position;
+use super::measured::{ByPosition, by_position};
 use super::no_response::{NoResponse, Silence};
 use super::quantify;
 use super::relation::{Mismatch, Relation};
 use super::verdict::{Basis, Stiction, Verdict, VerdictClass, Votes, conclude};
 use super::weighing::Weighing;
 use super::{KpiOptions, Kpis};
-use crate::detect::{self, Abstention, Detector, Family, Finding, Subject};
+#[cfg(feature = "serde")]
+use super::{relation::Mistake, verdict::Limit};
+use crate::detect::{self, Abstention, Detector, Family, Finding, MethodId, Subject};
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
 use crate::oscillation::{self, Oscillation};
-use crate::recording::fitness::{self, Class, Fitness, Measure};
+use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
 
 /// What may be told about a loop before it is diagnosed.
@@ -32,6 +34,9 @@ pub struct Options {
     pub kpis: KpiOptions,
     /// Which published methods are asked.
     pub detectors: Detectors,
+    /// Whether findings keep what they [looked at](Finding::looked_at), for a report that draws it. It is about
+    /// twice what the recording itself takes.
+    pub evidence: bool,
 }
 
 /// Which of the published methods are asked for a diagnosis. They cost most of its time, so whoever
@@ -46,106 +51,235 @@ pub enum Detectors {
     All,
     /// None.
     None,
-    /// Those of these names, such as `horch`.
-    Only(Vec<String>),
+    /// These.
+    Only(Vec<MethodId>),
 }
 
 impl Detectors {
     /// The detectors that are asked, in the order of the registry.
-    ///
-    /// # Errors
-    /// If there is none of a name; the message names those there are.
-    pub fn asked(&self) -> Result<Vec<Box<dyn Detector>>> {
+    pub fn asked(&self) -> Vec<Box<dyn Detector>> {
         let mut detectors = detect::all();
-        let chosen = match self {
-            Self::All => return Ok(detectors),
-            Self::None => vec![],
-            Self::Only(names) => names
-                .iter()
-                .map(|name| Ok(detect::by_name(name)?.method().name))
-                .collect::<Result<Vec<_>>>()?,
-        };
         detectors.retain(|detector| {
             let method = detector.method();
-            method.family == Family::Measured || chosen.contains(&method.name)
+            let chosen = match self {
+                Self::All => true,
+                Self::None => false,
+                Self::Only(methods) => methods.contains(&method.id),
+            };
+            chosen || method.family == Family::Measured
         });
-        Ok(detectors)
+        detectors
     }
 }
 
 /// Everything that was found out about one loop.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Diagnosis {
     /// Tag of the loop.
+    #[cfg_attr(feature = "serde", serde(rename = "loop"))]
     pub name: String,
     /// What it controls.
+    #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: LoopType,
+    /// The stretch that was judged, the longest of the grid; `None` if there is none.
+    pub judged: Option<Judged>,
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub start: Option<f64>,
     /// The recording on a regular grid, with what was mended.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "repairs", serialize_with = "repairs"),
+        schemars(with = "Vec<crate::recording::Repair>")
+    )]
     pub grid: Grid,
     /// The controller's mode over time, where it is recorded.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub mode: Option<Modes>,
     /// Unit of the PV, where the file names one.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub pv_unit: Option<String>,
-    /// Which of the grid's stretches was judged: the longest. `None` if there is none.
-    pub judged: Option<usize>,
     /// Whether the data can answer.
     pub fitness: Fitness,
-    /// The oscillation of the control error, or of the PV where there is no set point; `None` without
-    /// a PV.
-    pub error_oscillation: Option<Oscillation>,
-    /// The oscillation of the OP; `None` without a stretch.
-    pub op_oscillation: Option<Oscillation>,
+    /// The oscillations, with times on the recording's clock.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "oscillation", serialize_with = "dominant"),
+        schemars(with = "Option<Dominant<'static>>")
+    )]
+    pub oscillations: Oscillations,
     /// What each method that was asked says, in the order of the registry.
+    #[cfg_attr(feature = "serde", serde(rename = "detectors"))]
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
     pub kpis: Kpis,
     /// Whether OP and PV belong together; `None` without a stretch.
+    #[cfg_attr(
+        feature = "serde",
+        serde(serialize_with = "Mistake::of"),
+        schemars(with = "Option<Mistake<'static>>")
+    )]
     pub relation: Option<Relation>,
-    /// Where the PV rests away from its set point while the OP travels, if it does.
+    /// What the PV does that does not respond; `None` where it responds, as far as can be told.
     pub no_response: Option<NoResponse>,
-    /// What is missing of a record that looks stuck and is not decided, if it is slips.
-    pub few_slips: Option<FewSlips>,
     /// The conclusion.
     pub verdict: Verdict,
     /// How much it sticks.
     pub stiction: Stiction,
+    /// What is missing of a record that looks stuck and is not decided, if it is slips.
+    pub few_slips: Option<FewSlips>,
+    /// The evidence that was weighed, all windows together; `None` where nothing could be.
+    pub evidence: Option<Weighing>,
     /// The windows of the judged stretch that were weighed one by one, in order of time.
     pub windows: Vec<Window>,
-    /// The evidence that was weighed; `None` where nothing could be.
-    pub evidence: Option<Weighing>,
     /// What the reader of the file, or a step on the way, wants the user to know.
     pub notes: Vec<String>,
 }
 
+/// The part of a recording that was judged.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Judged {
+    /// Which of the grid's stretches it is.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub stretch: usize,
+    /// Time of its first sample, s on the recording's clock.
+    pub from_s: f64,
+    /// Its duration, s.
+    pub duration_s: f64,
+    /// Time between samples, s.
+    pub sample_time_s: f64,
+    /// Number of samples.
+    pub samples: usize,
+    /// How many of them were bridged.
+    pub bridged: usize,
+    /// Out of how many stretches it was taken.
+    pub stretches: usize,
+    /// The signals it has.
+    pub signals: Vec<&'static str>,
+}
+
+impl Judged {
+    /// The longest stretch of a grid; `None` if it has none.
+    fn of(grid: &Grid) -> Option<Self> {
+        let longest = grid.longest()?;
+        let stretch = grid.stretches.iter().position(|each| std::ptr::eq(each, longest))?;
+        let recorded = [
+            ("OP", true),
+            ("PV", longest.pv.is_some()),
+            ("SP", longest.sp.is_some()),
+            ("VP", longest.vp.is_some()),
+        ];
+        Some(Self {
+            stretch,
+            from_s: longest.from,
+            duration_s: longest.duration(),
+            sample_time_s: longest.sample_time,
+            samples: longest.len(),
+            bridged: longest.bridged,
+            stretches: grid.stretches.len(),
+            signals: recorded.iter().filter(|(_, there)| *there).map(|(name, _)| *name).collect(),
+        })
+    }
+}
+
+/// The oscillations of a loop.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Oscillations {
+    /// That of the control error, or of the PV where there is no set point; `None` without a PV.
+    pub error: Option<Oscillation>,
+    /// That of the OP; `None` without a stretch.
+    pub op: Option<Oscillation>,
+}
+
+impl Oscillations {
+    /// Those of a stretch.
+    pub(super) fn of(stretch: &Stretch) -> Self {
+        let error =
+            Subject::new(stretch, LoopType::Unknown, None).error().map(|e| e.values.clone());
+        let analyse =
+            |signal: &[f64]| oscillation::analyse(signal, stretch.sample_time).since(stretch.from);
+        Self { error: error.as_deref().map(analyse), op: Some(analyse(&stretch.op)) }
+    }
+
+    /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
+    /// else that of the OP if that does, else that of the error, where there is one.
+    pub fn dominant(&self) -> Option<(&'static str, &Oscillation)> {
+        let error = self.error.as_ref().map(|found| ("error", found));
+        let op = self.op.as_ref().map(|found| ("OP", found));
+        [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
+    }
+
+    /// The period of the dominant one if it was found, in samples.
+    pub(super) fn period(&self, stretch: &Stretch) -> Option<f64> {
+        let (_, oscillation) = self.dominant().filter(|(_, oscillation)| oscillation.found)?;
+        Some(oscillation.period_s? / stretch.sample_time)
+    }
+}
+
+/// The oscillation that speaks for the loop, as documents tell it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+#[schemars(rename = "Oscillation")]
+struct Dominant<'a> {
+    /// The signal it was found in: `error` or `OP`.
+    signal: &'static str,
+    #[serde(flatten)]
+    found: &'a Oscillation,
+}
+
+#[cfg(feature = "serde")]
+fn dominant<S: serde::Serializer>(
+    oscillations: &Oscillations,
+    to: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    let dominant = oscillations.dominant().map(|(signal, found)| Dominant { signal, found });
+    serde::Serialize::serialize(&dominant, to)
+}
+
+#[cfg(feature = "serde")]
+fn repairs<S: serde::Serializer>(grid: &Grid, to: S) -> std::result::Result<S::Ok, S::Error> {
+    serde::Serialize::serialize(&grid.repairs, to)
+}
+
 /// What one window of a stretch says.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Window {
     /// Time of its first sample, s on the recording's clock.
+    #[cfg_attr(feature = "serde", serde(rename = "from_s"))]
     pub from: f64,
     /// Its duration, s.
+    #[cfg_attr(feature = "serde", serde(rename = "duration_s"))]
     pub duration: f64,
     /// The probability that the valve sticks.
     pub probability: f64,
     /// Stick band plus dead band, percent of span, where it could be quantified.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
     /// Slip jump, percent of span, where it could be quantified.
+    #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// Had the valve stuck by more, percent of span, this window would have shown it, with 95 %.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "S_below", serialize_with = "Limit::of_evidence"),
+        schemars(with = "Option<Limit>")
+    )]
     pub limit: Option<f64>,
 }
 
 impl Diagnosis {
     /// The stretch that was judged.
     pub fn stretch(&self) -> Option<&Stretch> {
-        self.grid.stretches.get(self.judged?)
+        self.grid.stretches.get(self.judged.as_ref()?.stretch)
     }
 
     /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
     /// else that of the OP if that does, else that of the error, where there is one.
     pub fn oscillation(&self) -> Option<(&'static str, &Oscillation)> {
-        dominant(self.error_oscillation.as_ref(), self.op_oscillation.as_ref())
+        self.oscillations.dominant()
     }
 
     /// Where the loop stands in a ranked list, the worst lowest: by class, in it by the probability that
@@ -177,9 +311,8 @@ impl Diagnosis {
 
     /// What the PV does, where the verdict is by OP and PV that it does not respond.
     pub fn silence(&self) -> Option<Silence> {
-        let Verdict { class, basis, .. } = &self.verdict;
-        let silent = *class == VerdictClass::DoesNotRespond && *basis == Basis::Evidence;
-        silent.then(|| self.no_response.map_or(Silence::Unmoved, |rest| rest.silence))
+        silent(&self.verdict)
+            .then(|| self.no_response.as_ref().map_or(Silence::Unmoved, |told| told.silence))
     }
 
     /// What it says of its valve in the middle of the judged stretch, with `origin` the time of zero of its clock;
@@ -200,30 +333,14 @@ impl Diagnosis {
     /// What the detectors looked at, for plots of their evidence.
     pub fn subject(&self) -> Option<Subject<'_>> {
         let stretch = self.stretch()?;
-        Some(Subject::new(stretch, self.loop_type, period(self.oscillation(), stretch)))
+        Some(Subject::new(stretch, self.loop_type, self.oscillations.period(stretch)))
     }
-}
-
-pub(super) fn dominant<'a>(
-    error: Option<&'a Oscillation>,
-    op: Option<&'a Oscillation>,
-) -> Option<(&'static str, &'a Oscillation)> {
-    let (error, op) = (error.map(|o| ("error", o)), op.map(|o| ("OP", o)));
-    [error, op].into_iter().flatten().find(|(_, o)| o.found).or(error).or(op)
-}
-
-/// The oscillations of the control error, where there is a PV, and of the OP.
-pub(super) fn oscillations(stretch: &Stretch) -> (Option<Oscillation>, Oscillation) {
-    let error = Subject::new(stretch, LoopType::Unknown, None).error().map(|e| e.values.clone());
-    let error = error.map(|error| oscillation::analyse(&error, stretch.sample_time));
-    (error, oscillation::analyse(&stretch.op, stretch.sample_time))
 }
 
 /// A stretch as a diagnosis shows it to the detectors: with the period of the oscillation that speaks for the
 /// loop, if one is found.
 pub fn subject(stretch: &Stretch, loop_type: LoopType) -> Subject<'_> {
-    let (error, op) = oscillations(stretch);
-    Subject::new(stretch, loop_type, period(dominant(error.as_ref(), Some(&op)), stretch))
+    Subject::new(stretch, loop_type, Oscillations::of(stretch).period(stretch))
 }
 
 /// Whether a recording can answer, by the stretch that a diagnosis would judge.
@@ -247,15 +364,6 @@ fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Str
     }
 }
 
-/// The period of an oscillation that was found, in samples.
-pub(super) fn period(
-    oscillation: Option<(&'static str, &Oscillation)>,
-    stretch: &Stretch,
-) -> Option<f64> {
-    let (_, oscillation) = oscillation.filter(|(_, oscillation)| oscillation.found)?;
-    Some(oscillation.period_s? / stretch.sample_time)
-}
-
 /// Diagnoses a recording.
 ///
 /// # Errors
@@ -265,37 +373,18 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
-    let detectors = options.detectors.asked()?;
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let stretch = grid.longest();
-    let judged = stretch
-        .and_then(|longest| grid.stretches.iter().position(|each| std::ptr::eq(each, longest)));
-
-    let (error_oscillation, op_oscillation) = stretch.map_or((None, None), |stretch| {
-        let (error, op) = oscillations(stretch);
-        (error, Some(op))
-    });
-    let dominant = dominant(error_oscillation.as_ref(), op_oscillation.as_ref());
-    let period = stretch.and_then(|stretch| period(dominant, stretch));
+    let oscillations = stretch.map_or_else(Oscillations::default, Oscillations::of);
+    let period = stretch.and_then(|stretch| oscillations.period(stretch));
 
     let (fit, fitness) = assessed(recording, &grid, period);
     let subject = stretch.map(|stretch| Subject::new(stretch, loop_type, period));
-    let findings: Vec<Finding> = match &subject {
-        Some(subject) => {
-            detectors.iter().map(|detector| detect::judge(&**detector, subject)).collect()
-        }
-        None => detectors
-            .iter()
-            .map(|detector| {
-                let why = "there is no stretch in automatic to look at".to_owned();
-                Finding::abstains(detector.method(), detect::Abstention(why))
-            })
-            .collect(),
-    };
+    let mut findings = findings(&options.detectors, subject.as_ref());
     let kpis = stretch
         .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
-    let oscillates = dominant.is_some_and(|(_, o)| o.found);
+    let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
     let weighing = stretch.map(|_| Weighing::of_windows(&fit));
     let op_only = stretch.is_some_and(|stretch| stretch.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
@@ -319,19 +408,11 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         .zip(weighed.filter(|_| mistaken.is_none()))
         .and_then(|(stretch, weighing)| missing_slips(stretch, weighing, &verdict, &fitness));
     verdict.reasons.extend(few_slips.as_ref().map(|few| few.words.clone()));
-    let mut stiction = Stiction::default();
+    let mut stiction = match mistaken {
+        Some(mistake) => not_known(mistake),
+        None => how_much(by_position.as_ref(), weighing.as_ref(), &verdict, op_only),
+    };
     if let Some(subject) = &subject {
-        stiction = match (&by_position, &weighing) {
-            _ if mistaken.is_some() => {
-                Stiction { why_not: mistaken.map(str::to_owned), ..Stiction::default() }
-            }
-            (Some(said), _) => said.stiction.clone(),
-            (None, Some(Ok(weighing))) => quantify::estimated(weighing, &verdict, op_only),
-            (None, Some(Err(Abstention(why)))) => {
-                Stiction { why_not: Some(why.clone()), ..Stiction::default() }
-            }
-            (None, None) => Stiction::default(),
-        };
         // A number with its interval says more than a limit.
         verdict.s_below = verdict.s_below.filter(|_| stiction.s.is_none());
         // Where it does not stick, no number is called stiction.
@@ -341,44 +422,32 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
             let limit = by_position.as_ref().and_then(|said| said.s_limit);
             let weighed = weighed.map(|weighing| weighing.s.value);
             let s = stiction.s.map(|s| s.value).or(limit).or(weighed);
-            stiction.definitions = definitions(subject, stiction.s.map(|s| s.value));
+            stiction.definitions = definitions(subject, &findings, stiction.s.map(|s| s.value));
             verdict.confirm = confirming_test(subject, s);
         }
     }
+    if !options.evidence {
+        findings.iter_mut().for_each(|finding| finding.looked_at = None);
+    }
     let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
-    if let Some(stretch) = stretch
-        && grid.stretches.len() > 1
-    {
-        notes.push(format!(
-            "the recording is cut into {} stretches; the longest, {:.0} % of its duration, is judged",
-            grid.stretches.len(),
-            100.0 * stretch.duration() / (grid.duration + grid.sample_time)
-        ));
-    }
-    if let Some(Relation { mismatch: Some(mismatch), because, .. }) = &belonging.relation
-        && by_position.is_some()
-        && mistaken.is_none()
-    {
-        notes.push(format!(
-            "{}: {because}; the verdict follows the measured valve position, which needs no PV",
-            mismatch.name()
-        ));
-    }
+    notes.extend(stretch.and_then(|stretch| cut(&grid, stretch)));
+    let relation = belonging.relation.as_ref();
+    let followed = by_position.is_some() && mistaken.is_none();
+    notes.extend(relation.filter(|_| followed).and_then(mistake_beside));
     Ok(Diagnosis {
         name: recording.name.clone(),
         loop_type,
         start: recording.start,
         mode: recording.mode.clone(),
         pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.clone()),
-        judged,
+        judged: Judged::of(&grid),
         fitness,
-        error_oscillation,
-        op_oscillation,
+        oscillations,
         findings,
         kpis,
         relation: belonging.relation,
-        no_response: belonging.no_response,
+        no_response: NoResponse::of(belonging.rest, silent(&verdict)),
         few_slips,
         verdict,
         stiction,
@@ -387,6 +456,60 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         notes,
         grid,
     })
+}
+
+/// What the methods that are asked say; without a subject, that there is none.
+fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
+    let said = |detector: &dyn Detector| match subject {
+        Some(subject) => detect::judge(detector, subject),
+        None => {
+            let why = "there is no stretch in automatic to look at".to_owned();
+            let finding = Finding::abstains(detector.method(), Abstention(why));
+            Finding { parameters: detector.parameters(), ..finding }
+        }
+    };
+    asked.asked().iter().map(|detector| said(&**detector)).collect()
+}
+
+/// How much it sticks: by the measured position, else by the evidence.
+fn how_much(
+    by_position: Option<&ByPosition>,
+    weighing: Option<&std::result::Result<Weighing, Abstention>>,
+    verdict: &Verdict,
+    op_only: bool,
+) -> Stiction {
+    match (by_position, weighing) {
+        (Some(said), _) => said.stiction.clone(),
+        (None, Some(Ok(weighing))) => quantify::estimated(weighing, verdict, op_only),
+        (None, Some(Err(Abstention(why)))) => not_known(why),
+        (None, None) => Stiction::default(),
+    }
+}
+
+fn not_known(why: &str) -> Stiction {
+    Stiction { why_not: Some(why.to_owned()), ..Stiction::default() }
+}
+
+/// That a stretch is not all that was recorded.
+fn cut(grid: &Grid, stretch: &Stretch) -> Option<String> {
+    let count = grid.stretches.len();
+    let share = 100.0 * stretch.duration() / (grid.duration + grid.sample_time);
+    (count > 1).then(|| {
+        format!("the recording is cut into {count} stretches; the longest, {share:.0} % of its duration, is judged")
+    })
+}
+
+/// The mistake in the columns that does not matter, because the verdict follows the measured position.
+fn mistake_beside(relation: &Relation) -> Option<String> {
+    let (mismatch, because) = (relation.mismatch?.name(), &relation.because);
+    Some(format!(
+        "{mismatch}: {because}; the verdict follows the measured valve position, which needs no PV"
+    ))
+}
+
+/// Whether a verdict is by OP and PV that nothing responds.
+fn silent(verdict: &Verdict) -> bool {
+    verdict.class == VerdictClass::DoesNotRespond && verdict.basis == Basis::Evidence
 }
 
 /// The slips that a verdict lacks: where the evidence is undecided for no other reason than that it is too little, or
@@ -404,7 +527,7 @@ fn missing_slips(
         Basis::Evidence => Ruling::of(weighing) == Ruling::Open,
         Basis::None => {
             let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-            fitness.class == Class::Unfit && unfit.all(|m| m.name == "cycles")
+            fitness.class == Class::Unfit && unfit.all(|m| m.id == MeasureId::Cycles)
         }
         _ => false,
     };
@@ -414,7 +537,7 @@ fn missing_slips(
 /// Why there is nothing to judge.
 fn no_stretch(grid: &Grid) -> Measure {
     Measure {
-        name: "automatic stretch",
+        id: MeasureId::AutomaticStretch,
         value: Some(100.0 * grid.closed_share),
         unit: "%",
         caveat_at: None,

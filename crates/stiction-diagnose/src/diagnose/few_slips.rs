@@ -17,6 +17,7 @@ const BEYOND: f64 = 1.5;
 
 /// A record that looks stuck, with too few slips to decide.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FewSlips {
     /// Slips that the best valve model sees in all windows, scaled to all of the record.
     pub seen: usize,

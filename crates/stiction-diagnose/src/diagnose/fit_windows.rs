@@ -3,14 +3,14 @@
 //! One hour of saturation, one frozen morning or one afternoon of set-point changes in a week makes no week unfit: it
 //! makes some windows unfit. Those are left out, the others are judged, and how many they are is told.
 
-use super::diagnosis::{oscillations, period};
+use super::diagnosis::Oscillations;
 use crate::evidence::windows;
 use crate::parallel::*;
-use crate::recording::fitness::{self, Class, Fitness, Measure};
+use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{Grid, Recording, Stretch};
 
 /// A measure of the recording, of which a part of a stretch knows nothing.
-const OF_ALL: &str = "bridged samples";
+const OF_ALL: MeasureId = MeasureId::BridgedSamples;
 
 /// The windows of a stretch that are to be judged, and the fitness of it all, of which `whole` is that of the
 /// stretch as one: the windows that are fit, if any are, else all. A stretch of one window is that window, and its
@@ -26,8 +26,7 @@ pub(super) fn fit_windows(
         return (all, whole);
     }
     let is_fit = |window: &Stretch| {
-        let (error, op) = oscillations(window);
-        let period = period(super::diagnosis::dominant(error.as_ref(), Some(&op)), window);
+        let period = Oscillations::of(window).period(window);
         fitness::assess(recording, grid, window, period).class != Class::Unfit
     };
     let fit: Vec<bool> = all.par_iter().map(is_fit).collect();
@@ -40,14 +39,14 @@ pub(super) fn fit_windows(
     let k = judged.len();
     let mut measures = whole.measures;
     for measure in &mut measures {
-        if measure.class == Class::Unfit && measure.name != OF_ALL {
+        if measure.class == Class::Unfit && measure.id != OF_ALL {
             measure.class = Class::Caveats;
             measure.reason += &format!("; of {n} windows {k} are fit by themselves");
         }
     }
     let share = 100.0 * k as f64 / n as f64;
     measures.push(Measure {
-        name: "fit windows",
+        id: MeasureId::FitWindows,
         value: Some(share),
         unit: "%",
         caveat_at: Some(100.0),
@@ -103,7 +102,7 @@ mod tests {
         assert_eq!((whole.class, fitness.class), (Class::Unfit, Class::Caveats));
         let from: Vec<f64> = windows.iter().map(|window| window.from).collect();
         assert_eq!(from, [0.0, 4_000.0, 20_000.0]);
-        assert!(fitness.reasons().iter().any(|why| why.starts_with("3 of 6 windows")));
+        assert!(fitness.reasons.iter().any(|why| why.starts_with("3 of 6 windows")));
     }
 
     #[test]

@@ -28,16 +28,20 @@ pub const SIGNIFICANT: f64 = 0.05;
 
 /// What one recording, or one window, said of a valve.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Observation {
     /// When, s on a clock that all observations share.
+    #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
     /// The conclusion.
     pub class: VerdictClass,
     /// The probability that the valve sticks, where there is one.
     pub probability: Option<f64>,
     /// Stick band plus dead band, percent of span, where it was quantified.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
     /// Slip jump, percent of span, where it was quantified.
+    #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// How much it counts in the combination, such as its number of cycles; 1 for all alike.
     pub weight: f64,
@@ -47,16 +51,18 @@ pub struct Observation {
 
 /// What observations of one valve say together.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct History {
-    /// How many observations there are.
-    pub observations: usize,
-    /// How many of them decided, or have a probability.
-    pub decided: usize,
-    /// The combined probability that the valve sticks; `None` if no observation has one.
-    pub probability: Option<f64>,
     /// The conclusion: by the combined probability, else that of more than half of the weight of those
     /// that decided.
     pub class: VerdictClass,
+    /// The combined probability that the valve sticks; `None` if no observation has one.
+    pub probability: Option<f64>,
+    /// How many observations there are.
+    #[cfg_attr(feature = "serde", serde(rename = "windows"))]
+    pub observations: usize,
+    /// How many of them decided, or have a probability.
+    pub decided: usize,
     /// Whether S drifts; `None` with too few observations of S.
     pub drift: Option<Drift>,
     /// What there is to say of the drift, a sentence.
@@ -65,6 +71,7 @@ pub struct History {
 
 /// The drift of S.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Drift {
     /// Growth of S as a share of itself, 1/day: 0.01 is 1 % a day.
     pub per_day: f64,
@@ -78,15 +85,8 @@ pub struct Drift {
     pub robust_per_day: f64,
     /// p-value of Mann and Kendall's test.
     pub robust_p_value: f64,
-}
-
-impl Drift {
     /// Whether both tests and both slopes say that S drifts.
-    pub fn is_significant(&self) -> bool {
-        self.p_value < SIGNIFICANT
-            && self.robust_p_value < SIGNIFICANT
-            && self.per_day * self.robust_per_day > 0.0
-    }
+    pub significant: bool,
 }
 
 /// Combines observations of one valve, in any order.
@@ -197,13 +197,17 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
     let Some((line, robust)) = line.zip(theil_sen(&days, &logarithms)) else {
         return (None, "Whether S drifts cannot be told: all windows are of one time.".to_owned());
     };
+    let robust_p_value = mann_kendall(&logarithms);
     let drift = Drift {
         per_day: line.slope,
         low: line.low,
         high: line.high,
         p_value: line.p_value,
         robust_per_day: robust,
-        robust_p_value: mann_kendall(&logarithms),
+        robust_p_value,
+        significant: line.p_value < SIGNIFICANT
+            && robust_p_value < SIGNIFICANT
+            && line.slope * robust > 0.0,
     };
     (Some(drift), trend(&drift))
 }
@@ -218,7 +222,7 @@ fn trend(drift: &Drift) -> String {
         p_value(drift.robust_p_value)
     );
     let verb = if drift.per_day > 0.0 { "grows" } else { "shrinks" };
-    if drift.is_significant() {
+    if drift.significant {
         format!("S {verb}: {figures}.")
     } else {
         format!("S does not drift significantly: {figures}.")
@@ -305,7 +309,7 @@ mod tests {
         let drift = history.drift.unwrap();
         assert!((drift.per_day - 0.03).abs() < 1e-3 && drift.low < 0.03 && drift.high > 0.03);
         assert!((drift.robust_per_day - 0.03).abs() < 2e-3);
-        assert!(drift.is_significant() && history.trend.starts_with("S grows"));
+        assert!(drift.significant && history.trend.starts_with("S grows"));
         // Percent or parts per thousand: the drift is the same.
         let scaled: Vec<Observation> = all
             .iter()
@@ -328,7 +332,7 @@ mod tests {
         let flat: Vec<Observation> =
             values.iter().enumerate().map(|(k, s)| seen(k as f64, None, Some(*s))).collect();
         let history = combine(&flat).unwrap();
-        assert!(!history.drift.unwrap().is_significant(), "{}", history.trend);
+        assert!(!history.drift.unwrap().significant, "{}", history.trend);
         assert!(history.trend.contains("does not drift significantly"));
         let few = combine(&flat[..4]).unwrap();
         assert_eq!(few.drift, None);

@@ -8,6 +8,7 @@ use crate::series::{
 
 /// One number about a loop.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Kpi {
     /// Its name, such as `OP travel`.
     pub name: &'static str,
@@ -31,6 +32,8 @@ pub struct KpiOptions {
 
 /// Numbers about a stretch of a recording, in a fixed order.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct Kpis {
     /// The numbers.
     pub numbers: Vec<Kpi>,

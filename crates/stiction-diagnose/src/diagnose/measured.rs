@@ -4,11 +4,16 @@ use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
 use crate::detect::{Abstention, Subject};
 use crate::fusion::{COVERAGE, Estimate, LIMIT};
 use crate::identify::lagged_position::{Behaviour, Interval, Judgement, Moves};
-use crate::recording::fitness::{Class, Fitness};
+use crate::recording::fitness::{Class, Fitness, MeasureId};
 
 /// Measures of fitness without which a position says nothing either. All others are about the PV, or about cycles,
 /// which a position does not need.
-const NEEDED: [&str; 4] = ["automatic stretch", "bridged samples", "samples", "OP moves"];
+const NEEDED: [MeasureId; 4] = [
+    MeasureId::AutomaticStretch,
+    MeasureId::BridgedSamples,
+    MeasureId::Samples,
+    MeasureId::OpMoves,
+];
 
 /// What a recorded position says of the valve. Class, S, J, limit and reasons come from the same judgement:
 ///
@@ -37,8 +42,7 @@ pub fn by_position(
     fitness: &Fitness,
 ) -> Option<Result<ByPosition, Abstention>> {
     subject.stretch.vp.as_ref()?;
-    let unfit =
-        fitness.measures.iter().find(|m| m.class == Class::Unfit && NEEDED.contains(&m.name));
+    let unfit = fitness.measures.iter().find(|m| m.class == Class::Unfit && NEEDED.contains(&m.id));
     Some(match unfit {
         Some(measure) => Err(Abstention(measure.reason.clone())),
         None => subject.position().map(|judged| concluded(judged, subject.stretch.sample_time)),

@@ -29,16 +29,19 @@ mod weighing;
 pub use crate::fusion::{Cause, Estimate};
 pub use by_evidence::Ruling;
 pub use confirm::confirming_test;
-pub use diagnosis::{Detectors, Diagnosis, Options, Window, diagnose, fitness, subject};
+pub use diagnosis::{
+    Detectors, Diagnosis, Judged, Options, Oscillations, Window, diagnose, fitness, subject,
+};
 pub use few_slips::{FewSlips, few_slips};
 pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};
-pub use no_response::{Fault, NAMED_FROM, NoResponse, Silence};
+pub use no_response::{Fault, NAMED_FROM, NoResponse, Rest, Silence};
 pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Outcome, Repair, repair};
 pub use verdict::{
     ACCUSED_FROM, Alternative, Basis, CLEARED_UP_TO, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
-    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Stiction, Verdict, VerdictClass, Votes, preliminary,
+    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Override, Stiction, Verdict, VerdictClass, Votes,
+    preliminary,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};

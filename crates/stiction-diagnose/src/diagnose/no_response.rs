@@ -10,7 +10,7 @@ use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use crate::fusion::Cause;
 use crate::recording::Stretch;
-use crate::recording::fitness::{Class, Fitness, levels};
+use crate::recording::fitness::{Class, Fitness, MeasureId, levels};
 use crate::series::{mean, noise_std, span, std};
 
 /// What a PV does that does not respond.
@@ -116,15 +116,64 @@ impl Fault {
     }
 }
 
-/// A stretch in which the PV rests, away from its set point, while the OP travels.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A PV that does not respond.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct NoResponse {
     /// What the PV does.
     pub silence: Silence,
-    /// First sample of the rest, and one past its last.
-    pub first: usize,
-    /// One past its last sample.
-    pub end: usize,
+    /// Whether the verdict rests on it.
+    pub decides: bool,
+    /// The rest of the PV in which the OP travels farthest; `None` if it moves on.
+    pub rest: Option<Rest>,
+    /// What it may be, the likeliest first.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "told"))]
+    #[cfg_attr(feature = "serde", schemars(with = "Vec<Told>"))]
+    pub faults: &'static [Fault],
+}
+
+impl NoResponse {
+    /// Of a rest, if there is one, and whether the verdict is that nothing responds; `None` where neither is so.
+    pub(super) fn of(rest: Option<Rest>, decides: bool) -> Option<Self> {
+        let silence = match rest {
+            Some(rest) => rest.silence,
+            None if decides => Silence::Unmoved,
+            None => return None,
+        };
+        Some(Self { silence, decides, rest, faults: Fault::behind(silence) })
+    }
+}
+
+/// A fault as documents tell it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+#[schemars(rename = "Fault")]
+struct Told {
+    /// Its name, such as `line isolated`.
+    name: &'static str,
+    /// How to tell it from the others.
+    told_by: &'static str,
+}
+
+#[cfg(feature = "serde")]
+fn told<S: serde::Serializer>(faults: &[Fault], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(faults.iter().map(|fault| Told { name: fault.name(), told_by: fault.told_by() }))
+}
+
+/// A time in which the PV rests, away from its set point, while the OP travels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Rest {
+    /// What the PV does.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub silence: Silence,
+    /// Its beginning, s on the recording's clock.
+    pub from_s: f64,
+    /// Its end, s on the recording's clock.
+    pub to_s: f64,
+    /// Its samples.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub samples: usize,
     /// How far the OP travels in it, percent.
     pub op_travel: f64,
     /// Mean of SP less PV in it, in units of the PV.
@@ -152,18 +201,18 @@ const SUPPORTED_FROM: f64 = 0.2;
 /// The probability that saturation must stay below for evidence alone to name it.
 const SATURATION_BELOW: f64 = 0.2;
 /// What makes data unfit, and what a PV that does not respond does by itself.
-const BY_ITSELF: [&str; 8] = [
-    "cycles",
-    "samples per cycle",
-    "OP at a limit",
-    "PV levels",
-    "longest frozen PV",
-    "clipped PV",
-    "PV moves",
-    "PV updates per cycle",
+const BY_ITSELF: [MeasureId; 8] = [
+    MeasureId::Cycles,
+    MeasureId::SamplesPerCycle,
+    MeasureId::OpAtLimit,
+    MeasureId::PvLevels,
+    MeasureId::LongestFrozenPv,
+    MeasureId::ClippedPv,
+    MeasureId::PvMoves,
+    MeasureId::PvUpdatesPerCycle,
 ];
 
-impl NoResponse {
+impl Rest {
     /// Looks for the rest of the PV in which the OP travels farthest; `None` if there is none, or no set point tells
     /// whether the PV should rest there.
     pub fn of(stretch: &Stretch) -> Option<Self> {
@@ -181,6 +230,7 @@ impl NoResponse {
             None => 1e-6 * low.abs().max(sp.iter().fold(0.0, |m: f64, v| m.max(v.abs()))) / AWAY,
         };
         let noise = noise_std(op);
+        let at = |sample: usize| stretch.from + sample as f64 * stretch.sample_time;
         let mut best: Option<Self> = None;
         let mut first = 0;
         for run in pv.chunk_by(|a, b| (a - b).abs() <= 1e-9 * (high - low)) {
@@ -206,8 +256,9 @@ impl NoResponse {
             if best.is_none_or(|best| travel > best.op_travel) {
                 best = Some(Self {
                     silence,
-                    first: part.start,
-                    end: part.end,
+                    from_s: at(part.start),
+                    to_s: at(part.end),
+                    samples: part.len(),
                     op_travel: travel,
                     error,
                     overwhelming: travel >= OVERWHELMING,
@@ -222,7 +273,7 @@ impl NoResponse {
             "the OP travels {:.0} % in {:.0} s, and the PV rests all the while, {:.4} from its set point: the \
              controller winds up, and nothing answers",
             self.op_travel,
-            (self.end - self.first) as f64 * sample_time,
+            self.samples as f64 * sample_time,
             self.error.abs()
         )
     }
@@ -235,14 +286,14 @@ impl NoResponse {
 /// seen and the evidence gives it a fifth; by evidence only where OP and PV look like those of one loop, like those of
 /// training, and neither play elsewhere nor saturation could be behind it.
 pub(super) fn verdict(
-    rest: Option<&NoResponse>,
+    rest: Option<&Rest>,
     sample_time: f64,
     weighing: Option<&Weighing>,
     fitness: &Fitness,
     preliminary: &Verdict,
 ) -> Option<Verdict> {
     let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-    if preliminary.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.name)) {
+    if preliminary.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.id)) {
         return None;
     }
     let likelihood = weighing.map_or(0.0, |weighing| weighing.likelihood(Cause::NoResponse));
@@ -281,13 +332,11 @@ pub(super) fn verdict(
         class: VerdictClass::DoesNotRespond,
         basis: Basis::Evidence,
         probability: weighing.map(|weighing| weighing.probability),
-        s_below: None,
         votes: preliminary.votes,
         reasons,
-        contradictions: vec![],
         alternatives: weighing
             .map_or(vec![], |weighing| alternatives(weighing, Some(Cause::NoResponse))),
-        confirm: None,
+        ..Verdict::default()
     })
 }
 
@@ -309,7 +358,7 @@ mod tests {
     #[test]
     fn a_pv_that_rests_at_zero_below_its_set_point_does_not_respond() {
         let (op, pv, sp) = (ramp(5.0, 80.0), vec![0.0; 720], vec![40.0; 720]);
-        let rest = NoResponse::of(&stretch(&op, &pv, &sp)).unwrap();
+        let rest = Rest::of(&stretch(&op, &pv, &sp)).unwrap();
         assert_eq!(rest.silence, Silence::AtItsLowEnd);
         assert!(rest.overwhelming && rest.op_travel > 70.0 && rest.error == 40.0);
         let recording = Recording::regular("", 10.0, &op, Some(&pv), Some(&sp)).unwrap();
@@ -323,24 +372,24 @@ mod tests {
         let (op, sp) = (ramp(60.0, 20.0), vec![40.0; 720]);
         let pv: Vec<f64> =
             (0..720).map(|k| if k < 60 { 39.0 + 0.1 * f64::from(k % 3) } else { 35.0 }).collect();
-        let one = NoResponse::of(&stretch(&op, &pv, &sp)).unwrap();
+        let one = Rest::of(&stretch(&op, &pv, &sp)).unwrap();
         let other = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| 1000.0 - 8.0 * v).collect() };
-        let two = NoResponse::of(&stretch(&op, &other(&pv), &other(&sp))).unwrap();
+        let two = Rest::of(&stretch(&op, &other(&pv), &other(&sp))).unwrap();
         assert_eq!((one.silence, two.silence), (Silence::AtItsLowEnd, Silence::AtItsHighEnd));
-        assert_eq!((one.first, one.end, one.op_travel), (two.first, two.end, two.op_travel));
+        assert_eq!((one.from_s, one.to_s, one.op_travel), (two.from_s, two.to_s, two.op_travel));
     }
 
     #[test]
     fn a_pv_held_flat_at_its_set_point_is_normal() {
         let op = ramp(20.0, 80.0);
-        assert_eq!(NoResponse::of(&stretch(&op, &[50.0; 720], &[50.0; 720])), None);
+        assert_eq!(Rest::of(&stretch(&op, &[50.0; 720], &[50.0; 720])), None);
         // Nor is one that rests within its resolution of it.
         let pv: Vec<f64> = (0..720).map(|k| if k % 350 == 349 { 49.5 } else { 50.0 }).collect();
-        assert_eq!(NoResponse::of(&stretch(&op, &pv, &[50.3; 720])), None);
+        assert_eq!(Rest::of(&stretch(&op, &pv, &[50.3; 720])), None);
         // Nor an OP that swings, or hardly moves.
         let swing: Vec<f64> = (0..720).map(|k| 50.0 + 20.0 * (f64::from(k) * 0.1).sin()).collect();
-        assert_eq!(NoResponse::of(&stretch(&swing, &[0.0; 720], &[50.0; 720])), None);
-        assert_eq!(NoResponse::of(&stretch(&ramp(50.0, 55.0), &[0.0; 720], &[50.0; 720])), None);
+        assert_eq!(Rest::of(&stretch(&swing, &[0.0; 720], &[50.0; 720])), None);
+        assert_eq!(Rest::of(&stretch(&ramp(50.0, 55.0), &[0.0; 720], &[50.0; 720])), None);
     }
 
     #[test]

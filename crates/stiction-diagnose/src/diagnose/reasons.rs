@@ -45,7 +45,7 @@ fn models(evidence: &Evidence) -> String {
     };
     let best = fits.best();
     let saved = 100.0 * (1.0 - (-best.gain).exp());
-    let s = best.s * evidence.op_span;
+    let s = best.s_over_span * evidence.op_span;
     if saved < 0.5 {
         return "a valve that sticks predicts the PV no better than one that follows".to_owned();
     }
@@ -55,7 +55,7 @@ fn models(evidence: &Evidence) -> String {
          follows (the same in reversed time, which proves nothing: {placebo:.0} %)",
         best.model.describe().name,
         digits(s),
-        digits(best.j * s),
+        digits(best.j_over_s * s),
     )
 }
 

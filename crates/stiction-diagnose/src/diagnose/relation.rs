@@ -8,7 +8,7 @@
 
 mod law;
 
-use super::verdict::{Basis, Verdict, VerdictClass};
+use super::verdict::Verdict;
 use crate::recording::Stretch;
 use crate::recording::fitness::levels;
 use crate::series::{max, mean, median, min, span, std};
@@ -98,6 +98,33 @@ pub struct Relation {
     /// How clearly the OP follows the PV (above 0) or the PV the OP (below), in standard errors, added over
     /// the block lengths; `None` where too little happens.
     pub order: Option<f64>,
+}
+
+/// A relation as documents tell it: the likely mistake, or null.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+#[schemars(rename = "Relation")]
+pub(super) struct Mistake<'a> {
+    /// The mistake, such as `PV and OP look exchanged`.
+    mismatch: Mismatch,
+    /// What the data show of it.
+    because: &'a str,
+    /// What to do about it.
+    remedy: &'static str,
+}
+
+#[cfg(feature = "serde")]
+impl Mistake<'_> {
+    pub(super) fn of<S: serde::Serializer>(
+        relation: &Option<Relation>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        let mistake = relation.as_ref().and_then(|Relation { mismatch, because, .. }| {
+            let mismatch = (*mismatch)?;
+            Some(Mistake { mismatch, because, remedy: mismatch.remedy() })
+        });
+        serde::Serialize::serialize(&mistake, to)
+    }
 }
 
 /// Lengths of blocks, samples: from a fast loop's waves to a slow one's, each four times the one before.
@@ -201,18 +228,12 @@ impl Relation {
     pub(super) fn verdict(&self, preliminary: &Verdict, measured: bool) -> Option<Verdict> {
         let mismatch = self.ends(measured)?;
         Some(Verdict {
-            class: VerdictClass::CannotTell,
-            basis: Basis::None,
-            probability: None,
-            s_below: None,
             votes: preliminary.votes,
             reasons: vec![
                 format!("{}: {}", mismatch.name(), self.because),
                 mismatch.remedy().to_owned(),
             ],
-            contradictions: vec![],
-            alternatives: vec![],
-            confirm: None,
+            ..Verdict::default()
         })
     }
 }

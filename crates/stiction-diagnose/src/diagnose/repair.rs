@@ -46,6 +46,7 @@ impl Outcome {
 
 /// A quantity before and after.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Contrast {
     /// Observations before that have it.
     pub before_count: usize,
@@ -59,19 +60,16 @@ pub struct Contrast {
     pub p_value: f64,
     /// Cliff's delta: from -1, all fell, to 1, all rose.
     pub delta: f64,
-}
-
-impl Contrast {
     /// Whether the difference is significant, being one of two that are tested.
-    pub fn is_significant(&self) -> bool {
-        self.p_value < SIGNIFICANT / 2.0
-    }
+    pub significant: bool,
 }
 
 /// Before and after a repair.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Repair {
     /// When it was, s on the clock of the observations.
+    #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
     /// Observations before it.
     pub before: usize,
@@ -80,6 +78,7 @@ pub struct Repair {
     /// The probability that the valve sticks, by the mean log-odds of a side; `None` with too few.
     pub probability: Option<Contrast>,
     /// S in percent of span, by the geometric mean of a side; `None` with too few.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Contrast>,
     /// What it did.
     pub outcome: Outcome,
@@ -115,13 +114,15 @@ fn contrast(before: &[f64], after: &[f64], back: fn(f64) -> f64) -> Option<Contr
     if before.len() < FEWEST || after.len() < FEWEST {
         return None;
     }
+    let p_value = difference_of_means(before, after)?;
     Some(Contrast {
         before_count: before.len(),
         after_count: after.len(),
         before: back(mean(before)),
         after: back(mean(after)),
-        p_value: difference_of_means(before, after)?,
+        p_value,
         delta: cliffs_delta(before, after),
+        significant: p_value < SIGNIFICANT / 2.0,
     })
 }
 
@@ -133,7 +134,7 @@ fn outcome(probability: Option<Contrast>, s: Option<Contrast>, still: Option<f64
         return Outcome::CannotTell;
     }
     let moved =
-        |sign: f64| known.iter().any(|c| c.is_significant() && sign * (c.after - c.before) > 0.0);
+        |sign: f64| known.iter().any(|c| c.significant && sign * (c.after - c.before) > 0.0);
     match (moved(-1.0), moved(1.0)) {
         (true, false) if still.is_some_and(|p| p >= ACCUSED_FROM) => Outcome::Helped,
         // An S of half the old one with nothing known of sticking is help, no cure.
@@ -148,7 +149,7 @@ fn outcome(probability: Option<Contrast>, s: Option<Contrast>, still: Option<f64
 
 /// Whether so little of S is left that it hardly matters: less than a quarter, or less than 1 % of span.
 fn cured(s: Contrast) -> bool {
-    s.is_significant() && s.after < s.before && (s.after < 0.25 * s.before || s.after < 1.0)
+    s.significant && s.after < s.before && (s.after < 0.25 * s.before || s.after < 1.0)
 }
 
 fn words(
@@ -166,7 +167,7 @@ fn words(
     }
     let say = |what: &str, c: Contrast, factor: f64, digits: usize| {
         let verb = match c.after.total_cmp(&c.before) {
-            _ if !c.is_significant() => "went",
+            _ if !c.significant => "went",
             std::cmp::Ordering::Less => "fell",
             _ => "rose",
         };

@@ -7,11 +7,13 @@ use super::weighing::Weighing;
 use crate::detect::Counts;
 use crate::detect::{Decides, Decision, Family, Finding};
 use crate::error::{Error, Result};
+#[cfg(feature = "serde")]
+use crate::fusion::LIMIT;
 use crate::fusion::{Cause, Estimate};
-use crate::recording::fitness::{Class, Fitness};
+use crate::recording::fitness::{Class, Fitness, MeasureId};
 
 /// What is concluded about a valve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum VerdictClass {
     /// It sticks.
     Sticks,
@@ -21,6 +23,7 @@ pub enum VerdictClass {
     /// sensor is dead.
     DoesNotRespond,
     /// The data cannot answer, or the evidence is divided.
+    #[default]
     CannotTell,
 }
 
@@ -53,7 +56,7 @@ impl VerdictClass {
 }
 
 /// What a verdict rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Basis {
     /// The measured valve position.
     ValvePosition,
@@ -64,6 +67,7 @@ pub enum Basis {
     /// The majority of the families of published methods that apply.
     Majority,
     /// Nothing: the data cannot answer.
+    #[default]
     None,
 }
 
@@ -82,6 +86,7 @@ impl Basis {
 
 /// How the families of methods voted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Votes {
     /// Families that say the valve sticks.
     pub sticks: usize,
@@ -91,6 +96,18 @@ pub struct Votes {
     pub undecided: usize,
     /// Families all of whose methods abstain.
     pub abstains: usize,
+}
+
+impl Limit {
+    /// A limit by the evidence: all of them have one confidence.
+    #[cfg(feature = "serde")]
+    pub(super) fn of_evidence<S: serde::Serializer>(
+        limit: &Option<f64>,
+        to: S,
+    ) -> std::result::Result<S::Ok, S::Error> {
+        let limit = limit.filter(|value| value.is_finite());
+        serde::Serialize::serialize(&limit.map(|value| Self { value, confidence: LIMIT }), to)
+    }
 }
 
 impl Votes {
@@ -124,18 +141,20 @@ impl Votes {
 }
 
 /// What is concluded, on what, and why.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Verdict {
     /// The conclusion.
     pub class: VerdictClass,
-    /// What it rests on.
-    pub basis: Basis,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
+    /// What it rests on.
+    pub basis: Basis,
     /// What this very recording would have shown: an S above this is ruled out with this confidence. Told where
     /// the valve is cleared, and where nothing is decided; `None` where the valve is at fault, where S is a number with
     /// an interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the training,
     /// lines that contradict each other, a veto), or where no such number is known.
+    #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,
     /// How the families of published methods voted.
     pub votes: Votes,
@@ -147,10 +166,33 @@ pub struct Verdict {
     pub alternatives: Vec<Alternative>,
     /// The manual test that would settle it, if one can be sized.
     pub confirm: Option<ConfirmingTest>,
+    /// What a person concluded of this recording, if somebody did. It stands beside the rest, which is what was
+    /// computed.
+    #[cfg_attr(feature = "serde", serde(rename = "override"))]
+    pub overruled: Option<Override>,
+}
+
+/// What a person concluded of a valve, beside the computed verdict.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Override {
+    /// The conclusion.
+    pub verdict: VerdictClass,
+    /// Why.
+    pub reason: String,
+    /// Who says so; `None` where that is not kept.
+    pub by: Option<String>,
+    /// The day on which it was entered, as in `2026-03-01`; `None` where that is not kept.
+    pub entered: Option<String>,
+    /// What it holds for, in words.
+    pub scope: String,
+    /// The file it is kept in.
+    pub kept_in: String,
 }
 
 /// An upper limit of S.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Limit {
     /// Stick band plus dead band, percent of span.
     pub value: f64,
@@ -160,6 +202,7 @@ pub struct Limit {
 
 /// A cause other than the concluded one, and how likely it is.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Alternative {
     /// The cause.
     pub cause: Cause,
@@ -171,6 +214,7 @@ pub struct Alternative {
 
 /// A test with the controller in manual that settles whether the valve sticks, sized from the data.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct ConfirmingTest {
     /// Size of each step of the OP, percent of span.
     pub step: f64,
@@ -188,12 +232,15 @@ pub struct ConfirmingTest {
 
 /// How much a valve sticks.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Stiction {
     /// What it was found with: the valve model, or the measured position.
     pub model: Option<String>,
     /// Stick band plus dead band, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
     /// Slip jump, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// The nominal coverage of the intervals, such as 0.9; `None` where they are not of that kind.
     pub coverage: Option<f64>,
@@ -205,6 +252,7 @@ pub struct Stiction {
 
 /// One of the numbers that are called "stiction in percent".
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Definition {
     /// Its name, such as `apparent stiction`.
     pub name: &'static str,
@@ -221,13 +269,13 @@ pub const FEWEST_VOTES: usize = 3;
 
 /// Measures of fitness whose caveats are reasons for the very patterns that methods take for stiction: a
 /// signal that rests while the other moves, a wave with corners.
-pub const MIMICS: [&str; 6] = [
-    "compression factor",
-    "PV levels",
-    "longest frozen PV",
-    "OP at a limit",
-    "clipped PV",
-    "PV explained by the set point",
+pub const MIMICS: [MeasureId; 6] = [
+    MeasureId::CompressionFactor,
+    MeasureId::PvLevels,
+    MeasureId::LongestFrozenPv,
+    MeasureId::OpAtLimit,
+    MeasureId::ClippedPv,
+    MeasureId::SetPoint,
 ];
 
 /// The probability of a fault from which a valve is accused.
@@ -244,7 +292,8 @@ pub const CLEARED_UP_TO: f64 = 0.2;
 
 /// Measures of fitness on which a loop of the population may fail too. If data are unfit for no other
 /// reason, what their evidence says has a meaning, but it cannot tell whether the valve sticks.
-pub const SIMULATED: [&str; 3] = ["cycles", "samples per cycle", "OP at a limit"];
+pub const SIMULATED: [MeasureId; 3] =
+    [MeasureId::Cycles, MeasureId::SamplesPerCycle, MeasureId::OpAtLimit];
 
 /// The verdict.
 ///
@@ -273,55 +322,66 @@ pub(super) fn conclude(
     if let Some(verdict) = belongs.verdict(weighing, fitness, &preliminary) {
         return verdict;
     }
-    let Some(weighing) = weighing else { return preliminary };
-    if fitness.class == Class::Unfit {
-        let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-        if !unfit.all(|m| SIMULATED.contains(&m.name)) {
-            return preliminary;
+    match weighing {
+        None => preliminary,
+        Some(weighing) if fitness.class == Class::Unfit => {
+            of_unfit(fitness, weighing, op_only, preliminary)
         }
-        let probability = Some(weighing.probability);
-        let idle = weighing.probability >= ACCUSED_FROM
-            && weighing.mismatch <= 1.0
-            && weighing.likelihood(Cause::NoResponse) > weighing.likelihood(Cause::StickingValve);
-        if op_only || !idle {
-            return Verdict { probability, ..preliminary };
-        }
-        // A valve that does not respond makes no cycles, and winds its controller up.
-        let mut reasons: Vec<String> =
-            sayings(weighing).into_iter().map(|saying| saying.sentence).collect();
-        reasons.extend(preliminary.reasons.into_iter().skip(1));
-        return Verdict {
-            class: VerdictClass::DoesNotRespond,
-            basis: Basis::Evidence,
-            probability,
-            reasons,
-            alternatives: alternatives(weighing, Some(Cause::NoResponse)),
-            ..preliminary
-        };
+        Some(weighing) if op_only => of_op_alone(weighing, preliminary),
+        Some(weighing) => by_evidence(weighing, preliminary),
     }
+}
+
+/// The verdict on data that are unfit.
+fn of_unfit(
+    fitness: &Fitness,
+    weighing: &Weighing,
+    op_only: bool,
+    preliminary: Verdict,
+) -> Verdict {
+    let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+    if !unfit.all(|m| SIMULATED.contains(&m.id)) {
+        return preliminary;
+    }
+    let weighed = Verdict { probability: Some(weighing.probability), ..preliminary };
+    let idle = weighing.probability >= ACCUSED_FROM
+        && weighing.mismatch <= 1.0
+        && weighing.likelihood(Cause::NoResponse) > weighing.likelihood(Cause::StickingValve);
+    if op_only || !idle {
+        return weighed;
+    }
+    // A valve that does not respond makes no cycles, and winds its controller up.
+    let said = sayings(weighing).into_iter().map(|saying| saying.sentence);
+    Verdict {
+        class: VerdictClass::DoesNotRespond,
+        basis: Basis::Evidence,
+        reasons: said.chain(weighed.reasons.into_iter().skip(1)).collect(),
+        alternatives: alternatives(weighing, Some(Cause::NoResponse)),
+        ..weighed
+    }
+}
+
+/// What the OP alone says: nothing of the valve, but whether its shape is that of one that sticks.
+fn of_op_alone(weighing: &Weighing, preliminary: Verdict) -> Verdict {
     let probability = weighing.probability;
-    if op_only {
-        let sayings = sayings(weighing);
-        let pattern = match probability {
-            p if p >= ACCUSED_FROM => "is compatible with stiction",
-            p if p <= CLEARED_UP_TO => "is not that of a sticking valve",
-            _ => "leaves it open whether the valve sticks",
-        };
-        let mut reasons: Vec<String> = sayings.into_iter().map(|saying| saying.sentence).collect();
-        reasons.push(format!(
-            "the pattern of the OP {pattern} ({}); without the PV nothing more can be said",
-            percent(probability)
-        ));
-        return Verdict {
-            class: VerdictClass::CannotTell,
-            basis: Basis::OpAlone,
-            probability: Some(probability),
-            reasons,
-            alternatives: alternatives(weighing, Some(Cause::StickingValve)),
-            ..preliminary
-        };
+    let pattern = match probability {
+        p if p >= ACCUSED_FROM => "is compatible with stiction",
+        p if p <= CLEARED_UP_TO => "is not that of a sticking valve",
+        _ => "leaves it open whether the valve sticks",
+    };
+    let says = format!(
+        "the pattern of the OP {pattern} ({}); without the PV nothing more can be said",
+        percent(probability)
+    );
+    let said = sayings(weighing).into_iter().map(|saying| saying.sentence);
+    Verdict {
+        class: VerdictClass::CannotTell,
+        basis: Basis::OpAlone,
+        probability: Some(probability),
+        reasons: said.chain([says]).collect(),
+        alternatives: alternatives(weighing, Some(Cause::StickingValve)),
+        ..preliminary
     }
-    by_evidence(weighing, preliminary)
 }
 
 /// The verdict of the majority of the published methods.
@@ -340,22 +400,26 @@ pub(super) fn conclude(
 /// probability.
 pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) -> Verdict {
     let votes = Votes::of(findings);
-    let cannot_tell = |reasons: Vec<String>| Verdict {
-        class: VerdictClass::CannotTell,
-        basis: Basis::None,
-        probability: None,
-        s_below: None,
-        votes,
-        reasons,
-        contradictions: vec![],
-        alternatives: vec![],
-        confirm: None,
+    let (class, basis, reasons) = match majority(fitness, oscillates, votes) {
+        Ok((class, tally)) => {
+            let reasons = [tally].into_iter().chain(agreeing(findings, class)).collect();
+            (class, Basis::Majority, reasons)
+        }
+        Err(why) => (VerdictClass::CannotTell, Basis::None, why),
     };
+    Verdict { class, basis, votes, reasons, ..Verdict::default() }
+}
+
+/// What the majority says, with the tally; or why nothing is concluded, in sentences.
+fn majority(
+    fitness: &Fitness,
+    oscillates: bool,
+    votes: Votes,
+) -> std::result::Result<(VerdictClass, String), Vec<String>> {
     if fitness.class == Class::Unfit {
-        let mut reasons = vec!["the data cannot answer".to_owned()];
         let unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-        reasons.extend(unfit.map(|m| m.reason.clone()));
-        return cannot_tell(reasons);
+        let reasons = unfit.map(|m| m.reason.clone());
+        return Err(["the data cannot answer".to_owned()].into_iter().chain(reasons).collect());
     }
     let decided = votes.sticks + votes.does_not_stick;
     let tally = match decided {
@@ -370,60 +434,48 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
         ),
     };
     if decided < FEWEST_VOTES {
-        return cannot_tell(vec![
-            tally,
-            format!("fewer than {FEWEST_VOTES} families decide, too few for a majority"),
-        ]);
+        let few = format!("fewer than {FEWEST_VOTES} families decide, too few for a majority");
+        return Err(vec![tally, few]);
     }
     let class = match (2 * votes.sticks).cmp(&decided) {
         std::cmp::Ordering::Greater => VerdictClass::Sticks,
         std::cmp::Ordering::Less => VerdictClass::DoesNotStick,
         std::cmp::Ordering::Equal => {
-            return cannot_tell(vec![tally, "the families are evenly divided".to_owned()]);
+            return Err(vec![tally, "the families are evenly divided".to_owned()]);
         }
     };
-    let mimics: Vec<&str> = fitness
-        .measures
-        .iter()
-        .filter(|m| m.class != Class::Fit && MIMICS.contains(&m.name))
-        .map(|m| m.reason.as_str())
-        .collect();
+    let mimics =
+        fitness.measures.iter().filter(|m| m.class != Class::Fit && MIMICS.contains(&m.id));
+    let mimics: Vec<&str> = mimics.map(|m| m.reason.as_str()).collect();
     if class == VerdictClass::Sticks && !mimics.is_empty() {
-        return cannot_tell(vec![
+        let mimics = mimics.join("; ");
+        return Err(vec![
             tally,
-            format!("but data like these make healthy loops look sticky: {}", mimics.join("; ")),
+            format!("but data like these make healthy loops look sticky: {mimics}"),
         ]);
     }
     if class == VerdictClass::DoesNotStick && !oscillates {
-        return cannot_tell(vec![
+        return Err(vec![
             tally,
             "but the loop does not cycle, and a valve that sticks need not show it then".to_owned(),
         ]);
     }
-    let mut reasons = vec![tally];
-    for (family, _) in
-        Votes::by_family(findings).iter().filter(|(_, said)| class_of(*said) == Some(class))
-    {
+    Ok((class, tally))
+}
+
+/// What the methods of each family say that agrees with the majority, a sentence a family.
+fn agreeing(findings: &[Finding], class: VerdictClass) -> impl Iterator<Item = String> {
+    let families = Votes::by_family(findings).into_iter();
+    families.filter(move |(_, said)| class_of(*said) == Some(class)).map(move |(family, _)| {
         let agree = findings.iter().filter(|f| {
-            f.method.family == *family
+            f.method.family == family
                 && f.method.decides == Decides::Stiction
                 && class_of(f.decision) == Some(class)
         });
         let methods: Vec<String> =
             agree.map(|f| format!("{}: {}", f.method.title, f.reason)).collect();
-        reasons.push(format!("{}: {}", family.name(), methods.join("; ")));
-    }
-    Verdict {
-        class,
-        basis: Basis::Majority,
-        probability: None,
-        s_below: None,
-        votes,
-        reasons,
-        contradictions: vec![],
-        alternatives: vec![],
-        confirm: None,
-    }
+        format!("{}: {}", family.name(), methods.join("; "))
+    })
 }
 
 fn class_of(decision: Decision) -> Option<VerdictClass> {

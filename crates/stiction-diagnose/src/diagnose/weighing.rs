@@ -7,6 +7,8 @@
 
 use super::combining::{self, effective_number, typical};
 use super::diagnosis::Window;
+#[cfg(feature = "serde")]
+use super::verdict::Limit;
 use crate::detect::Abstention;
 use crate::evidence::{Evidence, Line, features, windows};
 use crate::fusion::{self, Cause, Estimate, Weighed};
@@ -22,27 +24,46 @@ pub const WIDEST_J: f64 = 0.5;
 
 /// What the windows of a stretch come to.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Weighing {
     /// The windows, in order of time.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub windows: Vec<Window>,
     /// The evidence of each window.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub evidence: Vec<Evidence>,
     /// How much each window counts, see `combining::weights`.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub weights: Vec<f64>,
     /// The effective number of windows: of their weights, and of how much of them is no overlap.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub number: f64,
     /// The probability that the valve is at fault: that it sticks or does not respond.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub probability: f64,
     /// What each line of evidence says by itself: the probability that it gives.
+    #[cfg_attr(
+        feature = "serde",
+        serde(serialize_with = "testimony"),
+        schemars(with = "Vec<Testimony>")
+    )]
     pub lines: Vec<(Line, f64)>,
     /// The probability of every cause; they add up to one.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub causes: Vec<(Cause, f64)>,
     /// S if the valve sticks, percent of span, with its 90 % interval, however wide.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub s: Estimate,
     /// J over S if the valve sticks, with its 90 % interval, however wide.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub j_over_s: Estimate,
     /// Had the valve stuck by more, percent of span, the windows would have shown it; `None` where nothing
     /// could have been seen.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "S_below", serialize_with = "Limit::of_evidence"),
+        schemars(with = "Option<Limit>")
+    )]
     pub limit: Option<f64>,
     /// Standard errors by which a valve that sticks predicts the PV better than one that follows, of all windows
     /// together: the sum over them by the root of their number; 0 where nothing can be predicted.
@@ -52,9 +73,30 @@ pub struct Weighing {
     /// How far the windows are from the loops of training, the median: above 1 they are unlike all of them.
     pub distance: f64,
     /// Whether OP and PV look like those of one loop, the median over the windows: above 1 they do not.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub mismatch: f64,
     /// What lies farthest outside of the loops of training, in words.
     pub strangest: Vec<String>,
+}
+
+/// What a line of evidence says, as documents tell it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, schemars::JsonSchema)]
+#[schemars(rename = "Line")]
+struct Testimony {
+    /// Its name.
+    name: Line,
+    /// The probability of a fault by this line alone.
+    probability: f64,
+}
+
+#[cfg(feature = "serde")]
+fn testimony<S: serde::Serializer>(lines: &[(Line, f64)], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(
+        lines
+            .iter()
+            .map(|(name, probability)| Testimony { name: *name, probability: *probability }),
+    )
 }
 
 impl Weighing {

@@ -8,6 +8,7 @@ pub const COVERAGE: f64 = 0.9;
 
 /// A number with an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Estimate {
     /// The best value.
     pub value: f64,

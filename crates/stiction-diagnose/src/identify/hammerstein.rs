@@ -96,10 +96,10 @@ const SENSOR_STEP: f64 = 0.06;
 /// The candidates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// S at first, shares of the OP's span, ascending.
-    pub s: Vec<f64>,
+    /// S at first, shares of the OP's span without its slow part, ascending.
+    pub s_over_span: Vec<f64>,
     /// J at first, shares of S.
-    pub j: Vec<f64>,
+    pub j_over_s: Vec<f64>,
     /// Delays beside one and two samples, shares of the period, at most 1.
     pub delays: Vec<f64>,
 }
@@ -107,11 +107,11 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            s: vec![
+            s_over_span: vec![
                 0.04, 0.07, 0.11, 0.16, 0.21, 0.27, 0.33, 0.4, 0.47, 0.55, 0.63, 0.71, 0.8, 0.89,
                 0.98, 1.08,
             ],
-            j: vec![0.05, 0.2, 0.4, 0.6, 0.8, 1.0],
+            j_over_s: vec![0.05, 0.2, 0.4, 0.6, 0.8, 1.0],
             delays: vec![0.05, 0.1, 0.16, 0.24],
         }
     }
@@ -123,10 +123,11 @@ impl Options {
         let ok = |grid: &[f64], low: f64, high: f64| {
             grid.iter().all(|v| v.is_finite() && *v >= low && *v <= high)
         };
-        if self.s.is_empty() || self.j.is_empty() {
+        let (s, j) = (&self.s_over_span, &self.j_over_s);
+        if s.is_empty() || j.is_empty() {
             return Err(Abstention("there are no candidates of S or J".to_owned()));
         }
-        if !(ok(&self.s, 1e-3, 1e3) && ok(&self.j, 0.0, 1.0) && ok(&self.delays, 0.0, 1.0)) {
+        if !(ok(s, 1e-3, 1e3) && ok(j, 0.0, 1.0) && ok(&self.delays, 0.0, 1.0)) {
             return Err(Abstention(
                 "candidates of S must lie between 0.001 and 1000 spans, those of J between 0 and 1 S, \
                  delays between 0 and 1 periods"
@@ -134,6 +135,12 @@ impl Options {
             ));
         }
         Ok(())
+    }
+
+    /// The first pairs of S and J.
+    fn grid(&self) -> Vec<(f64, f64)> {
+        let of_s = |j: &f64| self.s_over_span.iter().map(move |s| (*s, *j)).collect::<Vec<_>>();
+        self.j_over_s.iter().flat_map(of_s).collect()
     }
 }
 
@@ -154,9 +161,9 @@ pub struct ValveFit {
     /// The valve's model.
     pub model: Model,
     /// S, share of [`ModelEvidence::op_span`].
-    pub s: f64,
+    pub s_over_span: f64,
     /// J, share of S.
-    pub j: f64,
+    pub j_over_s: f64,
     /// Delay, samples.
     pub delay: usize,
     /// Mean square of what one-step prediction leaves, variances of the PV.
@@ -184,10 +191,29 @@ pub struct OutputError {
     /// Share that is left behind a valve that follows if the sensor has play.
     pub sensor: f64,
     /// S of that sticking valve, share of [`ModelEvidence::op_span`].
-    pub s: f64,
+    pub s_over_span: f64,
 }
 
 impl OutputError {
+    /// What `candidates`, whose positions are `valves`, leave.
+    fn of(
+        response: &Response,
+        op: &[f64],
+        valves: &[Lane],
+        candidates: &[Candidate; LANES],
+        width: Width,
+    ) -> Self {
+        let left = response.unexplained(valves, width);
+        let explains = (1..LANES).min_by(|a, b| left[*a].total_cmp(&left[*b])).unwrap_or(1);
+        let plays = Lane::from_fn(|l| SENSOR_STEP * l as f64);
+        Self {
+            linear: left[0],
+            sticky: left[explains],
+            sensor: least(&response.unexplained_by_sensor(op, &plays, width)[..]),
+            s_over_span: candidates[explains].s,
+        }
+    }
+
     /// Evidence for the valve that sticks: `ln(linear / sticky)`.
     pub fn gain(&self) -> f64 {
         (self.linear / self.sticky).ln()
@@ -265,7 +291,7 @@ impl ModelEvidence {
 /// let evidence = weigh(&op, &pv, 48.0, &Options::default()).expect("it can be weighed");
 /// let valve = evidence.best();
 /// assert!(valve.gain > 1.0);
-/// assert!((valve.s * evidence.op_span / 0.7 - 1.0).abs() < 0.1);
+/// assert!((valve.s_over_span * evidence.op_span / 0.7 - 1.0).abs() < 0.1);
 /// # Ok::<(), stiction_model::Error>(())
 /// ```
 ///
@@ -279,22 +305,7 @@ pub fn weigh(
     options: &Options,
 ) -> Result<ModelEvidence, Abstention> {
     options.check()?;
-    let n = op.len();
-    if n != pv.len() || n < FEWEST_SAMPLES {
-        return Err(Abstention(format!(
-            "needs at least {FEWEST_SAMPLES} samples of both OP and PV; there are {n} and {}",
-            pv.len()
-        )));
-    }
-    if !(period >= SHORTEST_PERIOD && period <= n as f64) {
-        return Err(Abstention(format!(
-            "needs a period of at least {SHORTEST_PERIOD} samples that fits in the {n} there are; it is \
-             {period:.1}"
-        )));
-    }
-    if op.iter().chain(pv).any(|v| !v.is_finite()) {
-        return Err(Abstention("a sample is not finite".to_owned()));
-    }
+    check(op, pv, period)?;
     let flat = || Abstention("the OP or the PV does not move".to_owned());
     let fast = without_slow(op, period.round() as usize);
     let span = quantile(&fast, 0.99) - quantile(&fast, 0.01);
@@ -304,8 +315,7 @@ pub fn weigh(
 
     let delays = delays(period, options);
     let width = Width::widest();
-    let grid: Vec<(f64, f64)> =
-        options.j.iter().flat_map(|j| options.s.iter().map(|s| (*s, *j))).collect();
+    let grid = options.grid();
     let target = Target::new(pv, &delays).ok_or_else(flat)?;
     let mut bench = Bench { op, span, target, width, vp: vec![] };
     let two_phase = Explored::by::<TwoPhase>(&mut bench, &grid).ok_or_else(flat)?;
@@ -320,26 +330,12 @@ pub fn weigh(
         Explored::first::<TwoPhase>(&mut bench, &grid).ok_or_else(flat)?.1
     };
 
-    // The valve that follows and the best of each model, side by side.
-    let candidates: [Candidate; LANES] = std::array::from_fn(|l| match l {
-        0 => linear,
-        _ if l <= SIDE_BY_SIDE => two_phase.ranked[(l - 1).min(two_phase.ranked.len() - 1)],
-        _ => he.ranked[(l - 1 - SIDE_BY_SIDE).min(he.ranked.len() - 1)],
-    });
+    let candidates = side_by_side(linear, &two_phase.ranked, &he.ranked);
     let best = if he.ranked[0].sse < two_phase.ranked[0].sse { 1 + SIDE_BY_SIDE } else { 1 };
     let valves = bench.side_by_side(op, &candidates);
 
-    let response = Response::new(op, pv, period);
-    let left = response.unexplained(&valves, width);
-    let explains = (1..LANES).min_by(|a, b| left[*a].total_cmp(&left[*b])).unwrap_or(best);
-    let plays = Lane::from_fn(|l| SENSOR_STEP * l as f64);
-    let output_error = OutputError {
-        linear: left[0],
-        sticky: left[explains],
-        sensor: least(&response.unexplained_by_sensor(op, &plays, width)[..]),
-        s: candidates[explains].s,
-    };
-
+    let output_error =
+        OutputError::of(&Response::new(op, pv, period), op, &valves, &candidates, width);
     let vp: Vec<f64> = valves.iter().map(|x| x[best]).collect();
     let motion = Motion::of(&vp);
     let delay = candidates[best].delay;
@@ -361,7 +357,7 @@ pub fn weigh(
     );
 
     let half = (0.5 * period).round() as usize;
-    let other_op: Vec<f64> = (0..n).map(|k| -op[k.saturating_sub(half)]).collect();
+    let other_op: Vec<f64> = (0..op.len()).map(|k| -op[k.saturating_sub(half)]).collect();
     bench.vp = bench.side_by_side(&other_op, &candidates);
     let placebo = least(&bench.fit().sse[1..]);
 
@@ -384,6 +380,27 @@ pub fn weigh(
         two_phase: two_phase.fit(Model::TwoPhase, samples),
         he: he.fit(Model::He, samples),
     })
+}
+
+/// Whether there is enough to weigh valves on.
+fn check(op: &[f64], pv: &[f64], period: f64) -> Result<(), Abstention> {
+    let n = op.len();
+    if n != pv.len() || n < FEWEST_SAMPLES {
+        return Err(Abstention(format!(
+            "needs at least {FEWEST_SAMPLES} samples of both OP and PV; there are {n} and {}",
+            pv.len()
+        )));
+    }
+    if !(period >= SHORTEST_PERIOD && period <= n as f64) {
+        return Err(Abstention(format!(
+            "needs a period of at least {SHORTEST_PERIOD} samples that fits in the {n} there are; it is \
+             {period:.1}"
+        )));
+    }
+    if op.iter().chain(pv).any(|v| !v.is_finite()) {
+        return Err(Abstention("a sample is not finite".to_owned()));
+    }
+    Ok(())
 }
 
 /// The delays to try, samples, ascending.
@@ -436,6 +453,19 @@ struct Candidate {
     j: f64,
     sse: f64,
     delay: usize,
+}
+
+/// The valve that follows and the best of each model.
+fn side_by_side(
+    linear: Candidate,
+    two_phase: &[Candidate],
+    he: &[Candidate],
+) -> [Candidate; LANES] {
+    std::array::from_fn(|l| match l {
+        0 => linear,
+        _ if l <= SIDE_BY_SIDE => two_phase[(l - 1).min(two_phase.len() - 1)],
+        _ => he[(l - 1 - SIDE_BY_SIDE).min(he.len() - 1)],
+    })
 }
 
 /// Where candidates are tried.
@@ -554,8 +584,8 @@ impl Explored {
         by_s.dedup_by_key(|point| point.0);
         ValveFit {
             model,
-            s: self.vertex(),
-            j: best.j,
+            s_over_span: self.vertex(),
+            j_over_s: best.j,
             delay: best.delay,
             mse: mse(&best),
             gain: won,
@@ -660,7 +690,7 @@ mod tests {
                 // He's S counts from the last slip, not from where the OP turned: that of a two-phase
                 // valve which explains the same PV is larger.
                 if model == Model::TwoPhase {
-                    errors.push((fit.s * evidence.op_span * unit / s - 1.0).abs());
+                    errors.push((fit.s_over_span * evidence.op_span * unit / s - 1.0).abs());
                 }
                 assert!(fit.gain > 0.1, "{seed} {model:?}: {}", fit.gain);
                 assert!(fit.delay >= 1 && evidence.linear.delay >= 1);
@@ -681,7 +711,10 @@ mod tests {
             let (evidence, unit) = plant.weighed(42.0);
             let output = evidence.output_error;
             assert!(output.gain() > 0.3, "{output:?}");
-            assert!((output.s * evidence.op_span * unit / s - 1.0).abs() < 0.1, "{output:?}");
+            assert!(
+                (output.s_over_span * evidence.op_span * unit / s - 1.0).abs() < 0.1,
+                "{output:?}"
+            );
         }
     }
 
@@ -759,7 +792,7 @@ mod tests {
         assert!(with(&wave, &spoiled, 45.0, &options).contains("finite"));
         assert!(with(&[0.0; 400], &wave, 45.0, &options).contains("not move"));
         assert!(with(&wave, &[0.0; 400], 45.0, &options).contains("not move"));
-        let wrong = Options { s: vec![], ..options.clone() };
+        let wrong = Options { s_over_span: vec![], ..options.clone() };
         assert!(with(&wave, &wave, 45.0, &wrong).contains("candidates"));
         let wrong = Options { delays: vec![1e12], ..options.clone() };
         assert!(with(&wave, &wave, 45.0, &wrong).contains("delays"));

@@ -14,6 +14,7 @@ pub const FEWEST_HALF_WAVES: usize = 6;
 
 /// A time in which a signal oscillates.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Episode {
     /// Its begin, s from the first sample.
     pub from_s: f64,

@@ -32,8 +32,19 @@ pub enum Basis {
     SpectralPeak,
 }
 
+impl Basis {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Autocorrelation => "autocorrelation",
+            Self::SpectralPeak => "spectral peak",
+        }
+    }
+}
+
 /// What is known about the oscillation of one signal.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Oscillation {
     /// Whether an oscillation was found; the rule is at [`analyse`].
     pub found: bool,
@@ -55,6 +66,7 @@ pub struct Oscillation {
     /// Hägglund's supervision with the period found as the ultimate period and three standard deviations
     /// of the noise as the amplitude; `None` if nothing was found or a period has under 8 samples, when
     /// noise cannot be told from signal.
+    #[cfg_attr(feature = "serde", serde(rename = "supervision"))]
     pub supervised: Option<Supervised>,
     /// All oscillations that stand out of the spectrum, by their share of the variance.
     pub peaks: Vec<Peak>,
@@ -62,6 +74,20 @@ pub struct Oscillation {
     pub episodes: Vec<Episode>,
     /// What led to the result, sentences with the numbers.
     pub reasons: Vec<String>,
+}
+
+impl Oscillation {
+    /// The same with times that count from elsewhere: the first sample is at `from_s`.
+    pub fn since(mut self, from_s: f64) -> Self {
+        for episode in &mut self.episodes {
+            episode.from_s = from_s + episode.from_s;
+            episode.to_s = from_s + episode.to_s;
+        }
+        if let Some(supervised) = &mut self.supervised {
+            supervised.alarm_s = supervised.alarm_s.map(|alarm| from_s + alarm);
+        }
+        self
+    }
 }
 
 /// Whether and how `signal` oscillates; its mean and straight trend are removed first. Samples are
@@ -108,7 +134,7 @@ pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
         ..Oscillation::default()
     };
     let regular = regularity.filter(|r| r.index > 1.0 && r.intervals() >= FEWEST_INTERVALS);
-    let peak = peaks.iter().find(|peak| peak.is_oscillation());
+    let peak = peaks.iter().find(|peak| peak.is_oscillation);
     let dominant = match (&regular, peak) {
         (Some(regular), _) => {
             found.reasons.push(format!(
@@ -240,7 +266,7 @@ mod tests {
         assert!((found.amplitude.unwrap() - 5.0).abs() < 0.8, "{found:?}");
         assert!((found.cycles.unwrap() - 25.0).abs() < 0.3);
         assert!(found.decay_ratio.unwrap() > 0.8);
-        assert!(found.supervised.unwrap().oscillates());
+        assert!(found.supervised.unwrap().oscillates);
         assert_eq!(found.episodes.len(), 1);
         assert!((found.peaks[0].share - 12.5 / 13.5).abs() < 0.05);
     }

@@ -10,6 +10,7 @@ pub const LEAST_SHARE: f64 = 0.01;
 
 /// One of several oscillations of a signal: a significant peak of its spectrum and the band about it.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Peak {
     /// Period, s: from the autocorrelation of the band, or from the peak where that has too few
     /// crossings.
@@ -33,20 +34,12 @@ pub struct Peak {
     pub harmonic: Option<usize>,
     /// The band, cycles per sample.
     pub band: (f64, f64),
-}
-
-impl Peak {
     /// Whether it is an oscillation of its own: regular (r > 1), lasting (R > 0.5), at least a tenth of
     /// the signal's variance, and no harmonic of another.
     ///
     /// A tenth is ours: an oscillation with less is a third of the rest's amplitude and not what the
     /// loop suffers from.
-    pub fn is_oscillation(&self) -> bool {
-        self.regularity.is_some_and(|r| r > 1.0)
-            && self.decay_ratio.is_some_and(|ratio| ratio > decay_ratio::OSCILLATES)
-            && self.share >= 0.1
-            && self.harmonic.is_none()
-    }
+    pub is_oscillation: bool,
 }
 
 /// The oscillations of `x`, which has no mean, by power; none if there are no significant peaks.
@@ -77,16 +70,23 @@ pub(super) fn separate_spectrum(x: &[f64], spectrum: &Spectrum, sample_time: f64
         let regularity = Regularity::of_autocorrelation(&lags);
         let period = regularity.as_ref().map_or(1.0 / peak.frequency, |r| r.period);
         let mean_square = 2.0 * power / (spectrum.length as f64 * x.len() as f64);
+        let regularity = regularity.map(|r| r.index);
+        let decay_ratio = decay_ratio::of_autocorrelation(&lags);
+        let harmonic = harmonic(&found[..i], peak.frequency, x.len());
         peaks.push(Peak {
             period_s: period * sample_time,
             amplitude: (2.0 * mean_square).sqrt(),
             share,
-            regularity: regularity.map(|r| r.index),
-            decay_ratio: decay_ratio::of_autocorrelation(&lags),
+            regularity,
+            decay_ratio,
             chance: peak.chance,
             over_background: peak.over_background,
-            harmonic: harmonic(&found[..i], peak.frequency, x.len()),
+            harmonic,
             band,
+            is_oscillation: regularity.is_some_and(|r| r > 1.0)
+                && decay_ratio.is_some_and(|ratio| ratio > decay_ratio::OSCILLATES)
+                && share >= 0.1
+                && harmonic.is_none(),
         });
     }
     peaks.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -168,7 +168,7 @@ mod tests {
             assert!((peak.period_s / period - 1.0).abs() < 0.01, "{peak:?}");
             assert!((peak.amplitude / amplitude - 1.0).abs() < 0.03, "{peak:?}");
             assert!((peak.share - share).abs() < 0.03, "{peak:?}");
-            assert!(peak.is_oscillation() && peak.harmonic.is_none());
+            assert!(peak.is_oscillation && peak.harmonic.is_none());
         }
     }
 

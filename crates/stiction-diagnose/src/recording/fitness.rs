@@ -29,11 +29,54 @@ impl Class {
     }
 }
 
+macro_rules! measures {
+    ($($id:ident = $name:literal,)*) => {
+        /// What is measured.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum MeasureId {
+            $(#[doc = concat!("Called `", $name, "`.")] $id,)*
+        }
+
+        impl MeasureId {
+            /// Its name, such as `samples per cycle`.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$id => $name,)*
+                }
+            }
+        }
+    };
+}
+
+measures! {
+    GoodValues = "good values",
+    BridgedSamples = "bridged samples",
+    DoubtfulSamples = "doubtful samples",
+    InCommand = "in command",
+    AutomaticStretch = "automatic stretch",
+    Samples = "samples",
+    Cycles = "cycles",
+    SamplesPerCycle = "samples per cycle",
+    OpMoves = "OP moves",
+    OpLevels = "OP levels",
+    OpAtLimit = "OP at a limit",
+    PvMoves = "PV moves",
+    PvLevels = "PV levels",
+    LongestFrozenPv = "longest frozen PV",
+    ClippedPv = "clipped PV",
+    CompressionFactor = "compression factor",
+    PvUpdatesPerCycle = "PV updates per cycle",
+    SetPoint = "PV explained by the set point",
+    FitWindows = "fit windows",
+}
+
 /// One thing that was measured about the data.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Measure {
     /// A short name, such as `samples per cycle`.
-    pub name: &'static str,
+    #[cfg_attr(feature = "serde", serde(rename = "name"))]
+    pub id: MeasureId,
     /// What was found; `None` where it could not be measured.
     pub value: Option<f64>,
     /// Unit of value and thresholds; empty for a ratio.
@@ -50,9 +93,12 @@ pub struct Measure {
 
 /// Whether a recording can answer, and why.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Fitness {
     /// The worst class of the measures.
     pub class: Class,
+    /// Why it is not fit: the sentences of the measures that are worse, worst first.
+    pub reasons: Vec<String>,
     /// All that was measured.
     pub measures: Vec<Measure>,
 }
@@ -61,16 +107,10 @@ impl Fitness {
     /// The verdict over some measures.
     pub fn of(measures: Vec<Measure>) -> Self {
         let class = measures.iter().map(|m| m.class).max().unwrap_or(Class::Unfit);
-        Self { class, measures }
-    }
-
-    /// Why the class is not [`Class::Fit`]: the sentences of the measures that are worse, worst
-    /// first.
-    pub fn reasons(&self) -> Vec<&str> {
-        let mut worse: Vec<&Measure> =
-            self.measures.iter().filter(|m| m.class != Class::Fit).collect();
+        let mut worse: Vec<&Measure> = measures.iter().filter(|m| m.class != Class::Fit).collect();
         worse.sort_by_key(|m| std::cmp::Reverse(m.class));
-        worse.iter().map(|m| m.reason.as_str()).collect()
+        let reasons = worse.iter().map(|m| m.reason.clone()).collect();
+        Self { class, reasons, measures }
     }
 }
 
@@ -81,10 +121,10 @@ enum Worse {
     More,
 }
 
-/// A measure's name, unit and thresholds.
+/// Unit and thresholds of a measure.
 #[derive(Debug, Clone, Copy)]
 struct Rule {
-    name: &'static str,
+    id: MeasureId,
     unit: &'static str,
     worse: Worse,
     caveat: Option<f64>,
@@ -92,12 +132,12 @@ struct Rule {
 }
 
 impl Rule {
-    const fn less(name: &'static str, caveat: f64, unfit: Option<f64>) -> Self {
-        Self { name, unit: "", worse: Worse::Less, caveat: Some(caveat), unfit }
+    const fn less(id: MeasureId, caveat: f64, unfit: Option<f64>) -> Self {
+        Self { id, unit: "", worse: Worse::Less, caveat: Some(caveat), unfit }
     }
 
-    const fn more(name: &'static str, caveat: f64, unfit: Option<f64>) -> Self {
-        Self { name, unit: "", worse: Worse::More, caveat: Some(caveat), unfit }
+    const fn more(id: MeasureId, caveat: f64, unfit: Option<f64>) -> Self {
+        Self { id, unit: "", worse: Worse::More, caveat: Some(caveat), unfit }
     }
 
     const fn percent(mut self) -> Self {
@@ -121,7 +161,7 @@ impl Rule {
             Class::Fit
         };
         Measure {
-            name: self.name,
+            id: self.id,
             value,
             unit: self.unit,
             caveat_at: self.caveat,
@@ -134,41 +174,41 @@ impl Rule {
 
 /// Fewer usable samples than nine in ten: what is missing may hide what is sought. What is left may
 /// still be good, so they never make the data unfit.
-const GOOD: Rule = Rule::less("good values", 90.0, None).percent();
+const GOOD: Rule = Rule::less(MeasureId::GoodValues, 90.0, None).percent();
 /// One bridged sample in fifty is too few to shape waves; one in five is a recording half invented.
-const BRIDGED: Rule = Rule::more("bridged samples", 2.0, Some(20.0)).percent();
+const BRIDGED: Rule = Rule::more(MeasureId::BridgedSamples, 2.0, Some(20.0)).percent();
 /// One doubtful sample in twenty: the historian says so itself.
-const DOUBTFUL: Rule = Rule::more("doubtful samples", 5.0, None).percent();
+const DOUBTFUL: Rule = Rule::more(MeasureId::DoubtfulSamples, 5.0, None).percent();
 /// Below 200 samples statistics of third and fourth order scatter too much; 30 are not three cycles of
 /// ten samples.
-const SAMPLES: Rule = Rule::less("samples", 200.0, Some(30.0));
+const SAMPLES: Rule = Rule::less(MeasureId::Samples, 200.0, Some(30.0));
 /// Ten cycles are what Thornhill, Huang & Zhang 2003 ask for (recalled, not read); with fewer than three
 /// a cycle cannot be told from chance.
-const CYCLES: Rule = Rule::less("cycles", 10.0, Some(3.0));
+const CYCLES: Rule = Rule::less(MeasureId::Cycles, 10.0, Some(3.0));
 /// Eight samples show whether a wave is round or has corners; below four its shape is lost, and
 /// frequencies may be aliases.
-const SAMPLES_PER_CYCLE: Rule = Rule::less("samples per cycle", 8.0, Some(4.0));
+const SAMPLES_PER_CYCLE: Rule = Rule::less(MeasureId::SamplesPerCycle, 8.0, Some(4.0));
 /// Where the PV changes less than eight times a cycle, more samples do not tell more. Legitimate for a
 /// PV that follows a square wave, so never unfit.
-const UPDATES_PER_CYCLE: Rule = Rule::less("PV updates per cycle", 8.0, None);
+const UPDATES_PER_CYCLE: Rule = Rule::less(MeasureId::PvUpdatesPerCycle, 8.0, None);
 /// With fewer than ten levels the shape is that of stairs; with two there is no shape.
-const PV_LEVELS: Rule = Rule::less("PV levels", 10.0, Some(3.0));
+const PV_LEVELS: Rule = Rule::less(MeasureId::PvLevels, 10.0, Some(3.0));
 /// As for the PV; an OP that switches between two values still tells when it does.
-const OP_LEVELS: Rule = Rule::less("OP levels", 10.0, None);
+const OP_LEVELS: Rule = Rule::less(MeasureId::OpLevels, 10.0, None);
 /// A compression factor of 3 is where Thornhill, Choudhury & Shah 2004, J. Process Control 14, 389-398,
 /// found shapes and indices to suffer (recalled, not read).
-const COMPRESSION: Rule = Rule::more("compression factor", 3.0, None);
+const COMPRESSION: Rule = Rule::more(MeasureId::CompressionFactor, 3.0, None);
 /// A PV that stands still for a tenth of the time may be a frozen signal; for more than half of it, it
 /// is one.
-const FROZEN: Rule = Rule::more("longest frozen PV", 10.0, Some(50.0)).percent();
+const FROZEN: Rule = Rule::more(MeasureId::LongestFrozenPv, 10.0, Some(50.0)).percent();
 /// One twentieth of the time at a limit bends the waves; for half of it the loop is open.
-const SATURATED: Rule = Rule::more("OP at a limit", 5.0, Some(50.0)).percent();
+const SATURATED: Rule = Rule::more(MeasureId::OpAtLimit, 5.0, Some(50.0)).percent();
 /// As for the OP: a transmitter at its end does not measure.
-const CLIPPED: Rule = Rule::more("clipped PV", 5.0, Some(50.0)).percent();
+const CLIPPED: Rule = Rule::more(MeasureId::ClippedPv, 5.0, Some(50.0)).percent();
 /// A third of the PV's variance explained by the set point: most methods assume that it stands still.
-const SET_POINT: Rule = Rule::more("PV explained by the set point", 33.0, None).percent();
+const SET_POINT: Rule = Rule::more(MeasureId::SetPoint, 33.0, None).percent();
 /// Less than half of the time in automatic: what was recorded may not be how the loop mostly runs.
-const CLOSED: Rule = Rule::less("in command", 50.0, None).percent();
+const CLOSED: Rule = Rule::less(MeasureId::InCommand, 50.0, None).percent();
 /// A signal that never moves tells nothing.
 const MOVES: f64 = 0.0;
 
@@ -190,7 +230,7 @@ pub fn assess(
         ),
     );
     measures.extend(cycles(n, period));
-    measures.push(moves("OP moves", "OP", &stretch.op));
+    measures.push(moves(MeasureId::OpMoves, "OP", &stretch.op));
     if let Some(levels) = levels(&stretch.op) {
         measures.push(OP_LEVELS.measure(
             Some(levels),
@@ -273,9 +313,9 @@ fn cycles(n: usize, period: Option<f64>) -> [Measure; 2] {
     ]
 }
 
-fn moves(name: &'static str, signal: &str, x: &[f64]) -> Measure {
+fn moves(id: MeasureId, signal: &str, x: &[f64]) -> Measure {
     let moved = span(x);
-    let rule = Rule { name, unit: "", worse: Worse::More, caveat: None, unfit: None };
+    let rule = Rule { id, unit: "", worse: Worse::More, caveat: None, unfit: None };
     let still = !(moved > MOVES);
     let reason = if still {
         format!("the {signal} never moves")
@@ -335,7 +375,7 @@ fn resting(x: &[f64]) -> usize {
 
 fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
     let n = pv.len().max(1) as f64;
-    let mut measures = vec![moves("PV moves", "PV", pv)];
+    let mut measures = vec![moves(MeasureId::PvMoves, "PV", pv)];
     if let Some(levels) = levels(pv) {
         measures.push(PV_LEVELS.measure(
             Some(levels),
@@ -433,10 +473,10 @@ mod tests {
         judged(&Recording::regular("loop", 1.0, op, Some(pv), sp).unwrap(), period)
     }
 
-    /// The names of the measures that are not fit.
-    fn worse(fitness: &Fitness) -> Vec<(&'static str, Class)> {
+    /// The measures that are not fit.
+    fn worse(fitness: &Fitness) -> Vec<(MeasureId, Class)> {
         let worse = fitness.measures.iter().filter(|m| m.class != Class::Fit);
-        worse.map(|m| (m.name, m.class)).collect()
+        worse.map(|m| (m.id, m.class)).collect()
     }
 
     #[test]
@@ -444,7 +484,7 @@ mod tests {
         let fitness = of(&op(), &pv(), Some(&[20.0; N]), Some(40.0));
         assert_eq!(worse(&fitness), []);
         assert_eq!((fitness.class, fitness.measures.len()), (Class::Fit, 17));
-        assert!(fitness.reasons().is_empty());
+        assert!(fitness.reasons.is_empty());
     }
 
     #[test]
@@ -463,63 +503,66 @@ mod tests {
         });
         let steps = map(&pv, &|k, _| f64::from(k / 50 % 2 == 0));
         let shifted = map(&pv, &|k, v| v + 5.0 * steps[k]);
-        let cases: Vec<(Vec<(&str, Class)>, Fitness)> = vec![
-            (vec![("cycles", Caveats)], of(&op, &pv, None, None)),
-            (vec![("cycles", Caveats)], of(&op, &pv, None, Some(120.0))),
-            (vec![("cycles", Unfit)], of(&op, &pv, None, Some(400.0))),
+        let cases: Vec<(Vec<(MeasureId, Class)>, Fitness)> = vec![
+            (vec![(MeasureId::Cycles, Caveats)], of(&op, &pv, None, None)),
+            (vec![(MeasureId::Cycles, Caveats)], of(&op, &pv, None, Some(120.0))),
+            (vec![(MeasureId::Cycles, Unfit)], of(&op, &pv, None, Some(400.0))),
             (
-                vec![("samples per cycle", Caveats), ("PV updates per cycle", Caveats)],
+                vec![
+                    (MeasureId::SamplesPerCycle, Caveats),
+                    (MeasureId::PvUpdatesPerCycle, Caveats),
+                ],
                 of(&op, &pv, None, Some(7.0)),
             ),
             (
-                vec![("samples per cycle", Unfit), ("PV updates per cycle", Caveats)],
+                vec![(MeasureId::SamplesPerCycle, Unfit), (MeasureId::PvUpdatesPerCycle, Caveats)],
                 of(&op, &pv, None, Some(3.0)),
             ),
             (
-                vec![("samples", Caveats), ("cycles", Caveats)],
+                vec![(MeasureId::Samples, Caveats), (MeasureId::Cycles, Caveats)],
                 of(&op[..100], &pv[..100], None, Some(20.0)),
             ),
-            (vec![("OP moves", Unfit)], of(&[7.0; N], &pv, None, period)),
+            (vec![(MeasureId::OpMoves, Unfit)], of(&[7.0; N], &pv, None, period)),
             (
                 vec![
-                    ("PV moves", Unfit),
-                    ("longest frozen PV", Unfit),
-                    ("PV updates per cycle", Caveats),
+                    (MeasureId::PvMoves, Unfit),
+                    (MeasureId::LongestFrozenPv, Unfit),
+                    (MeasureId::PvUpdatesPerCycle, Caveats),
                 ],
                 of(&op, &[7.0; N], None, period),
             ),
             (
-                vec![("OP levels", Caveats)],
+                vec![(MeasureId::OpLevels, Caveats)],
                 of(&map(&op, &|_, v| (v / 3.0).round() * 3.0), &pv, None, period),
             ),
             (
-                vec![("PV levels", Caveats)],
+                vec![(MeasureId::PvLevels, Caveats)],
                 of(&op, &map(&pv, &|_, v| (v / 0.9).round() * 0.9), None, Some(60.0)),
             ),
             (
-                vec![("OP at a limit", Caveats)],
+                vec![(MeasureId::OpAtLimit, Caveats)],
                 of(&map(&op, &|_, v| v.min(54.0)), &pv, None, period),
             ),
             (
-                vec![("OP at a limit", Unfit)],
+                vec![(MeasureId::OpAtLimit, Unfit)],
                 of(&map(&op, &|_, v| (v - 51.0).max(0.0)), &pv, None, period),
             ),
-            (vec![("clipped PV", Caveats)], of(&op, &map(&pv, &|_, v| v.max(18.6)), None, period)),
-            (vec![("longest frozen PV", Caveats)], of(&op, &frozen(850), None, period)),
-            (vec![("longest frozen PV", Unfit)], of(&op, &frozen(400), None, Some(80.0))),
-            (vec![("compression factor", Caveats)], of(&op, &interpolated, None, period)),
             (
-                vec![("PV updates per cycle", Caveats)],
+                vec![(MeasureId::ClippedPv, Caveats)],
+                of(&op, &map(&pv, &|_, v| v.max(18.6)), None, period),
+            ),
+            (vec![(MeasureId::LongestFrozenPv, Caveats)], of(&op, &frozen(850), None, period)),
+            (vec![(MeasureId::LongestFrozenPv, Unfit)], of(&op, &frozen(400), None, Some(80.0))),
+            (vec![(MeasureId::CompressionFactor, Caveats)], of(&op, &interpolated, None, period)),
+            (
+                vec![(MeasureId::PvUpdatesPerCycle, Caveats)],
                 of(&op, &map(&pv, &|k, _| pv[k / 8 * 8]), None, period),
             ),
-            (
-                vec![("PV explained by the set point", Caveats)],
-                of(&op, &shifted, Some(&steps), period),
-            ),
+            (vec![(MeasureId::SetPoint, Caveats)], of(&op, &shifted, Some(&steps), period)),
         ];
         for (expected, found) in cases {
-            assert_eq!(worse(&found), expected, "{:?}", found.reasons());
-            assert_eq!(found.reasons().len(), expected.len());
+            assert_eq!(worse(&found), expected, "{:?}", found.reasons);
+            assert_eq!(found.reasons.len(), expected.len());
         }
     }
 
@@ -530,15 +573,21 @@ mod tests {
         let fitness = of(&op(), &holes, None, Some(40.0));
         assert_eq!(
             worse(&fitness),
-            [("good values", Class::Caveats), ("bridged samples", Class::Caveats)]
+            [(MeasureId::GoodValues, Class::Caveats), (MeasureId::BridgedSamples, Class::Caveats)]
         );
         let mut recording = Recording::regular("loop", 1.0, &op(), Some(&pv()), None).unwrap();
         recording.op.quality[..100].fill(Quality::Uncertain);
-        assert_eq!(worse(&judged(&recording, Some(40.0))), [("doubtful samples", Class::Caveats)]);
+        assert_eq!(
+            worse(&judged(&recording, Some(40.0))),
+            [(MeasureId::DoubtfulSamples, Class::Caveats)]
+        );
         recording.op.quality.fill(Quality::Good);
         recording.mode =
             Some(Modes { time: vec![0.0, 450.0], modes: vec![Mode::Automatic, Mode::Manual] });
-        assert_eq!(worse(&judged(&recording, Some(40.0))), [("in command", Class::Caveats)]);
+        assert_eq!(
+            worse(&judged(&recording, Some(40.0))),
+            [(MeasureId::InCommand, Class::Caveats)]
+        );
     }
 
     #[test]

@@ -141,6 +141,47 @@ impl Grid {
     /// If the given sample time is not above 0, if none is given and the reference channel has not two
     /// usable samples at different times, or if the grid would have more than twenty million points.
     pub fn of(recording: &Recording, options: &GridOptions) -> Result<Self> {
+        let mut repairs = vec![];
+        let tracks = Tracks::of(recording, options, &mut repairs)?;
+        let (step, (signal, reference)) = (tracks.step, tracks.reference());
+        let (first, last) = (reference.first(), reference.last());
+        let segments = reference.segments(step)?;
+        // Between the segments the reference channel says nothing for long.
+        let mut log = Log::default();
+        for pair in segments.windows(2) {
+            log.gap(signal, pair[0].to, ((pair[1].from - pair[0].to) / step).round() as usize - 1);
+        }
+        let stretches = segments
+            .iter()
+            .flat_map(|segment| tracks.stretches(segment, recording, &mut log))
+            .collect();
+        repairs.extend(log.repairs(recording));
+        repairs.sort_by_key(|repair| (repair.kind, rank(repair.signal)));
+        Ok(Self {
+            sample_time: step,
+            stretches,
+            repairs,
+            duration: last - first,
+            closed_share: closed_share(tracks.modes.as_ref(), first, last),
+        })
+    }
+}
+
+/// The signals of a recording on one clock, not yet on a grid.
+struct Tracks {
+    /// Time between the samples of the grid, s.
+    step: f64,
+    op: Track,
+    pv: Option<Track>,
+    vp: Option<Track>,
+    sp: Option<Track>,
+    /// When the controller was in command.
+    modes: Option<Vec<(f64, bool)>>,
+}
+
+impl Tracks {
+    /// Puts the signals on the clock of the PV or, where that is of no use, of the OP.
+    fn of(recording: &Recording, options: &GridOptions, repairs: &mut Vec<Repair>) -> Result<Self> {
         for (signal, channel) in [
             ("OP", Some(&recording.op)),
             ("PV", recording.pv.as_ref()),
@@ -149,7 +190,6 @@ impl Grid {
         ] {
             channel.map_or(Ok(()), |channel| sound(signal, channel))?;
         }
-        let mut repairs = vec![];
         let usable_pv = recording.pv.as_ref().filter(|pv| pv.usable_share() > 0.0);
         let (reference, signal) = match usable_pv {
             Some(pv) => (pv, "PV"),
@@ -164,11 +204,11 @@ impl Grid {
                 done: "no sample of the PV is usable; only the OP is kept".to_owned(),
             });
         }
-        let clock = Clock::of(reference, &mut repairs);
+        let clock = Clock::of(reference, repairs);
         let track = |channel: &Channel, signal, repairs: &mut Vec<Repair>| {
             Track::of(channel, signal, &clock, repairs)
         };
-        let reference = track(reference, signal, &mut repairs);
+        let reference = track(reference, signal, repairs);
         let step = match (options.sample_time, reference.step) {
             (Some(given), _) => crate::error::positive("the sample time", given)?,
             (None, Some(found)) => found,
@@ -178,79 +218,72 @@ impl Grid {
             }
         };
         let (op, pv) = if signal == "PV" {
-            (track(&recording.op, "OP", &mut repairs), Some(reference))
+            (track(&recording.op, "OP", repairs), Some(reference))
         } else {
             (reference, None)
         };
         let mut optional = |channel: &Option<Channel>, signal| {
             let channel = channel.as_ref().filter(|channel| channel.usable_share() > 0.0)?;
-            Some(track(channel, signal, &mut repairs))
+            Some(track(channel, signal, repairs))
         };
         let (vp, sp) = (optional(&recording.vp, "VP"), optional(&recording.sp, "SP"));
         let modes = recording.mode.as_ref().map(|modes| clock.ordered(modes));
 
-        let reference = pv.as_ref().unwrap_or(&op);
-        let mut grid = Self {
-            sample_time: step,
-            stretches: vec![],
-            repairs,
-            duration: reference.last() - reference.first(),
-            closed_share: closed_share(modes.as_ref(), reference.first(), reference.last()),
+        Ok(Self { step, op, pv, vp, sp, modes })
+    }
+
+    /// The signal whose samples tell where the recording is whole.
+    fn reference(&self) -> (&'static str, &Track) {
+        self.pv.as_ref().map_or(("OP", &self.op), |pv| ("PV", pv))
+    }
+
+    /// The stretches of a segment: what is known of it, in automatic.
+    fn stretches(&self, segment: &Segment, recording: &Recording, log: &mut Log) -> Vec<Stretch> {
+        let step = self.step;
+        let on = |track: &Track, rule| track.resample(segment, step, rule);
+        let op = on(&self.op, Interpolation::Hold);
+        let pv = self.pv.as_ref().map(|pv| on(pv, Interpolation::Linear));
+        let vp = self.vp.as_ref().map(|vp| on(vp, Interpolation::Linear));
+        let sp = self.sp.as_ref().map(|sp| sp.held(segment, step));
+        let closed = closed(self.modes.as_ref(), segment, step);
+        let known = |k: usize| {
+            op.state[k] != State::Unknown
+                && pv.as_ref().is_none_or(|pv| pv.state[k] != State::Unknown)
         };
-        let segments = reference.segments(step)?;
-        // Between the segments the reference channel says nothing for long.
-        let mut log = Log::default();
-        for pair in segments.windows(2) {
-            log.gap(signal, pair[0].to, ((pair[1].from - pair[0].to) / step).round() as usize - 1);
-        }
-        for segment in &segments {
-            let on = |track: &Track, rule| track.resample(segment, step, rule);
-            let op = on(&op, Interpolation::Hold);
-            let pv = pv.as_ref().map(|pv| on(pv, Interpolation::Linear));
-            let vp = vp.as_ref().map(|vp| on(vp, Interpolation::Linear));
-            let sp = sp.as_ref().map(|sp| sp.held(segment, step));
-            let closed = closed(modes.as_ref(), segment, step);
-            let known = |k: usize| {
-                op.state[k] != State::Unknown
-                    && pv.as_ref().is_none_or(|pv| pv.state[k] != State::Unknown)
-            };
-            log.signal("PV", pv.as_ref(), segment, step);
-            log.signal("OP", Some(&op), segment, step);
-            log.signal("VP", vp.as_ref(), segment, step);
-            log.not_closed(&closed, segment, step);
-            let mut k = 0;
-            while k < segment.points {
-                let from = k;
-                while k < segment.points && closed[k] && known(k) {
-                    k += 1;
-                }
-                if k >= from + 2 {
-                    grid.stretches.push(Stretch {
-                        from: segment.from + from as f64 * step,
-                        sample_time: step,
-                        op: percent(&op.values[from..k], recording.op.range),
-                        pv: pv.as_ref().map(|pv| pv.values[from..k].to_vec()),
-                        sp: sp.as_ref().map(|sp| sp[from..k].to_vec()),
-                        vp: vp.as_ref().filter(|vp| vp.known_share(from..k) >= LEAST_KNOWN_VP).map(
-                            |vp| {
-                                let range = recording.vp.as_ref().and_then(|vp| vp.range);
-                                percent(&vp.filled(from..k), range)
-                            },
-                        ),
-                        bridged: (from..k)
-                            .filter(|&k| {
-                                op.state[k] == State::Bridged
-                                    || pv.as_ref().is_some_and(|pv| pv.state[k] == State::Bridged)
-                            })
-                            .count(),
-                    });
-                }
-                k = k.max(from + 1);
+        log.signal("PV", pv.as_ref(), segment, step);
+        log.signal("OP", Some(&op), segment, step);
+        log.signal("VP", vp.as_ref(), segment, step);
+        log.not_closed(&closed, segment, step);
+        let (mut stretches, mut k) = (vec![], 0);
+        while k < segment.points {
+            let from = k;
+            while k < segment.points && closed[k] && known(k) {
+                k += 1;
             }
+            if k >= from + 2 {
+                stretches.push(Stretch {
+                    from: segment.from + from as f64 * step,
+                    sample_time: step,
+                    op: percent(&op.values[from..k], recording.op.range),
+                    pv: pv.as_ref().map(|pv| pv.values[from..k].to_vec()),
+                    sp: sp.as_ref().map(|sp| sp[from..k].to_vec()),
+                    vp: vp.as_ref().filter(|vp| vp.known_share(from..k) >= LEAST_KNOWN_VP).map(
+                        |vp| {
+                            let range = recording.vp.as_ref().and_then(|vp| vp.range);
+                            percent(&vp.filled(from..k), range)
+                        },
+                    ),
+                    bridged: (from..k)
+                        .filter(|&k| {
+                            op.state[k] == State::Bridged
+                                || pv.as_ref().is_some_and(|pv| pv.state[k] == State::Bridged)
+                        })
+                        .count(),
+                });
+            }
+            k = k.max(from + 1);
         }
-        grid.repairs.extend(log.repairs(recording));
-        grid.repairs.sort_by_key(|repair| (repair.kind, rank(repair.signal)));
-        Ok(grid)
+        stretches
     }
 }
 

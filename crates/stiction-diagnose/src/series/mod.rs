@@ -8,6 +8,7 @@ mod compare;
 mod correlation;
 mod crossings;
 mod fit;
+mod plans;
 mod resample;
 mod spectrum;
 mod statistics;

@@ -1,8 +1,7 @@
 //! Spectra by the fast Fourier transform.
 
-use super::mean;
 use super::statistics::centred;
-use realfft::RealFftPlanner;
+use super::{mean, plans};
 use realfft::num_complex::Complex;
 
 /// The Fourier transform of a real series: bin `i` is the frequency `i / length` per sample.
@@ -23,7 +22,7 @@ impl Spectrum {
     /// Transforms `x`, followed by zeros up to `length`.
     pub fn of(x: &[f64], length: usize) -> Self {
         let length = length.max(x.len()).max(1);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let transform = plans::forward(length);
         let mut padded = x.to_vec();
         padded.resize(length, 0.0);
         let mut bins = transform.make_output_vec();
@@ -35,7 +34,7 @@ impl Spectrum {
 
     /// The real series of which this is the transform, all of its `length` samples.
     pub fn inverse(mut self) -> Vec<f64> {
-        let transform = RealFftPlanner::<f64>::new().plan_fft_inverse(self.length);
+        let transform = plans::inverse(self.length);
         let mut x = transform.make_output_vec();
         // What is not real at zero and Nyquist cannot come from a real series.
         if let Some(first) = self.bins.first_mut() {

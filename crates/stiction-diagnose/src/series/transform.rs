@@ -1,7 +1,8 @@
 //! Many Fourier transforms of one length.
 
+use super::plans;
 use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use realfft::{ComplexToReal, RealToComplex};
 use std::sync::Arc;
 
 /// The plan of a real transform and of its inverse, with the buffers they need.
@@ -15,9 +16,7 @@ pub struct Transform {
 impl Transform {
     /// A plan for series of `length` samples, of which there is at least one.
     pub fn new(length: usize) -> Self {
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, inverse) =
-            (planner.plan_fft_forward(length.max(1)), planner.plan_fft_inverse(length.max(1)));
+        let (forward, inverse) = (plans::forward(length.max(1)), plans::inverse(length.max(1)));
         let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
         Self {
             samples: forward.make_input_vec(),

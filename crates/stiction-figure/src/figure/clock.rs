@@ -1,6 +1,7 @@
 //! Dates and times along an axis: seconds since 1970-01-01 UTC.
 
 use super::axis::Tick;
+use jiff::Timestamp;
 
 const MINUTE: i64 = 60;
 const HOUR: i64 = 60 * MINUTE;
@@ -29,9 +30,6 @@ const STEPS: [i64; 19] = [
     2 * DAY,
 ];
 
-const MONTHS: [&str; 12] =
-    ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
-
 /// Seconds whose years have four digits.
 const CALENDAR: std::ops::RangeInclusive<f64> = -6e10..=2.5e11;
 
@@ -57,45 +55,27 @@ pub(super) fn ticks(lo: f64, hi: f64, count: usize) -> Option<(Vec<Tick>, String
 
 /// What is written at a tick: the time, or at midnight the day.
 fn label(at: i64, step: i64) -> String {
-    let second = at.rem_euclid(DAY);
-    let (h, m, s) = (second / HOUR, second % HOUR / MINUTE, second % MINUTE);
-    if second == 0 {
-        let (_, month, day) = civil(at.div_euclid(DAY));
-        format!("{day} {}", MONTHS[month as usize - 1])
-    } else if step < MINUTE {
-        format!("{h:02}:{m:02}:{s:02}")
-    } else {
-        format!("{h:02}:{m:02}")
+    match (at.rem_euclid(DAY), step) {
+        (0, _) => written(at, "%-d %b"),
+        (_, ..MINUTE) => written(at, "%H:%M:%S"),
+        _ => written(at, "%H:%M"),
     }
 }
 
 /// The date as ISO 8601 writes it.
 fn date(at: i64) -> String {
-    let (year, month, day) = civil(at.div_euclid(DAY));
-    format!("{year:04}-{month:02}-{day:02}")
+    written(at, "%Y-%m-%d")
 }
 
 /// Date and time to the second as ISO 8601 writes them but for a blank between, with the time zone;
 /// `None` beyond the calendar.
 pub fn instant(seconds: f64) -> Option<String> {
-    let at = seconds.round() as i64;
-    let second = at.rem_euclid(DAY);
-    let (h, m, s) = (second / HOUR, second % HOUR / MINUTE, second % MINUTE);
-    CALENDAR.contains(&seconds).then(|| format!("{} {h:02}:{m:02}:{s:02} UTC", date(at)))
+    CALENDAR.contains(&seconds).then(|| written(seconds.round() as i64, "%Y-%m-%d %H:%M:%S UTC"))
 }
 
-/// Year, month and day of a day counted from 1970-01-01 (proleptic Gregorian; Hinnant's algorithm,
-/// recalled: eras of 400 years that begin in March).
-fn civil(day: i64) -> (i64, i64, i64) {
-    let day = day + 719_468;
-    let era = day.div_euclid(146_097);
-    let of_era = day.rem_euclid(146_097);
-    let year = (of_era - of_era / 1_460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year + year / 4 - year / 100);
-    let march = (5 * of_year + 2) / 153;
-    let month = if march < 10 { march + 3 } else { march - 9 };
-    let day = of_year - (153 * march + 2) / 5 + 1;
-    (era * 400 + year + i64::from(month <= 2), month, day)
+/// An instant of the [`CALENDAR`] in UTC, as `strftime` writes it.
+fn written(at: i64, format: &str) -> String {
+    Timestamp::from_second(at).map_or_else(|_| String::new(), |at| at.strftime(format).to_string())
 }
 
 #[cfg(test)]

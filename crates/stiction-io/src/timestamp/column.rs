@@ -4,6 +4,7 @@ use super::scan::{Stamp, scan};
 use super::{DateOrder, TimeFormat, Zone};
 use crate::error::{Error, Result};
 use crate::number::{self, DecimalMark};
+use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Sheet};
 use jiff::civil::DateTime;
 use jiff::fmt::strtime::BrokenDownTime;
@@ -70,6 +71,7 @@ pub struct Context<'a> {
     pub zone: Option<&'a Zone>,
     /// Which series each row belongs to; the rows of a series are in order of time, or its reverse.
     pub series: &'a [usize],
+    pub wording: Wording,
 }
 
 /// Seconds since 1970 that a recording of a plant can have: 1980 to 2100.
@@ -199,8 +201,9 @@ impl Context<'_> {
                 number::parse(cell, self.mark).ok_or_else(|| {
                     let message = format!(
                         "\"{}\" is no number, as times by numbers must be; correct it, or give \
-                         another --time-format",
-                        number::shown(cell)
+                         another {}",
+                        number::shown(cell),
+                        self.wording.of(Remedy::TimeFormat(vec![]))
                     );
                     self.wrong(column, i, message)
                 })
@@ -225,7 +228,8 @@ impl Context<'_> {
         let told = |(i, cell): (usize, &String)| {
             read(cell).map_err(|e: jiff::Error| {
                 let cell = number::shown(cell);
-                let message = format!("\"{cell}\" is no time by --time-format \"{pattern}\": {e}");
+                let given = self.wording.of(Remedy::TimeFormat(vec![pattern.to_owned()]));
+                let message = format!("\"{cell}\" is no time by {given}: {e}");
                 self.wrong(column, i, message)
             })
         };
@@ -237,8 +241,8 @@ impl Context<'_> {
             scan(cell).ok_or_else(|| {
                 let cell = number::shown(cell);
                 let message = format!(
-                    "\"{cell}\" is not understood as a time; tell how it is written, as in \
-                     --time-format \"%d/%m/%Y %H:%M:%S\""
+                    "\"{cell}\" is not understood as a time; tell how it is written, as in {}",
+                    self.wording.of(Remedy::TimeFormat(vec!["%d/%m/%Y %H:%M:%S".to_owned()]))
                 );
                 self.wrong(column, i, message)
             })
@@ -273,14 +277,12 @@ impl Context<'_> {
             _ => Err(self.wrong_column(
                 column,
                 format!(
-                    "dates such as \"{}\" can be {}, and no row decides it; give --time-format {}",
+                    "dates such as \"{}\" can be {}, and no row decides it; give {}",
                     cells.first().map_or("", String::as_str),
                     orders.iter().map(|o| o.name()).collect::<Vec<_>>().join(" or "),
-                    orders
-                        .iter()
-                        .map(|order| order.name().replace(' ', "-"))
-                        .collect::<Vec<_>>()
-                        .join(" or ")
+                    self.wording.of(Remedy::TimeFormat(
+                        orders.iter().map(|order| order.name().replace(' ', "-")).collect()
+                    ))
                 ),
             )),
         }
@@ -309,9 +311,12 @@ impl Context<'_> {
         let guessed = self.format.is_none();
         let format = match self.format {
             Some(TimeFormat::Pattern(_) | TimeFormat::Date(_)) => {
-                let message = "holds numbers, not dates; leave --time-format out, or give seconds, \
-                               epoch-s, epoch-ms, excel or datenum";
-                return Err(self.wrong_column(column, message.to_owned()));
+                let message = format!(
+                    "holds numbers, not dates; leave {} out, or give seconds, epoch-s, epoch-ms, excel \
+                     or datenum",
+                    self.wording.of(Remedy::TimeFormat(vec![]))
+                );
+                return Err(self.wrong_column(column, message));
             }
             Some(format) => format.clone(),
             None => guess(column, numbers),
@@ -343,8 +348,10 @@ impl Context<'_> {
         let plain = times.clock == Clock::Elapsed && format == TimeFormat::Elapsed(1.0);
         if guessed && !(plain && is_seconds(&column.name)) {
             times.notes.push(format!(
-                "the numbers in \"{}\" are taken as {}; if they are not, give --time-format",
-                column.name, times.format
+                "the numbers in \"{}\" are taken as {}; if they are not, give {}",
+                column.name,
+                times.format,
+                self.wording.of(Remedy::TimeFormat(vec![]))
             ));
         }
         Ok(times)
@@ -377,10 +384,10 @@ impl Context<'_> {
             let nanos: Vec<i128> = written.iter().map(|(local, _)| as_utc(*local)).collect();
             let jump = self.jump(&nanos);
             let mut times = self.since_start(nanos, &format, Clock::Local);
-            times.notes.push(
-                "the times tell no zone and are taken as UTC; if it matters, give --zone"
-                    .to_owned(),
-            );
+            times.notes.push(format!(
+                "the times tell no zone and are taken as UTC; if it matters, give {}",
+                self.wording.of(Remedy::Zone(None))
+            ));
             times.notes.extend(jump);
             return Ok(times);
         };
@@ -434,9 +441,10 @@ impl Context<'_> {
                     AmbiguousOffset::Gap { before, .. } => {
                         let message = format!(
                             "{} does not exist in {}: clocks were put forward; if this clock was \
-                             not, give its offset, as in --zone {before}",
+                             not, give its offset, as in {}",
                             written[row].0,
-                            zone.name()
+                            zone.name(),
+                            self.wording.of(Remedy::Zone(Some(before.to_string())))
                         );
                         return Err(self.wrong(column, row, message));
                     }
@@ -472,8 +480,10 @@ impl Context<'_> {
                 let back = if steps[i] < common { "back" } else { "forward" };
                 return Some(format!(
                     "in row {} the clock jumps {back} by exactly an hour, which looks like daylight \
-                     saving; give --zone, as in --zone Europe/Berlin",
-                    self.sheet.row(rows[i + 1])
+                     saving; give {}, as in {}",
+                    self.sheet.row(rows[i + 1]),
+                    self.wording.of(Remedy::Zone(None)),
+                    self.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
                 ));
             }
         }

@@ -138,7 +138,7 @@ fn said(loop_: &Scored, method: Option<&'static Method>) -> (Decision, Option<f6
     match method {
         None => (loop_.decision(), loop_.probability.map(logit)),
         Some(method) => {
-            let said = loop_.methods.iter().find(|said| said.method.name == method.name);
+            let said = loop_.methods.iter().find(|said| said.method.id == method.id);
             said.map_or((Decision::Abstains, None), |said| (said.decision, said.score()))
         }
     }

@@ -6,24 +6,13 @@ use super::time_axis::duration;
 use super::verdict;
 use super::views::{self, Context};
 use crate::Error;
-use crate::document::{self, Override, Source};
+use crate::document::{self, Loop, Source};
 use crate::words;
-use stiction_diagnose::detect::{self, Decision, Detector, Finding};
+use stiction_diagnose::detect::{Decision, Finding};
 use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, Votes};
 use stiction_diagnose::oscillation::{self, Oscillation};
 use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::figure::instant;
-
-/// One loop of a report.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Case<'a> {
-    /// What was found out about it.
-    pub diagnosis: &'a Diagnosis,
-    /// The file it comes from.
-    pub source: &'a Source,
-    /// What a person concluded of it, shown beside the computed verdict.
-    pub overruled: Option<&'a Override>,
-}
 
 /// The report on some loops: one self-contained HTML page. The loops stand in the order of
 /// [`Diagnosis::rank`], the worst first.
@@ -31,7 +20,7 @@ pub struct Case<'a> {
 /// # Errors
 /// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not
 /// expected.
-pub fn html(tool: &str, loops: &[Case<'_>]) -> Result<String, Error> {
+pub fn html(tool: &str, loops: &[Loop<'_>]) -> Result<String, Error> {
     let mut ranked = loops.to_vec();
     ranked.sort_by(|a, b| {
         a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
@@ -46,9 +35,8 @@ pub fn html(tool: &str, loops: &[Case<'_>]) -> Result<String, Error> {
     let voted = ranked.iter().any(|case| case.diagnosis.verdict.basis == Basis::Majority);
     let introduction = if voted { format!("{INTRODUCTION} {VOTES}") } else { INTRODUCTION.into() };
     let mut report = Report::new(title, tool).introduction(introduction);
-    let detectors = detect::all();
     for case in &ranked {
-        report = report.source(case.source).with(section(case, &detectors));
+        report = report.source(case.source).with(section(case));
     }
     report.html()
 }
@@ -59,10 +47,11 @@ const VOTES: &str = "A verdict that rests on a majority is a preliminary one: pu
     vote for each family that looks at the same thing, each with its own assumptions and none right on \
     all loops.";
 
-fn section(case: &Case<'_>, detectors: &[Box<dyn Detector>]) -> Section {
-    let Case { diagnosis, source, overruled } = *case;
+fn section(case: &Loop<'_>) -> Section {
+    let Loop { diagnosis, source } = *case;
     let badge = Badge::from(diagnosis.verdict.class);
     let mut section = Section::new(&diagnosis.name, badge, words::verdict(diagnosis));
+    let overruled = diagnosis.verdict.overruled.as_ref();
     section.reasons = overruled.map(words::overruled).into_iter().collect();
     section.reasons.extend(reasons(diagnosis));
     section.facts = facts(diagnosis);
@@ -75,10 +64,10 @@ fn section(case: &Case<'_>, detectors: &[Box<dyn Detector>]) -> Section {
         period_s: diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s),
     };
     section = section.heading("Do the data suffice?").with(fitness(diagnosis));
-    if let Some(judged) = diagnosis.judged {
+    if let Some(judged) = &diagnosis.judged {
         section = section.heading("What was recorded");
         // What is beyond all that can be drawn is not worth the whole report.
-        let views = views::all(&diagnosis.grid.stretches, judged, &context);
+        let views = views::all(&diagnosis.grid.stretches, judged.stretch, &context);
         for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
             section = section.with(figure);
         }
@@ -88,7 +77,7 @@ fn section(case: &Case<'_>, detectors: &[Box<dyn Detector>]) -> Section {
     section = oscillations(section, diagnosis);
     section = section.heading("Key figures").with(key_figures(diagnosis));
     section = data(section, diagnosis, source);
-    section.with(parameters(diagnosis, detectors))
+    section.with(parameters(diagnosis))
 }
 
 fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
@@ -112,7 +101,7 @@ fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
         }
     }
     if diagnosis.fitness.class == Class::Caveats {
-        reasons.extend(diagnosis.fitness.reasons().into_iter().map(|r| format!("Caveat: {r}.")));
+        reasons.extend(diagnosis.fitness.reasons.iter().map(|r| format!("Caveat: {r}.")));
     }
     if diagnosis.stiction.s.is_none() {
         let why = diagnosis.stiction.why_not.as_ref();
@@ -199,7 +188,7 @@ fn fitness(diagnosis: &Diagnosis) -> Table {
         .words("meaning");
     diagnosis.fitness.measures.iter().fold(table, |table, measure| {
         table.row([
-            measure.name.to_owned(),
+            measure.id.name().to_owned(),
             measured(measure.value, measure.unit),
             measured(measure.caveat_at, measure.unit),
             measured(measure.unfit_at, measure.unit),
@@ -270,8 +259,8 @@ fn evidence(section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> S
 
 fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
     let signals = [
-        ("error", diagnosis.error_oscillation.as_ref()),
-        ("OP", diagnosis.op_oscillation.as_ref()),
+        ("error", diagnosis.oscillations.error.as_ref()),
+        ("OP", diagnosis.oscillations.op.as_ref()),
     ];
     let signals: Vec<(&str, &Oscillation)> =
         signals.into_iter().filter_map(|(name, found)| Some((name, found?))).collect();
@@ -302,7 +291,6 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         .words("to")
         .numbers("half waves", "")
         .numbers("amplitude", "");
-    let from = diagnosis.stretch().map_or(0.0, |stretch| stretch.from);
     for (signal, found) in &signals {
         let unit = unit_of(signal, diagnosis);
         table = table.row([
@@ -334,8 +322,8 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         for episode in &found.episodes {
             episodes = episodes.row([
                 (*signal).to_owned(),
-                moment(diagnosis, from + episode.from_s),
-                moment(diagnosis, from + episode.to_s),
+                moment(diagnosis, episode.from_s),
+                moment(diagnosis, episode.to_s),
                 episode.half_waves.to_string(),
                 measured(Some(episode.amplitude), &unit),
             ]);
@@ -418,7 +406,7 @@ fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
 }
 
 /// The rule, the source and the parameters of every method.
-fn parameters(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Block {
+fn parameters(diagnosis: &Diagnosis) -> Block {
     let table = Table::new("")
         .words("method")
         .words("name")
@@ -428,9 +416,8 @@ fn parameters(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Block {
         .words("source");
     let table = diagnosis.findings.iter().fold(table, |table, finding| {
         let method = finding.method;
-        let detector = detectors.iter().find(|d| d.method().name == method.name);
-        let parameters: Vec<String> = detector
-            .map_or(vec![], |d| d.parameters())
+        let parameters: Vec<String> = finding
+            .parameters
             .iter()
             .map(|p| format!("{} = {} {}", p.name, number(p.value), p.unit).trim_end().to_owned())
             .collect();

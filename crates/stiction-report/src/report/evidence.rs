@@ -1,7 +1,7 @@
 //! What each method says, with a figure of what it says it by.
 //!
-//! One file a family of methods, by what their figures show. A method with a figure here is called
-//! by its name in the registry; the figure is made from its typed result.
+//! One file a family of methods, by what their figures show. A figure is made from what its method
+//! [looked at](Finding::evidence).
 
 mod correlation;
 mod distributions;
@@ -15,7 +15,7 @@ use super::layout::{Card, Fact, number};
 use super::time_axis::TimeAxis;
 use super::views::{self, Context};
 use std::ops::Range;
-use stiction_diagnose::detect::{Decision, Finding, FittedBy, SteadinessTest, Subject};
+use stiction_diagnose::detect::{Decision, Finding, LookedAt, Subject};
 use stiction_figure::figure::{Figure, Panel, Series};
 
 /// What a method says of a loop, with its figure and its numbers; of one that abstains, why.
@@ -24,47 +24,39 @@ pub fn card(finding: &Finding, subject: Option<&Subject<'_>>, context: &Context<
         Card::new(finding.method.title, sentence(&finding.reason)).badge(finding.decision);
     card.caveats = finding.caveats.iter().map(|caveat| sentence(caveat)).collect();
     if finding.decision != Decision::Abstains {
-        card.figure = subject.and_then(|subject| figure(finding.method.name, subject, context));
+        card.figure = subject.and_then(|subject| figure(finding, subject, context));
     }
     let numbers = finding.numbers.iter();
     card.facts.extend(numbers.map(|each| Fact::new(each.name, number(each.value), each.unit)));
     card
 }
 
-/// The figure of the evidence of the method of that name; `None` if it abstains, has seen too little
-/// to draw or values beyond what can be drawn, or is not known.
-pub fn figure(method: &str, subject: &Subject<'_>, context: &Context<'_>) -> Option<Figure> {
-    let scene = Scene { subject, context };
-    let figure = match method {
-        "direct" => phase::direct(&scene),
-        "yamashita-vp" => windows::patterns(&scene, stiction_diagnose::detect::Follower::Vp),
-        "horch" => correlation::horch(&scene),
-        "horch-density" => distributions::horch_density(&scene),
-        "area-ratio" => shapes::area_ratio(&scene),
-        "curve-fit" => shapes::curve_fit(&scene),
-        "relay-fit" => shapes::relay_fit(&scene),
-        "square-wave" => shapes::square_wave(&scene),
-        "yamashita" => windows::patterns(&scene, stiction_diagnose::detect::Follower::Pv),
-        "yamashita-level" => distributions::yamashita_level(&scene),
-        "kano" => phase::kano(&scene),
-        "sharp-corner" => phase::sharp_corner(&scene),
-        "butterfly" => phase::butterfly(&scene),
-        "damarla-regression" => windows::regression(&scene),
-        "damarla-f-test" => windows::steadiness(&scene, SteadinessTest::FTest),
-        "damarla-t-test" => windows::steadiness(&scene, SteadinessTest::TTest),
-        "damarla-hotelling" => windows::steadiness(&scene, SteadinessTest::Hotelling),
-        "damarla-reverse-arrangements" => {
-            windows::steadiness(&scene, SteadinessTest::ReverseArrangements)
-        }
-        "damarla-sigmoid" => phase::sigmoid(&scene),
-        "srinivasan" => models::fit(&scene, FittedBy::Srinivasan),
-        "lee" => models::fit(&scene, FittedBy::Lee),
-        "jelali" => models::fit(&scene, FittedBy::Jelali),
-        "karra-karim" => models::fit(&scene, FittedBy::KarraKarim),
-        "bicoherence" => nonlinearity::bicoherence(&scene),
-        "bicoherence-op" => nonlinearity::bicoherence_op(&scene),
-        "surrogates" => nonlinearity::surrogates(&scene),
-        _ => None,
+/// The figure of what a method looked at; `None` if it abstains, has seen too little to draw or values beyond what can
+/// be drawn.
+pub fn figure(finding: &Finding, subject: &Subject<'_>, context: &Context<'_>) -> Option<Figure> {
+    let looked_at = finding.evidence(subject)?;
+    let group = finding.method.name;
+    let scene = &Scene { subject, context, group };
+    let figure = match &*looked_at {
+        LookedAt::ValvePosition(found) => phase::direct(scene, found),
+        LookedAt::Yamashita(found) => windows::patterns(scene, found),
+        LookedAt::Horch(found) => correlation::horch(scene, found),
+        LookedAt::HorchDensity(found) => distributions::horch_density(found),
+        LookedAt::AreaRatio(found) => shapes::area_ratio(scene, found),
+        LookedAt::CurveFit(found) => shapes::curve_fit(scene, found),
+        LookedAt::RelayFit(found) => shapes::relay_fit(scene, found),
+        LookedAt::SquareWave(found) => shapes::square_wave(scene, found),
+        LookedAt::YamashitaLevel(found) => distributions::yamashita_level(found),
+        LookedAt::Kano(found) => phase::kano(scene, found),
+        LookedAt::SharpCorner(found) => phase::sharp_corner(scene, found),
+        LookedAt::Butterfly(found) => phase::butterfly(found),
+        LookedAt::DamarlaRegression(found) => windows::regression(scene, found),
+        LookedAt::DamarlaTest(found) => windows::steadiness(scene, found),
+        LookedAt::DamarlaSigmoid(found) => phase::sigmoid(found),
+        LookedAt::ModelFit(found) => models::fit(scene, &found.fit),
+        LookedAt::Bicoherence(found) => nonlinearity::bicoherence(scene, found),
+        LookedAt::BicoherenceOp(found) => nonlinearity::bicoherence_op(scene, found),
+        LookedAt::Surrogates(found) => nonlinearity::surrogates(found),
     };
     figure.filter(|figure| figure.check().is_ok())
 }
@@ -81,6 +73,8 @@ pub(crate) fn sentence(clause: &str) -> String {
 struct Scene<'a> {
     subject: &'a Subject<'a>,
     context: &'a Context<'a>,
+    /// The panels of a figure share their time axis; it is called like its method.
+    group: &'static str,
 }
 
 impl Scene<'_> {
@@ -116,9 +110,9 @@ impl Scene<'_> {
     }
 
     /// A panel along time that zooms with the others of its figure.
-    fn trend(&self, y_label: impl Into<String>, group: &str) -> Panel {
+    fn trend(&self, y_label: impl Into<String>) -> Panel {
         let axis = self.time();
-        Panel::new(axis.label, y_label).x_scale(axis.scale).group(group).height(130.0)
+        Panel::new(axis.label, y_label).x_scale(axis.scale).group(self.group).height(130.0)
     }
 
     /// Samples of a signal over time, each held until the next if `held`.

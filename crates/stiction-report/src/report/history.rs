@@ -6,7 +6,7 @@ use super::time_axis::duration;
 use crate::Error;
 use crate::document::{Valve, ValveHistory};
 use crate::words::{interval, percent};
-use stiction_diagnose::diagnose::{Estimate, VerdictClass};
+use stiction_diagnose::diagnose::Estimate;
 use stiction_figure::figure::instant;
 
 const INTRODUCTION: &str = "What each window of the recordings says of a valve on its own, what they say \
@@ -35,9 +35,7 @@ pub fn history_html(history: &ValveHistory) -> Result<String, Error> {
 
 fn section(valve: &Valve) -> Section {
     let combined = &valve.combined;
-    // The document is made of the core's classes.
-    let class = VerdictClass::by_name(&combined.class).unwrap_or(VerdictClass::CannotTell);
-    let mut section = Section::new(&valve.name, Badge::from(class), headline(valve));
+    let mut section = Section::new(&valve.name, Badge::from(combined.class), headline(valve));
     section = section.reason(&combined.trend);
     if let Some(repair) = &valve.repair {
         section = section.reason(&repair.words);
@@ -50,8 +48,6 @@ fn section(valve: &Valve) -> Section {
     if let Some(p) = combined.probability {
         section = section.fact(Fact::new("combined probability that it sticks", percent(p), ""));
     }
-    let estimate =
-        |e: &crate::document::Estimate| Estimate { value: e.value, low: e.low, high: e.high };
     let points: Vec<Point> = valve
         .windows
         .iter()
@@ -59,11 +55,11 @@ fn section(valve: &Valve) -> Section {
             from: w.from_s,
             duration: w.duration_s,
             probability: w.probability,
-            s: w.s.as_ref().map(estimate),
+            s: w.s,
         })
         .collect();
     let marks: Vec<(f64, &str)> =
-        valve.repair.iter().map(|repair| (repair.time_s, "repair")).collect();
+        valve.repair.iter().map(|repair| (repair.time, "repair")).collect();
     section = section.heading("Over time");
     section = match over_time::figure(&points, valve.dated.then_some(0.0), &marks) {
         Some(figure) => section.with(figure),
@@ -81,18 +77,15 @@ fn section(valve: &Valve) -> Section {
         .words("data")
         .words("file");
     section.with(valve.windows.iter().fold(table, |table, w| {
-        let say = |e: &Option<crate::document::Estimate>| {
-            e.as_ref().map_or("–".to_owned(), |e| interval(estimate(e)))
-        };
-        let class = VerdictClass::by_name(&w.class).unwrap_or(VerdictClass::CannotTell);
+        let say = |e: Option<Estimate>| e.map_or("–".to_owned(), interval);
         table.row([
             moment(valve, w.from_s),
             duration(w.duration_s),
-            Badge::from(class).text(),
+            Badge::from(w.class).text(),
             w.probability.map_or("–".to_owned(), percent),
-            say(&w.s),
-            say(&w.j),
-            w.fitness.clone(),
+            say(w.s),
+            say(w.j),
+            w.fitness.name().to_owned(),
             w.file.clone(),
         ])
     }))
@@ -101,7 +94,7 @@ fn section(valve: &Valve) -> Section {
 fn headline(valve: &Valve) -> String {
     let combined = &valve.combined;
     let which = if valve.repair.is_some() { " since the repair" } else { "" };
-    let n = combined.windows;
+    let n = combined.observations;
     match combined.probability {
         Some(p) => format!(
             "The {n} windows{which} together give a probability of {} that it sticks.",
@@ -109,7 +102,8 @@ fn headline(valve: &Valve) -> String {
         ),
         None => format!(
             "Of {n} windows{which} {} decide; together: {}.",
-            combined.decided, combined.class
+            combined.decided,
+            combined.class.name()
         ),
     }
 }

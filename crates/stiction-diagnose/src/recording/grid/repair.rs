@@ -7,8 +7,10 @@ use std::collections::BTreeMap;
 
 /// Something that had to be mended, and how often.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Repair {
     /// What was wrong.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub kind: RepairKind,
     /// The signal, such as `PV`; or `time` for all.
     pub signal: &'static str,

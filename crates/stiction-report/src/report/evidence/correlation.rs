@@ -3,11 +3,10 @@
 use super::{Scene, sheet};
 use crate::report::layout::number;
 use crate::report::time_axis::TimeAxis;
-use stiction_diagnose::detect::Horch;
+use stiction_diagnose::detect::HorchResult;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
-pub fn horch(scene: &Scene<'_>) -> Option<Figure> {
-    let found = Horch::default().run(scene.subject).ok()?;
+pub fn horch(scene: &Scene<'_>, found: &HorchResult) -> Option<Figure> {
     let sample_time = scene.subject.stretch.sample_time;
     let most = found.correlation.max_lag as isize;
     let axis = TimeAxis::of_lags(
@@ -25,7 +24,7 @@ pub fn horch(scene: &Scene<'_>) -> Option<Figure> {
     let panel = Panel::new(axis.label.clone(), "correlation of OP and PV")
         .y_range(-1.8, 1.08)
         .legend(Legend::Above)
-        .with(Series::line("correlation", x, found.correlation.values).colour(colour::BLUE))
+        .with(Series::line("correlation", x, &found.correlation.values[..]).colour(colour::BLUE))
         .with(Series::points("crossings of zero", [left, right], [0.0; 2]).colour(colour::BLACK))
         .with(Series::points("r0, at lag 0", [zero], [found.r0]).colour(colour::VERMILION))
         .with(

@@ -1,27 +1,27 @@
 //! Distributions of how the PV bends.
 
-use super::{Scene, sheet};
+use super::sheet;
 use crate::report::layout::number;
 use crate::report::views::histogram;
 use std::f64::consts::{PI, TAU};
-use stiction_diagnose::detect::{HorchDensity, YamashitaLevel};
+use stiction_diagnose::detect::{HorchDensityResult, YamashitaLevelResult};
 use stiction_diagnose::series::standardised;
 use stiction_figure::figure::{Figure, Legend, Panel, Series, colour};
 
 const X_LABEL: &str = "second difference of the PV (standard deviations)";
 
-pub fn horch_density(scene: &Scene<'_>) -> Option<Figure> {
-    let found = HorchDensity::default().run(scene.subject).ok()?;
+pub fn horch_density(found: &HorchDensityResult) -> Option<Figure> {
     let x = &found.places[..];
     let panel = Panel::new(X_LABEL, "density (per standard deviation)")
         .legend(Legend::Above)
-        .with(Series::bars("found", x, found.found).colour(colour::SKY))
+        .with(Series::bars("found", x, &found.found[..]).colour(colour::SKY))
         .with(
-            Series::line("one hump, as behind a sticking valve", x, found.one_hump)
+            Series::line("one hump, as behind a sticking valve", x, &found.one_hump[..])
                 .colour(colour::VERMILION),
         )
         .with(
-            Series::dashed("two humps, as of a sinusoid", x, found.two_humps).colour(colour::BLACK),
+            Series::dashed("two humps, as of a sinusoid", x, &found.two_humps[..])
+                .colour(colour::BLACK),
         );
     let caption = format!(
         "How often the PV bends by how much, with the best fit of one hump and of two. The index is {}: \
@@ -31,8 +31,7 @@ pub fn horch_density(scene: &Scene<'_>) -> Option<Figure> {
     Some(sheet(caption).with(panel))
 }
 
-pub fn yamashita_level(scene: &Scene<'_>) -> Option<Figure> {
-    let found = YamashitaLevel::default().run(scene.subject).ok()?;
+pub fn yamashita_level(found: &YamashitaLevelResult) -> Option<Figure> {
     let values = standardised(&found.curvature)?;
     // What lies farther out than the axis is counted at its ends.
     let reach = 6.0;

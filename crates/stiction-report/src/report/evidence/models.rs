@@ -2,11 +2,13 @@
 
 use super::{Scene, sheet};
 use crate::report::layout::number;
-use stiction_diagnose::detect::{FittedBy, ModelFit};
+use stiction_diagnose::identify::published::HammersteinFit;
 use stiction_figure::figure::{Figure, Legend, Series, colour};
 
-pub fn fit(scene: &Scene<'_>, by: FittedBy) -> Option<Figure> {
-    let found = ModelFit::new(by).run(scene.subject).ok()?.fit;
+/// The figures of all fits zoom together.
+const FITS: &str = "model-fit";
+
+pub fn fit(scene: &Scene<'_>, found: &HammersteinFit) -> Option<Figure> {
     let end = scene.end();
     // A sample of the fit is the mean of several recorded ones, and stands in their middle.
     let middle = 0.5 * (found.factor as f64 - 1.0);
@@ -15,12 +17,14 @@ pub fn fit(scene: &Scene<'_>, by: FittedBy) -> Option<Figure> {
     let x = scene.times(shown.iter().map(|k| at(*k)));
     let of = |values: &[f64]| -> Vec<f64> { shown.iter().map(|k| values[*k]).collect() };
     let pv = scene
-        .trend("PV (standard deviations)", "model-fit")
+        .trend("PV (standard deviations)")
+        .group(FITS)
         .legend(Legend::Above)
         .with(Series::line("PV", x.clone(), of(&found.pv)).colour(colour::BLUE))
         .with(Series::line("fitted", x.clone(), of(&found.fitted)).colour(colour::VERMILION));
     let op = scene
-        .trend("% of span", "model-fit")
+        .trend("% of span")
+        .group(FITS)
         .legend(Legend::Above)
         .with(Series::line("OP", x.clone(), of(&found.op)).colour(colour::BLUE))
         .with(Series::steps("valve of the model", x, of(&found.vp)).colour(colour::VERMILION));

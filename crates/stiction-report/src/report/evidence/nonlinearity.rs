@@ -3,15 +3,14 @@
 use super::{Scene, dashed, line_at, sheet, solid, thinned};
 use crate::report::layout::number;
 use crate::report::views::{WIDTH, histogram, outline};
-use stiction_diagnose::detect::{Bicoherence, BicoherenceOp, BicoherencePlane, Bin, Surrogates};
+use stiction_diagnose::detect::{BicoherencePlane, BicoherenceResult, Bin, SurrogatesResult};
 use stiction_diagnose::series::{max, mean, sample_std};
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
 /// Points of the phase plot at most.
 const MOST: usize = 800;
 
-pub fn bicoherence(scene: &Scene<'_>) -> Option<Figure> {
-    let found = Bicoherence::default().run(scene.subject).ok()?;
+pub fn bicoherence(scene: &Scene<'_>, found: &BicoherenceResult) -> Option<Figure> {
     let (panel, mut caption) = plane(scene, &found.plane, "control error")?;
     let mut figure = sheet("").width(480.0).panel_height(300.0).with(panel);
     if !found.op.is_empty() && found.op.len() == found.pv.len() {
@@ -50,9 +49,8 @@ pub fn bicoherence(scene: &Scene<'_>) -> Option<Figure> {
     Some(figure.caption(caption))
 }
 
-pub fn bicoherence_op(scene: &Scene<'_>) -> Option<Figure> {
-    let found = BicoherenceOp::default().run(scene.subject).ok()?;
-    let (panel, caption) = plane(scene, &found, "OP")?;
+pub fn bicoherence_op(scene: &Scene<'_>, found: &BicoherencePlane) -> Option<Figure> {
+    let (panel, caption) = plane(scene, found, "OP")?;
     Some(sheet(caption).width(480.0).panel_height(300.0).with(panel))
 }
 
@@ -120,11 +118,9 @@ fn plane(scene: &Scene<'_>, plane: &BicoherencePlane, signal: &str) -> Option<(P
     Some((panel, caption))
 }
 
-pub fn surrogates(scene: &Scene<'_>) -> Option<Figure> {
-    let method = Surrogates::default();
-    let found = method.run(scene.subject).ok()?;
+pub fn surrogates(found: &SurrogatesResult) -> Option<Figure> {
     let (x, shares) = histogram(&found.surrogates);
-    let limit = mean(&found.surrogates) - 3.0 * method.limit * sample_std(&found.surrogates);
+    let limit = mean(&found.surrogates) - 3.0 * found.limit * sample_std(&found.surrogates);
     let panel =
         Panel::new("squared prediction error Γ (variances, summed)", "share of the surrogates (%)")
             .legend(Legend::Above)
@@ -137,7 +133,7 @@ pub fn surrogates(scene: &Scene<'_>) -> Option<Figure> {
          predictable than a linear loop would be: N is {}, nonlinear from {}.",
         found.surrogates.len(),
         number(found.n),
-        number(method.limit)
+        number(found.limit)
     );
     Some(sheet(caption).with(panel))
 }

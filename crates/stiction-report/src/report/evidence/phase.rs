@@ -5,7 +5,8 @@ use crate::report::layout::number;
 use crate::report::views::outline;
 use std::ops::Range;
 use stiction_diagnose::detect::{
-    Butterfly, DamarlaSigmoid, Kano, Rest, SharpCorner, SharpCornerCycle, StuckSpan, ValvePosition,
+    ButterflyResult, DamarlaSigmoidResult, KanoResult, MeasuredValve, Rest, SharpCornerCycle,
+    SharpCornerResult, StuckSpan,
 };
 use stiction_diagnose::series::{max, min, span};
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
@@ -23,8 +24,7 @@ struct Follower<'a> {
     rests: Vec<StuckSpan>,
 }
 
-pub fn direct(scene: &Scene<'_>) -> Option<Figure> {
-    let found = ValvePosition::default().run(scene.subject).ok()?;
+pub fn direct(scene: &Scene<'_>, found: &MeasuredValve) -> Option<Figure> {
     let vp = scene.subject.stretch.vp.as_deref()?;
     let range = scene.end();
     let inside = |rest: &&Rest| overlaps(&rest.span, &range);
@@ -34,7 +34,7 @@ pub fn direct(scene: &Scene<'_>) -> Option<Figure> {
         values: vp,
         rests: found.rests.iter().map(|rest| rest.span).collect(),
     };
-    let (trend, mut map) = rests(scene, "direct", &follower, &range)?;
+    let (trend, mut map) = rests(scene, &follower, &range)?;
     let slips: Vec<&Rest> =
         found.rests.iter().filter(inside).filter(|rest| rest.op_slip.is_some()).collect();
     if !slips.is_empty() {
@@ -66,14 +66,13 @@ pub fn direct(scene: &Scene<'_>) -> Option<Figure> {
     Some(sheet(caption).columns(2).panel_height(280.0).with(trend).with(map))
 }
 
-pub fn kano(scene: &Scene<'_>) -> Option<Figure> {
-    let found = Kano::default().run(scene.subject).ok()?;
+pub fn kano(scene: &Scene<'_>, found: &KanoResult) -> Option<Figure> {
     let (label, values) = match found.follower {
         "VP" => ("VP (% of span)".to_owned(), scene.subject.stretch.vp.as_deref()?),
         _ => (scene.context.pv_label("PV"), scene.pv()),
     };
-    let follower = Follower { name: found.follower, label, values, rests: found.rests };
-    let (trend, map) = rests(scene, "kano", &follower, &scene.end())?;
+    let follower = Follower { name: found.follower, label, values, rests: found.rests.clone() };
+    let (trend, map) = rests(scene, &follower, &scene.end())?;
     let caption = format!(
         "{} over time and over the OP, at the end of the stretch, with its rests while the OP travels; over \
          the whole stretch they are {} of all samples. A parallelogram {} % of OP wide explains {} % of \
@@ -94,7 +93,6 @@ fn overlaps(rest: &StuckSpan, range: &Range<usize>) -> bool {
 /// A follower over time and over the OP in some samples, its rests marked.
 fn rests(
     scene: &Scene<'_>,
-    group: &str,
     follower: &Follower<'_>,
     range: &Range<usize>,
 ) -> Option<(Panel, Panel)> {
@@ -104,7 +102,7 @@ fn rests(
         return None;
     }
     let ((x, _), (y, _)) = (thinned(op, MOST), thinned(values, MOST));
-    let mut trend = scene.trend(&follower.label, group).height(280.0).legend(Legend::Above).with(
+    let mut trend = scene.trend(&follower.label).height(280.0).legend(Legend::Above).with(
         scene.samples(follower.name, follower.values, range.clone(), false).colour(colour::SKY),
     );
     let mut map = Panel::new("OP (% of span)", &follower.label)
@@ -128,8 +126,7 @@ fn rests(
     Some((trend, map))
 }
 
-pub fn sharp_corner(scene: &Scene<'_>) -> Option<Figure> {
-    let found = SharpCorner::default().run(scene.subject).ok()?;
+pub fn sharp_corner(scene: &Scene<'_>, found: &SharpCornerResult) -> Option<Figure> {
     let count = found.cycles.len();
     let shown = count.min(CYCLES);
     // The first, the middle and the last.
@@ -171,8 +168,7 @@ fn corners(scene: &Scene<'_>, cycle: &SharpCornerCycle) -> Panel {
     panel
 }
 
-pub fn butterfly(scene: &Scene<'_>) -> Option<Figure> {
-    let found = Butterfly::default().run(scene.subject).ok()?;
+pub fn butterfly(found: &ButterflyResult) -> Option<Figure> {
     let ((pv, stride), (distance, _)) = (thinned(&found.pv, MOST), thinned(&found.distance, MOST));
     let panel = Panel::new(
         "PV (standard deviations)",
@@ -193,8 +189,7 @@ pub fn butterfly(scene: &Scene<'_>) -> Option<Figure> {
     Some(sheet(caption).width(620.0).panel_height(300.0).with(panel))
 }
 
-pub fn sigmoid(scene: &Scene<'_>) -> Option<Figure> {
-    let found = DamarlaSigmoid::default().run(scene.subject).ok()?;
+pub fn sigmoid(found: &DamarlaSigmoidResult) -> Option<Figure> {
     let ((x, stride), (y, _)) = (thinned(&found.increment, MOST), thinned(&found.op, MOST));
     let (low, high) = (min(&found.increment), max(&found.increment));
     let along: Vec<f64> = (0..=200).map(|i| low + (high - low) * f64::from(i) / 200.0).collect();

@@ -3,7 +3,9 @@
 use super::{Scene, dashed, dotted, line_at, sheet, solid};
 use crate::report::layout::number;
 use crate::report::views::histogram;
-use stiction_diagnose::detect::{AreaRatio, CurveFit, RelayFit, SquareWave};
+use stiction_diagnose::detect::{
+    AreaRatioResult, CurveFitResult, RelayFitResult, SquareWaveResult,
+};
 use stiction_diagnose::series::{HalfWave, max, span};
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
@@ -25,8 +27,7 @@ struct Shape<'a> {
     at: &'a dyn Fn(usize, f64) -> f64,
 }
 
-pub fn curve_fit(scene: &Scene<'_>) -> Option<Figure> {
-    let found = CurveFit::default().run(scene.subject).ok()?;
+pub fn curve_fit(scene: &Scene<'_>, found: &CurveFitResult) -> Option<Figure> {
     let waves: Vec<HalfWave> = found.waves.iter().map(|each| each.wave).collect();
     let unit = if found.signal == "PV" { scene.unit() } else { "%" };
     let label = format!("{} about its mean ({unit})", found.signal);
@@ -46,11 +47,10 @@ pub fn curve_fit(scene: &Scene<'_>) -> Option<Figure> {
     ];
     let lead =
         format!("Half waves of the {} with the best triangle and the best sine.", found.signal);
-    fits(scene, "curve-fit", &lead, &label, &found.values, &waves, &shapes)
+    fits(scene, &lead, &label, &found.values, &waves, &shapes)
 }
 
-pub fn relay_fit(scene: &Scene<'_>) -> Option<Figure> {
-    let found = RelayFit::default().run(scene.subject).ok()?;
+pub fn relay_fit(scene: &Scene<'_>, found: &RelayFitResult) -> Option<Figure> {
     let waves: Vec<HalfWave> = found.waves.iter().map(|each| each.wave).collect();
     let sine = |i: usize, k: f64| sine(&waves[i], found.waves[i].sine, k);
     let shapes = [
@@ -71,11 +71,10 @@ pub fn relay_fit(scene: &Scene<'_>) -> Option<Figure> {
     let lead = "Half waves of the PV with the best response of a process to a relay, the best triangle \
                 and the best sine.";
     let label = scene.context.pv_label("PV about its mean");
-    fits(scene, "relay-fit", lead, &label, &found.values, &waves, &shapes)
+    fits(scene, lead, &label, &found.values, &waves, &shapes)
 }
 
-pub fn square_wave(scene: &Scene<'_>) -> Option<Figure> {
-    let found = SquareWave::default().run(scene.subject).ok()?;
+pub fn square_wave(scene: &Scene<'_>, found: &SquareWaveResult) -> Option<Figure> {
     let waves: Vec<HalfWave> = found.waves.iter().map(|each| each.wave).collect();
     let sine = |i: usize, k: f64| sine(&waves[i], found.waves[i].sine, k);
     let shapes = [
@@ -89,7 +88,7 @@ pub fn square_wave(scene: &Scene<'_>) -> Option<Figure> {
     ];
     let lead = "Half waves of the control error with the best square wave and the best sine.";
     let label = scene.context.pv_label("error about its mean");
-    fits(scene, "square-wave", lead, &label, &found.error, &waves, &shapes)
+    fits(scene, lead, &label, &found.error, &waves, &shapes)
 }
 
 fn sine(wave: &HalfWave, amplitude: f64, k: f64) -> f64 {
@@ -107,7 +106,6 @@ fn middle(count: usize, wanted: usize) -> std::ops::Range<usize> {
 /// A few half waves over time with what was fitted to them, and all laid over each other.
 fn fits(
     scene: &Scene<'_>,
-    group: &str,
     lead: &str,
     label: &str,
     values: &[f64],
@@ -123,7 +121,7 @@ fn fits(
         false,
     );
     let mut trend = scene
-        .trend(label, group)
+        .trend(label)
         .height(170.0)
         .legend(Legend::Above)
         .with(signal.colour(colour::SKY))
@@ -199,14 +197,12 @@ fn between(values: &[f64], place: f64) -> f64 {
     a + (place - k as f64) * (b.unwrap_or(a) - a)
 }
 
-pub fn area_ratio(scene: &Scene<'_>) -> Option<Figure> {
-    let method = AreaRatio::default();
-    let found = method.run(scene.subject).ok()?;
+pub fn area_ratio(scene: &Scene<'_>, found: &AreaRatioResult) -> Option<Figure> {
     let shown = &found.areas[middle(found.areas.len(), SHOWN)];
     let (first, last) = (shown.first()?.wave.first, shown.last()?.wave.end);
     let range = first.saturating_sub(1)..(last + 1).min(found.error.len());
     let mut trend = scene
-        .trend(scene.context.pv_label("error"), "area-ratio")
+        .trend(scene.context.pv_label("error"))
         .height(170.0)
         .legend(Legend::Above)
         .note(Annotation::horizontal_line(0.0, ""))

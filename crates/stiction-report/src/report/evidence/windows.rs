@@ -4,7 +4,7 @@ use super::{Scene, sheet};
 use crate::report::layout::number;
 use std::ops::Range;
 use stiction_diagnose::detect::{
-    DamarlaRegression, DamarlaTest, Follower, SteadinessTest, Yamashita,
+    DamarlaRegressionResult, DamarlaTestResult, Follower, SteadinessTest, YamashitaResult,
 };
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 
@@ -14,17 +14,11 @@ const SHOWN: usize = 100;
 /// Patterns by their symbols: of the OP, then of what follows the valve.
 const PATTERNS: [&str; 9] = ["DD", "DS", "DI", "SD", "SS", "SI", "ID", "IS", "II"];
 
-pub fn patterns(scene: &Scene<'_>, follower: Follower) -> Option<Figure> {
-    let (group, name, label, values) = match follower {
-        Follower::Vp => (
-            "yamashita-vp",
-            "VP",
-            "VP (% of span)".to_owned(),
-            scene.subject.stretch.vp.as_deref()?,
-        ),
-        _ => ("yamashita", "PV", scene.context.pv_label("PV"), scene.pv()),
+pub fn patterns(scene: &Scene<'_>, found: &YamashitaResult) -> Option<Figure> {
+    let (name, label, values) = match found.follower {
+        Follower::Vp => ("VP", "VP (% of span)".to_owned(), scene.subject.stretch.vp.as_deref()?),
+        Follower::Pv => ("PV", scene.context.pv_label("PV"), scene.pv()),
     };
-    let found = Yamashita { follower, ..Yamashita::default() }.run(scene.subject).ok()?;
     // The symbol at k is of the step from sample k to the next.
     let range = scene.end();
     let sticky: Vec<usize> = range
@@ -39,7 +33,7 @@ pub fn patterns(scene: &Scene<'_>, follower: Follower) -> Option<Figure> {
         .collect();
     let panel = |label: &str, name: &str, values: &[f64], held: bool, colour: usize| {
         let mut panel = scene
-            .trend(label, group)
+            .trend(label)
             .with(scene.samples(name, values, range.clone(), held).colour(colour));
         if !sticky.is_empty() {
             let y: Vec<f64> = sticky.iter().map(|k| values[*k]).collect();
@@ -77,8 +71,12 @@ pub fn patterns(scene: &Scene<'_>, follower: Follower) -> Option<Figure> {
     .height(130.0)
     .with(bars("OP moves, the other rests", true).colour(colour::VERMILION))
     .with(bars("other patterns", false).colour(colour::SKY));
+    let dead_zone = match found.dead_zone {
+        0.5 => "half a standard deviation".to_owned(),
+        other => format!("{} standard deviations", number(other)),
+    };
     let caption = format!(
-        "Steps that increase (I), stay (S) or decrease (D), against half a standard deviation of all steps. \
+        "Steps that increase (I), stay (S) or decrease (D), against {dead_zone} of all steps. \
          Above: the end of the stretch, with the steps in which the OP moves and the {name} stays; below: \
          how often each pattern is. rho1, the share of these two among all steps that are not SS, is {}.",
         number(found.statistic)
@@ -90,41 +88,31 @@ pub fn patterns(scene: &Scene<'_>, follower: Follower) -> Option<Figure> {
     (values.len() >= range.end && !range.is_empty()).then_some(figure)
 }
 
-pub fn regression(scene: &Scene<'_>) -> Option<Figure> {
-    let method = DamarlaRegression::default();
-    let found = method.run(scene.subject).ok()?;
+pub fn regression(scene: &Scene<'_>, found: &DamarlaRegressionResult) -> Option<Figure> {
     let lead = format!(
         "Windows of {} samples; shaded where the OP's slope is at least {} times the PV's, both in their \
          standard deviations",
         found.window,
-        number(method.eta)
+        number(found.eta)
     );
-    marked(scene, "damarla-regression", &lead, &found.sticky, found.window)
+    marked(scene, &lead, &found.sticky, found.window)
 }
 
-pub fn steadiness(scene: &Scene<'_>, test: SteadinessTest) -> Option<Figure> {
-    let found = DamarlaTest::new(test).run(scene.subject).ok()?;
-    let (group, what) = match test {
-        SteadinessTest::FTest => ("damarla-f-test", "variance"),
-        SteadinessTest::TTest => ("damarla-t-test", "mean"),
-        SteadinessTest::Hotelling => ("damarla-hotelling", "mean"),
-        SteadinessTest::ReverseArrangements => ("damarla-reverse-arrangements", "level"),
+pub fn steadiness(scene: &Scene<'_>, found: &DamarlaTestResult) -> Option<Figure> {
+    let what = match found.test {
+        SteadinessTest::FTest => "variance",
+        SteadinessTest::TTest | SteadinessTest::Hotelling => "mean",
+        SteadinessTest::ReverseArrangements => "level",
     };
     let lead = format!(
         "Windows of {} samples; shaded where the PV keeps its {what} and the OP does not",
         found.window
     );
-    marked(scene, group, &lead, &found.marked, found.window)
+    marked(scene, &lead, &found.marked, found.window)
 }
 
 /// OP and PV where most windows are marked.
-fn marked(
-    scene: &Scene<'_>,
-    group: &str,
-    lead: &str,
-    marked: &[bool],
-    window: usize,
-) -> Option<Figure> {
+fn marked(scene: &Scene<'_>, lead: &str, marked: &[bool], window: usize) -> Option<Figure> {
     let periods = scene.end().len();
     let shown = (periods / window.max(1)).clamp(20, SHOWN).min(marked.len());
     let windows = busiest(marked, shown);
@@ -134,10 +122,10 @@ fn marked(
     }
     let mut panels = [
         scene
-            .trend("OP (% of span)", group)
+            .trend("OP (% of span)")
             .with(scene.samples("OP", scene.op(), range.clone(), true).colour(colour::BLUE)),
         scene
-            .trend(scene.context.pv_label("PV"), group)
+            .trend(scene.context.pv_label("PV"))
             .with(scene.samples("PV", scene.pv(), range.clone(), false).colour(colour::GREEN)),
     ];
     for run in runs(marked, &windows) {

@@ -1,0 +1,113 @@
+//! What would help a reader that cannot tell something by itself.
+
+use std::fmt;
+
+/// What a message of the reader asks for, with an example of it where there is one. Every front end has its own words
+/// for that, see [`Wording`].
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// Say what role a column has ([`ReadOptions::map`](crate::ReadOptions::map)).
+    Map {
+        /// The role, such as `op`, or `FIC101.op` of one loop of several.
+        role: String,
+        /// The column; `None` stands for one that only the user knows.
+        column: Option<String>,
+    },
+    /// Tell the time between rows, in s.
+    SampleTime,
+    /// Tell how times are written: one of these ways, or another one if there are none.
+    TimeFormat(Vec<String>),
+    /// Tell the zone of local times, such as this one.
+    Zone(Option<String>),
+    /// Say that this word stands for a bad value.
+    BadText(String),
+    /// Tell the values of a signal that are 0 % and 100 %.
+    Range {
+        /// The signal, `OP` or `VP`.
+        signal: &'static str,
+        /// The values, where they are likely.
+        ends: Option<(f64, f64)>,
+    },
+}
+
+impl Remedy {
+    /// A column, known by its name, in a role.
+    pub(crate) fn map(role: impl Into<String>, column: &str) -> Self {
+        Self::Map { role: role.into(), column: Some(column.to_owned()) }
+    }
+
+    /// A column that only the user knows, in a role.
+    pub(crate) fn map_some(role: &str) -> Self {
+        Self::Map { role: role.to_owned(), column: None }
+    }
+
+    /// The field of [`ReadOptions`](crate::ReadOptions), or of its loops' settings, that takes it.
+    pub fn option(&self) -> &'static str {
+        match self {
+            Self::Map { .. } => "map",
+            Self::SampleTime => "sample_time",
+            Self::TimeFormat(_) => "time_format",
+            Self::Zone(_) => "zone",
+            Self::BadText(_) => "bad_text",
+            Self::Range { signal: "VP", .. } => "vp_range",
+            Self::Range { .. } => "op_range",
+        }
+    }
+
+    /// The value to give, as the command line writes it; empty where there is no example.
+    pub fn value(&self) -> String {
+        match self {
+            Self::Map { role, column } => {
+                format!("{role}={}", column.as_deref().unwrap_or("COLUMN"))
+            }
+            Self::SampleTime => "1".to_owned(),
+            Self::TimeFormat(ways) => ways.join(" or "),
+            Self::Zone(zone) => zone.clone().unwrap_or_default(),
+            Self::BadText(word) => word.clone(),
+            Self::Range { ends: Some((low, high)), .. } => format!("{low},{high}"),
+            Self::Range { ends: None, .. } => "LOW,HIGH".to_owned(),
+        }
+    }
+}
+
+/// The option of this library and the value, such as `map op=COLUMN`.
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.option())?;
+        match self.value() {
+            value if value.is_empty() => Ok(()),
+            value => write!(f, " {value}"),
+        }
+    }
+}
+
+/// How remedies are worded in messages and notes: by default with the names of this library's options. A front end
+/// whose options have other names gives its own.
+#[derive(Clone, Copy)]
+pub struct Wording(pub fn(&Remedy) -> String);
+
+impl Wording {
+    pub(crate) fn of(self, remedy: Remedy) -> String {
+        (self.0)(&remedy)
+    }
+}
+
+impl Default for Wording {
+    fn default() -> Self {
+        Self(Remedy::to_string)
+    }
+}
+
+impl fmt::Debug for Wording {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Wording")
+    }
+}
+
+/// Words do not change what is read: all wordings are equal.
+impl PartialEq for Wording {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
