@@ -7,7 +7,10 @@ use clap::builder::PossibleValuesParser;
 use stiction_report::document::{self, schema_of};
 
 /// What has a schema: its name, and what writes the schema.
-const SCHEMAS: [(&str, fn() -> String); 11] = [
+type Described = (&'static str, fn() -> String);
+
+/// All that have one.
+const SCHEMAS: [Described; 11] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("inspect", schema_of::<inspect::Document>),
