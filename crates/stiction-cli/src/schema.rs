@@ -6,8 +6,11 @@ use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use stiction_report::document::{self, schema_of};
 
-/// What has a schema: its name, and what writes the schema.
-const SCHEMAS: [(&str, fn() -> String); 11] = [
+/// What writes a schema.
+type Writer = fn() -> String;
+
+/// What has a schema: its name, and its writer.
+const SCHEMAS: [(&str, Writer); 11] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("inspect", schema_of::<inspect::Document>),

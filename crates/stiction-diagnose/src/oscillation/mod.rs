@@ -80,8 +80,8 @@ impl Oscillation {
     /// The same with times that count from elsewhere: the first sample is at `from_s`.
     pub fn since(mut self, from_s: f64) -> Self {
         for episode in &mut self.episodes {
-            episode.from_s = from_s + episode.from_s;
-            episode.to_s = from_s + episode.to_s;
+            episode.from_s += from_s;
+            episode.to_s += from_s;
         }
         if let Some(supervised) = &mut self.supervised {
             supervised.alarm_s = supervised.alarm_s.map(|alarm| from_s + alarm);
