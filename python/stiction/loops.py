@@ -315,8 +315,9 @@ def simulate(
 
     A physical valve in a loop:
 
-    >>> run = stiction.simulate("paper/closed-loop", {"duration": 60}, valve=stiction.Stem("cts-stribeck"))
-    >>> run.half_pp_vp > 0.5
+    >>> halfway = {"operating_point.op": 50, "operating_point.pv": 50, "set_point.value": 55, "duration": 60}
+    >>> run = stiction.simulate("paper/closed-loop", halfway, valve=stiction.Stem("cts"))
+    >>> run.half_pp_vp > 1
     True
     """
     own = (

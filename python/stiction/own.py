@@ -63,10 +63,10 @@ class OwnController(ABC):
     ...         self.op = op
     ...
     ...     def step(self, sp, pv):
-    ...         return self.op + (1 if pv < sp else -1)
+    ...         return self.op + (10 if pv < sp else -10)
     >>> run = stiction.simulate("paper/closed-loop", {"duration": 60}, controller=OnOff())
     >>> run.half_pp_op
-    1.0
+    10.0
     """
 
     @abstractmethod

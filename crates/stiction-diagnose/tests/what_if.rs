@@ -7,7 +7,7 @@ mod common;
 use common::valve;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stiction_diagnose::what_if::{
-    Action, Options, Prediction, Row, WEARING, WORTH, WhatIf, positioned, what_if, what_if_watched,
+    Action, Options, Prediction, Row, WEARING, WORTH, WhatIf, positioned, what_if, what_if_with_progress,
 };
 use stiction_model::closed_loop::{AntiWindup, ClosedLoop, Controller, NormalStream, Process};
 use stiction_model::compensate::Method;
@@ -286,7 +286,7 @@ fn the_same_on_any_number_of_threads() {
 
 /// Whoever watches can give up at any time, also while tunings are tried.
 #[test]
-fn what_is_watched_can_be_given_up() {
+fn what_is_watched_can_be_cancelled() {
     let b = bands(5.0, 3.0);
     let plant = paper(Model::TwoPhase, b);
     let options = Options {
@@ -297,12 +297,12 @@ fn what_is_watched_can_be_given_up() {
     let upto = |most: usize| {
         count.store(0, Ordering::Relaxed);
         let done = || count.fetch_add(1, Ordering::Relaxed) + 1 < most;
-        what_if_watched(&plant, Model::TwoPhase, b, &options, done)
+        what_if_with_progress(&plant, Model::TwoPhase, b, &options, done)
     };
     assert!(upto(usize::MAX).unwrap().as_it_is().is_some());
     let all = count.load(Ordering::Relaxed);
     for most in [1, 10, all / 2, all] {
-        assert_eq!(upto(most), Err(Error::GivenUp), "{most} of {all}");
+        assert_eq!(upto(most), Err(Error::Cancelled), "{most} of {all}");
     }
 }
 

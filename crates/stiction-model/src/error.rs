@@ -78,9 +78,9 @@ pub enum Error {
     /// A frozen model cannot be used.
     #[error("the model of the verdict cannot be used: {0}")]
     Bundle(String),
-    /// Whoever watched the computation gave it up.
-    #[error("the computation was given up")]
-    GivenUp,
+    /// The progress callback asked to stop.
+    #[error("the computation was cancelled")]
+    Cancelled,
     /// A numerical method could not go on.
     #[error("the {method} stopped at t = {time_s} s: {reason}")]
     Solver {

@@ -11,7 +11,7 @@ use stiction_model::closed_loop::{
 use stiction_model::compensate::{
     CompensatedRun, Compensator, ConstantReinforcement, Correction, IntegralDeadZone,
     IntegralLimit, Knocker, Knowledge, Measures, Method, ModifiedTwoMove, Moves, Options, SixMove,
-    Supervised, ThreeMove, TwoMove, compare, compare_watched, run,
+    Supervised, ThreeMove, TwoMove, compare, compare_with_progress, run,
 };
 use stiction_model::valve::Model;
 use stiction_model::{Bands, Error, Result};
@@ -454,9 +454,9 @@ fn a_comparison_is_watched() {
     let upto = |most: usize| {
         count.store(0, Ordering::Relaxed);
         let done = || count.fetch_add(1, Ordering::Relaxed) + 1 < most;
-        compare_watched(&plant, &known, &methods, &options, done)
+        compare_with_progress(&plant, &known, &methods, &options, done)
     };
     assert_eq!(upto(usize::MAX), compare(&plant, &known, &methods, &options));
     assert_eq!(count.load(Ordering::Relaxed), 6 * 2 + 2);
-    assert_eq!(upto(2), Err(Error::GivenUp));
+    assert_eq!(upto(2), Err(Error::Cancelled));
 }

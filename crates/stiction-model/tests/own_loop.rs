@@ -162,14 +162,14 @@ fn a_physical_stem_makes_a_loop_cycle() {
 }
 
 #[test]
-fn it_can_be_given_up() {
+fn it_can_be_cancelled() {
     let mut asked = 0;
     let goes_on = || {
         asked += 1;
         asked < 3
     };
-    let given_up = paper().run_with_watched(Own::default(), goes_on);
-    assert_eq!(given_up, Err(Error::GivenUp));
+    let cancelled = paper().run_with_progress(Own::default(), goes_on);
+    assert_eq!(cancelled, Err(Error::Cancelled));
     assert_eq!(asked, 3);
     let mut wrong = paper();
     wrong.pv_quantum = -1.0;

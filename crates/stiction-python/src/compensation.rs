@@ -185,7 +185,7 @@ fn compare_compensators<'py>(
     let (options, known) = suiting(py, scenario, (s, j), [at_s, None, None])?;
     let plant = scenario.closed_loop()?.clone();
     let found = long(py, told, move |progress| {
-        compensate::compare_watched(&plant, &known, &methods, &options, || progress.goes_on())
+        compensate::compare_with_progress(&plant, &known, &methods, &options, || progress.goes_on())
     })?
     .map_err(refused)?;
     if !found.rows[0].nominal().measures.iae_per_s.is_finite() {

@@ -239,10 +239,10 @@ fn limit_cycle_map<'py>(
     };
     let (x, y): (Axis, Axis) = (axis(x)?, axis(y)?);
     let map = long(py, told, move |progress| {
-        // Row by row, so that it can be told how far it is, and given up.
+        // Row by row, so that it can be told how far it is, and cancelled.
         let mut points = vec![];
         for value in &y.values {
-            if progress.is_given_up() {
+            if progress.is_cancelled() {
                 break;
             }
             let row = Axis { values: vec![*value], ..y };
@@ -399,8 +399,8 @@ fn retune<'py>(
     let grid = Grid::about(&l.controller, within, points).map_err(refused)?;
     let found = long(py, told, move |progress| {
         let cycle = |l: &ContinuousLoop| {
-            if progress.is_given_up() {
-                return Err(stiction::Error::GivenUp);
+            if progress.is_cancelled() {
+                return Err(stiction::Error::Cancelled);
             }
             let cycle = attractor(l, method).map(Result::ok);
             progress.one();

@@ -115,7 +115,7 @@ fn detect_stiction<'py>(
         let period = period(&stretch, loop_type, period_s);
         let judge = |detector: &dyn Detector| {
             let subject = Subject::new(&stretch, loop_type, period);
-            (!progress.is_given_up()).then(|| detect::judge(detector, &subject))
+            (!progress.is_cancelled()).then(|| detect::judge(detector, &subject))
         };
         detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
     })?;

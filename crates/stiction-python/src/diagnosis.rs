@@ -139,7 +139,7 @@ fn diagnose_recordings(
     let results = long(py, progress, move |progress| {
         let one = |each: &Recording| {
             let result =
-                (!progress.is_given_up()).then(|| diagnose::diagnose(&each.recording, &options));
+                (!progress.is_cancelled()).then(|| diagnose::diagnose(&each.recording, &options));
             progress.one();
             result
         };

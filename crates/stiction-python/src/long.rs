@@ -14,7 +14,7 @@ const TICK: Duration = Duration::from_millis(50);
 #[derive(Debug, Default)]
 pub struct Progress {
     done: AtomicUsize,
-    given_up: AtomicBool,
+    cancelled: AtomicBool,
 }
 
 impl Progress {
@@ -26,18 +26,18 @@ impl Progress {
     /// Counts one more item as done, and says whether to go on with the next.
     pub fn goes_on(&self) -> bool {
         self.one();
-        !self.is_given_up()
+        !self.is_cancelled()
     }
 
     /// Whether to stop, because the caller was interrupted.
-    pub fn is_given_up(&self) -> bool {
-        self.given_up.load(Ordering::Relaxed)
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
     }
 }
 
 /// Computes on another thread, without the interpreter's lock. `told` is called with the number of items that are
 /// done whenever that has grown. An interrupt, or an exception in `told`, ends the call at once; the
-/// computation then ends as soon as it asks [`Progress::is_given_up`], or with its present item.
+/// computation then ends as soon as it asks [`Progress::is_cancelled`], or with its present item.
 pub fn long<T: Send + 'static>(
     py: Python<'_>,
     told: Option<&Bound<'_, PyAny>>,
@@ -62,7 +62,7 @@ pub fn long<T: Send + 'static>(
         .and_then(|()| py.check_signals());
         before = done;
         if let Err(error) = result {
-            progress.given_up.store(true, Ordering::Relaxed);
+            progress.cancelled.store(true, Ordering::Relaxed);
             return Err(error);
         }
         match received {

@@ -114,7 +114,7 @@ fn simulate_own<'py>(
         let (run, fault) = long(py, None, move |progress| {
             let valve = stem.as_mut().map(|stem| stem as &mut dyn valve::Valve);
             let own = Own { valve, ..Own::default() };
-            let run = plant.run_with_watched(own, || !progress.is_given_up());
+            let run = plant.run_with_progress(own, || !progress.is_cancelled());
             (run, stem.and_then(|stem| stem.fault().cloned()))
         })?;
         return match fault {
@@ -135,7 +135,7 @@ fn simulate_own<'py>(
         },
         process: process.as_mut().map(|part| part as &mut dyn OwnProcess),
     };
-    let run = plant.run_with_watched(own, || {
+    let run = plant.run_with_progress(own, || {
         if let Err(error) = py.check_signals() {
             failed.borrow_mut().get_or_insert(error);
         }

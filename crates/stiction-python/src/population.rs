@@ -174,7 +174,7 @@ fn population_loops(
             let chunk: Vec<Option<Simulated>> = (from..n.min(from + CHUNK))
                 .into_par_iter()
                 .map(|k| {
-                    if progress.is_given_up() {
+                    if progress.is_cancelled() {
                         return Ok(None);
                     }
                     let simulated = one(first.wrapping_add(k))?;
@@ -183,7 +183,7 @@ fn population_loops(
                 })
                 .collect::<stiction::Result<_>>()?;
             all.extend(chunk.into_iter().flatten());
-            if progress.is_given_up() {
+            if progress.is_cancelled() {
                 break;
             }
         }

@@ -225,7 +225,7 @@ fn sweep<'py>(
         let mut all = Vec::with_capacity(loops.len());
         for alike in loops.chunk_by(|a, b| a.samples == b.samples) {
             for chunk in alike.chunks(CHUNK) {
-                if progress.is_given_up() {
+                if progress.is_cancelled() {
                     return Ok(all);
                 }
                 all.extend(closed_loop::sweep(chunk)?);

@@ -39,7 +39,7 @@ fn what_if_loop<'py>(
     }
     let asked = options.clone();
     let found = long(py, told, move |progress| {
-        what_if::what_if_watched(&plant, model, bands, &asked, || progress.goes_on())
+        what_if::what_if_with_progress(&plant, model, bands, &asked, || progress.goes_on())
     })?
     .map_err(refused)?;
     let rows = found.rows.iter().map(|row| action_dict(py, row)).collect::<PyResult<Vec<_>>>()?;

@@ -33,6 +33,7 @@ pub struct Peak {
     /// shape.
     pub harmonic: Option<usize>,
     /// The band, cycles per sample.
+    #[cfg_attr(feature = "serde", schemars(with = "[f64; 2]"))]
     pub band: (f64, f64),
     /// Whether it is an oscillation of its own: regular (r > 1), lasting (R > 0.5), at least a tenth of
     /// the signal's variance, and no harmonic of another.

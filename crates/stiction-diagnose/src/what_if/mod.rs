@@ -51,7 +51,7 @@ mod document;
 
 use crate::bands::Bands;
 use crate::closed_loop::{ClosedLoop, Controller};
-use crate::compensate::{self, Figures, Knowledge, Method, Outcome, compare_watched};
+use crate::compensate::{self, Figures, Knowledge, Method, Outcome, compare_with_progress};
 use crate::detect::{Number, Subject};
 use crate::diagnose::{ConfirmingTest, confirming_test};
 use crate::error::{Error, Result, non_negative};
@@ -335,15 +335,15 @@ pub fn what_if(
     bands: Bands,
     options: &Options,
 ) -> Result<WhatIf> {
-    what_if_watched(plant, model, bands, options, || true)
+    what_if_with_progress(plant, model, bands, options, || true)
 }
 
 /// [`what_if`], watched: `done` is called after every simulation and every tuning that was tried, and gives up the
 /// rest by `false`.
 ///
 /// # Errors
-/// As [`what_if`]; and [`Error::GivenUp`].
-pub fn what_if_watched(
+/// As [`what_if`]; and [`Error::Cancelled`].
+pub fn what_if_with_progress(
     plant: &ClosedLoop,
     model: Model,
     bands: Bands,
@@ -363,7 +363,7 @@ pub fn what_if_watched(
         Ok(Changed { plant, cycle: Prediction::of(&continuous) })
     };
     let play = |plant: &ClosedLoop, parameters: Vec<Number>| -> Result<compensate::Row> {
-        let played = compare_watched(plant, &known, &[], protocol, &done)?.rows.swap_remove(0);
+        let played = compare_with_progress(plant, &known, &[], protocol, &done)?.rows.swap_remove(0);
         Ok(compensate::Row { parameters, ..played })
     };
     let bands_of =
@@ -432,7 +432,7 @@ pub fn what_if_watched(
         let action = Action::Retune(changed.plant.controller);
         rows.push(Row::new(action, played, changed.cycle));
     }
-    for played in compare_watched(plant, &known, &options.methods, protocol, &done)?.rows {
+    for played in compare_with_progress(plant, &known, &options.methods, protocol, &done)?.rows {
         if let Some(method) = played.method {
             let reason = "a compensator stands between controller and valve".to_owned();
             rows.push(Row::new(Action::Compensate(method), played, Prediction::Unknown(reason)));
@@ -455,13 +455,13 @@ fn retuned(
     options: &Options,
     done: impl Fn() -> bool + Sync,
 ) -> std::result::Result<Retuning, String> {
-    let given_up = AtomicBool::new(false);
+    let cancelled = AtomicBool::new(false);
     let cycle = |l: &ContinuousLoop| {
-        if given_up.load(Ordering::Relaxed) {
-            return Err(Error::GivenUp);
+        if cancelled.load(Ordering::Relaxed) {
+            return Err(Error::Cancelled);
         }
         let prediction = Prediction::of(l);
-        given_up.fetch_or(!done(), Ordering::Relaxed);
+        cancelled.fetch_or(!done(), Ordering::Relaxed);
         match prediction {
             Prediction::Cycle(cycle) => Ok(Some(*cycle)),
             Prediction::NoCycle(_) => Ok(None),

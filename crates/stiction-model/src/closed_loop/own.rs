@@ -122,14 +122,14 @@ impl ClosedLoop {
     /// # Errors
     /// As [`ClosedLoop::run`]; also of the settings of a part that is replaced.
     pub fn run_with(&self, own: Own<'_>) -> Result<Run> {
-        self.run_with_watched(own, || true)
+        self.run_with_progress(own, || true)
     }
 
     /// As [`ClosedLoop::run_with`], asking `goes_on` every few samples.
     ///
     /// # Errors
-    /// As [`ClosedLoop::run_with`], and [`Error::GivenUp`].
-    pub fn run_with_watched(&self, own: Own<'_>, mut goes_on: impl FnMut() -> bool) -> Result<Run> {
+    /// As [`ClosedLoop::run_with`], and [`Error::Cancelled`].
+    pub fn run_with_progress(&self, own: Own<'_>, mut goes_on: impl FnMut() -> bool) -> Result<Run> {
         let prepared = self.prepare()?;
         let mut built_in = BuiltIn { settings: self.controller.clone(), bank: None };
         let mut assembly = self.valve.clone();
@@ -156,7 +156,7 @@ impl ClosedLoop {
         let mut run = self.empty_run();
         for from in (0..self.samples).step_by(AHEAD) {
             if !goes_on() {
-                return Err(Error::GivenUp);
+                return Err(Error::Cancelled);
             }
             let [sp, load, measurement] = feeds.draw(AHEAD.min(self.samples - from));
             for ((sp, load), measurement) in sp.iter().zip(load).zip(measurement) {

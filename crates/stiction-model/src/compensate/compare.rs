@@ -270,15 +270,15 @@ pub fn compare(
     methods: &[Method],
     options: &Options,
 ) -> Result<Comparison> {
-    compare_watched(plant, known, methods, options, || true)
+    compare_with_progress(plant, known, methods, options, || true)
 }
 
 /// [`compare`], watched: `done` is called after every simulation, and gives up the rest by `false`. There are six
 /// for each method, and two for the loop as it is.
 ///
 /// # Errors
-/// As [`compare`]; and [`Error::GivenUp`].
-pub fn compare_watched(
+/// As [`compare`]; and [`Error::Cancelled`].
+pub fn compare_with_progress(
     plant: &ClosedLoop,
     known: &Knowledge,
     methods: &[Method],
@@ -322,7 +322,7 @@ pub fn compare_watched(
         .map(|(method, case)| {
             let plant = if case.noise { &noisy } else { &plant };
             let played = outcome(plant, known, *method, *case, options)?;
-            if done() { Ok(played) } else { Err(Error::GivenUp) }
+            if done() { Ok(played) } else { Err(Error::Cancelled) }
         })
         .collect::<Result<_>>()?;
     let row = |method: Option<Method>| {
