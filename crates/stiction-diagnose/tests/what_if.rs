@@ -7,7 +7,8 @@ mod common;
 use common::valve;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stiction_diagnose::what_if::{
-    Action, Options, Prediction, Row, WEARING, WORTH, WhatIf, positioned, what_if, what_if_with_progress,
+    Action, Options, Prediction, Row, WEARING, WORTH, WhatIf, positioned, what_if,
+    what_if_with_progress,
 };
 use stiction_model::closed_loop::{AntiWindup, ClosedLoop, Controller, NormalStream, Process};
 use stiction_model::compensate::Method;

@@ -363,7 +363,8 @@ pub fn what_if_with_progress(
         Ok(Changed { plant, cycle: Prediction::of(&continuous) })
     };
     let play = |plant: &ClosedLoop, parameters: Vec<Number>| -> Result<compensate::Row> {
-        let played = compare_with_progress(plant, &known, &[], protocol, &done)?.rows.swap_remove(0);
+        let played =
+            compare_with_progress(plant, &known, &[], protocol, &done)?.rows.swap_remove(0);
         Ok(compensate::Row { parameters, ..played })
     };
     let bands_of =

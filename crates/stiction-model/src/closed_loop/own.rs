@@ -129,7 +129,11 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// As [`ClosedLoop::run_with`], and [`Error::Cancelled`].
-    pub fn run_with_progress(&self, own: Own<'_>, mut goes_on: impl FnMut() -> bool) -> Result<Run> {
+    pub fn run_with_progress(
+        &self,
+        own: Own<'_>,
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<Run> {
         let prepared = self.prepare()?;
         let mut built_in = BuiltIn { settings: self.controller.clone(), bank: None };
         let mut assembly = self.valve.clone();
