@@ -346,8 +346,11 @@ mod tests {
     use stiction_report::document::Source;
     use stiction_report::report;
 
-    /// By what a field of the verdict is seen, in the text on one loop and on the page; where it is not, why.
-    const SHOWN: [(&str, Result<&str, &str>, Result<&str, &str>); 10] = [
+    /// By what something is seen, or why it is not.
+    type Seen = Result<&'static str, &'static str>;
+
+    /// By what a field of the verdict is seen, in the text on one loop and on the page.
+    const SHOWN: [(&str, Seen, Seen); 10] = [
         ("class", Ok("DOES NOT RESPOND"), Ok("does not respond")),
         ("probability", Err("is in the words, where it means something"), Ok("that it sticks")),
         ("basis", Ok("Rests on: evidence in OP and PV"), Ok("evidence in OP and PV")),

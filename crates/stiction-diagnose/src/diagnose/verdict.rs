@@ -284,7 +284,7 @@ pub const ACCUSED_FROM: f64 = 0.9;
 /// a single loop it looks much like the dead band of a valve, and a mechanic who was sent to a healthy valve
 /// does not come twice.
 pub const DEAD_ZONE_BELOW: f64 = 0.03;
-/// S up to this many percent is no fault: healthy valves of the [population](crate::population) have dead bands as
+/// S up to this many percent is no fault: healthy valves of the population have dead bands as
 /// wide.
 pub const HARMLESS: f64 = 0.25;
 /// The probability up to which a valve is cleared.

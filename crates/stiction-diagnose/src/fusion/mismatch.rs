@@ -3,7 +3,7 @@
 use super::trees::Ensemble;
 
 /// Tells recordings whose columns belong together from mistaken ones: exchanged columns, signals of two loops, noise
-/// in the place of a signal ([`Mistake`](crate::population::Mistake)).
+/// in the place of a signal (`Mistake` of the population).
 ///
 /// A logistic regression by boosted trees on the evidence, of simulated loops of all kinds, stuck valves among them,
 /// against such loops with a mistake made in their columns. The threshold is the margin that so few true loops exceed that were
