@@ -145,7 +145,7 @@ proptest! {
         match Scenario::open("paper/flow-cascade", std::slice::from_ref(&setting)) {
             Ok(scenario) => check_place(&scenario.text)?,
             Err(error) => {
-                let named = format!("--set {setting}: ");
+                let named = format!("settings {setting}: ");
                 prop_assert!(error.to_string().starts_with(&named), "{error}");
             }
         }
