@@ -8,8 +8,8 @@
 //! ```
 //! use stiction_diagnose::detect::Decision;
 //! use stiction_diagnose::diagnose::VerdictClass;
+//! use stiction_figure::{Figure, Panel, Series};
 //! use stiction_report::report::layout::{Badge, Card, Fact, Report, Section, Table, number};
-//! use stiction_report::{Figure, Panel, Series};
 //!
 //! let t: Vec<f64> = (0..200).map(f64::from).collect();
 //! let op: Vec<f64> = t.iter().map(|t| 50.0 + (0.2 * t).sin()).collect();
