@@ -34,8 +34,9 @@ pub const KEYWORDS: Wording = Wording(|remedy| {
         Remedy::SampleTime => format!("sample_time={value}"),
         Remedy::Range { .. } => format!("{}=({})", remedy.option(), value.replace(',', ", ")),
         Remedy::TimeFormat(ways) if !ways.is_empty() => {
-            let ways: Vec<_> = ways.iter().map(|way| format!("{way:?}")).collect();
-            format!("time_format={}", ways.join(" or "))
+            let written: Vec<_> = ways.iter().map(|way| format!("{way:?}")).collect();
+            let between = if ways.len() == 1 { '=' } else { ' ' };
+            format!("time_format{between}{}", written.join(" or "))
         }
         Remedy::Zone(Some(zone)) => format!("zone={zone:?}"),
         _ => remedy.option().to_owned(),
