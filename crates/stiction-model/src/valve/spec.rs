@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 ///
 /// let bands = Model::HeWang.bands(Some(5.0), Some(2.0))?;
 /// let spec = ValveSpec { overshoot: Some(1.5), ..ValveSpec::new(Model::HeWang, bands) };
-/// assert_eq!(spec.build(None)?.step(6.0), 3.75);
+/// assert_eq!(spec.build(None)?.step(6.0), 6.75);
 /// let other = ValveSpec { model: Model::Kano, ..spec };
 /// assert!(matches!(other.build(None), Err(Error::NotOfModel { name: "K", .. })));
 /// # Ok::<(), Error>(())
