@@ -1,6 +1,6 @@
 """Makes the generated parts of the documents again: what stands between `<!-- stiction ... -->` and `<!-- end -->`.
 
-python3 docs/regenerate.py [path of the command, default target/release/stiction]
+python3 docs/regenerate.py [path of the command, default target/release/stiction] [documents, default all]
 """
 
 import re
@@ -23,9 +23,11 @@ def main() -> None:
         if run.returncode != 0:
             print(f"kept as it was: {run.stderr.strip()}", file=sys.stderr)
             return begin + old + end
-        return f"{begin}\n```sh\n{command}\n```\n\n{run.stdout.strip()}\n\n{end}"
+        # What is not made for a page stands as it is on the screen.
+        shown = run.stdout.strip() if "--markdown" in command else f"```text\n{run.stdout.strip()}\n```"
+        return f"{begin}\n```sh\n{command}\n```\n\n{shown}\n\n{end}"
 
-    for document in sorted(ROOT.glob("docs/*.md")):
+    for document in [Path(name) for name in sys.argv[2:]] or sorted(ROOT.glob("docs/*.md")):
         text = document.read_text()
         if MARKED.search(text):
             document.write_text(MARKED.sub(printed, text))

@@ -11,14 +11,18 @@ Examples
 array([50. , 50. , 52.5, 53.5, 53.5])
 """
 
+import warnings as _warnings
+
 from stiction import (
+    closed_loop,
     compensation,
     cycles,
     detection,
     diagnosis,
+    fitting,
     fmu,
+    fusion,
     identification,
-    loops,
     oscillations,
     own,
     populations,
@@ -26,16 +30,17 @@ from stiction import (
     series,
     stem,
     valves,
-    weighing,
     whatif,
 )
 from stiction._core import __version__
+from stiction.closed_loop import *
 from stiction.compensation import *
 from stiction.cycles import *
 from stiction.detection import *
 from stiction.diagnosis import *
+from stiction.fitting import *
+from stiction.fusion import *
 from stiction.identification import *
-from stiction.loops import *
 from stiction.oscillations import *
 from stiction.own import *
 from stiction.populations import *
@@ -43,17 +48,18 @@ from stiction.recordings import *
 from stiction.series import *
 from stiction.stem import *
 from stiction.valves import *
-from stiction.weighing import *
 from stiction.whatif import *
 
 __all__ = [
     "__version__",
+    *closed_loop.__all__,
     *compensation.__all__,
     *cycles.__all__,
     *detection.__all__,
     *diagnosis.__all__,
+    *fitting.__all__,
+    *fusion.__all__,
     *identification.__all__,
-    *loops.__all__,
     *oscillations.__all__,
     *own.__all__,
     *populations.__all__,
@@ -61,6 +67,14 @@ __all__ = [
     *series.__all__,
     *stem.__all__,
     *valves.__all__,
-    *weighing.__all__,
     *whatif.__all__,
 ]
+
+_RENAMED = {"Stretch": "Segment", "stretches": "segments"}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _RENAMED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    _warnings.warn(f"stiction.{name} is called {_RENAMED[name]} now", DeprecationWarning, stacklevel=2)
+    return globals()[_RENAMED[name]]

@@ -15,8 +15,8 @@ from stiction._arguments import callback, number, optional, text
 from stiction._arrays import Array
 from stiction._core import Table
 from stiction._result import Result, result
-from stiction.loops import Run, ScenarioLike
-from stiction.loops import scenario as _scenario
+from stiction.closed_loop import Run, ScenarioLike
+from stiction.closed_loop import scenario as _scenario
 
 __all__ = [
     "CompensatedRun",

@@ -18,8 +18,8 @@ from stiction._arguments import choice, integer, number, optional, text
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
 from stiction._result import Result, result
-from stiction.loops import ScenarioLike
-from stiction.loops import scenario as _scenario
+from stiction.closed_loop import ScenarioLike
+from stiction.closed_loop import scenario as _scenario
 
 __all__ = [
     "Assessment",

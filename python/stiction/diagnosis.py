@@ -13,7 +13,7 @@ from stiction._core import Recording, Table
 from stiction._result import Result, result, result_of
 from stiction.detection import Finding, MethodEvidence, _evidence
 from stiction.oscillations import Oscillation
-from stiction.recordings import Fitness, Stretch, _checked
+from stiction.recordings import Fitness, Segment, _checked
 
 __all__ = [
     "Alternative",
@@ -368,7 +368,7 @@ class Kpi(Result):
 
 @result
 class Window(Result):
-    """What one window of the judged stretch says.
+    """What one window of the judged segment says.
 
     Attributes
     ----------
@@ -408,8 +408,8 @@ class Judged(Result):
         Number of samples.
     bridged : int
         How many of them were bridged.
-    stretches : int
-        Out of how many stretches it was taken.
+    segments : int
+        Out of how many segments it was taken.
     signals : list of str
         The signals it has.
     """
@@ -419,7 +419,7 @@ class Judged(Result):
     sample_time_s: float
     samples: int
     bridged: int
-    stretches: int
+    segments: int
     signals: list[str]
 
 
@@ -534,7 +534,7 @@ class Diagnosis(Result):
     stiction : Stiction
         How much the valve sticks.
     oscillation : Oscillation or None
-        The oscillation that speaks for the loop; None without a stretch to judge.
+        The oscillation that speaks for the loop; None without a segment to judge.
     oscillating_signal : {"error", "OP"} or None
         The signal it was found in.
     fitness : Fitness
@@ -550,11 +550,11 @@ class Diagnosis(Result):
     few_slips : FewSlips or None
         Slips that a record lacks which looks stuck; None where it does not, or has enough.
     windows : list of Window
-        The windows of the judged stretch that were weighed one by one, in order of time.
+        The windows of the judged segment that were weighed one by one, in order of time.
     evidence : Weighing or None
         The evidence that was weighed; None where nothing could be.
     judged : Judged or None
-        The stretch that was judged; None if there is none.
+        The segment that was judged; None if there is none.
     repairs : list of Mended
         What had to be mended in the data.
     rank : float
@@ -585,19 +585,19 @@ class Diagnosis(Result):
     _documented_as: ClassVar[Mapping[str, str]] = {"name": "loop", "loop_type": "type", "findings": "detectors"}
 
     @property
-    def stretch(self) -> Stretch | None:
-        """The signals that were judged, on a regular grid; None if there is no stretch in automatic."""
-        found = _kept(self).stretch()
-        return None if found is None else Stretch(**found)
+    def segment(self) -> Segment | None:
+        """The signals that were judged, on a regular grid; None if there is no segment in automatic."""
+        found = _kept(self).segment()
+        return None if found is None else Segment(**found)
 
     @property
     def observation(self) -> Observation | None:
-        """What it says of its valve in the middle of the stretch, s since 1970 if the start is known."""
+        """What it says of its valve in the middle of the segment, s since 1970 if the start is known."""
         seen = _kept(self).observation()
         return None if seen is None else result_of(Observation, seen)
 
     def method_evidence(self, method: str) -> MethodEvidence | None:
-        """Give the arrays by which a method judged the stretch.
+        """Give the arrays by which a method judged the segment.
 
         Parameters
         ----------
@@ -664,28 +664,28 @@ class Diagnosis(Result):
         Raises
         ------
         ValueError
-            If there is no stretch to draw.
+            If there is no segment to draw.
         """
-        stretch = self.stretch
-        if stretch is None:
-            raise ValueError(f"loop {self.name} has no stretch in automatic to draw")
+        segment = self.segment
+        if segment is None:
+            raise ValueError(f"loop {self.name} has no segment in automatic to draw")
         made = _plots.axes(ax, 3, sharex=False, height=3.0)
         above, middle, below = made
-        if stretch.pv is not None:
-            above.plot(stretch.time_s, stretch.pv, label="PV")
-            if stretch.sp is not None:
-                above.plot(stretch.time_s, stretch.sp, "--", label="SP")
-            below.plot(stretch.op, stretch.pv, linewidth=0.8, label="PV")
-        middle.plot(stretch.time_s, stretch.op, color="C2", label="OP")
-        if stretch.vp is not None:
-            middle.plot(stretch.time_s, stretch.vp, color="C3", label="VP")
-            if stretch.pv is None:
-                below.plot(stretch.op, stretch.vp, linewidth=0.8, label="VP")
+        if segment.pv is not None:
+            above.plot(segment.time_s, segment.pv, label="PV")
+            if segment.sp is not None:
+                above.plot(segment.time_s, segment.sp, "--", label="SP")
+            below.plot(segment.op, segment.pv, linewidth=0.8, label="PV")
+        middle.plot(segment.time_s, segment.op, color="C2", label="OP")
+        if segment.vp is not None:
+            middle.plot(segment.time_s, segment.vp, color="C3", label="VP")
+            if segment.pv is None:
+                below.plot(segment.op, segment.vp, linewidth=0.8, label="VP")
         says = "" if self.verdict.probability is None else f", {100 * self.verdict.probability:.1f} %"
         above.set_title(f"{self.name}: {self.verdict.class_}{says}")
         above.set(xlabel="time (s)", ylabel="PV (its units)")
         middle.set(xlabel="time (s)", ylabel="OP (% of span)")
-        below.set(xlabel="OP (% of span)", ylabel="PV (its units)" if stretch.pv is not None else "VP (% of span)")
+        below.set(xlabel="OP (% of span)", ylabel="PV (its units)" if segment.pv is not None else "VP (% of span)")
         for each in made:
             if each.get_legend_handles_labels()[0]:
                 each.legend(loc="upper right")
@@ -911,7 +911,7 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     Parameters
     ----------
     observations : iterable of Diagnosis or Observation
-        What was seen of the valve; diagnoses without a judged stretch are left out.
+        What was seen of the valve; diagnoses without a judged segment are left out.
 
     Returns
     -------

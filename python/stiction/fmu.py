@@ -13,7 +13,7 @@ from typing import Literal
 from stiction import _core
 from stiction._arguments import integer, number, text
 from stiction._result import Result, result
-from stiction.loops import ScenarioLike, scenario
+from stiction.closed_loop import ScenarioLike, scenario
 
 __all__ = ["FmuModel", "FmuVariable", "export", "models", "variables"]
 

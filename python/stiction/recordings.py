@@ -18,14 +18,14 @@ __all__ = [
     "Fitness",
     "Measure",
     "Recording",
-    "Stretch",
+    "Segment",
     "fitness",
     "loop_types",
     "read",
     "recording",
     "recording_from",
     "recordings_from",
-    "stretches",
+    "segments",
 ]
 
 
@@ -387,7 +387,7 @@ def fitness(recording: Recording, *, sample_time: float | None = None) -> Fitnes
     Returns
     -------
     Fitness
-        That of the longest stretch in automatic.
+        That of the longest segment in automatic.
 
     Raises
     ------
@@ -406,7 +406,7 @@ def fitness(recording: Recording, *, sample_time: float | None = None) -> Fitnes
 
 
 @result
-class Stretch(Result):
+class Segment(Result):
     """Part of a recording in automatic without gaps, on a regular grid.
 
     Attributes
@@ -434,7 +434,7 @@ class Stretch(Result):
     bridged: int
 
 
-def stretches(recording: Recording, *, sample_time: float | None = None) -> list[Stretch]:
+def segments(recording: Recording, *, sample_time: float | None = None) -> list[Segment]:
     """Bring a recording onto a regular grid.
 
     It is cut where the controller was not in command, and where more than three samples in a row are missing.
@@ -448,7 +448,7 @@ def stretches(recording: Recording, *, sample_time: float | None = None) -> list
 
     Returns
     -------
-    list of Stretch
+    list of Segment
         In order of time.
 
     Raises
@@ -456,8 +456,8 @@ def stretches(recording: Recording, *, sample_time: float | None = None) -> list
     ValueError
         If the times make no sense.
     """
-    found = _core.recording_stretches(_checked(recording), optional("sample_time", sample_time))
-    return [Stretch(**stretch) for stretch in found]
+    found = _core.recording_segments(_checked(recording), optional("sample_time", sample_time))
+    return [Segment(**segment) for segment in found]
 
 
 def _checked(recording: Any, name: str = "recording") -> Recording:

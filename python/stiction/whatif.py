@@ -11,8 +11,8 @@ from stiction._core import Table
 from stiction._result import Result, result
 from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
 from stiction.cycles import Cycle, Retuning, _retuning
-from stiction.loops import ScenarioLike
-from stiction.loops import scenario as _scenario
+from stiction.closed_loop import ScenarioLike
+from stiction.closed_loop import scenario as _scenario
 
 __all__ = ["Action", "ManualTest", "WhatIf", "what_if"]
 

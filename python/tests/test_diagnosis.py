@@ -138,7 +138,7 @@ def test_progress_is_told_and_can_stop(recordings):
 
 
 def test_every_method_that_judges_shows_its_evidence(sticky):
-    stretch = sticky.stretch
+    segment = sticky.segment
     for name, finding in sticky.findings.items():
         seen = sticky.method_evidence(name)
         if finding.decision == "abstains":
@@ -151,9 +151,9 @@ def test_every_method_that_judges_shows_its_evidence(sticky):
         plt.close(seen.plot()[0].figure)
         alone = stiction.method_evidence(
             name,
-            stretch.op,
-            stretch.pv,
-            stretch.sp,
+            segment.op,
+            segment.pv,
+            segment.sp,
             sample_time=1,
             period_s=sticky.oscillation.period_s,
             loop_type="flow",
@@ -183,13 +183,13 @@ def test_detectors_can_be_left_out(recordings, sticky):
 
 
 def test_the_detectors_say_the_same_alone(recordings, sticky):
-    stretch = sticky.stretch
-    signals = (stretch.op, stretch.pv, stretch.sp)
+    segment = sticky.segment
+    signals = (segment.op, segment.pv, segment.sp)
     alone = stiction.detect_all(*signals, sample_time=1, loop_type="flow")
     assert {k: v.to_dict() for k, v in alone.items()} == {k: v.to_dict() for k, v in sticky.findings.items()}
     assert stiction.fitness(recordings[0]).to_dict() == sticky.fitness.to_dict()
-    assert stiction.oscillation(stretch.sp - stretch.pv, 1).to_dict() == sticky.oscillation.to_dict()
-    assert np.array_equal(recordings[0].op, stretch.op)
+    assert stiction.oscillation(segment.sp - segment.pv, 1).to_dict() == sticky.oscillation.to_dict()
+    assert np.array_equal(recordings[0].op, segment.op)
 
 
 def test_evidence_is_what_the_verdict_rests_on(recordings, sticky):

@@ -122,3 +122,11 @@ def test_results_unpack_and_turn_into_dictionaries():
 
 def test_the_version_is_the_librarys():
     assert stiction.__version__ == _core.__version__
+
+
+@pytest.mark.parametrize(("old", "new"), [("stretches", "segments"), ("Stretch", "Segment")])
+def test_old_names_keep_working_with_a_note(old: str, new: str) -> None:
+    with pytest.warns(DeprecationWarning, match=f"called {new} now"):
+        assert getattr(stiction, old) is getattr(stiction, new)
+    with pytest.raises(AttributeError, match="no attribute 'nonesuch'"):
+        _ = stiction.nonesuch

@@ -138,15 +138,15 @@ def test_missing_samples_are_nan_and_bridged():
     ]
     for recording in made:
         assert np.isnan(recording.pv).sum() == 2
-        [stretch] = stiction.stretches(recording)
-        assert stretch.bridged == 2 and np.allclose(stretch.pv, PV)
+        [segment] = stiction.segments(recording)
+        assert segment.bridged == 2 and np.allclose(segment.pv, PV)
     pv[20:30] = np.nan
-    assert [len(each.op) for each in stiction.stretches(stiction.recording(OP, pv, sample_time=1))] == [20, 20]
+    assert [len(each.op) for each in stiction.segments(stiction.recording(OP, pv, sample_time=1))] == [20, 20]
 
 
 def test_ranges_make_percent():
     recording = stiction.recording(4 + 16 * OP / 100, PV, sample_time=1, op_range=(4, 20))
-    assert np.allclose(stiction.stretches(recording)[0].op, OP)
+    assert np.allclose(stiction.segments(recording)[0].op, OP)
 
 
 def test_fitness_says_why():
@@ -165,7 +165,7 @@ def test_recordings_split_compare_and_pickle(sticky):
     odd = stiction.recording(OP, np.where(PV > 1.5, np.nan, PV), sample_time=3, op_range=(0, 50), start=5)
     kept = pickle.loads(pickle.dumps(odd))
     _same_signals(kept, odd)
-    assert np.array_equal(stiction.stretches(kept)[0].op, stiction.stretches(odd)[0].op) and kept.start == 5
+    assert np.array_equal(stiction.segments(kept)[0].op, stiction.segments(odd)[0].op) and kept.start == 5
 
 
 def test_nothing_is_imported_for_tables():
@@ -219,7 +219,7 @@ BAD = [
     (lambda: stiction.recordings_from(FRAME, time_format="day-first"), ValueError, "leave time_format out"),
     (lambda: stiction.fitness(FRAME), TypeError, "recording must be a Recording, but its type is DataFrame"),
     (lambda: stiction.fitness(stiction.recording([1.0], sample_time=1)), ValueError, "OP"),
-    (lambda: stiction.stretches(stiction.recording(OP, sample_time=1), sample_time=-1), ValueError, "sample time"),
+    (lambda: stiction.segments(stiction.recording(OP, sample_time=1), sample_time=-1), ValueError, "sample time"),
     (lambda: stiction.recording(OP, sample_time=1).split(0), ValueError, "window"),
     (lambda: stiction.recording(OP, sample_time=1).split("day"), TypeError, "window_s must be a number"),
     (lambda: stiction.recording(OP, sample_time=1).times("mv"), ValueError, 'signal is "mv"'),

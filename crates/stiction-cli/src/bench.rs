@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
 use std::path::{Path, PathBuf};
-use stiction::diagnose::{Detectors, Options};
+use stiction::diagnose::{Detectors, DiagnoseOptions};
 use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
 use stiction_report::scoreboard::{self, Scoreboard};
@@ -101,7 +101,11 @@ pub fn run(args: Args) -> Result<()> {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let plan = Plan {
-        options: Options { detectors, evidence: args.reports.is_some(), ..Options::default() },
+        options: DiagnoseOptions {
+            detectors,
+            evidence: args.reports.is_some(),
+            ..DiagnoseOptions::default()
+        },
         time: args.time,
         reports: args.reports.as_deref(),
     };

@@ -8,7 +8,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::path::PathBuf;
 use stiction::Bands;
-use stiction::compensate::{Comparison, Knowledge, Method, Options, Row, compare, run as play};
+use stiction::compensate::{
+    CompareOptions, Comparison, Knowledge, Method, Row, compare, run as play,
+};
 use stiction::what_if::{self, knowledge};
 
 /// Put compensators between the controller and the sticking valve of a loop, and measure what they do.
@@ -65,7 +67,7 @@ pub struct Document {
     /// What was assumed of the valve in choosing parameters.
     assumed: Bands,
     /// What every method went through.
-    protocol: Options,
+    protocol: CompareOptions,
     /// The loop as it is first, then the methods, the least worst error first.
     methods: Vec<Compensated>,
 }
@@ -107,7 +109,7 @@ pub fn run(args: Args) -> Result<()> {
     let scenario = actions::scenario(name, &args.set)?;
     let plant = actions::single_loop(name, &scenario)?;
     let (model, bands) = scenario.valve;
-    let mut options = what_if::Options::suiting(plant, model, bands)?.protocol;
+    let mut options = what_if::WhatIfOptions::suiting(plant, model, bands)?.protocol;
     if let Some(at) = args.at {
         options.from_s = at;
     }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use stiction::diagnose::{Diagnosis, KpiOptions, Options, VerdictClass, diagnose};
+use stiction::diagnose::{DiagnoseOptions, Diagnosis, KpiOptions, VerdictClass, diagnose};
 use stiction::recording::{GridOptions, Recording};
 use stiction_report::document::{self, Document, Loop, Source};
 use stiction_report::report;
@@ -21,7 +21,7 @@ use stiction_report::report;
 /// Diagnose recordings: do the data suffice, does the loop cycle, what does every published method say?
 ///
 /// Reads SP, PV, OP (and, where they are recorded, valve position and mode) from CSV, Parquet or MATLAB
-/// files; `stiction inspect` shows what is recognised in them. Of each loop the longest stretch in
+/// files; `stiction inspect` shows what is recognised in them. Of each loop the longest segment in
 /// automatic is judged. What a person concluded, kept by `stiction override`, is shown beside the
 /// computed verdict.
 ///
@@ -97,12 +97,12 @@ pub fn run(args: Args) -> Result<ExitCode> {
         let table = methods::table();
         return output::write(None, table.as_bytes()).map(|()| ExitCode::SUCCESS);
     }
-    let options = Options {
+    let options = DiagnoseOptions {
         loop_type: None,
         grid: GridOptions { sample_time: args.grid },
         kpis: KpiOptions { dead_time: args.dead_time },
         evidence: args.report.is_some(),
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     let (recordings, mut failures) = read_all(&args.files, &args.loops, &args.reading)?;
     let (mut loops, refused) = diagnose_all(&recordings, &options);
@@ -223,7 +223,7 @@ pub fn read_all(
 /// Diagnoses all recordings, in their order.
 pub fn diagnose_all(
     recordings: &[(Source, Recording)],
-    options: &Options,
+    options: &DiagnoseOptions,
 ) -> (Vec<Diagnosed>, Vec<anyhow::Error>) {
     let progress = progress::bar("diagnosing", recordings.len());
     let results: Vec<_> = recordings

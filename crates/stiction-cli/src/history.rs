@@ -8,7 +8,7 @@ use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use std::fmt::Write;
 use std::path::PathBuf;
-use stiction::diagnose::{Estimate, Observation, Options, combine, repair};
+use stiction::diagnose::{DiagnoseOptions, Estimate, Observation, combine, repair};
 use stiction::oscillation;
 use stiction::recording::{Grid, GridOptions, Recording};
 use stiction_figure::figure;
@@ -87,16 +87,16 @@ pub fn run(args: Args) -> Result<()> {
         }
     }
     let total = windows.len();
-    let (mut diagnosed, refused) = diagnose_all(&windows, &Options::default());
-    diagnosed.retain(|each| each.diagnosis.stretch().is_some());
+    let (mut diagnosed, refused) = diagnose_all(&windows, &DiagnoseOptions::default());
+    diagnosed.retain(|each| each.diagnosis.segment().is_some());
     if diagnosed.is_empty() {
         failures.extend(refused);
         if failures.is_empty() && total > 0 {
-            bail!("no window has a stretch in automatic to look at");
+            bail!("no window has a segment in automatic to look at");
         }
     } else if diagnosed.len() < total {
         output::note(format!(
-            "{} of {total} windows have no stretch in automatic to look at, and are left out",
+            "{} of {total} windows have no segment in automatic to look at, and are left out",
             total - diagnosed.len()
         ));
     }
@@ -137,8 +137,8 @@ fn show(history: &ValveHistory, args: &Args) -> Result<()> {
 /// A day, or ten periods of what the whole recording does if that is longer.
 fn default_window(recording: &Recording) -> f64 {
     let period = Grid::of(recording, &GridOptions::default()).ok().and_then(|grid| {
-        let stretch = grid.longest()?;
-        let found = oscillation::analyse(&stretch.op, stretch.sample_time);
+        let segment = grid.longest()?;
+        let found = oscillation::analyse(&segment.op, segment.sample_time);
         found.period_s.filter(|_| found.found)
     });
     period.map_or(DAY, |period| DAY.max(CYCLES * period))
@@ -164,8 +164,8 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
         .iter()
         .filter_map(|Diagnosed { source, diagnosis, .. }| {
             let origin = diagnosis.start.filter(|_| dated).unwrap_or(0.0);
-            let stretch = diagnosis.stretch()?;
-            let (from, duration) = (stretch.from, stretch.duration());
+            let segment = diagnosis.segment()?;
+            let (from, duration) = (segment.from, segment.duration());
             let point = Point::new(diagnosis, &source.file, origin + from, duration);
             Some((point, diagnosis.observation(origin)?))
         })

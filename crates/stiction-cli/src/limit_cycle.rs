@@ -13,7 +13,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stiction::limit_cycle::exact;
 use stiction::limit_cycle::map::{Map, Sensitivity, sensitivities};
-use stiction::limit_cycle::tuning::{self, Grid, Retuning};
+use stiction::limit_cycle::tuning::{self, Retuning, TuningGrid};
 use stiction::limit_cycle::{ContinuousLoop, Cycle, Found, Method, attractor};
 use stiction_figure::limit_cycle as pictures;
 use stiction_figure::nyquist::nyquist;
@@ -174,7 +174,7 @@ fn of_scenario(name: &str, settings: &[String]) -> Result<(String, ContinuousLoo
 fn retune(l: &ContinuousLoop, method: Method, ms: f64) -> Result<Retuning> {
     const FACTOR: f64 = 5.0;
     const POINTS: usize = 21;
-    let grid = Grid::about(&l.controller, FACTOR, POINTS)?;
+    let grid = TuningGrid::about(&l.controller, FACTOR, POINTS)?;
     let cycle = |l: &ContinuousLoop| attractor(l, method).map(std::result::Result::ok);
     Ok(tuning::least_swing(l, &grid, ms, cycle)?)
 }

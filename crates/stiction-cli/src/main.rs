@@ -6,6 +6,7 @@ mod bench;
 mod compensate;
 mod diagnose;
 mod figures;
+mod fit;
 mod fmu;
 mod history;
 mod inspect;
@@ -63,6 +64,7 @@ commands! {
     History: history,
     Override: overrule,
     Inspect: inspect,
+    Fit: fit,
     Bench: bench,
     Valve: valve,
     Stem: stem,

@@ -179,9 +179,9 @@ pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
                 place.insert(kept)
             }
         };
-        let span = each.diagnosis.start.zip(each.diagnosis.stretch()).map(|(start, stretch)| {
-            let from = start + stretch.from;
-            (from, from + stretch.duration())
+        let span = each.diagnosis.start.zip(each.diagnosis.segment()).map(|(start, segment)| {
+            let from = start + segment.from;
+            (from, from + segment.duration())
         });
         let recorded =
             Recorded { loop_name: &each.diagnosis.name, file, sha256: &each.source.sha256, span };

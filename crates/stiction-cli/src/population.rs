@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use stiction::population::{self, Kind, Simulated};
+use stiction::population::{self, LoopKind, Simulated};
 use stiction_io::table;
 
 /// Simulate a population of loops with known truth, to train or to measure a method.
@@ -44,7 +44,7 @@ pub struct Args {
 const BATCH: u64 = 256;
 
 pub fn run(args: Args) -> Result<()> {
-    let kind = args.kind.as_deref().map(Kind::by_name).transpose()?;
+    let kind = args.kind.as_deref().map(LoopKind::by_name).transpose()?;
     let folder = &args.output;
     let named = || folder.display().to_string();
     std::fs::create_dir_all(folder).with_context(named)?;

@@ -1,6 +1,6 @@
 //! `stiction schema`: what the JSON of the other subcommands holds.
 
-use crate::{bench, compensate, fmu, inspect, limit_cycle, output, simulate, stem, what_if};
+use crate::{bench, compensate, fit, fmu, inspect, limit_cycle, output, simulate, stem, what_if};
 use anyhow::Result;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -10,11 +10,13 @@ use stiction_report::document::{self, schema_of};
 type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-const SCHEMAS: [Described; 11] = [
+const SCHEMAS: [Described; 13] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
+    ("fit", schema_of::<fit::Document>),
+    ("prospects", schema_of::<what_if::FromRecording>),
     ("stem", schema_of::<stem::Document>),
     ("simulate", schema_of::<simulate::Document>),
     ("compensate", schema_of::<compensate::Document>),

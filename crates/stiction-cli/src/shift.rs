@@ -46,7 +46,7 @@ pub fn run(args: Args) -> Result<()> {
     progress.finish_and_clear();
     let recorded: Vec<Evidence> = recordings.par_iter().filter_map(evidence).collect();
     if recorded.is_empty() {
-        bail!("none of the {} recordings has a stretch in automatic to measure", recordings.len());
+        bail!("none of the {} recordings has a segment in automatic to measure", recordings.len());
     }
     let bundle = fusion::shipped()?;
     let Some(simulated) = &bundle.full.reference else {
@@ -89,7 +89,7 @@ pub fn run(args: Args) -> Result<()> {
     )
 }
 
-/// The evidence in the longest stretch of a recording.
+/// The evidence in the longest segment of a recording.
 fn evidence(recording: &Recording) -> Option<Evidence> {
     let grid = Grid::of(recording, &GridOptions::default()).ok()?;
     Evidence::of(grid.longest()?).ok()

@@ -1,15 +1,22 @@
 //! `stiction what-if`: what repair, retuning, a compensator or a positioner would make of a loop.
 
 use crate::actions::{self, Head, Settings, Valve};
+use crate::diagnose::ended;
+use crate::fit::{Fitted, fit_all, prospects_in_words};
+use crate::reading_args::Reading;
 use crate::{output, text};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use stiction::Bands;
 use stiction::compensate;
-use stiction::what_if::{Options, Prediction, Row, WhatIf, what_if};
+use stiction::fit::prospects::Remedy;
+use stiction::fit::ring::{Ring, ring};
+use stiction::fit::{Fit, FitOptions, Prospects, prospects};
+use stiction::what_if::{Prediction, Row, WhatIf, WhatIfOptions, what_if};
+use stiction_report::document::Source;
 
 /// Ask what to do about a loop whose valve sticks: repair, retune, compensate, or put a positioner on it.
 ///
@@ -18,10 +25,23 @@ use stiction::what_if::{Options, Prediction, Row, WhatIf, what_if};
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction what-if paper/closed-loop --plot actions.png
-  stiction what-if my-loop.toml --set valve.S=3 --ms 1.6 --json")]
+  stiction what-if my-loop.toml --set valve.S=3 --ms 1.6 --json
+  stiction what-if samples/FIC101-sticky.csv
+  stiction what-if before.csv --after after.csv --action repair")]
 pub struct Args {
-    /// Name of a built-in scenario, or a TOML file; a single control loop
+    /// Name of a built-in scenario, a TOML file, or a recording (CSV, Parquet, MATLAB); a single control loop
+    #[arg(value_name = "SCENARIO|FILE")]
     scenario: String,
+    /// Of a recording: this loop
+    #[arg(long = "loop", value_name = "TAG")]
+    of_loop: Option<String>,
+    /// Of a recording: what came of it, a recording of the same loop after something was done
+    #[arg(long, value_name = "FILE")]
+    after: Option<PathBuf>,
+    /// With --after: what was done: nothing, repair, retune, repair-and-retune, positioner, or
+    /// the name of a compensator [default: repair]
+    #[arg(long, value_name = "ACTION", requires = "after", value_parser = Remedy::by_name)]
+    action: Option<Remedy>,
     /// Change a key of the scenario, such as valve.S=4; may be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -46,6 +66,27 @@ pub struct Args {
     /// Write every action and case to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     csv: Option<PathBuf>,
+    // Last, because its heading stands above all that follows.
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// What `stiction what-if --json` prints of a recording.
+#[derive(Serialize, JsonSchema)]
+pub struct FromRecording {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// Tag of the loop.
+    #[serde(rename = "loop")]
+    name: String,
+    /// The file it comes from.
+    source: Source,
+    /// What was fitted.
+    fit: Fit,
+    /// What could be done, and what it would bring.
+    prospects: Prospects,
+    /// What came of it, where a recording after is given.
+    after: Option<Ring>,
 }
 
 /// What `stiction what-if --json` prints.
@@ -58,16 +99,96 @@ pub struct Document {
     /// The scenario, key by key.
     settings: Settings,
     /// What every action went through.
-    protocol: compensate::Options,
+    protocol: compensate::CompareOptions,
     #[serde(flatten)]
     found: WhatIf,
 }
 
+/// Whether an argument is a file of recordings, not a scenario.
+fn is_recording(name: &str) -> bool {
+    let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("");
+    stiction_io::scenario::built_in_text(name).is_none()
+        && !extension.is_empty()
+        && !extension.eq_ignore_ascii_case("toml")
+}
+
+/// What could be done about a recorded loop.
+fn of_recording(args: &Args) -> Result<()> {
+    let given = [
+        ("--set", !args.set.is_empty()),
+        ("--repaired-S", args.repaired_s.is_some()),
+        ("--repaired-J", args.repaired_j.is_some()),
+        ("--positioner-gain", args.positioner_gain.is_some()),
+        ("--ms", args.ms.is_some()),
+        ("--plot", args.plot.is_some()),
+        ("--csv", args.csv.is_some()),
+    ];
+    if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+        bail!(
+            "{option} is for a scenario, and {} is a recording; write its loop with `stiction fit {} -o loop.toml` and \
+             ask about that",
+            args.scenario,
+            args.scenario
+        );
+    }
+    let one = |file: &Path| -> Result<Fitted> {
+        let loops: Vec<String> = args.of_loop.iter().cloned().collect();
+        let (mut all, failures) =
+            fit_all(&[file.to_owned()], &loops, &args.reading, &FitOptions::default())?;
+        ended(failures)?;
+        if all.len() != 1 {
+            let tags: Vec<&str> = all.iter().map(|each| &*each.diagnosed.diagnosis.name).collect();
+            bail!(
+                "{} holds {} loops; choose one with --loop: {}",
+                file.display(),
+                all.len(),
+                tags.join(", ")
+            );
+        }
+        Ok(all.swap_remove(0))
+    };
+    let before = one(Path::new(&args.scenario))?;
+    let name = before.diagnosed.diagnosis.name.clone();
+    let fit = before.fit.map_err(|why| anyhow::anyhow!("{name}: {why}"))?;
+    let prospects = prospects(&fit).map_err(|why| anyhow::anyhow!("{name}: {why}"))?;
+    let after = match &args.after {
+        None => None,
+        Some(path) => {
+            let after = one(path)?;
+            let of = after.diagnosed.diagnosis;
+            let what = args.action.unwrap_or(Remedy::Repair);
+            Some(
+                ring(&prospects, what, &before.diagnosed.diagnosis, &of)
+                    .map_err(|why| anyhow::anyhow!("{}: {why}", path.display()))?,
+            )
+        }
+    };
+    if args.json {
+        let source = before.diagnosed.source;
+        let tool = output::TOOL;
+        return output::json(&FromRecording { tool, name, source, fit, prospects, after });
+    }
+    let mut out = prospects_in_words(&name, &prospects);
+    if let Some(ring) = &after {
+        out += "\nWhat came of it\n";
+        for line in text::wrapped(&ring.sentence, 96) {
+            out += &format!("{line}\n");
+        }
+    }
+    output::write(None, out.as_bytes())
+}
+
 pub fn run(args: Args) -> Result<()> {
+    if is_recording(&args.scenario) {
+        return of_recording(&args);
+    }
+    if args.of_loop.is_some() || args.after.is_some() {
+        bail!("--loop and --after are for a recording, and {} is a scenario", args.scenario);
+    }
     let scenario = actions::scenario(&args.scenario, &args.set)?;
     let plant = actions::single_loop(&args.scenario, &scenario)?;
     let (model, bands) = scenario.valve;
-    let mut options = Options::suiting(plant, model, bands)?;
+    let mut options = WhatIfOptions::suiting(plant, model, bands)?;
     if args.repaired_s.is_some() || args.repaired_j.is_some() {
         let usual = options.repaired;
         let (s, j) = (args.repaired_s.unwrap_or(usual.s()), args.repaired_j.unwrap_or(usual.j()));

@@ -2,13 +2,13 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use stiction_diagnose::detect::*;
-use stiction_diagnose::recording::{LoopType, Stretch};
+use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Signal};
 use stiction_model::valve::{Assembly, Model};
 
 /// A sticky loop with noise; samples of 0.5 s.
-fn sticky(process: Process, samples: usize) -> Stretch {
+fn sticky(process: Process, samples: usize) -> Segment {
     let model = Model::TwoPhase.build(Bands::from_s_j(5.0, 3.0).unwrap()).unwrap();
     let mut sticky =
         ClosedLoop::new(Controller::pi(1.1, 2.5).unwrap(), Assembly::new(model), process);
@@ -17,7 +17,7 @@ fn sticky(process: Process, samples: usize) -> Stretch {
     sticky.samples = samples;
     sticky.measurement = vec![Signal::Noise { sd: 0.05, tau_s: 0.0, seed: 1 }];
     let run = sticky.run().unwrap();
-    Stretch {
+    Segment {
         from: 0.0,
         sample_time: 0.5,
         op: run.op,
@@ -48,21 +48,21 @@ fn detectors() -> Vec<(LoopType, Box<dyn Detector>)> {
 fn shapes(c: &mut Criterion) {
     let process = Process::first_order(1.5, 5.93, 1.07).unwrap();
     for samples in [2_000, 121_000] {
-        let stretch = sticky(process.clone(), samples);
+        let segment = sticky(process.clone(), samples);
         let mut group = c.benchmark_group(format!("detect/shapes, {samples} samples"));
         group.throughput(Throughput::Elements(samples as u64)).sample_size(20);
         for (loop_type, each) in detectors() {
-            let finding = each.judge(&Subject::new(&stretch, loop_type, Some(36.0)));
+            let finding = each.judge(&Subject::new(&segment, loop_type, Some(36.0)));
             assert!(finding.decision != Decision::Abstains, "{}", finding.reason);
             group.bench_function(each.method().name, |b| {
-                b.iter(|| each.judge(&Subject::new(black_box(&stretch), loop_type, Some(36.0))));
+                b.iter(|| each.judge(&Subject::new(black_box(&segment), loop_type, Some(36.0))));
             });
         }
         let all = detectors();
         group.bench_function("all", |b| {
             b.iter(|| {
                 let judge = |(loop_type, each): &(LoopType, Box<dyn Detector>)| {
-                    each.judge(&Subject::new(black_box(&stretch), *loop_type, Some(36.0)))
+                    each.judge(&Subject::new(black_box(&segment), *loop_type, Some(36.0)))
                 };
                 all.iter().map(judge).collect::<Vec<Finding>>()
             });

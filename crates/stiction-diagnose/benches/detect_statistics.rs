@@ -3,13 +3,13 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::time::Duration;
 use stiction_diagnose::detect::{Subject, all};
-use stiction_diagnose::recording::{LoopType, Stretch};
+use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Signal};
 use stiction_model::valve::{Assembly, Model};
 
 /// `samples` of the paper's loop at one second.
-fn recording(samples: usize) -> Stretch {
+fn recording(samples: usize) -> Segment {
     let model = Model::TwoPhase.build(Bands::from_s_j(5.0, 3.0).unwrap()).unwrap();
     let mut plant = ClosedLoop::new(
         Controller::pi(1.1, 2.5).unwrap(),
@@ -21,7 +21,7 @@ fn recording(samples: usize) -> Stretch {
     plant.measurement = vec![Signal::Noise { sd: 0.02, tau_s: 0.0, seed: 1 }];
     let run = plant.run().unwrap();
     let every_tenth = |x: &[f64]| x.iter().step_by(10).copied().collect();
-    Stretch {
+    Segment {
         from: 0.0,
         sample_time: 1.0,
         op: every_tenth(&run.op),
@@ -34,7 +34,7 @@ fn recording(samples: usize) -> Stretch {
 
 fn detectors(c: &mut Criterion) {
     for samples in [2_000, 121_000] {
-        let stretch = recording(samples);
+        let segment = recording(samples);
         let mut group = c.benchmark_group(format!("detect/{samples} samples"));
         group.throughput(Throughput::Elements(samples as u64));
         group.sample_size(10);
@@ -42,14 +42,14 @@ fn detectors(c: &mut Criterion) {
         for detector in all() {
             group.bench_function(detector.method().name, |b| {
                 b.iter(|| {
-                    let subject = Subject::new(black_box(&stretch), LoopType::Flow, Some(18.0));
+                    let subject = Subject::new(black_box(&segment), LoopType::Flow, Some(18.0));
                     detector.judge(&subject)
                 });
             });
         }
         group.bench_function("all", |b| {
             b.iter(|| {
-                let subject = Subject::new(black_box(&stretch), LoopType::Flow, Some(18.0));
+                let subject = Subject::new(black_box(&segment), LoopType::Flow, Some(18.0));
                 all().iter().map(|detector| detector.judge(&subject)).collect::<Vec<_>>()
             });
         });

@@ -43,12 +43,12 @@ fn recordings(c: &mut Criterion) {
             });
         }
         let grid = Grid::of(&regular, &options).unwrap();
-        let stretch = grid.longest().unwrap();
+        let segment = grid.longest().unwrap();
         group.bench_function(BenchmarkId::new("fitness", n), |b| {
-            b.iter(|| fitness::assess(black_box(&regular), &grid, stretch, Some(57.3)));
+            b.iter(|| fitness::assess(black_box(&regular), &grid, segment, Some(57.3)));
         });
         group.bench_function(BenchmarkId::new("kpis", n), |b| {
-            b.iter(|| Kpis::of(black_box(&regular), &grid, stretch, &KpiOptions::default()));
+            b.iter(|| Kpis::of(black_box(&regular), &grid, segment, &KpiOptions::default()));
         });
     }
     group.finish();

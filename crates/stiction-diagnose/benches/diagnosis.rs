@@ -6,7 +6,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use stiction_diagnose::detect::{self, Subject};
-use stiction_diagnose::diagnose::{Options, diagnose};
+use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_diagnose::recording::{LoopType, Recording};
 use stiction_diagnose::series::{Spectrum, fft_length};
 use stiction_model::Bands;
@@ -38,19 +38,19 @@ fn diagnosis(c: &mut Criterion) {
     for samples in [2_000, 121_000] {
         let recording = recording(samples);
         group.bench_function(BenchmarkId::new("all", samples), |b| {
-            b.iter(|| diagnose(black_box(&recording), &Options::default()));
+            b.iter(|| diagnose(black_box(&recording), &DiagnoseOptions::default()));
         });
         let pv = &recording.pv.as_ref().unwrap().values;
         group.bench_function(BenchmarkId::new("limit: one transform", samples), |b| {
             b.iter(|| Spectrum::of(black_box(pv), fft_length(samples)));
         });
-        let found = diagnose(&recording, &Options::default()).unwrap();
+        let found = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
         for detector in detect::all() {
             let name = format!("{}/{samples}", detector.method().name);
             group.bench_function(name, |b| {
                 let subject = found.subject().unwrap();
                 b.iter(|| {
-                    let subject = Subject::new(subject.stretch, subject.loop_type, subject.period);
+                    let subject = Subject::new(subject.segment, subject.loop_type, subject.period);
                     detector.judge(black_box(&subject))
                 });
             });

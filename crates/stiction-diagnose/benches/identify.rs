@@ -1,7 +1,7 @@
 //! A sticking valve weighed against one that follows.
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use stiction_diagnose::identify::hammerstein::{Options, weigh};
+use stiction_diagnose::identify::hammerstein::{HammersteinOptions, weigh};
 use stiction_diagnose::series::standardised;
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Signal};
@@ -24,7 +24,7 @@ fn recorded(samples: usize) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn weighing(c: &mut Criterion) {
-    let options = Options::default();
+    let options = HammersteinOptions::default();
     let mut group = c.benchmark_group("identify/weigh");
     for samples in [300, 1000, 2000] {
         let (op, pv) = recorded(samples);

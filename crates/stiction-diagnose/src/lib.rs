@@ -16,7 +16,7 @@
 //! The valves and loops themselves are [`stiction_model`].
 //!
 //! ```
-//! use stiction_diagnose::diagnose::{Options, diagnose};
+//! use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 //! use stiction_diagnose::recording::Recording;
 //! use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
 //! use stiction_model::valve::{Assembly, Model};
@@ -35,7 +35,7 @@
 //!
 //! // What would a plant's recording of it say?
 //! let recording = Recording::regular("FIC101", 0.1, &run.op, Some(&run.pv), Some(&run.sp))?;
-//! let diagnosis = diagnose(&recording, &Options::default())?;
+//! let diagnosis = diagnose(&recording, &DiagnoseOptions::default())?;
 //! let (_, oscillation) = diagnosis.oscillation().expect("there is a segment to judge");
 //! assert!(oscillation.found);
 //! # Ok::<(), stiction_model::Error>(())
@@ -45,6 +45,7 @@
 pub mod detect;
 pub mod diagnose;
 pub mod evidence;
+pub mod fit;
 pub mod fusion;
 pub mod identify;
 pub mod oscillation;
@@ -59,11 +60,13 @@ stiction_model::written_by_name!(
     diagnose::Basis,
     diagnose::Cause,
     diagnose::Mismatch,
-    diagnose::Outcome,
+    diagnose::RepairOutcome,
     diagnose::Silence,
     diagnose::VerdictClass,
     evidence::Line,
-    oscillation::Basis,
+    identify::controller::Structure,
+    identify::fopdt::ProcessKind,
+    oscillation::OscillationBasis,
     recording::LoopType,
     recording::fitness::Class,
     recording::fitness::MeasureId,

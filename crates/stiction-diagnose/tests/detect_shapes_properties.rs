@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use stiction_diagnose::detect::*;
-use stiction_diagnose::recording::{LoopType, Stretch};
+use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_diagnose::series;
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, NormalStream, Process, Signal, Wave};
@@ -29,7 +29,7 @@ fn detector(name: &str) -> Box<dyn Detector> {
 }
 
 /// A loop under stiction or a sinusoidal load.
-fn recorded(process: Process, kc: f64, ti: f64, s: f64, j: f64, load: f64, noise: f64) -> Stretch {
+fn recorded(process: Process, kc: f64, ti: f64, s: f64, j: f64, load: f64, noise: f64) -> Segment {
     let model = Model::TwoPhase.build(Bands::from_s_j(s, j).unwrap()).unwrap();
     let mut simulated =
         ClosedLoop::new(Controller::pi(kc, ti).unwrap(), Assembly::new(model), process);
@@ -42,7 +42,7 @@ fn recorded(process: Process, kc: f64, ti: f64, s: f64, j: f64, load: f64, noise
     simulated.measurement = vec![Signal::Noise { sd: noise, tau_s: 0.0, seed: 5 }];
     let run = simulated.run().unwrap();
     let tail = |x: &[f64]| x[1000..].to_vec();
-    Stretch {
+    Segment {
         from: 0.0,
         sample_time: 0.2,
         op: tail(&run.op),
@@ -53,24 +53,24 @@ fn recorded(process: Process, kc: f64, ti: f64, s: f64, j: f64, load: f64, noise
     }
 }
 
-fn flow(s: f64, j: f64, load: f64, noise: f64) -> Stretch {
+fn flow(s: f64, j: f64, load: f64, noise: f64) -> Segment {
     recorded(Process::first_order(1.0, 1.0, 0.6).unwrap(), 0.3, 1.0, s, j, load, noise)
 }
 
-fn level(s: f64, j: f64, load: f64, noise: f64) -> Stretch {
+fn level(s: f64, j: f64, load: f64, noise: f64) -> Segment {
     recorded(Process::integrator(0.1, 0.4).unwrap(), 1.5, 20.0, s, j, load, noise)
 }
 
 /// Twice the median length of the PV's half waves, samples.
-fn period(stretch: &Stretch) -> Option<f64> {
-    let pv = stretch.pv.as_ref()?;
+fn period(segment: &Segment) -> Option<f64> {
+    let pv = segment.pv.as_ref()?;
     let lengths: Vec<f64> =
         series::half_waves(&series::centred(pv)).iter().map(|wave| wave.length()).collect();
     (!lengths.is_empty()).then(|| 2.0 * series::median(&lengths))
 }
 
-fn judge(name: &str, stretch: &Stretch, loop_type: LoopType) -> Finding {
-    let finding = detector(name).judge(&Subject::new(stretch, loop_type, period(stretch)));
+fn judge(name: &str, segment: &Segment, loop_type: LoopType) -> Finding {
+    let finding = detector(name).judge(&Subject::new(segment, loop_type, period(segment)));
     println!("{name:16} {:16} {}", finding.decision.name(), finding.reason);
     finding
 }
@@ -123,11 +123,11 @@ fn level_loops() {
 /// The canonical shapes, as OP and PV a quarter of a period apart.
 #[test]
 fn canonical_shapes_get_their_verdicts() {
-    let stretch = |pv: &dyn Fn(f64) -> f64, op: &dyn Fn(f64) -> f64| {
+    let segment = |pv: &dyn Fn(f64) -> f64, op: &dyn Fn(f64) -> f64| {
         let column =
             |f: &dyn Fn(f64) -> f64| (0..4000).map(|k| f((f64::from(k) + 0.3) / 161.31)).collect();
         let (op, pv): (Vec<f64>, Vec<f64>) = (column(op), column(pv));
-        Stretch {
+        Segment {
             from: 0.0,
             sample_time: 1.0,
             op,
@@ -148,22 +148,22 @@ fn canonical_shapes_get_their_verdicts() {
     let quarter = |p: f64| triangle(p + 0.25);
 
     let loop_type = LoopType::Flow;
-    let sticky = stretch(&square, &quarter);
+    let sticky = segment(&square, &quarter);
     for name in ["horch", "curve-fit", "square-wave", "yamashita"] {
         assert_eq!(judge(name, &sticky, loop_type).decision, Decision::Sticks, "{name}");
     }
-    let lagging = stretch(&lag, &quarter);
+    let lagging = segment(&lag, &quarter);
     for name in ["area-ratio", "relay-fit", "curve-fit"] {
         assert_eq!(judge(name, &lagging, loop_type).decision, Decision::Sticks, "{name}");
     }
-    let smooth = stretch(&sine, &|p: f64| -sine(p));
+    let smooth = segment(&sine, &|p: f64| -sine(p));
     for name in ["horch", "area-ratio", "curve-fit", "relay-fit", "square-wave", "yamashita"] {
         assert_eq!(judge(name, &smooth, loop_type).decision, Decision::DoesNotStick, "{name}");
     }
-    let level = stretch(&triangle, &quarter);
-    let wave = stretch(&sine, &sine);
+    let level = segment(&triangle, &quarter);
+    let wave = segment(&sine, &sine);
     for name in ["curve-fit", "horch-density", "yamashita-level"] {
-        let decision = |stretch| judge(name, stretch, LoopType::Level).decision;
+        let decision = |segment| judge(name, segment, LoopType::Level).decision;
         assert_eq!(decision(&level), Decision::Sticks, "{name}");
         assert_eq!(decision(&wave), Decision::DoesNotStick, "{name}");
     }
@@ -180,7 +180,7 @@ fn kano_finds_a_dead_band() {
         let mut vp = vec![0.0; op.len()];
         valve.run(&op, &mut vp).unwrap();
         let (op, vp) = (op[1000..].to_vec(), vp[1000..].to_vec());
-        let stretch = Stretch {
+        let segment = Segment {
             from: 0.0,
             sample_time: 1.0,
             op,
@@ -189,7 +189,7 @@ fn kano_finds_a_dead_band() {
             vp: Some(vp),
             bridged: 0,
         };
-        let subject = Subject::new(&stretch, LoopType::Level, None);
+        let subject = Subject::new(&segment, LoopType::Level, None);
         let found = Kano::default().run(&subject).unwrap();
         assert!((found.width - s).abs() < 0.05, "{}", found.width);
         assert!(found.explained > 0.999 && found.decision == Decision::Undecided);
@@ -244,11 +244,11 @@ fn units_make_no_difference() {
     }
 }
 
-fn everything_is_judged(stretch: &Stretch) {
+fn everything_is_judged(segment: &Segment) {
     for loop_type in [LoopType::Flow, LoopType::Level, LoopType::Unknown] {
         for period in [None, Some(12.0), Some(0.0), Some(f64::NAN), Some(1e300), Some(-3.0)] {
             for each in detectors() {
-                let finding = each.judge(&Subject::new(stretch, loop_type, period));
+                let finding = each.judge(&Subject::new(segment, loop_type, period));
                 assert!(!finding.reason.is_empty());
                 assert!(finding.statistic.is_none_or(f64::is_finite), "{}", finding.reason);
                 assert_eq!(finding.decision == Decision::Abstains, finding.statistic.is_none());
@@ -285,7 +285,7 @@ fn nothing_panics_on_short_constant_or_extreme_signals() {
             }
             for (pv, sp, vp) in [(true, false, false), (true, true, true), (false, false, true)] {
                 let some = |given: bool, x: &[f64]| given.then(|| x.to_vec());
-                everything_is_judged(&Stretch {
+                everything_is_judged(&Segment {
                     from: 0.0,
                     sample_time: 1.0,
                     op: x.clone(),
@@ -313,7 +313,7 @@ proptest! {
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
         let op: Vec<f64> = samples.iter().map(|s| finite(s.0)).collect();
         let pv: Vec<f64> = samples.iter().map(|s| finite(s.1)).collect();
-        everything_is_judged(&Stretch {
+        everything_is_judged(&Segment {
             from: 0.0,
             sample_time: 1.0,
             vp: Some(pv.clone()),

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 use stiction_diagnose::detect::{AreaRatio, CurveFit, Horch, Subject, Yamashita};
-use stiction_diagnose::recording::{LoopType, Stretch};
+use stiction_diagnose::recording::{LoopType, Segment};
 
 const TOLERANCE: f64 = 1e-6;
 
@@ -32,8 +32,8 @@ impl Worst {
     }
 }
 
-fn stretch(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Stretch {
-    Stretch {
+fn segment(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Segment {
+    Segment {
         from: 0.0,
         sample_time: 0.1,
         op: op.to_vec(),
@@ -51,8 +51,8 @@ fn reference() -> serde_json::Value {
 }
 
 fn ratio_of(pv: &[f64]) -> f64 {
-    let stretch = stretch(pv, pv, Some(&vec![0.0; pv.len()]));
-    let subject = Subject::new(&stretch, LoopType::Flow, None);
+    let segment = segment(pv, pv, Some(&vec![0.0; pv.len()]));
+    let subject = Subject::new(&segment, LoopType::Flow, None);
     AreaRatio::default().run(&subject).unwrap().statistic
 }
 
@@ -115,8 +115,8 @@ fn simulated_loops() {
     for (name, expected) in reference()["scenarios"].as_object().unwrap() {
         let rows = table.rows(|row| table.text(row, "scenario") == name);
         let [sp, op, mv, pv] = ["sp", "op", "mv", "pv"].map(|c| table.column(&rows, c));
-        let stretch = stretch(&op, &pv, Some(&sp));
-        let subject = Subject::new(&stretch, LoopType::Flow, None);
+        let segment = segment(&op, &pv, Some(&sp));
+        let subject = Subject::new(&segment, LoopType::Flow, None);
         let number = |key: &str| expected[key].as_f64().unwrap();
         for (key, signal, x) in [("he_SI_op", "OP", &op), ("he_SI_pv", "PV", &pv)] {
             let index = CurveFit::default().fit(signal, x).unwrap().statistic;
@@ -176,8 +176,8 @@ fn recorded_loops() {
             worst.compare("he_SI_op_raw", name, index.unwrap(), expected("he_SI_op_raw"));
         }
         let Some(pv) = column("pv") else { continue };
-        let stretch = stretch(&op, &pv, None);
-        let subject = Subject::new(&stretch, LoopType::Unknown, None);
+        let segment = segment(&op, &pv, None);
+        let subject = Subject::new(&segment, LoopType::Unknown, None);
         let index = CurveFit::default().fit("PV", &pv).unwrap().statistic;
         worst.compare("he_SI_pv_raw", name, index, expected("he_SI_pv_raw"));
         let ratio = AreaRatio::default().run(&subject).unwrap().statistic;

@@ -6,7 +6,7 @@ use stiction_diagnose::detect::{
     Bicoherence, BicoherenceOp, Butterfly, DamarlaRegression, DamarlaSigmoid, DamarlaTest,
     Decision, Detector, Ellipse, SharpCorner, SteadinessTest, Subject, Surrogates,
 };
-use stiction_diagnose::recording::{LoopType, Stretch};
+use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Signal, Wave};
 use stiction_model::valve::{Assembly, Model};
@@ -18,12 +18,12 @@ const TESTS: [SteadinessTest; 4] = [
     SteadinessTest::ReverseArrangements,
 ];
 
-fn stretch(op: Vec<f64>, pv: Vec<f64>, sample_time: f64) -> Stretch {
-    Stretch { from: 0.0, sample_time, op, pv: Some(pv), sp: None, vp: None, bridged: 0 }
+fn segment(op: Vec<f64>, pv: Vec<f64>, sample_time: f64) -> Segment {
+    Segment { from: 0.0, sample_time, op, pv: Some(pv), sp: None, vp: None, bridged: 0 }
 }
 
-fn judge(detector: &dyn Detector, stretch: &Stretch, period: f64) -> (Decision, Option<f64>) {
-    let finding = detector.judge(&Subject::new(stretch, LoopType::Flow, Some(period)));
+fn judge(detector: &dyn Detector, segment: &Segment, period: f64) -> (Decision, Option<f64>) {
+    let finding = detector.judge(&Subject::new(segment, LoopType::Flow, Some(period)));
     (finding.decision, finding.statistic)
 }
 
@@ -56,7 +56,7 @@ fn close(ours: f64, reference: &Value, tolerance: f64) {
 #[test]
 fn bicoherence_as_by_numpy() {
     let (pv, op) = signals(2000);
-    let s = stretch(op, pv, 1.0);
+    let s = segment(op, pv, 1.0);
     let reference = &fixture()["bicoherence"];
     let plane = Bicoherence::default().run(&Subject::new(&s, LoopType::Flow, None)).unwrap().plane;
     assert_eq!(plane.segments as u64, reference["segments"].as_u64().unwrap());
@@ -93,7 +93,7 @@ fn surrogates_as_by_brute_force() {
     let reference = &fixture()["surrogates"];
     let x: Vec<f64> =
         reference["x"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
-    let s = stretch(x.clone(), x.iter().map(|v| -v).collect(), 1.0);
+    let s = segment(x.clone(), x.iter().map(|v| -v).collect(), 1.0);
     let result = Surrogates::default().run(&Subject::new(&s, LoopType::Flow, Some(24.0))).unwrap();
     close(result.period, &reference["period"], 1e-12);
     close(result.gamma, &reference["gamma"], 1e-8);
@@ -105,7 +105,7 @@ fn surrogates_as_by_brute_force() {
 #[test]
 fn tests_of_windows_as_by_scipy() {
     let (pv, op) = signals(2000);
-    let s = stretch(op, pv, 1.0);
+    let s = segment(op, pv, 1.0);
     let reference = fixture();
     let run = |test: DamarlaTest| test.run(&Subject::new(&s, LoopType::Flow, None)).unwrap();
     let hotelling = run(DamarlaTest::new(SteadinessTest::Hotelling));
@@ -125,7 +125,7 @@ fn tests_of_windows_as_by_scipy() {
 }
 
 /// A real recording, which is not part of the project.
-fn recording(name: &str) -> Option<Stretch> {
+fn recording(name: &str) -> Option<Segment> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../../shared/data/isdb")
         .join(format!("{name}.csv"));
@@ -138,7 +138,7 @@ fn recording(name: &str) -> Option<Stretch> {
         pv.push(row[1].parse().unwrap());
         op.push(row[2].parse().unwrap());
     }
-    Some(stretch(op, pv, 1.0))
+    Some(segment(op, pv, 1.0))
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn correlations_stored_by_the_public_implementation() {
 }
 
 /// A loop with a valve of `model`, 1,000 s at 1 s after the start.
-fn simulated(model: Model, s: f64, j: f64, change: impl Fn(&mut ClosedLoop)) -> (Stretch, f64) {
+fn simulated(model: Model, s: f64, j: f64, change: impl Fn(&mut ClosedLoop)) -> (Segment, f64) {
     let valve = Assembly::new(model.build(Bands::from_s_j(s, j).unwrap()).unwrap());
     let mut plant = ClosedLoop::new(
         Controller::pi(1.1, 2.5).unwrap(),
@@ -197,7 +197,7 @@ fn simulated(model: Model, s: f64, j: f64, change: impl Fn(&mut ClosedLoop)) -> 
     change(&mut plant);
     let run = plant.run().unwrap();
     let period = run.period_s().unwrap_or(20.0) / plant.sample_time;
-    (stretch(run.op[2000..].to_vec(), run.pv[2000..].to_vec(), plant.sample_time), period)
+    (segment(run.op[2000..].to_vec(), run.pv[2000..].to_vec(), plant.sample_time), period)
 }
 
 fn noise(sd: f64, tau_s: f64, seed: u64) -> Signal {
@@ -205,12 +205,12 @@ fn noise(sd: f64, tau_s: f64, seed: u64) -> Signal {
 }
 
 /// The paper's loop, sticking.
-fn sticky(sd: f64, seed: u64) -> (Stretch, f64) {
+fn sticky(sd: f64, seed: u64) -> (Segment, f64) {
     simulated(Model::TwoPhase, 5.0, 3.0, |plant| plant.measurement = vec![noise(sd, 0.0, seed)])
 }
 
 /// A quick flow loop, sticking, under a load that wanders.
-fn quick(model: Model, seed: u64) -> (Stretch, f64) {
+fn quick(model: Model, seed: u64) -> (Segment, f64) {
     let (s, j) = if model == Model::Ideal { (0.0, 0.0) } else { (5.0, 3.0) };
     simulated(model, s, j, |plant| {
         plant.controller = Controller::pi(0.3, 1.5).unwrap();
@@ -221,13 +221,13 @@ fn quick(model: Model, seed: u64) -> (Stretch, f64) {
 }
 
 /// The paper's loop without stiction, under Gaussian noise and a sine.
-fn linear(seed: u64) -> (Stretch, f64) {
-    let (stretch, _) = simulated(Model::Ideal, 0.0, 0.0, |plant| {
+fn linear(seed: u64) -> (Segment, f64) {
+    let (segment, _) = simulated(Model::Ideal, 0.0, 0.0, |plant| {
         let wave = Wave::Sine;
         let sine = Signal::Periodic { wave, mean: 0.0, amplitude: 1.0, period_s: 20.3, phase: 0.0 };
         plant.measurement = vec![noise(0.2, 0.0, seed), sine];
     });
-    (stretch, 203.0)
+    (segment, 203.0)
 }
 
 #[test]
@@ -283,7 +283,7 @@ fn units_change_no_decision() {
             let before = judge(&*detector, s, *period);
             for (op_scale, pv_scale, dt) in [(0.25, 1700.0, 60.0), (3.0, 1e-3, 0.01)] {
                 let pv = s.pv.as_ref().unwrap();
-                let other = stretch(
+                let other = segment(
                     s.op.iter().map(|v| op_scale * v + 11.0).collect(),
                     pv.iter().map(|v| pv_scale * (v + 3.0)).collect(),
                     dt,
@@ -296,7 +296,7 @@ fn units_change_no_decision() {
                 assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()), "{name}: {a} {b}");
             }
             // The other sign of the gain.
-            let other = stretch(s.op.clone(), s.pv.iter().flatten().map(|v| -v).collect(), 1.0);
+            let other = segment(s.op.clone(), s.pv.iter().flatten().map(|v| -v).collect(), 1.0);
             let after = judge(&*detector, &other, *period);
             if name != "butterfly" {
                 assert_eq!(before.0, after.0, "{name}");
@@ -306,10 +306,10 @@ fn units_change_no_decision() {
 }
 
 /// OP a triangle, PV what `pv` makes of the phase, in periods; 40 samples a period.
-fn shape(pv: impl Fn(f64) -> f64) -> Stretch {
+fn shape(pv: impl Fn(f64) -> f64) -> Segment {
     let phase = |k: i32| f64::from(k).mul_add(1.0 / 40.0, 0.003).fract();
     let triangle = |p: f64| 1.0 - 4.0 * (p - 0.5).abs();
-    stretch(
+    segment(
         (0..2000).map(|k| triangle(phase(k))).collect(),
         (0..2000).map(|k| pv(phase(k))).collect(),
         1.0,
@@ -332,7 +332,7 @@ fn canonical_shapes() {
     for lag in [0.05, 0.125, 0.25, 0.4] {
         let pv = shape(|p| (TAU * (p - lag)).sin());
         let op = shape(|p| (TAU * p).sin()).pv.unwrap();
-        let ellipse = Stretch { op, ..pv };
+        let ellipse = Segment { op, ..pv };
         let (decision, share) = judge(&SharpCorner::default(), &ellipse, 40.0);
         assert_eq!((decision, share), (Decision::DoesNotStick, Some(0.0)));
         let (decision, emptiness) = judge(&Butterfly::default(), &ellipse, 40.0);
@@ -345,7 +345,7 @@ fn canonical_shapes() {
     let emptiness = judge(&Butterfly::default(), &triangle, 40.0).1.unwrap();
     assert!((emptiness + 0.2548).abs() < 0.08, "{emptiness}");
     // Sigmoid: a PV whose increments are the sign of the OP's side.
-    let sided = stretch(square.pv.clone().unwrap(), square.op.clone(), 1.0);
+    let sided = segment(square.pv.clone().unwrap(), square.op.clone(), 1.0);
     let (decision, r) = judge(&DamarlaSigmoid::default(), &sided, 40.0);
     assert_eq!(decision, Decision::Sticks);
     assert!(r.unwrap() > 0.9, "{r:?}");
@@ -357,7 +357,7 @@ fn apparent_stiction_is_the_width_of_the_ellipse() {
     use std::f64::consts::TAU;
     let wave =
         |p: f64, phase: f64| (TAU * (p - phase)).sin() + 0.2 * (2.0 * TAU * (p - phase)).sin();
-    let s = Stretch { op: shape(|p| 3.0 * wave(p, 0.25)).pv.unwrap(), ..shape(|p| wave(p, 0.0)) };
+    let s = Segment { op: shape(|p| 3.0 * wave(p, 0.25)).pv.unwrap(), ..shape(|p| wave(p, 0.0)) };
     let result = Bicoherence::default().run(&Subject::new(&s, LoopType::Flow, Some(40.0))).unwrap();
     assert_eq!(result.decision, Decision::Sticks);
     assert!((result.apparent - 6.0).abs() < 0.4, "{}", result.apparent);

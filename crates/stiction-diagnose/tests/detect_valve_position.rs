@@ -1,14 +1,14 @@
 //! Stiction measured on simulated valves, whose S and J are known.
 
 use stiction_diagnose::detect::{Decision, MeasuredValve, Subject, ValvePosition};
-use stiction_diagnose::recording::{LoopType, Stretch};
+use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, NormalStream, Process, Signal};
 use stiction_model::valve::{Assembly, Model, Valve};
 
 /// What is measured on this OP and valve position.
 fn measure(sample_time: f64, op: &[f64], vp: &[f64]) -> MeasuredValve {
-    let stretch = Stretch {
+    let segment = Segment {
         from: 0.0,
         sample_time,
         op: op.to_vec(),
@@ -17,7 +17,7 @@ fn measure(sample_time: f64, op: &[f64], vp: &[f64]) -> MeasuredValve {
         vp: Some(vp.to_vec()),
         bridged: 0,
     };
-    ValvePosition::default().run(&Subject::new(&stretch, LoopType::Flow, None)).unwrap()
+    ValvePosition::default().run(&Subject::new(&segment, LoopType::Flow, None)).unwrap()
 }
 
 /// OP and position of a valve on a slow sine of half peak-to-peak value 10 about 50, with a smaller one.

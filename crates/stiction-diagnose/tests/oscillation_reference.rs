@@ -125,8 +125,8 @@ fn a_sticky_loop_cycles_with_its_own_period() -> Test {
     let (op, pv) = (&run.op[from..], &run.pv[from..]);
     let recording = Recording::regular("sticky", sample_time, op, Some(pv), None)?;
     let grid = Grid::of(&recording, &GridOptions::default())?;
-    let stretch = grid.longest().ok_or("a stretch")?;
-    assert_eq!(stretch.op, op);
+    let segment = grid.longest().ok_or("a segment")?;
+    assert_eq!(segment.op, op);
     let expected = run.period_s().ok_or("it cycles")?;
     for signal in [op, pv] {
         let found = analyse(signal, sample_time);
@@ -135,7 +135,7 @@ fn a_sticky_loop_cycles_with_its_own_period() -> Test {
         assert_eq!(found.episodes.len(), 1);
     }
     let period = expected / sample_time;
-    let fitness = fitness::assess(&recording, &grid, stretch, Some(period));
+    let fitness = fitness::assess(&recording, &grid, segment, Some(period));
     println!("{:?}", fitness.reasons);
     assert!(fitness.class != fitness::Class::Unfit, "{:?}", fitness.reasons);
     Ok(())

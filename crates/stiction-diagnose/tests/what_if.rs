@@ -7,7 +7,7 @@ mod common;
 use common::valve;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stiction_diagnose::what_if::{
-    Action, Options, Prediction, Row, WEARING, WORTH, WhatIf, positioned, what_if,
+    Action, Prediction, Row, WEARING, WORTH, WhatIf, WhatIfOptions, positioned, what_if,
     what_if_with_progress,
 };
 use stiction_model::closed_loop::{AntiWindup, ClosedLoop, Controller, NormalStream, Process};
@@ -32,7 +32,7 @@ fn paper(model: Model, b: Bands) -> ClosedLoop {
 }
 
 fn asked(plant: &ClosedLoop, model: Model, b: Bands) -> WhatIf {
-    what_if(plant, model, b, &Options::suiting(plant, model, b).unwrap()).unwrap()
+    what_if(plant, model, b, &WhatIfOptions::suiting(plant, model, b).unwrap()).unwrap()
 }
 
 fn row(found: &WhatIf, wanted: impl Fn(&Action) -> bool) -> &Row {
@@ -124,8 +124,10 @@ fn a_slow_positioner_hunts_where_g_j_exceeds_s() {
 fn as_it_is_is_the_plain_simulation() {
     let b = bands(5.0, 3.0);
     let plant = paper(Model::TwoPhase, b);
-    let options =
-        Options { methods: vec![], ..Options::suiting(&plant, Model::TwoPhase, b).unwrap() };
+    let options = WhatIfOptions {
+        methods: vec![],
+        ..WhatIfOptions::suiting(&plant, Model::TwoPhase, b).unwrap()
+    };
     let found = what_if(&plant, Model::TwoPhase, b, &options).unwrap();
     let [from, to, ..] = options.protocol.times();
     let index = |t: f64| (t / plant.sample_time - 1e-9).ceil() as usize;
@@ -187,8 +189,10 @@ fn a_retuned_loop_cycles_as_predicted() {
     let b = bands(5.0, 3.0);
     let mut plant = paper(Model::TwoPhase, b);
     plant.sample_time = 0.01;
-    let options =
-        Options { methods: vec![], ..Options::suiting(&plant, Model::TwoPhase, b).unwrap() };
+    let options = WhatIfOptions {
+        methods: vec![],
+        ..WhatIfOptions::suiting(&plant, Model::TwoPhase, b).unwrap()
+    };
     let found = what_if(&plant, Model::TwoPhase, b, &options).unwrap();
     let retuned = row(&found, |action| matches!(action, Action::Retune(_)));
     let cycle = retuned.cycle.cycle().unwrap();
@@ -268,7 +272,7 @@ fn an_unstable_loop_is_retuned_first() {
     assert!(found.interim().is_none() && said(&found, "A repair would change little"));
     // Without limits it grows beyond all numbers.
     let plant = looped(controller, process, Model::TwoPhase, b);
-    let mut options = Options::suiting(&plant, Model::TwoPhase, b).unwrap();
+    let mut options = WhatIfOptions::suiting(&plant, Model::TwoPhase, b).unwrap();
     options.protocol.from_s = 1e5;
     let refused = what_if(&plant, Model::TwoPhase, b, &options).unwrap_err().to_string();
     assert!(refused.contains("grows without bound"), "{refused}");
@@ -290,9 +294,9 @@ fn the_same_on_any_number_of_threads() {
 fn what_is_watched_can_be_cancelled() {
     let b = bands(5.0, 3.0);
     let plant = paper(Model::TwoPhase, b);
-    let options = Options {
+    let options = WhatIfOptions {
         methods: vec![Method::Knocker],
-        ..Options::suiting(&plant, Model::TwoPhase, b).unwrap()
+        ..WhatIfOptions::suiting(&plant, Model::TwoPhase, b).unwrap()
     };
     let count = AtomicUsize::new(0);
     let upto = |most: usize| {
@@ -312,7 +316,7 @@ fn what_is_watched_can_be_cancelled() {
 fn too_long_a_protocol_is_refused() {
     let b = bands(5.0, 3.0);
     let plant = paper(Model::TwoPhase, b);
-    let mut options = Options::suiting(&plant, Model::TwoPhase, b).unwrap();
+    let mut options = WhatIfOptions::suiting(&plant, Model::TwoPhase, b).unwrap();
     options.protocol.step_s = 1e9;
     let refused = what_if(&plant, Model::TwoPhase, b, &options).unwrap_err().to_string();
     assert!(refused.contains("samples"), "{refused}");

@@ -32,8 +32,8 @@
 
 pub mod actions;
 mod error;
-pub mod escape;
 pub mod figure;
+pub mod fitted;
 pub mod limit_cycle;
 pub mod nyquist;
 pub mod page;

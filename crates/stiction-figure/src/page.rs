@@ -3,7 +3,7 @@
 //! The page needs no network, no scripts and no fonts but the reader's. It can be read in light
 //! and dark surroundings and printed on A4.
 
-use crate::escape::escape;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// A page: a title, an introduction and a list of figures.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,26 +76,23 @@ impl Page {
 
     /// The page as an HTML document; equal pages give equal bytes.
     pub fn html(&self) -> String {
-        let title = escape(&self.title);
-        let introduction = escape(&self.introduction);
-        let tool = escape(&self.tool);
-        let entries: String = self.entries.iter().map(Entry::html).collect();
-        format!(
-            "<!DOCTYPE html>\n\
-             <html lang=\"en\">\n\
-             <head>\n\
-             <meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n\
-             <style>{STYLE}</style>\n\
-             </head>\n\
-             <body>\n\
-             <header>\n<h1>{title}</h1>\n<p>{introduction}</p>\n</header>\n\
-             <main>\n{entries}</main>\n\
-             <footer>{tool}</footer>\n\
-             </body>\n\
-             </html>\n"
-        )
+        let document = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    header { h1 { (self.title) } p { (self.introduction) } }
+                    main { @for entry in &self.entries { (entry.html()) } }
+                    footer { (self.tool) }
+                }
+            }
+        };
+        document.into_string()
     }
 }
 
@@ -119,35 +116,37 @@ impl Entry {
         self
     }
 
-    fn html(&self) -> String {
-        let heading = escape(&self.heading);
-        let caption = escape(&self.caption);
-        let picture = match &self.picture {
-            Picture::Inline(svg) => svg.clone(),
-            Picture::File(path) => {
-                format!("<img src=\"{}\" alt=\"{caption}\">\n", relative(path))
+    fn html(&self) -> Markup {
+        html! {
+            section {
+                h2 { (self.heading) }
+                figure {
+                    div.sheet {
+                        @match &self.picture {
+                            Picture::Inline(svg) => (PreEscaped(svg)),
+                            Picture::File(path) => img src=(relative(path)) alt=(self.caption);,
+                        }
+                    }
+                    figcaption { (self.caption) }
+                }
+                @if !self.parameters.is_empty() {
+                    table {
+                        thead {
+                            tr {
+                                @for name in ["Parameter", "Value", "Unit"] {
+                                    th scope="col" { (name) }
+                                }
+                            }
+                        }
+                        tbody {
+                            @for p in &self.parameters {
+                                tr { th scope="row" { (p.name) } td { (p.value) } td { (p.unit) } }
+                            }
+                        }
+                    }
+                }
             }
-        };
-        let table = self.table();
-        format!(
-            "<section>\n<h2>{heading}</h2>\n<figure>\n<div class=\"sheet\">{picture}</div>\n\
-             <figcaption>{caption}</figcaption>\n</figure>\n{table}</section>\n"
-        )
-    }
-
-    fn table(&self) -> String {
-        if self.parameters.is_empty() {
-            return String::new();
         }
-        let row = |p: &Parameter| {
-            let (name, value, unit) = (escape(&p.name), escape(&p.value), escape(&p.unit));
-            format!("<tr><th scope=\"row\">{name}</th><td>{value}</td><td>{unit}</td></tr>\n")
-        };
-        let rows: String = self.parameters.iter().map(row).collect();
-        format!(
-            "<table>\n<thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\">Value</th>\
-             <th scope=\"col\">Unit</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n"
-        )
     }
 }
 

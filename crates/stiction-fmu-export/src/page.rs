@@ -1,6 +1,12 @@
 //! The page inside an FMU that documents its variables.
 
+use maud::{DOCTYPE, PreEscaped, html};
 use stiction_fmu::{Fmi, Fmu};
+
+const STYLE: &str = "
+body { font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em }
+td, th { padding: .2em .8em .2em 0; text-align: left; vertical-align: top }
+";
 
 /// The page.
 pub fn page(fmu: &Fmu, fmi: Fmi) -> String {
@@ -23,26 +29,35 @@ pub fn page(fmu: &Fmu, fmi: Fmi) -> String {
              and its last not."
         }
     };
-    let mut rows = String::new();
-    for variable in fmu.variables() {
-        let (role, start) = (variable.role(), variable.start_text());
-        rows += &format!(
-            "<tr><td>{}</td><td>{role}</td><td>{start}</td><td>{}</td><td>{}</td></tr>\n",
-            escaped(variable.name),
-            escaped(variable.unit),
-            escaped(variable.description)
-        );
-    }
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>{model}: {law}</title>\n<style>\n\
-         body {{ font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em }}\n\
-         td, th {{ padding: .2em .8em .2em 0; text-align: left; vertical-align: top }}\n\
-         </style>\n</head>\n<body>\n<h1>{model}: {law}</h1>\n<p>A sticking control valve by the toolkit stiction, for \
-         FMI {version}. OP and VP are in percent of span, times in seconds. {semantics}</p>\n<table>\n\
-         <tr><th>variable</th><th>is</th><th>start</th><th>unit</th><th></th></tr>\n{rows}</table>\n</body>\n</html>\n"
-    )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    let title = format!("{model}: {law}");
+    let document = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { (title) }
+                p {
+                    "A sticking control valve by the toolkit stiction, for FMI " (version) ". OP and VP are in \
+                     percent of span, times in seconds. " (semantics)
+                }
+                table {
+                    tr { @for head in ["variable", "is", "start", "unit", ""] { th { (head) } } }
+                    @for variable in fmu.variables() {
+                        tr {
+                            td { (variable.name) }
+                            td { (variable.role()) }
+                            td { (variable.start_text()) }
+                            td { (variable.unit) }
+                            td { (variable.description) }
+                        }
+                    }
+                }
+            }
+        }
+    };
+    document.into_string()
 }

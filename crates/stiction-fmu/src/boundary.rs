@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::NonNull;
 
 use crate::instance::{Instance, Result, State};
-use crate::variables::Kind;
+use crate::variables::VariableKind;
 
 /// `OK`, in either version.
 pub(crate) const OK: c_int = 0;
@@ -178,7 +178,7 @@ unsafe fn broken(handle: *mut Handle) {
 pub(crate) unsafe fn get<T>(
     instance: *mut c_void,
     name: &str,
-    kind: Kind,
+    kind: VariableKind,
     references: *const u32,
     count: usize,
     value: *mut T,
@@ -188,7 +188,7 @@ pub(crate) unsafe fn get<T>(
     unsafe fn several<T>(
         instance: *mut c_void,
         name: &str,
-        kind: Kind,
+        kind: VariableKind,
         references: *const u32,
         count: usize,
         value: *mut T,
@@ -209,7 +209,7 @@ pub(crate) unsafe fn get<T>(
         if count == 1
             && !references.is_null()
             && !value.is_null()
-            && kind == Kind::Float64
+            && kind == VariableKind::Float64
             && let Some(handle) = handle(instance)
             && let Some(one) = handle.as_ref().instance.number(references.read_unaligned())
         {
@@ -229,7 +229,7 @@ pub(crate) unsafe fn get<T>(
 pub(crate) unsafe fn set<T: Copy>(
     instance: *mut c_void,
     name: &str,
-    kind: Kind,
+    kind: VariableKind,
     references: *const u32,
     count: usize,
     value: *const T,
@@ -239,7 +239,7 @@ pub(crate) unsafe fn set<T: Copy>(
     unsafe fn several<T: Copy>(
         instance: *mut c_void,
         name: &str,
-        kind: Kind,
+        kind: VariableKind,
         references: *const u32,
         count: usize,
         value: *const T,
@@ -259,7 +259,7 @@ pub(crate) unsafe fn set<T: Copy>(
         if count == 1
             && !references.is_null()
             && !value.is_null()
-            && kind == Kind::Float64
+            && kind == VariableKind::Float64
             && let Some(mut handle) = handle(instance)
             && handle
                 .as_mut()

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::fmu::Fmu;
-use crate::variables::{Causality, Kind, Variability, Variable};
+use crate::variables::{Causality, Variability, Variable, VariableKind};
 
 /// A version of the Functional Mock-up Interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -182,9 +182,9 @@ impl Fmu {
         v: &Variable,
     ) -> std::fmt::Result {
         let kind = match v.kind {
-            Kind::Float64 => "Real",
-            Kind::Int32 => "Integer",
-            Kind::Boolean => "Boolean",
+            VariableKind::Float64 => "Real",
+            VariableKind::Int32 => "Integer",
+            VariableKind::Boolean => "Boolean",
         };
         write!(
             xml,
@@ -237,9 +237,9 @@ impl Fmu {
         writeln!(xml, "  <ModelVariables>")?;
         for (reference, v) in self.variables().iter().enumerate() {
             let kind = match v.kind {
-                Kind::Float64 => "Float64",
-                Kind::Int32 => "Int32",
-                Kind::Boolean => "Boolean",
+                VariableKind::Float64 => "Float64",
+                VariableKind::Int32 => "Int32",
+                VariableKind::Boolean => "Boolean",
             };
             write!(
                 xml,
@@ -346,7 +346,8 @@ fn initial(v: &Variable) -> &'static str {
 }
 
 fn write_attributes(xml: &mut String, v: &Variable, version: Fmi) -> std::fmt::Result {
-    let declared = UNITS.iter().find(|(unit, ..)| v.kind == Kind::Float64 && *unit == v.unit);
+    let declared =
+        UNITS.iter().find(|(unit, ..)| v.kind == VariableKind::Float64 && *unit == v.unit);
     if let Some((unit, name, ..)) = declared {
         write!(xml, " declaredType=\"{name}\"")?;
         // The type has the unit already. Some importers of 2.0 look here only; a strict one of 3.0, fmi-rs, knows
@@ -357,7 +358,7 @@ fn write_attributes(xml: &mut String, v: &Variable, version: Fmi) -> std::fmt::R
     }
     match (v.start, v.kind) {
         (None, _) => Ok(()),
-        (Some(start), Kind::Boolean) => write!(xml, " start=\"{}\"", start != 0.0),
+        (Some(start), VariableKind::Boolean) => write!(xml, " start=\"{}\"", start != 0.0),
         (Some(start), _) => write!(xml, " start=\"{start}\""),
     }
 }

@@ -15,7 +15,7 @@ use crate::boundary::{
 };
 use crate::instance::{Instance, Modes, Result};
 use crate::resources;
-use crate::variables::Kind;
+use crate::variables::VariableKind;
 
 /// `fmi2CallbackFunctions`.
 #[repr(C)]
@@ -178,12 +178,12 @@ macro_rules! typed {
     };
 }
 
-typed!(fmi2GetReal, fmi2SetReal, Kind::Float64, f64, |v: f64| v, |v: f64| v);
-typed!(fmi2GetInteger, fmi2SetInteger, Kind::Int32, c_int, |v: f64| v as c_int, f64::from);
+typed!(fmi2GetReal, fmi2SetReal, VariableKind::Float64, f64, |v: f64| v, |v: f64| v);
+typed!(fmi2GetInteger, fmi2SetInteger, VariableKind::Int32, c_int, |v: f64| v as c_int, f64::from);
 typed!(
     fmi2GetBoolean,
     fmi2SetBoolean,
-    Kind::Boolean,
+    VariableKind::Boolean,
     c_int,
     |v: f64| v as c_int,
     // All but 0 is true in C.

@@ -15,7 +15,7 @@ use crate::boundary::{
 use crate::fmi2::{deserialise, serialise};
 use crate::instance::Instance;
 use crate::resources;
-use crate::variables::Kind;
+use crate::variables::VariableKind;
 
 /// `fmi3Boolean`, a `bool` of C: received as a byte, because not every byte is one.
 type Boolean = u8;
@@ -205,12 +205,12 @@ macro_rules! typed {
     };
 }
 
-typed!(fmi3GetFloat64, fmi3SetFloat64, Kind::Float64, f64, |v: f64| v, |v: f64| v);
-typed!(fmi3GetInt32, fmi3SetInt32, Kind::Int32, i32, |v: f64| v as i32, f64::from);
+typed!(fmi3GetFloat64, fmi3SetFloat64, VariableKind::Float64, f64, |v: f64| v, |v: f64| v);
+typed!(fmi3GetInt32, fmi3SetInt32, VariableKind::Int32, i32, |v: f64| v as i32, f64::from);
 typed!(
     fmi3GetBoolean,
     fmi3SetBoolean,
-    Kind::Boolean,
+    VariableKind::Boolean,
     Boolean,
     |v: f64| v as Boolean,
     |v: Boolean| f64::from(u8::from(v != FALSE))

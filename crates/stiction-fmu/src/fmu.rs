@@ -7,11 +7,11 @@ use stiction_model::stem::{ParameterSet, SETS};
 use stiction_model::valve::Model as Law;
 
 use crate::json::{self, Value};
-use crate::model::{self, Model};
+use crate::model::{self, FmuModel};
 use crate::stem::{self, StemModel};
 use crate::sticky_loop::{self, LoopModel};
 use crate::valve::{self, ValveModel};
-use crate::variables::{Kind, Numbers, Values, Variable};
+use crate::variables::{Numbers, Values, Variable, VariableKind};
 
 /// A model as a menu would show it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -129,8 +129,10 @@ impl Fmu {
             if key == "model" || key == "law" {
                 continue;
             }
-            let boolean =
-                fmu.variables().iter().any(|v| v.name == key.as_str() && v.kind == Kind::Boolean);
+            let boolean = fmu
+                .variables()
+                .iter()
+                .any(|v| v.name == key.as_str() && v.kind == VariableKind::Boolean);
             let value = match value {
                 Value::Number(value) if !boolean => *value,
                 Value::Boolean(value) if boolean => f64::from(u8::from(*value)),
@@ -148,7 +150,7 @@ impl Fmu {
         let mut text = format!("{{\n  \"model\": \"{}\",\n  \"law\": \"{}\"", self.model, self.law);
         for variable in self.settings() {
             let start = variable.start.unwrap_or(0.0);
-            let value = if variable.kind == Kind::Boolean {
+            let value = if variable.kind == VariableKind::Boolean {
                 (start != 0.0).to_string()
             } else {
                 start.to_string()
@@ -218,14 +220,14 @@ impl Fmu {
     }
 
     /// The model, not yet started.
-    pub(crate) fn build(&self) -> AnyModel {
+    pub(crate) fn build(&self) -> AnyFmuModel {
         let law = || Law::by_name(self.law).unwrap_or(Law::Ideal);
         match self.model {
-            "valve" => AnyModel::Valve(ValveModel::new(law())),
-            "loop" => AnyModel::Other(Box::new(LoopModel::new(law()))),
+            "valve" => AnyFmuModel::Valve(ValveModel::new(law())),
+            "loop" => AnyFmuModel::Other(Box::new(LoopModel::new(law()))),
             _ => match stem::preset(self.law) {
                 Some(Ok((stem, friction))) => {
-                    AnyModel::Other(Box::new(StemModel::new(stem, &friction)))
+                    AnyFmuModel::Other(Box::new(StemModel::new(stem, &friction)))
                 }
                 _ => unreachable!("it was found when it was chosen"),
             },
@@ -235,13 +237,13 @@ impl Fmu {
 
 /// A model. A valve computes next to nothing in a step, so it lies where it is used; the others have their
 /// own place.
-pub(crate) enum AnyModel {
+pub(crate) enum AnyFmuModel {
     Valve(ValveModel),
-    Other(Box<dyn Model>),
+    Other(Box<dyn FmuModel>),
 }
 
-impl AnyModel {
-    /// As [`Model::step`].
+impl AnyFmuModel {
+    /// As [`FmuModel::step`].
     #[inline(always)]
     pub(crate) fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> model::Result<()> {
         match self {
@@ -251,8 +253,8 @@ impl AnyModel {
     }
 }
 
-impl Deref for AnyModel {
-    type Target = dyn Model;
+impl Deref for AnyFmuModel {
+    type Target = dyn FmuModel;
 
     fn deref(&self) -> &Self::Target {
         match self {
@@ -262,7 +264,7 @@ impl Deref for AnyModel {
     }
 }
 
-impl DerefMut for AnyModel {
+impl DerefMut for AnyFmuModel {
     fn deref_mut(&mut self) -> &mut Self::Target {
         match self {
             Self::Valve(valve) => valve,
@@ -271,7 +273,7 @@ impl DerefMut for AnyModel {
     }
 }
 
-impl Clone for AnyModel {
+impl Clone for AnyFmuModel {
     fn clone(&self) -> Self {
         match self {
             Self::Valve(valve) => Self::Valve(valve.clone()),
@@ -283,9 +285,9 @@ impl Clone for AnyModel {
 /// Accepts a value of the variable's type.
 pub(crate) fn accept(variable: &Variable, value: f64) -> Result<(), String> {
     let (ok, allowed) = match variable.kind {
-        Kind::Float64 => (value.is_finite(), "a finite number"),
-        Kind::Boolean => (value == 0.0 || value == 1.0, "1 (true) or 0 (false)"),
-        Kind::Int32 => (value == f64::from(value as i32), "a whole number of 32 bits"),
+        VariableKind::Float64 => (value.is_finite(), "a finite number"),
+        VariableKind::Boolean => (value == 0.0 || value == 1.0, "1 (true) or 0 (false)"),
+        VariableKind::Int32 => (value == f64::from(value as i32), "a whole number of 32 bits"),
     };
     if ok { Ok(()) } else { Err(format!("{} is {value}, but must be {allowed}", variable.name)) }
 }

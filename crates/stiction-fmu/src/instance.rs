@@ -1,8 +1,8 @@
 //! One instance: which call is permitted when, and what it does.
 
-use crate::fmu::{AnyModel, Fmu, accept, hash};
+use crate::fmu::{AnyFmuModel, Fmu, accept, hash};
 use crate::model::Continuous;
-use crate::variables::{Causality, Kind, Numbers, Set, Values, Variability, Variable};
+use crate::variables::{Causality, Numbers, Set, Values, Variability, Variable, VariableKind};
 
 /// Why a call was refused, in a sentence.
 pub(crate) type Result<T> = std::result::Result<T, String>;
@@ -94,7 +94,7 @@ struct Open {
 /// The variables that have something in common.
 #[derive(Debug, Clone, Copy)]
 struct Groups {
-    /// By [`Kind`].
+    /// By [`VariableKind`].
     kinds: [Set; 3],
     inputs: Set,
     tunable: Set,
@@ -108,7 +108,7 @@ impl Groups {
             all.filter(|(variable, _)| wanted(variable)).map(|(_, reference)| reference).collect()
         };
         Self {
-            kinds: [Kind::Float64, Kind::Int32, Kind::Boolean]
+            kinds: [VariableKind::Float64, VariableKind::Int32, VariableKind::Boolean]
                 .map(|kind| those(&|variable| variable.kind == kind)),
             inputs: those(&|variable| settable(variable) == INPUT),
             tunable: those(&|variable| settable(variable) == TUNABLE),
@@ -133,7 +133,7 @@ pub(crate) struct Instance {
 #[repr(C)]
 pub(crate) struct State {
     values: Values,
-    model: AnyModel,
+    model: AnyFmuModel,
     mode: Modes,
     stale: Stale,
     /// Whether the model has been started.
@@ -181,7 +181,7 @@ impl Instance {
     /// From now on in this mode, with this to be done.
     fn stand(&mut self, mode: Modes, stale: Stale) {
         (self.state.mode, self.state.stale) = (mode, stale);
-        let numbers = self.groups.kinds[Kind::Float64 as usize];
+        let numbers = self.groups.kinds[VariableKind::Float64 as usize];
         let current = matches!(stale, Stale::Nothing | Stale::Tune);
         let steps = mode == Modes::STEP && !self.exchange;
         self.open = Open {
@@ -338,7 +338,7 @@ impl Instance {
     pub(crate) fn get(
         &mut self,
         call: &str,
-        kind: Kind,
+        kind: VariableKind,
         references: &[u32],
         mut put: impl FnMut(usize, f64),
     ) -> Result<()> {
@@ -367,7 +367,7 @@ impl Instance {
     pub(crate) fn set(
         &mut self,
         call: &str,
-        kind: Kind,
+        kind: VariableKind,
         references: &[u32],
         value: impl Fn(usize) -> f64,
     ) -> Result<()> {
@@ -376,7 +376,7 @@ impl Instance {
         for (i, reference) in references.iter().enumerate() {
             let value = value(i);
             // Integers and Booleans come as such.
-            if !(settable.has(*reference) && (kind != Kind::Float64 || value.is_finite())) {
+            if !(settable.has(*reference) && (kind != VariableKind::Float64 || value.is_finite())) {
                 return Err(self.unsettable(call, kind, *reference, value));
             }
         }
@@ -391,7 +391,7 @@ impl Instance {
 
     /// Why a variable cannot be set to this value now.
     #[cold]
-    fn unsettable(&self, call: &str, kind: Kind, reference: u32, value: f64) -> String {
+    fn unsettable(&self, call: &str, kind: VariableKind, reference: u32, value: f64) -> String {
         let Some(variable) =
             self.fmu.variables().get(reference as usize).filter(|variable| variable.kind == kind)
         else {

@@ -52,4 +52,4 @@ mod variables;
 
 pub use description::Fmi;
 pub use fmu::{Fmu, ModelEntry, models};
-pub use variables::{Causality, Kind, Variability, Variable};
+pub use variables::{Causality, Variability, Variable, VariableKind};

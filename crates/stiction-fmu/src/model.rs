@@ -9,7 +9,7 @@ use crate::variables::Numbers;
 pub(crate) type Result<T> = std::result::Result<T, String>;
 
 /// A model with its state.
-pub(crate) trait Model: Send + Sync {
+pub(crate) trait FmuModel: Send + Sync {
     /// Begins at `time` with the present parameters and inputs.
     fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()>;
 
@@ -32,7 +32,7 @@ pub(crate) trait Model: Send + Sync {
     }
 
     /// A copy with its state.
-    fn copy(&self) -> Box<dyn Model>;
+    fn copy(&self) -> Box<dyn FmuModel>;
 }
 
 /// A model as differential equations with events.

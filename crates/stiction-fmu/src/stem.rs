@@ -5,7 +5,7 @@ use stiction_model::stem::{
     EventKind, FrictionLaw, MovingStem, ParameterSet, SETS, Stem, StemParameters, StemStart,
 };
 
-use crate::model::{Continuous, Model, Moves, Result, count};
+use crate::model::{Continuous, FmuModel, Moves, Result, count};
 use crate::variables::{MOVES, Numbers, Variable};
 
 /// Value references.
@@ -261,7 +261,7 @@ impl StemModel {
     }
 }
 
-impl Model for StemModel {
+impl FmuModel for StemModel {
     fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()> {
         let of_stem = *values[PARAMETERS..].first_chunk::<9>().expect("the table has them");
         let parameters = StemParameters::from_values(of_stem);
@@ -317,7 +317,7 @@ impl Model for StemModel {
         is_continuous(self.law).then_some(self)
     }
 
-    fn copy(&self) -> Box<dyn Model> {
+    fn copy(&self) -> Box<dyn FmuModel> {
         Box::new(self.clone())
     }
 }

@@ -5,7 +5,7 @@ use stiction_model::closed_loop::{
 };
 use stiction_model::valve::{Model as Law, Valve};
 
-use crate::model::{Model, Moves, Result};
+use crate::model::{FmuModel, Moves, Result};
 use crate::valve;
 use crate::variables::{MOVES, Numbers, Variable};
 
@@ -143,7 +143,7 @@ impl LoopModel {
     }
 }
 
-impl Model for LoopModel {
+impl FmuModel for LoopModel {
     fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()> {
         let built = build(self.law, values).map_err(|e| e.to_string())?;
         values[OP] = values[REST + 11];
@@ -223,7 +223,7 @@ impl Model for LoopModel {
         Ok(())
     }
 
-    fn copy(&self) -> Box<dyn Model> {
+    fn copy(&self) -> Box<dyn FmuModel> {
         Box::new(self.clone())
     }
 }

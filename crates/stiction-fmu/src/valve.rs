@@ -3,7 +3,7 @@
 use stiction_model::Bands;
 use stiction_model::valve::{AnyModel, Assembly, HeWang, Model as Law, Start, Valve, ValveSpec};
 
-use crate::model::{Model, Moves, Result};
+use crate::model::{FmuModel, Moves, Result};
 use crate::variables::{MOVES, Numbers, Variable};
 
 /// Value references.
@@ -132,7 +132,7 @@ fn too_great(op: f64) -> String {
     format!("with OP = {op} the VP is too great to compute")
 }
 
-impl Model for ValveModel {
+impl FmuModel for ValveModel {
     fn restart(&mut self, values: &mut Numbers, _time: f64) -> Result<()> {
         let start = Start::at_rest(values[VP_START]);
         self.rebuild(values, self.sample_time, |valve| valve.restart(start))?;
@@ -177,7 +177,7 @@ impl Model for ValveModel {
         Ok(())
     }
 
-    fn copy(&self) -> Box<dyn Model> {
+    fn copy(&self) -> Box<dyn FmuModel> {
         Box::new(self.clone())
     }
 }

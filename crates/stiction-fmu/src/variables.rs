@@ -2,7 +2,7 @@
 
 /// The type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum VariableKind {
     /// `Real` in FMI 2.0, `Float64` in FMI 3.0.
     Float64,
     /// `Integer` in FMI 2.0, `Int32` in FMI 3.0.
@@ -141,7 +141,7 @@ pub struct Variable {
     /// Unit; empty if there is none.
     pub unit: &'static str,
     /// Type.
-    pub kind: Kind,
+    pub kind: VariableKind,
     /// What it is for.
     pub causality: Causality,
     /// When it may change.
@@ -189,9 +189,9 @@ stiction_model::written_as!(Variable, VariableDocument);
 impl From<&Variable> for VariableDocument {
     fn from(variable: &Variable) -> Self {
         let start = variable.start.map(|start| match variable.kind {
-            Kind::Boolean => Start::Boolean(start != 0.0),
-            Kind::Int32 => Start::Int32(start as i32),
-            Kind::Float64 => Start::Float64(start),
+            VariableKind::Boolean => Start::Boolean(start != 0.0),
+            VariableKind::Int32 => Start::Int32(start as i32),
+            VariableKind::Float64 => Start::Float64(start),
         });
         let Variable { name, unit, description, .. } = *variable;
         Self { name, role: variable.role(), start, unit, description }
@@ -207,7 +207,7 @@ impl Variable {
         start: Option<f64>,
         description: &'static str,
     ) -> Self {
-        let kind = Kind::Float64;
+        let kind = VariableKind::Float64;
         let (rate_of, depends_on) = (None, None);
         Self { name, unit, kind, causality, variability, start, description, rate_of, depends_on }
     }
@@ -264,7 +264,7 @@ impl Variable {
 
     /// The same as yes or no.
     pub(crate) const fn boolean(mut self) -> Self {
-        self.kind = Kind::Boolean;
+        self.kind = VariableKind::Boolean;
         if matches!(self.causality, Causality::Output) {
             self.variability = Variability::Discrete;
         }
@@ -273,7 +273,7 @@ impl Variable {
 
     /// The same as a whole number.
     pub(crate) const fn integer(mut self) -> Self {
-        self.kind = Kind::Int32;
+        self.kind = VariableKind::Int32;
         if matches!(self.causality, Causality::Output) {
             self.variability = Variability::Discrete;
         }
@@ -308,7 +308,7 @@ impl Variable {
     pub fn start_text(&self) -> String {
         match (self.kind, self.start) {
             (_, None) => String::new(),
-            (Kind::Boolean, Some(value)) => (value != 0.0).to_string(),
+            (VariableKind::Boolean, Some(value)) => (value != 0.0).to_string(),
             (_, Some(value)) => value.to_string(),
         }
     }

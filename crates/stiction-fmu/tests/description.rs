@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use stiction_fmu::{Causality, Fmi, Fmu, Kind, models};
+use stiction_fmu::{Causality, Fmi, Fmu, VariableKind, models};
 
 /// The tags of a document with their attributes, if it is well-formed.
 fn tags(xml: &str) -> Vec<(String, Vec<(String, String)>)> {
@@ -93,11 +93,11 @@ fn descriptions_are_well_formed_and_say_what_the_table_says() {
                 assert_eq!(get(attributes, "valueReference"), Some(r.to_string()));
                 let (kind, attributes) = typed(i);
                 let expected = match (v.kind, version) {
-                    (Kind::Float64, Fmi::V2) => "Real",
-                    (Kind::Float64, Fmi::V3) => "Float64",
-                    (Kind::Int32, Fmi::V2) => "Integer",
-                    (Kind::Int32, Fmi::V3) => "Int32",
-                    (Kind::Boolean, _) => "Boolean",
+                    (VariableKind::Float64, Fmi::V2) => "Real",
+                    (VariableKind::Float64, Fmi::V3) => "Float64",
+                    (VariableKind::Int32, Fmi::V2) => "Integer",
+                    (VariableKind::Int32, Fmi::V3) => "Int32",
+                    (VariableKind::Boolean, _) => "Boolean",
                 };
                 assert_eq!(kind, expected);
                 let start = get(&attributes, "start").map(|start| match start.as_str() {
@@ -131,7 +131,7 @@ fn names_are_unique_and_parameters_survive_their_file() {
         assert_eq!(names.len(), fmu.variables().len());
         let other = fmu.settings().map(|v| v.name).fold(fmu.clone(), |fmu, name| {
             match fmu.variables().iter().find(|v| v.name == name).unwrap().kind {
-                Kind::Float64 => fmu.with(name, 1.0 / 3.0).unwrap(),
+                VariableKind::Float64 => fmu.with(name, 1.0 / 3.0).unwrap(),
                 _ => fmu.with(name, 1.0).unwrap(),
             }
         });

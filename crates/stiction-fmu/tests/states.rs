@@ -13,9 +13,11 @@ fn follow(client: &Client, fmu: &Fmu, op: &[f64], from: usize) -> Vec<f64> {
         client.good(client.step(k as f64 * 0.2, 0.2));
         for (r, v) in fmu.variables().iter().enumerate() {
             match v.kind {
-                stiction_fmu::Kind::Float64 => values.push(client.get(r as u32).unwrap()),
-                stiction_fmu::Kind::Int32 => values.push(f64::from(client.integer(r as u32))),
-                stiction_fmu::Kind::Boolean => {
+                stiction_fmu::VariableKind::Float64 => values.push(client.get(r as u32).unwrap()),
+                stiction_fmu::VariableKind::Int32 => {
+                    values.push(f64::from(client.integer(r as u32)))
+                }
+                stiction_fmu::VariableKind::Boolean => {
                     values.push(f64::from(u8::from(client.boolean(r as u32))));
                 }
             }

@@ -2,7 +2,7 @@
 //! Prints the best times, s, of a valve over a million samples, its result allocated each time, and of a diagnosis.
 use std::hint::black_box;
 use std::time::Instant;
-use stiction_diagnose::diagnose::{Options, diagnose};
+use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_io::{ReadOptions, reading};
 use stiction_model::Bands;
 use stiction_model::valve::{Assembly, Model, Start, Valve};
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     let path = std::env::args().nth(1).ok_or("which recording?")?;
     let recordings = reading::read(path.as_ref(), &ReadOptions::default())?.recordings;
-    let options = Options::default();
+    let options = DiagnoseOptions::default();
     let diagnosis = best(
         || _ = black_box(diagnose(black_box(&recordings[0]), &options).expect("it has a grid")),
         100,

@@ -12,6 +12,7 @@ pub mod csv_sheet;
 mod encoding;
 mod error;
 mod fields;
+pub mod fitted;
 pub mod layout;
 mod mapping;
 #[cfg(feature = "matlab")]

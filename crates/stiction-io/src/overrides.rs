@@ -28,7 +28,7 @@
 //! * or, with `all_recordings`, for every file of this folder; such an override must end, with `until`.
 //!
 //! With `from` or `until` it holds only for what was recorded on those days, both included, in UTC: the
-//! judged stretch must lie between them as a whole, so a recording without dates is not covered. An
+//! judged segment must lie between them as a whole, so a recording without dates is not covered. An
 //! override of one recording goes before one of all. Two of one loop and one scope whose days overlap
 //! contradict each other and are an error.
 

@@ -29,7 +29,7 @@ fn frequency_domain(c: &mut Criterion) {
     group.bench_function("two-phase", |b| b.iter(|| harmonic_balance(black_box(&continuous))));
     let he = paper(Model::He);
     group.bench_function("he", |b| b.iter(|| harmonic_balance(black_box(&he))));
-    let grid = tuning::Grid::about(&continuous.controller, 5.0, 20).unwrap();
+    let grid = tuning::TuningGrid::about(&continuous.controller, 5.0, 20).unwrap();
     group.sample_size(10);
     group.bench_function("least swing of 400 tunings", |b| {
         let cycle = tuning::by_describing_function;

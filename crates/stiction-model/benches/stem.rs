@@ -1,4 +1,4 @@
-//! Cost of the physical stem per simulated stretch, with a fixed-step peer and the errors of both.
+//! Cost of the physical stem per simulated segment, with a fixed-step peer and the errors of both.
 //!
 //! The peer is classical Runge-Kutta of order 4 at 10 us, a third of its stability limit on this
 //! valve and the step of the published simulations. Errors are worst positions against the same

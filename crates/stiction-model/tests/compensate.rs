@@ -9,9 +9,9 @@ use stiction_model::closed_loop::{
     AntiWindup, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, NormalStream, Process, Signal,
 };
 use stiction_model::compensate::{
-    CompensatedRun, Compensator, ConstantReinforcement, Correction, IntegralDeadZone,
-    IntegralLimit, Knocker, Knowledge, Measures, Method, ModifiedTwoMove, Moves, Options, SixMove,
-    Supervised, ThreeMove, TwoMove, compare, compare_with_progress, run,
+    CompareOptions, CompensatedRun, Compensator, ConstantReinforcement, Correction,
+    IntegralDeadZone, IntegralLimit, Knocker, Knowledge, Measures, Method, ModifiedTwoMove, Moves,
+    SixMove, Supervised, ThreeMove, TwoMove, compare, compare_with_progress, run,
 };
 use stiction_model::valve::Model;
 use stiction_model::{Bands, Error, Result};
@@ -285,13 +285,13 @@ fn bad_parameters_are_refused() {
     let mut knocker = Knocker::default().start().unwrap();
     assert!(run(&plant, knocker.as_mut(), f64::NAN).is_err());
     let known = Knowledge::new(5.0, None, controller, 0.1);
-    let usual = Options::default();
+    let usual = CompareOptions::default();
     for (options, message) in [
-        (Options { window_s: 0.0, ..usual }, "length of the window"),
-        (Options { error: 1.0, ..usual }, "relative error"),
-        (Options { noise_sd: -1.0, ..usual }, "noise"),
-        (Options { from_s: f64::NAN, ..usual }, "compensator is on"),
-        (Options { load_step: f64::INFINITY, ..usual }, "load step"),
+        (CompareOptions { window_s: 0.0, ..usual }, "length of the window"),
+        (CompareOptions { error: 1.0, ..usual }, "relative error"),
+        (CompareOptions { noise_sd: -1.0, ..usual }, "noise"),
+        (CompareOptions { from_s: f64::NAN, ..usual }, "compensator is on"),
+        (CompareOptions { load_step: f64::INFINITY, ..usual }, "load step"),
     ] {
         let error = compare(&plant, &known, &[], &options).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");
@@ -427,7 +427,12 @@ fn pulses_follow_their_definition() {
 #[test]
 fn the_table_is_the_same_on_any_number_of_threads() {
     let plant = paper_loop(Model::TwoPhase, 5.0, 3.0);
-    let options = Options { settle_s: 100.0, window_s: 100.0, step_s: 100.0, ..Options::default() };
+    let options = CompareOptions {
+        settle_s: 100.0,
+        window_s: 100.0,
+        step_s: 100.0,
+        ..CompareOptions::default()
+    };
     let known = known(&plant, 4.0, None);
     let table = compare(&plant, &known, &Method::ALL, &options).unwrap();
     let methods: Vec<Option<Method>> = table.rows.iter().map(|row| row.method).collect();
@@ -448,7 +453,7 @@ fn the_table_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_comparison_is_watched() {
     let plant = paper_loop(Model::TwoPhase, 5.0, 3.0);
-    let (known, options) = (known(&plant, 5.0, None), Options::default());
+    let (known, options) = (known(&plant, 5.0, None), CompareOptions::default());
     let methods = [Method::Knocker, Method::TwoMove];
     let count = AtomicUsize::new(0);
     let upto = |most: usize| {

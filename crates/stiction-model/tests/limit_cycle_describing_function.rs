@@ -570,7 +570,7 @@ fn the_iae_of_a_load_step() {
 #[test]
 fn retuning_swings_less_within_the_bound() {
     let continuous = seed(Model::TwoPhase, bands(5.0, 3.0));
-    let grid = tuning::Grid::about(&continuous.controller, 8.0, 16).unwrap();
+    let grid = tuning::TuningGrid::about(&continuous.controller, 8.0, 16).unwrap();
     let bound = tuning::PEAK_SENSITIVITY;
     let tried = tuning::robust(&continuous, &grid, bound).unwrap();
     assert!(!tried.is_empty() && tried.len() < 256);

@@ -6,7 +6,7 @@ use common::Table;
 use rayon::prelude::*;
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, DerivativeOn, Process, Run, Signal};
-use stiction_model::limit_cycle::exact::{NoCycle, Outcome, cycle, cycles, member};
+use stiction_model::limit_cycle::exact::{CycleOutcome, NoCycle, cycle, cycles, member};
 use stiction_model::limit_cycle::{CancelledLoop, ContinuousLoop, Cycle};
 use stiction_model::valve::{Assembly, Model};
 
@@ -28,7 +28,7 @@ fn paper_loop(model: Model, s: f64, j: f64) -> ContinuousLoop {
 }
 
 /// The attractor, which must be the only one.
-fn only(outcome: Outcome) -> Cycle {
+fn only(outcome: CycleOutcome) -> Cycle {
     outcome.attractor().unwrap_or_else(|| panic!("{outcome:?}")).clone()
 }
 
@@ -122,7 +122,7 @@ fn concentration_and_level_loops_are_met() {
         let relay = table.text(row, "loop") == "level" && n("J") > 1.25 * n("S");
         let outcome = if relay { cycle(&l).unwrap() } else { cycles(&l).unwrap() };
         if table.text(row, "behaviour") == "decays" {
-            let Outcome::None { reasons } = &outcome else { panic!("{outcome:?}") };
+            let CycleOutcome::None { reasons } = &outcome else { panic!("{outcome:?}") };
             let quiet =
                 |r: &NoCycle| matches!(r, NoCycle::Decays { .. } | NoCycle::Rests { moving: true });
             assert!(reasons.iter().all(quiet), "{reasons:?}");
@@ -202,8 +202,8 @@ fn cycles_are_those_simulated(count: usize, tolerance: f64) {
         let l = second_order_loop(&mut dice, i);
         let outcome = cycle(&l).unwrap();
         let exact = match &outcome {
-            Outcome::Cycles { cycles, .. } if cycles[0].stable => &cycles[0],
-            Outcome::None { reasons } => {
+            CycleOutcome::Cycles { cycles, .. } if cycles[0].stable => &cycles[0],
+            CycleOutcome::None { reasons } => {
                 quiet.push((i, reasons.clone()));
                 continue;
             }
@@ -252,7 +252,7 @@ fn cycles_are_those_simulated(count: usize, tolerance: f64) {
         println!("loop {i} has {ways} ends: {outcome:?}");
     }
     assert!(missed.is_empty(), "{missed:?}");
-    let known = |o: &Outcome| o.cycles().len() + verdicts(o).count() > 1;
+    let known = |o: &CycleOutcome| o.cycles().len() + verdicts(o).count() > 1;
     assert!(elsewhere.iter().all(|(_, outcome)| known(outcome)));
     assert!(worst.iter().all(|error| *error < tolerance), "{worst:?}");
     assert!(not_found.len() * 20 <= count, "{not_found:?}");
@@ -374,11 +374,11 @@ fn disagreements(count: usize, starts: usize) -> Vec<String> {
 }
 
 /// The ways in which motions end in no cycle.
-fn verdicts(outcome: &Outcome) -> impl Iterator<Item = NoCycle> {
+fn verdicts(outcome: &CycleOutcome) -> impl Iterator<Item = NoCycle> {
     match outcome {
-        Outcome::Cycles { beside, .. } => beside.clone(),
-        Outcome::None { reasons } => reasons.clone(),
-        Outcome::NotFound { .. } => vec![],
+        CycleOutcome::Cycles { beside, .. } => beside.clone(),
+        CycleOutcome::None { reasons } => reasons.clone(),
+        CycleOutcome::NotFound { .. } => vec![],
     }
     .into_iter()
 }
@@ -413,7 +413,7 @@ fn what_cannot_be_computed_is_refused() {
     assert!(cycle(&paper_loop(Model::Chen, 5.0, 3.0)).is_err());
     assert!(member(&paper_loop(Model::TwoPhase, 5.0, 3.0), 0.0).is_err());
     let free = cycle(&paper_loop(Model::Ideal, 5.0, 3.0)).unwrap();
-    assert_eq!(free, Outcome::None { reasons: vec![NoCycle::NoFriction] });
+    assert_eq!(free, CycleOutcome::None { reasons: vec![NoCycle::NoFriction] });
 }
 
 /// Where the stem never rests for a dead time the motion is enlarged where it creeps. These positions are those of
@@ -436,7 +436,7 @@ fn an_unstable_loop_diverges() {
     let process = Process::first_order(1.5, 5.93, 1.07).unwrap();
     let outcome = cycle(&looped(controller, process, Model::TwoPhase, 5.0, 3.0)).unwrap();
     assert!(
-        matches!(&outcome, Outcome::None { reasons } if reasons[..] == [NoCycle::Diverges]),
+        matches!(&outcome, CycleOutcome::None { reasons } if reasons[..] == [NoCycle::Diverges]),
         "{outcome:?}"
     );
 }

@@ -1,6 +1,6 @@
 //! What is drawn of a loop before anything happens to it: process, tuning, surroundings, historian.
 
-use super::Kind;
+use super::LoopKind;
 use super::draw::Draw;
 use super::families::{ControllerKind, NoiseKind, ProcessKind, SetPointKind, Situation};
 use super::historian::Historian;
@@ -127,7 +127,7 @@ pub(super) struct Design {
 
 impl Design {
     /// A loop of this kind.
-    pub fn draw(kind: Kind, draw: &mut Draw) -> Self {
+    pub fn draw(kind: LoopKind, draw: &mut Draw) -> Self {
         let mut cause = draw.fork();
         // An eager historian records the same loops with more samples.
         let eager = if draw.chance(0.15) { draw.log(2.0, 10.0) } else { 1.0 };
@@ -300,14 +300,14 @@ impl Design {
         };
         design.specialise(&mut special);
         match kind {
-            Kind::AggressiveTuning => design.gain_margin = cause.log(0.85, 1.25),
-            Kind::SetPoint => design.set_point = set_point,
-            Kind::ProcessNonlinearity => {
+            LoopKind::AggressiveTuning => design.gain_margin = cause.log(0.85, 1.25),
+            LoopKind::SetPoint => design.set_point = set_point,
+            LoopKind::ProcessNonlinearity => {
                 let rate = cause.uniform(0.5, 1.5) / design.activity.max(5.0);
                 design.curve = Curve::Exponential { rate: rate * cause.sign() };
             }
-            Kind::SwingingDoor => design.historian.compress(&mut cause),
-            Kind::StickingNeighbour => {
+            LoopKind::SwingingDoor => design.historian.compress(&mut cause),
+            LoopKind::StickingNeighbour => {
                 let activity = design.activity;
                 if let Some(neighbour) = &mut design.neighbour {
                     neighbour.sticks(activity, &mut cause);
@@ -328,7 +328,7 @@ impl Design {
     }
 
     /// What is special about a loop of this kind.
-    fn situation(kind: Kind, draw: &mut Draw) -> Situation {
+    fn situation(kind: LoopKind, draw: &mut Draw) -> Situation {
         let drawn = draw.weighted([
             (Situation::Ordinary, 0.42),
             (Situation::FewEvents, 0.20),
@@ -345,10 +345,10 @@ impl Design {
             (Situation::SplitRange, 0.01),
         ]);
         match (kind, drawn) {
-            (Kind::StickyBelow, _) => Situation::OuterLoop,
-            (Kind::StickingNeighbour, _) => Situation::Coupled,
+            (LoopKind::StickyBelow, _) => Situation::OuterLoop,
+            (LoopKind::StickingNeighbour, _) => Situation::Coupled,
             // Seen from the loop above, these are loops of the kind `StickyBelow`.
-            (Kind::Sticky | Kind::Stuck, Situation::OuterLoop) => Situation::Ordinary,
+            (LoopKind::Sticky | LoopKind::Stuck, Situation::OuterLoop) => Situation::Ordinary,
             _ => drawn,
         }
     }

@@ -1,7 +1,7 @@
 //! What happens to a loop from outside, step by step: load, noise, set point, and the cause a kind is
 //! named after.
 
-use super::Kind;
+use super::LoopKind;
 use super::design::Design;
 use super::draw::Draw;
 use super::families::{DisturbanceKind, NoiseKind, ProcessKind, SetPointKind, Situation};
@@ -63,7 +63,7 @@ impl Tapes {
     ///
     /// # Errors
     /// If a signal refuses its settings.
-    pub fn draw(kind: Kind, design: &Design, draw: &mut Draw) -> Result<Self> {
+    pub fn draw(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Self> {
         let mut cause = draw.fork();
         let mut tapes = Self::length(kind, design, draw)?;
         let mut later = cause.beside();
@@ -75,15 +75,15 @@ impl Tapes {
             tape.truncate(design.all_steps());
         }
         match kind {
-            Kind::Sine => tapes.oscillation(design, &mut cause, sine)?,
-            Kind::Irregular => tapes.oscillation(design, &mut cause, narrow_band)?,
-            Kind::ExternalWave => tapes.oscillation(design, &mut cause, slip_wave)?,
-            Kind::RampAndReset => tapes.resets(design, &mut cause)?,
-            Kind::LongMemory => {
+            LoopKind::Sine => tapes.oscillation(design, &mut cause, sine)?,
+            LoopKind::Irregular => tapes.oscillation(design, &mut cause, narrow_band)?,
+            LoopKind::ExternalWave => tapes.oscillation(design, &mut cause, slip_wave)?,
+            LoopKind::RampAndReset => tapes.resets(design, &mut cause)?,
+            LoopKind::LongMemory => {
                 let wave = long_memory(design.all_steps(), design.drawn_steps, &mut cause);
                 add(&mut tapes.load, &wave, design.activity * cause.log(0.7, 3.0));
             }
-            Kind::OneWay => {
+            LoopKind::OneWay => {
                 let size = design.activity * cause.sign() * cause.uniform(3.0, 9.0);
                 let size = size.clamp(-50.0, 50.0);
                 let n = design.drawn_steps as f64;
@@ -94,21 +94,21 @@ impl Tapes {
                     size,
                 );
             }
-            Kind::ProcessNonlinearity => {
+            LoopKind::ProcessNonlinearity => {
                 let regular = cause.chance(0.5);
                 let shape: Shape = if regular { sine } else { narrow_band };
                 let size = design.activity * cause.uniform(1.0, 3.5);
                 let wave = oscillation(design, &mut cause, design.all_steps(), shape)?;
                 add(&mut tapes.load, &wave, size);
             }
-            Kind::Saturation => tapes.too_much(design, &mut cause)?,
+            LoopKind::Saturation => tapes.too_much(design, &mut cause)?,
             _ => {}
         }
         Ok(tapes)
     }
 
     /// What happens in the length of the record as it was drawn, but for the cause.
-    fn length(kind: Kind, design: &Design, draw: &mut Draw) -> Result<Self> {
+    fn length(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Self> {
         let n = design.drawn_steps;
         let mut tapes = Self {
             load: vec![0.0; n],
@@ -581,12 +581,12 @@ fn noise(design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
 }
 
 /// The set point, but for what a controller above adds.
-fn set_point(kind: Kind, design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
+fn set_point(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
     let (n, step) = (design.drawn_steps, design.step());
     let duration = n as f64 * step;
     let scale = (design.gain * design.activity).abs();
     // Where the set point is the cause, it moves more.
-    let (most, size) = if kind == Kind::SetPoint { (16, 1.5) } else { (8, 1.0) };
+    let (most, size) = if kind == LoopKind::SetPoint { (16, 1.5) } else { (8, 1.0) };
     let change = |draw: &mut Draw| size * scale * draw.sign() * draw.log(0.3, 3.0);
     let mut tape = vec![design.pv_rest; n];
     match design.set_point {

@@ -6,7 +6,7 @@ use stiction_model::error::{Error, Result};
 
 /// What a simulated loop has that others have not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum LoopKind {
     /// Its valve sticks and slips.
     Sticky,
     /// It is the outer loop of a cascade, and the valve of the loop below sticks: its OP is the set point of
@@ -48,7 +48,7 @@ pub enum Kind {
     OneWay,
 }
 
-impl Kind {
+impl LoopKind {
     /// All kinds, those of valves that do not move as they should first.
     pub const ALL: [Self; 18] = [
         Self::Sticky,

@@ -1,6 +1,6 @@
 //! A population of simulated loops with known truth, to train and to measure a verdict on stiction.
 //!
-//! A [`member`] is one loop: its [`Kind`] is drawn by the kind's share, everything else after it. The
+//! A [`member`] is one loop: its [`LoopKind`] is drawn by the kind's share, everything else after it. The
 //! loops of all kinds are drawn from the same distributions of process, tuning, noise, set point,
 //! load and historian; they differ in the valve and in the named cause, and in nothing else, so that
 //! nothing else can be learned from them. `docs/population.md` tells what is drawn, and from what.
@@ -35,7 +35,7 @@ pub use families::{
 };
 pub use historian::swinging_door;
 pub use invented::{Invented, Invention};
-pub use kind::Kind;
+pub use kind::LoopKind;
 pub use member::member;
 pub use mistaken::{Mistake, mistaken};
 pub use truth::{Facts, Simulated, Truth};

@@ -6,7 +6,7 @@ use super::draw::Draw;
 use super::families::DisturbanceKind;
 use super::plant::{Fitting, Plant, Played};
 use super::visibility::{NATS, Observed};
-use super::{Facts, Kind, Simulated, Truth};
+use super::{Facts, LoopKind, Simulated, Truth};
 use stiction_diagnose::diagnose::HARMLESS;
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::series::{span, std};
@@ -14,14 +14,14 @@ use stiction_model::bands::Bands;
 use stiction_model::error::Result;
 use stiction_model::valve::{AnyModel, Model, ValveSpec};
 
-/// Loop number `index` of the population of `seed`: its kind is drawn by [`Kind::share`], then
+/// Loop number `index` of the population of `seed`: its kind is drawn by [`LoopKind::share`], then
 /// everything else. It depends on these two numbers alone.
 ///
 /// # Errors
-/// As [`Kind::simulate`]: none is known.
+/// As [`LoopKind::simulate`]: none is known.
 pub fn member(seed: u64, index: u64) -> Result<Simulated> {
     let mut draw = Draw::of(&[seed, index, u64::from(super::VERSION)]);
-    let kind = Kind::at(draw.unit());
+    let kind = LoopKind::at(draw.unit());
     let mut simulated = kind.simulate(draw.seed())?;
     simulated.recording.name = format!("loop {index}");
     Ok(simulated)
@@ -31,7 +31,7 @@ pub fn member(seed: u64, index: u64) -> Result<Simulated> {
 ///
 /// What belongs to the valve and to the cause comes from streams of its own, so that the rest does not
 /// depend on the kind.
-pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Option<Simulated>> {
+pub(super) fn simulate(kind: LoopKind, draw: &mut Draw, factor: f64) -> Result<Option<Simulated>> {
     let (mut of_valve, mut of_cause) = (draw.fork(), draw.fork());
     let mut design = Design::draw(kind, draw);
     design.record_for(factor);
@@ -41,11 +41,11 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Optio
     let healthy = [fitted(0, Model::Play.build(Bands::from_s_j(dead_band, 0.0)?)?)];
     let scale = (design.gain * design.activity).abs();
     match kind {
-        Kind::DeadZoneElsewhere if of_cause.chance(0.55) => {
+        LoopKind::DeadZoneElsewhere if of_cause.chance(0.55) => {
             plant.sensor_play = scale * of_cause.log(0.3, 2.0);
         }
-        Kind::DeadZoneElsewhere => plant.gap = scale * of_cause.log(0.15, 1.0),
-        Kind::QuantisedPv => {
+        LoopKind::DeadZoneElsewhere => plant.gap = scale * of_cause.log(0.15, 1.0),
+        LoopKind::QuantisedPv => {
             plant.quantum = std(&plant.play(&healthy)?.pv) * of_cause.uniform(0.6, 2.5);
         }
         _ => {}
@@ -55,13 +55,13 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Optio
     let noise = std(&tapes.noise[design.warm_up..]);
     // By how much the PV differs from what a healthy valve, given the same OP, would have made of it.
     let (played, missing) = match kind {
-        Kind::Sticky => {
+        LoopKind::Sticky => {
             valve = sticking(&design, &healthy[0], &mut of_valve)?;
             (plant.play(&valve.fittings)?, 0.0)
         }
-        Kind::StickyBelow | Kind::Stuck => {
+        LoopKind::StickyBelow | LoopKind::Stuck => {
             valve = match kind {
-                Kind::Stuck => stuck(&design, &healthy[0], &mut of_valve)?,
+                LoopKind::Stuck => stuck(&design, &healthy[0], &mut of_valve)?,
                 _ => sticking(&design, &healthy[0], &mut of_valve)?,
             };
             let (run, beside) = plant.play_beside(&valve.fittings, &healthy)?;
@@ -87,11 +87,11 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Optio
     };
     let sp = design.sp_recorded.then(|| in_units(&last(&played.sp)));
     let slips = match kind {
-        Kind::Sticky | Kind::StickyBelow => slips(&played.stem),
+        LoopKind::Sticky | LoopKind::StickyBelow => slips(&played.stem),
         _ => 0,
     };
     let gain = match kind {
-        Kind::Sticky => Observed {
+        LoopKind::Sticky => Observed {
             recorded: &seen,
             pv: &played.pv,
             op: &played.op,
@@ -103,9 +103,9 @@ pub(super) fn simulate(kind: Kind, draw: &mut Draw, factor: f64) -> Result<Optio
         _ => 0.0,
     };
     let visible = match kind {
-        Kind::Sticky => slips > 0 && gain >= NATS,
-        Kind::StickyBelow => slips >= 2 && missing >= noise,
-        Kind::Stuck => missing >= 3.0 * noise && missing >= 0.5 * std(&played.pv),
+        LoopKind::Sticky => slips > 0 && gain >= NATS,
+        LoopKind::StickyBelow => slips >= 2 && missing >= noise,
+        LoopKind::Stuck => missing >= 3.0 * noise && missing >= 0.5 * std(&played.pv),
         _ => false,
     };
     let mut recording = Recording::regular("", design.sample_time, &op, Some(&pv), sp.as_deref())?;
@@ -137,16 +137,18 @@ fn share_at(x: &[f64], (low, high): (f64, f64)) -> f64 {
 }
 
 /// Whether a run shows what the kind is about, and nothing worse.
-fn serves(kind: Kind, design: &Design, plant: &Plant<'_>, played: &Played) -> bool {
+fn serves(kind: LoopKind, design: &Design, plant: &Plant<'_>, played: &Played) -> bool {
     let (op_travel, at_limit) = (span(&played.op), share_at(&played.op, design.limits));
     let clipped = share_at(&played.pv, design.transmitter);
     let finite = played.pv.iter().chain(&played.op).all(|v| v.is_finite());
     let serves = match kind {
-        Kind::Saturation => at_limit >= 0.02,
-        Kind::Stuck => op_travel >= 2.0,
-        Kind::StickingNeighbour if played.neighbour_slips < 4 => false,
-        Kind::AggressiveTuning => op_travel > 0.0,
-        Kind::QuantisedPv => at_limit <= 0.4 && clipped <= 0.2 && span(&played.pv) >= plant.quantum,
+        LoopKind::Saturation => at_limit >= 0.02,
+        LoopKind::Stuck => op_travel >= 2.0,
+        LoopKind::StickingNeighbour if played.neighbour_slips < 4 => false,
+        LoopKind::AggressiveTuning => op_travel > 0.0,
+        LoopKind::QuantisedPv => {
+            at_limit <= 0.4 && clipped <= 0.2 && span(&played.pv) >= plant.quantum
+        }
         _ => op_travel > 0.0 && at_limit <= 0.4 && clipped <= 0.2,
     };
     // What has run away to a limit and stays there shows nothing, whatever its kind.
@@ -203,6 +205,7 @@ fn facts(
         at_limit: share_at(&played.op, design.limits),
         disturbances,
         faulty_share,
+        pv_span: design.pv_range.1,
         redrawn: 0,
     }
 }
@@ -252,7 +255,7 @@ fn sticking(design: &Design, healthy: &Fitting, draw: &mut Draw) -> Result<Valve
     let mut fittings = vec![fitted(0, build(1.0)?)];
     let mut share = 1.0;
     if draw.chance(0.12) {
-        // One stretch of the record, of up to two thirds, in which it is another valve.
+        // One segment of the record, of up to two thirds, in which it is another valve.
         let from = draw.uniform(0.0, 0.95);
         let until = (from + draw.uniform(0.15, 0.65)).min(1.0);
         let at = |place: f64| design.warm_up + (place * record as f64) as usize;
@@ -309,7 +312,7 @@ mod tests {
         (0..n).into_par_iter().map(|k| member(5, k).unwrap()).collect()
     }
 
-    fn of(kind: Kind, seeds: u64) -> Vec<Simulated> {
+    fn of(kind: LoopKind, seeds: u64) -> Vec<Simulated> {
         (0..seeds).into_par_iter().map(|seed| kind.simulate(seed).unwrap()).collect()
     }
 
@@ -331,16 +334,17 @@ mod tests {
 
     #[test]
     fn kinds_have_their_shares() {
-        let all: f64 = Kind::ALL.iter().map(|kind| kind.share()).sum();
+        let all: f64 = LoopKind::ALL.iter().map(|kind| kind.share()).sum();
         assert!((all - 1.0).abs() < 1e-12);
-        for kind in Kind::ALL {
-            assert_eq!(Kind::by_name(kind.name()).unwrap(), kind);
+        for kind in LoopKind::ALL {
+            assert_eq!(LoopKind::by_name(kind.name()).unwrap(), kind);
             let n = 20_000;
-            let hits = (0..n).filter(|k| Kind::at((*k as f64 + 0.5) / n as f64) == kind).count();
+            let hits =
+                (0..n).filter(|k| LoopKind::at((*k as f64 + 0.5) / n as f64) == kind).count();
             assert!((hits as f64 / n as f64 - kind.share()).abs() < 2e-4, "{kind:?}");
         }
         let n = 600;
-        let sticky = members(n).iter().filter(|m| m.truth.kind == Kind::Sticky).count();
+        let sticky = members(n).iter().filter(|m| m.truth.kind == LoopKind::Sticky).count();
         // Four standard deviations.
         assert!((sticky as f64 / n as f64 - 0.48).abs() < 4.0 * (0.48f64 * 0.52 / n as f64).sqrt());
     }
@@ -379,7 +383,7 @@ mod tests {
 
     #[test]
     fn a_longer_record_is_the_same_loop_for_longer() {
-        for kind in Kind::ALL {
+        for kind in LoopKind::ALL {
             let mut seen = 0;
             for seed in 0..8 {
                 let drawn = kind.simulate(seed).unwrap();
@@ -408,15 +412,15 @@ mod tests {
             }
             assert!(seen > 0, "{kind:?}");
         }
-        assert!(Kind::Normal.simulate_for(1, f64::NAN).is_err());
+        assert!(LoopKind::Normal.simulate_for(1, f64::NAN).is_err());
     }
 
     #[test]
     fn kinds_differ_in_valve_and_cause_alone() {
         let mut seen = 0;
         for seed in 0..60 {
-            let sticky = Kind::Sticky.simulate(seed).unwrap();
-            let normal = Kind::Normal.simulate(seed).unwrap();
+            let sticky = LoopKind::Sticky.simulate(seed).unwrap();
+            let normal = LoopKind::Normal.simulate(seed).unwrap();
             if sticky.truth.facts.redrawn != normal.truth.facts.redrawn {
                 continue;
             }
@@ -441,7 +445,7 @@ mod tests {
     #[test]
     fn a_sticking_valve_stays_within_its_static_band() {
         let mut seen = 0;
-        for Simulated { recording, truth } in of(Kind::Sticky, 800) {
+        for Simulated { recording, truth } in of(LoopKind::Sticky, 800) {
             let facts = &truth.facts;
             let as_run = facts.steps_per_sample == 1
                 && facts.valve_lag_s == 0.0
@@ -468,12 +472,12 @@ mod tests {
 
     #[test]
     fn visible_stiction_makes_a_difference() {
-        let sticky = of(Kind::Sticky, 200);
+        let sticky = of(LoopKind::Sticky, 200);
         let visible = sticky.iter().filter(|s| s.truth.visible).count();
         assert!((75..130).contains(&visible), "{visible} of 200");
         for (seed, Simulated { recording, truth }) in sticky.iter().enumerate() {
             assert!((0.5..=13.0).contains(&truth.s) && truth.j <= truth.s);
-            let twin = Kind::Normal.simulate(seed as u64).unwrap();
+            let twin = LoopKind::Normal.simulate(seed as u64).unwrap();
             if truth.visible && twin.truth.facts.redrawn == truth.facts.redrawn {
                 assert_ne!(recording.op, twin.recording.op, "seed {seed}");
                 assert_ne!(truth.vp, twin.truth.vp, "seed {seed}");
@@ -485,7 +489,7 @@ mod tests {
 
     #[test]
     fn a_stuck_valve_does_not_move_while_the_op_does() {
-        let stuck = of(Kind::Stuck, 60);
+        let stuck = of(LoopKind::Stuck, 60);
         for Simulated { recording, truth } in &stuck {
             let from = ((1.0 - truth.facts.faulty_share) * truth.vp.len() as f64).ceil() as usize;
             let last = truth.vp[truth.vp.len() - 1];
@@ -502,10 +506,10 @@ mod tests {
 
     #[test]
     fn kinds_are_what_they_say() {
-        for Simulated { recording, truth } in of(Kind::Saturation, 40) {
+        for Simulated { recording, truth } in of(LoopKind::Saturation, 40) {
             assert!(truth.facts.at_limit >= 0.02, "{}", recording.name);
         }
-        for Simulated { recording, truth } in of(Kind::QuantisedPv, 40) {
+        for Simulated { recording, truth } in of(LoopKind::QuantisedPv, 40) {
             let facts = &truth.facts;
             if facts.averaged || facts.pv_compression > 0.0 || facts.pv_quantum > 0.0 {
                 continue;
@@ -515,13 +519,13 @@ mod tests {
             levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * b.abs().max(1.0));
             assert!((2..60).contains(&levels.len()), "{}: {}", recording.name, levels.len());
         }
-        for Simulated { truth, .. } in of(Kind::AggressiveTuning, 40) {
+        for Simulated { truth, .. } in of(LoopKind::AggressiveTuning, 40) {
             assert!((0.85..1.25).contains(&truth.facts.gain_margin));
         }
-        for Simulated { truth, .. } in of(Kind::DeadZoneElsewhere, 40) {
+        for Simulated { truth, .. } in of(LoopKind::DeadZoneElsewhere, 40) {
             assert!((truth.facts.sensor_play > 0.0) != (truth.facts.controller_gap > 0.0));
         }
-        for Simulated { truth, .. } in of(Kind::SetPoint, 40) {
+        for Simulated { truth, .. } in of(LoopKind::SetPoint, 40) {
             assert_ne!(truth.facts.set_point, SetPointKind::Constant);
         }
     }
@@ -529,17 +533,17 @@ mod tests {
     #[test]
     fn what_enters_from_outside_makes_a_difference() {
         let causes = [
-            Kind::Sine,
-            Kind::Irregular,
-            Kind::ExternalWave,
-            Kind::ProcessNonlinearity,
-            Kind::RampAndReset,
-            Kind::LongMemory,
-            Kind::OneWay,
+            LoopKind::Sine,
+            LoopKind::Irregular,
+            LoopKind::ExternalWave,
+            LoopKind::ProcessNonlinearity,
+            LoopKind::RampAndReset,
+            LoopKind::LongMemory,
+            LoopKind::OneWay,
         ];
         for kind in causes {
             for (seed, Simulated { recording, truth }) in of(kind, 20).into_iter().enumerate() {
-                let normal = Kind::Normal.simulate(seed as u64).unwrap();
+                let normal = LoopKind::Normal.simulate(seed as u64).unwrap();
                 if normal.truth.facts.redrawn == truth.facts.redrawn {
                     assert_ne!(recording.pv, normal.recording.pv, "{}", recording.name);
                 }
@@ -549,7 +553,7 @@ mod tests {
 
     #[test]
     fn near_its_limit_a_band_excites_swings() {
-        let sticky: Vec<_> = of(Kind::Sticky, 900)
+        let sticky: Vec<_> = of(LoopKind::Sticky, 900)
             .into_iter()
             .filter(|each| each.truth.facts.situation == Situation::NearLimit)
             .collect();
@@ -586,7 +590,7 @@ mod tests {
     #[test]
     fn noisy_control_is_as_noisy_as_it_says() {
         let (mut seen, mut own, mut p_only) = (0, 0, 0);
-        for Simulated { recording, truth } in of(Kind::Normal, 600) {
+        for Simulated { recording, truth } in of(LoopKind::Normal, 600) {
             let facts = &truth.facts;
             assert_eq!(facts.controller == ControllerKind::P, facts.ti_s == 0.0);
             if facts.situation != Situation::NoisyControl {
@@ -604,7 +608,7 @@ mod tests {
     #[test]
     fn what_a_door_kept_are_straight_lines() {
         let mut straight = 0;
-        for Simulated { recording, truth } in of(Kind::SwingingDoor, 40) {
+        for Simulated { recording, truth } in of(LoopKind::SwingingDoor, 40) {
             let facts = &truth.facts;
             let doors = [facts.op_compression, facts.pv_compression];
             assert!(doors.iter().all(|d| *d == 0.0 || (0.1..=1.0).contains(d)), "{doors:?}");
@@ -624,11 +628,11 @@ mod tests {
 
     #[test]
     fn second_loops_are_where_kinds_need_them() {
-        for Simulated { truth, .. } in of(Kind::StickingNeighbour, 30) {
+        for Simulated { truth, .. } in of(LoopKind::StickingNeighbour, 30) {
             assert_eq!(truth.facts.situation, Situation::Coupled);
             assert!((0.15..0.9).contains(&truth.facts.coupling.abs()) && !truth.sticks);
         }
-        let below = of(Kind::StickyBelow, 40);
+        let below = of(LoopKind::StickyBelow, 40);
         for Simulated { truth, .. } in &below {
             assert_eq!(truth.facts.situation, Situation::OuterLoop);
             assert!(truth.sticks && !truth.has_bands() && truth.gain == 0.0);
@@ -636,7 +640,7 @@ mod tests {
         }
         let visible = below.iter().filter(|each| each.truth.visible).count();
         assert!((12..=38).contains(&visible), "{visible} of 40");
-        for kind in [Kind::Sticky, Kind::Stuck] {
+        for kind in [LoopKind::Sticky, LoopKind::Stuck] {
             let outer = |each: &Simulated| each.truth.facts.situation == Situation::OuterLoop;
             assert!(!of(kind, 30).iter().any(outer));
         }
@@ -644,7 +648,7 @@ mod tests {
 
     #[test]
     fn one_way_is_one_way() {
-        let loops = of(Kind::OneWay, 40);
+        let loops = of(LoopKind::OneWay, 40);
         let far = loops.iter().filter(|each| {
             let op = &each.recording.op.values;
             let tenth = op.len() / 10;
@@ -678,7 +682,7 @@ mod tests {
     fn ultimate_gains_are_where_loops_begin_to_cycle() {
         let mut seen = 0;
         for seed in 0..500 {
-            let mut design = Design::draw(Kind::AggressiveTuning, &mut Draw::of(&[seed]));
+            let mut design = Design::draw(LoopKind::AggressiveTuning, &mut Draw::of(&[seed]));
             let plain = matches!(design.situation, Situation::Ordinary | Situation::FewEvents)
                 && design.controller == ControllerKind::Pi
                 && matches!(design.process, ProcessKind::FirstOrder | ProcessKind::Integrating);

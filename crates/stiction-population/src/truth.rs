@@ -1,7 +1,7 @@
 //! What is true of a simulated loop.
 
 use super::{
-    ControllerKind, DisturbanceKind, Family, HistorianKind, Kind, NoiseKind, ProcessKind,
+    ControllerKind, DisturbanceKind, Family, HistorianKind, LoopKind, NoiseKind, ProcessKind,
     SetPointKind, Situation,
 };
 use stiction_diagnose::recording::Recording;
@@ -20,7 +20,7 @@ pub struct Simulated {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// The kind it was asked for or drawn as.
-    pub kind: Kind,
+    pub kind: LoopKind,
     /// Whether its valve is at fault: it sticks or is stuck.
     pub sticks: bool,
     /// The model of a sticking or stuck valve; `None` of a healthy one.
@@ -66,7 +66,7 @@ impl Truth {
     /// Whether S and J are in percent of the OP that is recorded, and of a valve that sticks: what an estimate may be
     /// compared with. False of a stuck valve, and of one that sticks in the loop below.
     pub fn has_bands(&self) -> bool {
-        self.kind == Kind::Sticky
+        self.kind == LoopKind::Sticky
     }
 
     /// The families that the loop belongs to, one or several an axis: what can be left out of a training.
@@ -171,6 +171,8 @@ pub struct Facts {
     pub op_travel: f64,
     /// Share of the record in which the OP is at a limit.
     pub at_limit: f64,
+    /// Units of the recorded PV in 100 percent of its span.
+    pub pv_span: f64,
     /// How many draws were given up before this one.
     pub redrawn: usize,
 }
@@ -187,7 +189,7 @@ impl Facts {
             situation controller own_noise coupling op_low op_high sample_time_s steps_per_sample activity noise noise_ratio
             non_stationary set_point sensor_play controller_gap transmitter_quantum averaged held_samples
             op_quantum pv_quantum op_compression pv_compression op_exception pv_exception
-            faulty_share op_travel at_limit redrawn)
+            faulty_share op_travel at_limit pv_span redrawn)
     }
 }
 

@@ -2,17 +2,17 @@
 
 use stiction_diagnose::detect::{self, Decision, MethodId, Subject};
 use stiction_diagnose::diagnose::{
-    Basis, Detectors, Diagnosis, MIMICS, Options, VerdictClass, diagnose,
+    Basis, Detectors, DiagnoseOptions, Diagnosis, MIMICS, VerdictClass, diagnose,
 };
 use stiction_diagnose::recording::fitness::Class;
 use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, Range, RangeSource, Recording};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Signal};
 use stiction_model::valve::{Assembly, Model};
-use stiction_population::{Kind, Simulated};
+use stiction_population::{LoopKind, Simulated};
 
 fn of(recording: &Recording) -> Diagnosis {
-    diagnose(recording, &Options::default()).unwrap()
+    diagnose(recording, &DiagnoseOptions::default()).unwrap()
 }
 
 fn decisions(diagnosis: &Diagnosis) -> Vec<(&'static str, Decision)> {
@@ -29,8 +29,8 @@ fn loops() -> Vec<Recording> {
             .iter()
             .any(|deviation| *deviation > 0.0)
     };
-    let of = |kind: Kind| (1..=6).map(move |seed| kind.simulate(seed).unwrap());
-    let all = Kind::ALL.into_iter().flat_map(of);
+    let of = |kind: LoopKind| (1..=6).map(move |seed| kind.simulate(seed).unwrap());
+    let all = LoopKind::ALL.into_iter().flat_map(of);
     all.filter(|made| !straight(made)).map(|made| made.recording).collect()
 }
 
@@ -216,15 +216,15 @@ fn a_loop_in_manual_is_not_judged() {
 }
 
 #[test]
-fn the_longest_automatic_stretch_is_judged() {
+fn the_longest_automatic_segment_is_judged() {
     let mut recording = sticky();
     let modes = vec![Mode::Automatic, Mode::Manual, Mode::Cascade];
     recording.mode = Some(Modes { time: vec![0.0, 500.0, 700.0], modes });
     let diagnosis = of(&recording);
-    let stretch = diagnosis.stretch().unwrap();
-    assert_eq!((stretch.from, stretch.len()), (700.0, 1300));
+    let segment = diagnosis.segment().unwrap();
+    assert_eq!((segment.from, segment.len()), (700.0, 1300));
     assert!(
-        diagnosis.notes.iter().any(|note| note.contains("2 stretches")),
+        diagnosis.notes.iter().any(|note| note.contains("2 segments")),
         "{:?}",
         diagnosis.notes
     );
@@ -246,7 +246,7 @@ fn a_recording_of_bad_values_cannot_be_told() {
 fn the_op_alone_never_condemns_by_a_majority() {
     let mut some = 0;
     for seed in 1..=30 {
-        let mut recording = Kind::Sticky.simulate(seed).unwrap().recording;
+        let mut recording = LoopKind::Sticky.simulate(seed).unwrap().recording;
         (recording.pv, recording.sp) = (None, None);
         let diagnosis = of(&recording);
         assert_ne!(diagnosis.verdict.class, VerdictClass::Sticks, "seed {seed}");
@@ -262,8 +262,8 @@ fn the_op_alone_never_condemns_by_a_majority() {
 fn causes_of_oscillations_are_told_only_where_one_was_found() {
     let recording = sticky();
     let diagnosis = of(&recording);
-    let stretch = diagnosis.stretch().unwrap();
-    let still = Subject::new(stretch, diagnosis.loop_type, None);
+    let segment = diagnosis.segment().unwrap();
+    let still = Subject::new(segment, diagnosis.loop_type, None);
     for detector in detect::all() {
         let finding = detect::judge(&*detector, &still);
         if detector.method().explains_oscillation {
@@ -290,8 +290,9 @@ fn what_mimics_stiction_is_measured_and_keeps_a_healthy_valve_from_being_accused
 fn only_the_methods_that_are_asked_are_computed_and_say_what_they_always_say() {
     let recording = sticky();
     let all = of(&recording);
-    let asking =
-        |detectors: Detectors| diagnose(&recording, &Options { detectors, ..Options::default() });
+    let asking = |detectors: Detectors| {
+        diagnose(&recording, &DiagnoseOptions { detectors, ..DiagnoseOptions::default() })
+    };
     let names = |diagnosis: &Diagnosis| -> Vec<_> {
         diagnosis.findings.iter().map(|f| f.method.name).collect()
     };
@@ -312,17 +313,17 @@ fn only_the_methods_that_are_asked_are_computed_and_say_what_they_always_say() {
 /// Reported with their intervals in docs/accuracy.md; here, that the order of magnitude stays.
 #[test]
 fn healthy_loops_are_rarely_accused() {
-    for kind in Kind::ALL {
+    for kind in LoopKind::ALL {
         let accused = (1000..1040)
             .filter(|seed| {
                 let diagnosis = of(&kind.simulate(*seed).unwrap().recording);
                 diagnosis.verdict.class == VerdictClass::Sticks
             })
             .count();
-        if kind == Kind::Sticky {
+        if kind == LoopKind::Sticky {
             // Of those that can show it about half are, and less than half can.
             assert!(accused >= 5, "{accused} of 40 sticky loops are found");
-        } else if !matches!(kind, Kind::Stuck | Kind::StickyBelow) {
+        } else if !matches!(kind, LoopKind::Stuck | LoopKind::StickyBelow) {
             // At most 4 % are, by docs/accuracy.md; of 40 loops that may be four by chance.
             assert!(accused <= 4, "{accused} of 40 loops are accused: {}", kind.name());
         }

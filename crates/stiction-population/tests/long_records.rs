@@ -4,14 +4,16 @@
 mod plant;
 
 use rayon::prelude::*;
-use stiction_diagnose::diagnose::{Detectors, Diagnosis, Options, VerdictClass, combine, diagnose};
+use stiction_diagnose::diagnose::{
+    Detectors, DiagnoseOptions, Diagnosis, VerdictClass, combine, diagnose,
+};
 use stiction_diagnose::recording::Recording;
-use stiction_population::Kind;
+use stiction_population::LoopKind;
 
 const HOUR: f64 = 3600.0;
 
 fn verdict_of(recording: &Recording) -> Diagnosis {
-    let options = Options { detectors: Detectors::None, ..Options::default() };
+    let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
     diagnose(recording, &options).unwrap()
 }
 
@@ -101,9 +103,9 @@ fn recall_by_length() {
             }
         }
     }
-    for kind in Kind::ALL {
+    for kind in LoopKind::ALL {
         let seeds: Vec<u64> = match kind {
-            Kind::Sticky => {
+            LoopKind::Sticky => {
                 (7000..7160).filter(|seed| kind.simulate(*seed).unwrap().truth.visible).collect()
             }
             _ => (7000..7024).collect(),

@@ -3,14 +3,18 @@
 use rayon::prelude::*;
 use stiction_diagnose::detect::{Decision, MethodId, Subject};
 use stiction_diagnose::diagnose::{
-    Basis, Detectors, Diagnosis, Options, VerdictClass, by_position, diagnose,
+    Basis, Detectors, DiagnoseOptions, Diagnosis, VerdictClass, by_position, diagnose,
 };
 use stiction_diagnose::recording::{Channel, Recording};
 use stiction_population::position::{Positioned, observed, positioned};
-use stiction_population::{Kind, member};
+use stiction_population::{LoopKind, member};
 
 fn diagnosed(recording: &Recording) -> Diagnosis {
-    diagnose(recording, &Options { detectors: Detectors::None, ..Options::default() }).unwrap()
+    diagnose(
+        recording,
+        &DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() },
+    )
+    .unwrap()
 }
 
 /// Verdict, S, J, limit, finding and words of one diagnosis, which must say the same.
@@ -21,7 +25,7 @@ fn contradictions(d: &Diagnosis) -> Vec<String> {
             wrong.push(format!("{}: {what}; {:?} {:?}", d.name, d.verdict, d.stiction));
         }
     };
-    let subject = Subject::new(d.stretch().unwrap(), d.loop_type, None);
+    let subject = Subject::new(d.segment().unwrap(), d.loop_type, None);
     let direct = d.findings.iter().find(|f| f.method.id == MethodId::Direct).unwrap();
     let Some(Ok(said)) = by_position(&subject, &d.fitness) else {
         must(d.verdict.basis != Basis::ValvePosition, "no position, yet it is the basis");
@@ -232,7 +236,7 @@ fn bands_that_show_are_found() {
 
 #[test]
 fn a_position_that_never_moves_does_not_respond() {
-    let loop_of = Kind::Sticky.simulate(11).unwrap();
+    let loop_of = LoopKind::Sticky.simulate(11).unwrap();
     let n = loop_of.recording.op.values.len();
     let op: Vec<f64> = (0..n).map(|k| 50.0 + 15.0 * (0.02 * k as f64).sin()).collect();
     for noise in [0.0, 0.2] {

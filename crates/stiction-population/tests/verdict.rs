@@ -1,15 +1,19 @@
 //! What the verdict must not depend on, and what it must hold to.
 
 use stiction_diagnose::diagnose::{
-    ACCUSED_FROM, Basis, CLEARED_UP_TO, Detectors, Diagnosis, NAMED_FROM, Options, Ruling,
+    ACCUSED_FROM, Basis, CLEARED_UP_TO, Detectors, DiagnoseOptions, Diagnosis, NAMED_FROM, Ruling,
     VerdictClass, diagnose,
 };
 use stiction_diagnose::recording::{Channel, Recording};
-use stiction_population::Kind;
+use stiction_population::LoopKind;
 
 /// The diagnosis, without the published methods, which the verdict on OP and PV does not ask.
 fn judged(recording: &Recording) -> Diagnosis {
-    diagnose(recording, &Options { detectors: Detectors::None, ..Options::default() }).unwrap()
+    diagnose(
+        recording,
+        &DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() },
+    )
+    .unwrap()
 }
 
 fn members(seed: u64, n: u64) -> impl Iterator<Item = Recording> {
@@ -94,7 +98,7 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
 #[test]
 fn what_is_clear_is_said() {
     // Shares of loops that are accused; the full figures stand in docs/accuracy.md.
-    let accused = |kind: Kind, visible: bool| {
+    let accused = |kind: LoopKind, visible: bool| {
         let loops: Vec<_> = (0..60).map(|seed| kind.simulate(5_000 + seed).unwrap()).collect();
         let counted: Vec<_> = loops.iter().filter(|each| !visible || each.truth.visible).collect();
         let accuses = |recording: &Recording| {
@@ -104,8 +108,10 @@ fn what_is_clear_is_said() {
         let hits = counted.iter().filter(|each| accuses(&each.recording)).count();
         hits as f64 / counted.len() as f64
     };
-    assert!(accused(Kind::Sticky, true) > 0.3);
-    for kind in [Kind::Normal, Kind::Sine, Kind::AggressiveTuning, Kind::QuantisedPv] {
+    assert!(accused(LoopKind::Sticky, true) > 0.3);
+    for kind in
+        [LoopKind::Normal, LoopKind::Sine, LoopKind::AggressiveTuning, LoopKind::QuantisedPv]
+    {
         let share = accused(kind, false);
         assert!(share < 0.09, "{}: {share}", kind.name());
     }
@@ -129,7 +135,7 @@ fn the_output_alone_never_accuses() {
 
 #[test]
 fn a_long_recording_is_looked_at_in_windows() {
-    let recording = &stiction_population::Kind::Sticky.simulate(5_010).unwrap().recording;
+    let recording = &stiction_population::LoopKind::Sticky.simulate(5_010).unwrap().recording;
     let again = |x: &[f64]| x.iter().copied().cycle().take(60_000).collect::<Vec<_>>();
     let (op, pv) = (again(&recording.op.values), again(&recording.pv.as_ref().unwrap().values));
     let long = Recording::regular("long", 1.0, &op, Some(&pv), None).unwrap();

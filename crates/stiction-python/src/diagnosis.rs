@@ -1,18 +1,18 @@
 //! Diagnoses: from a recording to a verdict, and what several diagnoses of one valve say together.
 
-use crate::detectors::{evidence_dict, methods};
+use crate::detect::{evidence_dict, methods};
 use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
-use crate::recordings::{Recording, stretch_dict};
-use crate::table::{Table, counts, flags, numbers, texts};
+use crate::recordings::{Recording, segment_dict};
+use crate::table::{ArrowTable, counts, flags, numbers, texts};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use rayon::prelude::*;
 use std::sync::Arc;
 use stiction::diagnose::{
-    self, Detectors, Estimate, KpiOptions, Observation, Options, VerdictClass,
+    self, Detectors, DiagnoseOptions, Estimate, KpiOptions, Observation, VerdictClass,
 };
 use stiction::evidence::features;
 use stiction::recording::{GridOptions, LoopType};
@@ -45,8 +45,8 @@ impl Diagnosed {
     }
 
     /// The signals that were judged.
-    fn stretch<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        self.diagnosis.stretch().map(|stretch| stretch_dict(py, stretch)).transpose()
+    fn segment<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.diagnosis.segment().map(|segment| segment_dict(py, segment)).transpose()
     }
 
     /// The evidence that was weighed.
@@ -99,7 +99,7 @@ type Seen = (f64, String, Option<f64>, Option<Triple>, Option<Triple>, f64, f64)
 /// What may be told about loops before they are diagnosed.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Told {
+pub struct Told {
     loop_type: Option<String>,
     /// None is all.
     detectors: Option<Vec<String>>,
@@ -108,14 +108,15 @@ struct Told {
 }
 
 impl Told {
-    fn options(self) -> PyResult<Options> {
+    /// The options that say so.
+    pub fn options(self) -> PyResult<DiagnoseOptions> {
         let loop_type = self.loop_type.map(|name| LoopType::by_name(&name)).transpose();
         let detectors = match self.detectors {
             None => Detectors::All,
             Some(names) if names.is_empty() => Detectors::None,
             Some(names) => Detectors::Only(methods(&names)?),
         };
-        Ok(Options {
+        Ok(DiagnoseOptions {
             loop_type: loop_type.map_err(refused)?,
             grid: GridOptions { sample_time: self.sample_time },
             kpis: KpiOptions { dead_time: self.dead_time },
@@ -171,7 +172,7 @@ fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String>
 
 /// Diagnoses as a table, one row a loop.
 #[pyfunction]
-fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<Table> {
+fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<ArrowTable> {
     let all: Vec<Loop<'_>> = diagnoses.iter().map(Diagnosed::found).collect();
     let columns = COLUMNS.iter().map(|column| match column.cells {
         Cells::Texts(cell) => texts(column.name, all.iter().map(cell)),
@@ -181,7 +182,7 @@ fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<Table> {
         }
         Cells::Flags(cell) => flags(column.name, all.iter().map(cell)),
     });
-    Table::of(columns.collect())
+    ArrowTable::of(columns.collect())
 }
 
 fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {

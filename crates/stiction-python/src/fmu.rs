@@ -1,7 +1,7 @@
 //! Functional mock-up units: what there is, and the bytes of one.
 
+use crate::closed_loop::Scenario;
 use crate::dict::{dict, plain};
-use crate::scenario::Scenario;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

@@ -1,7 +1,7 @@
 //! Models of process and valve fitted to signals, and evidence as numbers.
 
 use crate::bands::Bands;
-use crate::detectors::{Signal, stretch};
+use crate::detect::{Signal, segment};
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::long::long;
@@ -39,8 +39,12 @@ fn fit_fopdt<'py>(
     longest_delay: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (op, pv) = (op.as_slice()?.to_vec(), pv.as_slice()?.to_vec());
-    let kind = if integrating { fopdt::Kind::Integrating } else { fopdt::Kind::SelfRegulating };
-    let options = fopdt::Options { kind, longest_delay };
+    let kind = if integrating {
+        fopdt::ProcessKind::Integrating
+    } else {
+        fopdt::ProcessKind::SelfRegulating
+    };
+    let options = fopdt::FopdtOptions { kind, longest_delay };
     let found = long(py, None, move |_| fopdt::fit(&op, &pv, sample_time, &options))?;
     let found = found.map_err(unfit)?;
     Ok(dict!(py,
@@ -139,14 +143,14 @@ fn fit_hammerstein<'py>(
             karra_karim::LEAST,
         ),
     };
-    let stretch = stretch(&op, Some(pv), None, None, sample_time)?;
+    let segment = segment(&op, Some(pv), None, None, sample_time)?;
     let least = threshold.unwrap_or(least);
     let (fit, kinds) = long(py, None, move |_| {
         let period = match period_s {
             Some(period) => Some(period / sample_time),
-            None => stiction::diagnose::subject(&stretch, LoopType::Unknown).period,
+            None => stiction::diagnose::subject(&segment, LoopType::Unknown).period,
         };
-        fit(&stretch.op, stretch.pv.as_deref().unwrap_or_default(), period, least)
+        fit(&segment.op, segment.pv.as_deref().unwrap_or_default(), period, least)
     })?
     .map_err(unfit)?;
     let (s, gain): (Vec<f64>, Vec<f64>) = fit.profile.iter().copied().unzip();
@@ -199,17 +203,22 @@ fn weigh_hammerstein<'py>(
     sample_time: f64,
     period_s: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let stretch = stretch(&op, Some(pv), None, None, sample_time)?;
+    let segment = segment(&op, Some(pv), None, None, sample_time)?;
     let evidence = long(py, None, move |_| -> Result<ModelEvidence, Abstention> {
         let period = match period_s {
             Some(period) => Some(period / sample_time),
-            None => stiction::diagnose::subject(&stretch, LoopType::Unknown).period,
+            None => stiction::diagnose::subject(&segment, LoopType::Unknown).period,
         };
         let none = || Abstention("there is no period; give period_s".to_owned());
         let flat = || Abstention("the OP or the PV does not move".to_owned());
-        let op = standardised(&stretch.op).ok_or_else(flat)?;
-        let pv = standardised(stretch.pv.as_deref().unwrap_or_default()).ok_or_else(flat)?;
-        hammerstein::weigh(&op, &pv, period.ok_or_else(none)?, &hammerstein::Options::default())
+        let op = standardised(&segment.op).ok_or_else(flat)?;
+        let pv = standardised(segment.pv.as_deref().unwrap_or_default()).ok_or_else(flat)?;
+        hammerstein::weigh(
+            &op,
+            &pv,
+            period.ok_or_else(none)?,
+            &hammerstein::HammersteinOptions::default(),
+        )
     })?
     .map_err(unfit)?;
     let slips = evidence.slips;
@@ -275,7 +284,7 @@ fn fit_valve_stem<'py>(
     let (op, vp) = (op.as_slice()?.to_vec(), vp.as_slice()?.to_vec());
     let fit = long(py, None, move |_| physical::fit(&op, &vp, sample_time))?.map_err(unfit)?;
     let explains_better = fit.explains_better();
-    let pair = |of: physical::Estimate| (of.value, of.deviation);
+    let pair = |of: physical::StemEstimate| (of.value, of.deviation);
     Ok(dict!(py,
         "static_band": pair(fit.static_band),
         "coulomb_band": pair(fit.coulomb_band),
@@ -324,7 +333,7 @@ fn evidence_features(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     features().enumerate().map(of).collect()
 }
 
-/// The evidence in a stretch.
+/// The evidence in a segment.
 #[pyfunction]
 fn evidence_of<'py>(
     py: Python<'py>,
@@ -333,9 +342,9 @@ fn evidence_of<'py>(
     sp: Option<Signal<'py>>,
     sample_time: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let stretch = stretch(&op, pv, sp, None, sample_time)?;
-    let op_only = stretch.pv.is_none();
-    let evidence = long(py, None, move |_| Evidence::of(&stretch))?.map_err(unfit)?;
+    let segment = segment(&op, pv, sp, None, sample_time)?;
+    let op_only = segment.pv.is_none();
+    let evidence = long(py, None, move |_| Evidence::of(&segment))?.map_err(unfit)?;
     let z = evidence.information.as_ref().map_or(0.0, |told| told.z());
     let named: Vec<_> = features().map(|f| f.name).zip(evidence.values).collect();
     Ok(dict!(py,

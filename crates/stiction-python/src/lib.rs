@@ -6,25 +6,26 @@
 mod arguments;
 mod arrays;
 mod bands;
-mod compensation;
-mod cycles;
-mod detectors;
+mod closed_loop;
+mod compensate;
+mod detect;
 mod diagnosis;
 mod dict;
 mod errors;
+mod fit;
 mod fmu;
 mod identification;
+mod limit_cycle;
 mod long;
 mod oscillation;
 mod own;
 mod population;
 mod recordings;
-mod scenario;
 mod series;
 mod stem;
 mod table;
 mod valve;
-mod whatif;
+mod what_if;
 
 use pyo3::prelude::*;
 
@@ -35,21 +36,22 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::register(m)?;
     bands::register(m)?;
     population::register(m)?;
-    compensation::register(m)?;
-    cycles::register(m)?;
-    detectors::register(m)?;
+    compensate::register(m)?;
+    limit_cycle::register(m)?;
+    detect::register(m)?;
     diagnosis::register(m)?;
+    fit::register(m)?;
     fmu::register(m)?;
     identification::register(m)?;
     oscillation::register(m)?;
     own::register(m)?;
     recordings::register(m)?;
-    scenario::register(m)?;
+    closed_loop::register(m)?;
     series::register(m)?;
     stem::register(m)?;
     table::register(m)?;
     valve::register(m)?;
-    whatif::register(m)?;
+    what_if::register(m)?;
     // The package says what is public.
     m.delattr("__all__")
 }

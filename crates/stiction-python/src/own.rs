@@ -1,9 +1,9 @@
 //! Closed loops with parts of one's own, written in Python.
 
 use crate::arguments::number;
+use crate::closed_loop::{Scenario, run_dict};
 use crate::errors::refused;
 use crate::long::long;
-use crate::scenario::{Scenario, run_dict};
 use crate::stem::Stem;
 use crate::valve::Valve;
 use pyo3::call::PyCallArgs;

@@ -3,13 +3,13 @@
 use crate::dict::dict;
 use crate::errors::refused;
 use crate::long::long;
-use crate::table::{self, Table};
+use crate::table::{self, ArrowTable};
 use numpy::PyArray1;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use stiction::population::{self, Kind, Simulated, Truth, VERSION};
+use stiction::population::{self, LoopKind, Simulated, Truth, VERSION};
 
 /// Loops simulated between two looks for an interrupt.
 const CHUNK: u64 = 64;
@@ -70,7 +70,7 @@ impl Loops {
     }
 
     /// What is true of the loops, a row a loop.
-    fn truth(&self) -> PyResult<Table> {
+    fn truth(&self) -> PyResult<ArrowTable> {
         let names = self.0.iter().map(|loop_| Some(&loop_.recording.name));
         let mut columns = vec![table::texts("name", names)];
         let rows: Vec<_> = self.0.iter().map(|loop_| facts_of(&loop_.truth)).collect();
@@ -94,7 +94,7 @@ impl Loops {
                 Fact::Text(_) => column!(texts, Text, std::convert::identity),
             });
         }
-        Table::of(columns)
+        ArrowTable::of(columns)
     }
 }
 
@@ -142,7 +142,7 @@ fn facts_of(truth: &Truth) -> Vec<(&'static str, Fact)> {
         flag non_stationary, text set_point, number sensor_play, number controller_gap,
         number transmitter_quantum, flag averaged, count held_samples, number op_quantum,
         number pv_quantum, number op_compression, number pv_compression, number op_exception,
-        number pv_exception, number faulty_share, number op_travel, number at_limit, count redrawn,
+        number pv_exception, number faulty_share, number op_travel, number at_limit, number pv_span, count redrawn,
     ));
     let names =
         |all: &[(&'static str, Fact)]| all.iter().map(|(name, _)| *name).collect::<Vec<_>>();
@@ -163,7 +163,7 @@ fn population_loops(
     first: u64,
     told: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Loops> {
-    let kind = kind.map(Kind::by_name).transpose().map_err(refused)?;
+    let kind = kind.map(LoopKind::by_name).transpose().map_err(refused)?;
     let one = move |k: u64| match kind {
         Some(kind) => kind.simulate(seed.wrapping_add(k)),
         None => population::member(seed, k),
@@ -195,7 +195,7 @@ fn population_loops(
 /// Names of the kinds, with their shares of the population.
 #[pyfunction]
 fn population_kinds() -> Vec<(&'static str, f64)> {
-    Kind::ALL.map(|kind| (kind.name(), kind.share())).to_vec()
+    LoopKind::ALL.map(|kind| (kind.name(), kind.share())).to_vec()
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {

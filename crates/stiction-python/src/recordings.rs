@@ -552,9 +552,9 @@ fn recording_fitness<'py>(
     crate::dict::plain(py, &fitness.map_err(refused)?)
 }
 
-/// The stretches of a recording on a regular grid.
+/// The segments of a recording on a regular grid.
 #[pyfunction]
-fn recording_stretches<'py>(
+fn recording_segments<'py>(
     py: Python<'py>,
     recording: &Recording,
     sample_time: Option<f64>,
@@ -562,24 +562,24 @@ fn recording_stretches<'py>(
     let recording = Arc::clone(&recording.recording);
     let options = GridOptions { sample_time };
     let grid = long(py, None, move |_| recording::Grid::of(&recording, &options))?;
-    let stretches = grid.map_err(refused)?.stretches;
-    stretches.iter().map(|stretch| stretch_dict(py, stretch)).collect()
+    let segments = grid.map_err(refused)?.segments;
+    segments.iter().map(|segment| segment_dict(py, segment)).collect()
 }
 
-/// The signals of a stretch.
-pub fn stretch_dict<'py>(
+/// The signals of a segment.
+pub fn segment_dict<'py>(
     py: Python<'py>,
-    stretch: &recording::Stretch,
+    segment: &recording::Segment,
 ) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
     let array = |values: &Option<Vec<f64>>| values.as_ref().map(|v| PyArray1::from_slice(py, v));
     Ok(crate::dict::dict!(py,
-        "time_s": PyArray1::from_vec(py, stretch.times()),
-        "sample_time": stretch.sample_time,
-        "op": PyArray1::from_slice(py, &stretch.op),
-        "pv": array(&stretch.pv),
-        "sp": array(&stretch.sp),
-        "vp": array(&stretch.vp),
-        "bridged": stretch.bridged,
+        "time_s": PyArray1::from_vec(py, segment.times()),
+        "sample_time": segment.sample_time,
+        "op": PyArray1::from_slice(py, &segment.op),
+        "pv": array(&segment.pv),
+        "sp": array(&segment.sp),
+        "vp": array(&segment.vp),
+        "bridged": segment.bridged,
     ))
 }
 
@@ -597,6 +597,6 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(recordings_of_arrow, m)?)?;
     m.add_function(wrap_pyfunction!(recording_renamed, m)?)?;
     m.add_function(wrap_pyfunction!(recording_fitness, m)?)?;
-    m.add_function(wrap_pyfunction!(recording_stretches, m)?)?;
+    m.add_function(wrap_pyfunction!(recording_segments, m)?)?;
     m.add_function(wrap_pyfunction!(loop_types, m)?)
 }

@@ -38,11 +38,11 @@ pub fn flags(name: &'static str, values: impl IntoIterator<Item = Option<bool>>)
 ///
 /// ``polars.DataFrame(table)``, ``pyarrow.table(table)`` and, from pandas 3, ``pandas.DataFrame.from_arrow(table)``
 /// take it as it is.
-#[pyclass(frozen, module = "stiction", mapping)]
+#[pyclass(frozen, module = "stiction", name = "Table", mapping)]
 #[derive(Debug)]
-pub struct Table(RecordBatch);
+pub struct ArrowTable(RecordBatch);
 
-impl Table {
+impl ArrowTable {
     /// The table of these columns, all of one length.
     pub fn of(columns: Vec<Column>) -> PyResult<Self> {
         let fields: Vec<Field> = columns
@@ -57,7 +57,7 @@ impl Table {
 }
 
 #[pymethods]
-impl Table {
+impl ArrowTable {
     /// Names of the columns, in their order.
     #[getter]
     fn column_names(&self) -> Vec<String> {
@@ -120,7 +120,7 @@ impl Table {
 
 /// A table of columns of numbers; NaN is null.
 #[pyfunction]
-fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<Table> {
+fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<ArrowTable> {
     let mut all: Vec<(String, ArrayRef)> = vec![];
     for (name, values) in columns {
         let values = values.as_slice()?.iter().map(|v| Some(*v).filter(|v| !v.is_nan()));
@@ -128,11 +128,11 @@ fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<T
     }
     let columns = all.into_iter().map(|(name, values)| (name, values, true));
     RecordBatch::try_from_iter_with_nullable(columns)
-        .map(Table)
+        .map(ArrowTable)
         .map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Table>()?;
+    m.add_class::<ArrowTable>()?;
     m.add_function(wrap_pyfunction!(number_table, m)?)
 }

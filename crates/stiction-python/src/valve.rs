@@ -4,7 +4,7 @@ use crate::arguments::{finite, mismatch, number};
 use crate::bands::Bands;
 use crate::dict::dict;
 use crate::errors::refused;
-use crate::table::{Table, flags, texts};
+use crate::table::{ArrowTable, flags, texts};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -252,9 +252,9 @@ fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
 
 /// The valve models as a table.
 #[pyfunction]
-fn valve_table() -> PyResult<Table> {
+fn valve_table() -> PyResult<ArrowTable> {
     let all: Vec<_> = Model::ALL.iter().map(|model| model.describe()).collect();
-    Table::of(vec![
+    ArrowTable::of(vec![
         texts("name", all.iter().map(|d| Some(d.name))),
         texts("summary", all.iter().map(|d| Some(d.summary))),
         texts("citation", all.iter().map(|d| Some(d.citation))),

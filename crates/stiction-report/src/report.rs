@@ -29,6 +29,7 @@
 
 mod diagnosis;
 pub mod evidence;
+mod fitted;
 mod history;
 pub mod layout;
 mod over_time;

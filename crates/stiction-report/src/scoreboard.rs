@@ -8,7 +8,7 @@ use crate::report::layout::{Badge, Block, Fact, Report, Table, number};
 use std::sync::LazyLock;
 use stiction_diagnose::detect::Decides;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
-use stiction_population::Kind;
+use stiction_population::LoopKind;
 use stiction_population::scoreboard::{
     Auc, Board, Counts, Errors, KindRow, MethodRow, Outcomes, Quantification, Scored, Share,
 };
@@ -499,7 +499,7 @@ fn reliability(board: &Board) -> Option<Figure> {
 
 /// Names of all kinds of simulated loops, for an axis.
 static KINDS: LazyLock<Vec<&'static str>> =
-    LazyLock::new(|| Kind::ALL.iter().rev().map(|kind| kind.name()).collect());
+    LazyLock::new(|| LoopKind::ALL.iter().rev().map(|kind| kind.name()).collect());
 
 /// The share of each kind of loop that the verdict accuses.
 fn false_alarms(board: &Board) -> Option<Figure> {

@@ -7,7 +7,7 @@ use stiction_diagnose::diagnose::{
     ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Override, Ruling,
     Silence, VerdictClass,
 };
-use stiction_diagnose::recording::Stretch;
+use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
 
 /// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
@@ -208,7 +208,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     if let Some(mismatch) = diagnosis.mistaken() {
         return Some(sentence(mismatch.remedy()));
     }
-    let Some(stretch) = diagnosis.stretch() else {
+    let Some(segment) = diagnosis.segment() else {
         return Some(
             "A recording with the controller in automatic would answer: OP, PV and SP, uncompressed, over \
              at least ten cycles."
@@ -220,7 +220,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
         return verdict.reasons.get(1).map(|reason| sentence(reason));
     }
     // A position is not asked for where one was read.
-    let position = match stretch.vp {
+    let position = match segment.vp {
         None => "a recording of the valve position",
         Some(_) => "a position that belongs to this valve",
     };
@@ -256,7 +256,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
                                 point, or a longer one"
                 .to_owned()
         }
-        _ => recording(diagnosis, stretch),
+        _ => recording(diagnosis, segment),
     };
     Some(format!("{ask}, or {position}, or a manual step test would answer."))
 }
@@ -271,17 +271,17 @@ fn missing(few: &FewSlips) -> String {
 }
 
 /// What a better recording would be like.
-fn recording(diagnosis: &Diagnosis, stretch: &Stretch) -> String {
+fn recording(diagnosis: &Diagnosis, segment: &Segment) -> String {
     let period = diagnosis.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
     let mut wants = vec![];
-    if stretch.pv.is_none() {
+    if segment.pv.is_none() {
         wants.push("with the PV".to_owned());
     }
     if let Some(period) = period {
-        if stretch.duration() < 10.0 * period {
+        if segment.duration() < 10.0 * period {
             wants.push(format!("over at least ten cycles ({})", span(10.0 * period)));
         }
-        if period < 8.0 * stretch.sample_time {
+        if period < 8.0 * segment.sample_time {
             wants.push(format!("sampled at least every {}", span(period / 10.0)));
         }
     }
@@ -321,7 +321,7 @@ impl Better {
             | MeasureId::BridgedSamples
             | MeasureId::DoubtfulSamples
             | MeasureId::InCommand
-            | MeasureId::AutomaticStretch
+            | MeasureId::AutomaticSegment
             | MeasureId::OpMoves
             | MeasureId::PvMoves
             | MeasureId::FitWindows => None,

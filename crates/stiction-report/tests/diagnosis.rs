@@ -5,7 +5,7 @@ mod html;
 use html::{data, well_formed};
 use std::collections::BTreeSet;
 use stiction_diagnose::detect::{self, DamarlaRegression, Decision, Detector, MethodId, Subject};
-use stiction_diagnose::diagnose::{Diagnosis, Options, diagnose};
+use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, diagnose};
 use stiction_diagnose::recording::{Channel, LoopType, Recording};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
 use stiction_model::valve::{Assembly, Model};
@@ -54,7 +54,7 @@ fn recording(run: &Run, loop_type: LoopType) -> Recording {
 }
 
 fn diagnosed(run: &Run, loop_type: LoopType) -> Diagnosis {
-    diagnose(&recording(run, loop_type), &Options::default()).unwrap()
+    diagnose(&recording(run, loop_type), &DiagnoseOptions::default()).unwrap()
 }
 
 fn source(file: &str) -> Source {
@@ -104,13 +104,14 @@ fn short_and_odd_loops_are_drawn() {
         for signal in [&mut part.op, &mut part.pv, &mut part.sp, &mut part.vp] {
             signal.truncate(samples);
         }
-        let Ok(diagnosis) = diagnose(&recording(&part, LoopType::Unknown), &Options::default())
+        let Ok(diagnosis) =
+            diagnose(&recording(&part, LoopType::Unknown), &DiagnoseOptions::default())
         else {
             continue;
         };
         for period in [None, Some(0.0), Some(2.5), Some(30.0), Some(1e9), Some(f64::NAN)] {
-            let Some(stretch) = diagnosis.stretch() else { continue };
-            let subject = Subject::new(stretch, LoopType::Unknown, period);
+            let Some(segment) = diagnosis.segment() else { continue };
+            let subject = Subject::new(segment, LoopType::Unknown, period);
             for start in [None, Some(1e300), Some(f64::NAN)] {
                 let context = Context { start, period_s: period, ..Context::default() };
                 for detector in detect::all() {
@@ -129,7 +130,9 @@ fn short_and_odd_loops_are_drawn() {
 #[test]
 fn a_figure_is_drawn_from_what_was_looked_at() {
     let recording = recording(&flow(2_400).unwrap(), LoopType::Flow);
-    let of = |evidence| diagnose(&recording, &Options { evidence, ..Options::default() }).unwrap();
+    let of = |evidence| {
+        diagnose(&recording, &DiagnoseOptions { evidence, ..DiagnoseOptions::default() }).unwrap()
+    };
     let (kept, bare) = (of(true), of(false));
     assert!(kept.findings.iter().any(|finding| finding.looked_at.is_some()));
     assert!(bare.findings.iter().all(|finding| finding.looked_at.is_none()));
@@ -158,8 +161,8 @@ fn a_report_says_everything_and_hostile_names_stay_text() {
     assert!(!html.contains("<script>alert") && !html.contains("<b>") && !html.contains(HOSTILE));
     assert!(!html.contains("NaN"));
     for detector in detect::all() {
-        let title = detector.method().title.replace('\'', "&#39;");
-        assert!(html.contains(&title), "{title}");
+        let title = detector.method().title;
+        assert!(html.contains(title), "{title}");
         for parameter in detector.parameters() {
             assert!(html.contains(&format!("{} = ", parameter.name)), "{}", parameter.name);
         }
@@ -200,14 +203,14 @@ fn loops_stand_in_their_rank_whatever_their_order() {
 }
 
 #[test]
-fn without_a_stretch_there_is_a_report_all_the_same() {
+fn without_a_segment_there_is_a_report_all_the_same() {
     let mut recording = recording(&flow(300).unwrap(), LoopType::Flow);
     recording.mode = Some(stiction_diagnose::recording::Modes {
         time: vec![0.0],
         modes: vec![stiction_diagnose::recording::Mode::Manual],
     });
-    let diagnosis = diagnose(&recording, &Options::default()).unwrap();
-    assert!(diagnosis.stretch().is_none());
+    let diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
+    assert!(diagnosis.segment().is_none());
     let html = page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     well_formed(&html);
     let all = format!("{} methods abstain", MethodId::ALL.len());

@@ -6,7 +6,7 @@ use html::{data, tags, well_formed};
 use serde_json::Value;
 use stiction_diagnose::detect::Decision;
 use stiction_diagnose::diagnose::VerdictClass;
-use stiction_diagnose::recording::{Mode, Modes, Stretch};
+use stiction_diagnose::recording::{Mode, Modes, Segment};
 use stiction_figure::{Figure, Panel, Scale, Series, Span, Strip};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
 use stiction_model::valve::{Assembly, Model};
@@ -30,9 +30,9 @@ fn sticky(samples: usize) -> Result<Run> {
     flow.run()
 }
 
-fn stretch(run: &Run, from: usize, to: usize) -> Stretch {
+fn segment(run: &Run, from: usize, to: usize) -> Segment {
     let part = |x: &[f64]| Some(x[from..to].to_vec());
-    Stretch {
+    Segment {
         from: from as f64 * run.sample_time,
         sample_time: run.sample_time,
         op: run.op[from..to].to_vec(),
@@ -45,7 +45,7 @@ fn stretch(run: &Run, from: usize, to: usize) -> Stretch {
 
 fn report(samples: usize) -> Report {
     let run = sticky(samples).unwrap();
-    let stretches = [stretch(&run, 0, samples / 4), stretch(&run, samples / 3, samples)];
+    let segments = [segment(&run, 0, samples / 4), segment(&run, samples / 3, samples)];
     let modes = Modes { time: vec![0.0, 100.0], modes: vec![Mode::Manual, Mode::Automatic] };
     let context =
         Context { start: Some(1.7e9), pv_unit: Some(HOSTILE), modes: Some(&modes), period_s: None };
@@ -54,14 +54,14 @@ fn report(samples: usize) -> Report {
         .badge(Decision::Undecided)
         .caveat(HOSTILE)
         .table(table.clone())
-        .figure(views::histograms(&stretches[1], &context).unwrap());
+        .figure(views::histograms(&segments[1], &context).unwrap());
     let mut section = Section::new(HOSTILE, Badge::from(VerdictClass::Sticks), HOSTILE)
         .reason(HOSTILE)
         .fact(Fact::new(HOSTILE, HOSTILE, HOSTILE))
         .heading(HOSTILE)
         .with(card)
         .with(Block::Details { summary: HOSTILE.into(), blocks: vec![table.into()] });
-    let figures = views::all(&stretches, 1, &context);
+    let figures = views::all(&segments, 1, &context);
     assert_eq!(figures.len(), 7);
     for figure in figures {
         section = section.with(figure);
@@ -136,7 +136,7 @@ fn unpacked(list: &Value) -> Vec<f64> {
 #[test]
 fn a_script_finds_the_samples() {
     let run = sticky(4_000).unwrap();
-    let trends = views::trends(&[stretch(&run, 0, 4_000)], 0, &Context::default()).unwrap();
+    let trends = views::trends(&[segment(&run, 0, 4_000)], 0, &Context::default()).unwrap();
     let live = trends.live("a").unwrap();
     let data: Value = serde_json::from_str(&live.data).unwrap();
     let panels = data["panels"].as_array().unwrap();
@@ -163,7 +163,7 @@ fn a_script_finds_the_samples() {
 #[test]
 fn maps_tell_the_time() {
     let run = sticky(400).unwrap();
-    let map = views::pv_op_map(&stretch(&run, 0, 400), &Context::default()).unwrap();
+    let map = views::pv_op_map(&segment(&run, 0, 400), &Context::default()).unwrap();
     let data: Value = serde_json::from_str(&map.live("a").unwrap().data).unwrap();
     let path = &data["panels"][0]["series"][0];
     assert_eq!((&path["along"]["name"], &path["along"]["unit"]), (&"time".into(), &"s".into()));
@@ -185,7 +185,7 @@ fn named_places_have_their_names() {
 #[test]
 fn views_without_signals_are_left_out() {
     let run = sticky(500).unwrap();
-    let mut bare = stretch(&run, 0, 500);
+    let mut bare = segment(&run, 0, 500);
     (bare.pv, bare.sp, bare.vp) = (None, None, None);
     let context = Context::default();
     assert_eq!(views::pv_op_map(&bare, &context), None);
@@ -206,13 +206,13 @@ fn views_without_signals_are_left_out() {
 }
 
 #[test]
-fn short_and_odd_stretches_are_drawn() {
+fn short_and_odd_segments_are_drawn() {
     let run = sticky(400).unwrap();
     for (from, to) in [(0, 1), (0, 2), (10, 13), (10, 26), (0, 400)] {
         for start in [None, Some(0.0), Some(1.7e9), Some(1e300), Some(f64::NAN)] {
             for period_s in [None, Some(0.0), Some(1e9), Some(1e-9), Some(f64::NAN)] {
                 let context = Context { start, period_s, ..Context::default() };
-                for figure in views::all(&[stretch(&run, from, to)], 0, &context) {
+                for figure in views::all(&[segment(&run, from, to)], 0, &context) {
                     let live = figure.live("a").unwrap();
                     assert!(!live.svg.contains("NaN") && !live.data.contains("NaN"));
                     serde_json::from_str::<Value>(&live.data).unwrap();

@@ -4,7 +4,7 @@ mod html;
 
 use stiction_diagnose::detect;
 use stiction_diagnose::diagnose::{Estimate, VerdictClass};
-use stiction_population::Kind;
+use stiction_population::LoopKind;
 use stiction_population::scoreboard::{Board, MethodRow, Said, Scored, Truth};
 use stiction_report::scoreboard::{self, Scoreboard};
 
@@ -15,7 +15,8 @@ fn loops() -> Vec<Scored> {
         .map(|k| {
             let sticks = k % 3 == 0;
             let p = 0.1 + 0.013 * f64::from(k) + if sticks { 0.1 } else { 0.0 };
-            let kind = if sticks { Kind::Sticky } else { Kind::ALL[3 + usize::from(k) % 10] };
+            let kind =
+                if sticks { LoopKind::Sticky } else { LoopKind::ALL[3 + usize::from(k) % 10] };
             let class = match p {
                 p if p > 0.7 => VerdictClass::Sticks,
                 p if p < 0.4 => VerdictClass::DoesNotStick,
@@ -84,7 +85,7 @@ fn the_page_is_sound_and_shows_every_part() {
         "loop &lt;7&gt;",
         "valve &amp; 3",
         "sticks invisibly",
-        "Thornhill&#39;s surrogate data *",
+        "Thornhill's surrogate data *",
         "AUC of valves",
         "expected calibration error",
         "whole diagnosis",

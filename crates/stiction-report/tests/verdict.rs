@@ -4,9 +4,9 @@ mod html;
 
 use html::well_formed;
 use stiction_diagnose::diagnose::{
-    Alternative, Basis, Cause, ConfirmingTest, Definition, Diagnosis, Estimate, FewSlips, Limit,
-    Observation, Options, Override, Stiction, Verdict, VerdictClass, Votes, Window, combine,
-    diagnose, repair,
+    Alternative, Basis, Cause, ConfirmingTest, Definition, DiagnoseOptions, Diagnosis, Estimate,
+    FewSlips, Limit, Observation, Override, Stiction, Verdict, VerdictClass, Votes, Window,
+    combine, diagnose, repair,
 };
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::recording::fitness::Class;
@@ -20,7 +20,7 @@ fn swinging() -> Diagnosis {
     let mut recording =
         Recording::regular("FIC101", 1.0, &op, Some(&pv), Some(&[50.0; 1200])).unwrap();
     recording.start = Some(1.7e9);
-    diagnose(&recording, &Options::default()).unwrap()
+    diagnose(&recording, &DiagnoseOptions::default()).unwrap()
 }
 
 fn verdict(class: VerdictClass, basis: Basis, probability: Option<f64>) -> Verdict {
@@ -222,7 +222,7 @@ fn the_document_carries_all_of_it() {
 fn mistaken_columns_are_named_with_what_to_do() {
     let op: Vec<f64> = (0..1200).map(|k| 50.0 + 2.0 * (f64::from(k) * 0.1).sin()).collect();
     let recording = Recording::regular("FIC101", 1.0, &op, Some(&op), None).unwrap();
-    let diagnosis = diagnose(&recording, &Options::default()).unwrap();
+    let diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
     let mistaken = diagnosis.mistaken().expect("a copy is no PV");
     let text = words::verdict(&diagnosis);
     assert!(text.contains("look mistaken") && text.contains(mistaken.name()), "{text}");
@@ -242,7 +242,7 @@ fn what_does_not_respond_has_its_faults() {
     let op: Vec<f64> = (0..720).map(|k| 5.0 + 75.0 * f64::from(k) / 719.0).collect();
     let recording =
         Recording::regular("FIC101", 10.0, &op, Some(&[0.0; 720]), Some(&[40.0; 720])).unwrap();
-    let diagnosis = diagnose(&recording, &Options::default()).unwrap();
+    let diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
     assert_eq!(diagnosis.verdict.class, VerdictClass::DoesNotRespond);
     let text = words::verdict(&diagnosis);
     assert!(text.contains("rests at its low end") && text.contains("line isolated"), "{text}");

@@ -50,7 +50,7 @@ pub struct Task<'a> {
 
 /// How it is learned.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct BoostOptions {
     /// The most rounds.
     pub rounds: usize,
     /// How much of a tree is added.
@@ -83,7 +83,7 @@ pub struct Boosted {
 ///
 /// # Errors
 /// If there is nothing to learn from, or a target is not finite or not one of the loss.
-pub fn boost(bins: &Bins, task: &Task<'_>, options: &Options) -> Result<Boosted> {
+pub fn boost(bins: &Bins, task: &Task<'_>, options: &BoostOptions) -> Result<Boosted> {
     task.check(bins)?;
     let n = task.target.len();
     let outputs = task.loss.outputs();
@@ -295,7 +295,7 @@ mod tests {
     use super::*;
     use stiction_diagnose::fusion::row;
 
-    const OPTIONS: Options = Options {
+    const OPTIONS: BoostOptions = BoostOptions {
         rounds: 200,
         rate: 0.1,
         limits: Limits { leaves: 8, least_weight: 5.0, l2: 1.0 },
@@ -331,7 +331,7 @@ mod tests {
         }
 
         /// Learns from three of four rows; the rest is there to stop by.
-        fn boost(&self, loss: Loss, options: &Options) -> Boosted {
+        fn boost(&self, loss: Loss, options: &BoostOptions) -> Boosted {
             let rows: Vec<u32> = (0..self.target.len() as u32).collect();
             let (stop, train): (Vec<u32>, Vec<u32>) = rows.iter().partition(|row| *row % 4 == 0);
             let columns: Vec<usize> = (0..self.columns.len()).collect();
@@ -357,7 +357,8 @@ mod tests {
             assert!((found - expected).abs() < 0.01, "{x}: {found}");
         }
         // Before it is found there is something to gain, from one column.
-        let early = made.boost(Loss::Pinball(0.5), &Options { rounds: 5, columns: 1.0, ..OPTIONS });
+        let early =
+            made.boost(Loss::Pinball(0.5), &BoostOptions { rounds: 5, columns: 1.0, ..OPTIONS });
         assert!(early.gains[1] > 20.0 * (early.gains[0] + early.gains[2]), "{:?}", early.gains);
     }
 
@@ -485,7 +486,7 @@ mod tests {
             Made::new(9000, 5, |x, stream| (3.0 * x[0] * x[1] + stream.unit()).floor().min(2.0));
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let options = Options { rounds: 20, ..OPTIONS };
+            let options = BoostOptions { rounds: 20, ..OPTIONS };
             pool.install(|| made.boost(Loss::Softmax(3), &options))
         };
         assert_eq!(on(1), on(2));
@@ -499,7 +500,7 @@ mod tests {
         let doubled: Vec<f64> = (0..3000).map(|k| if k % 3 == 0 { 2.0 } else { 1.0 }).collect();
         let twice: Vec<usize> =
             (0..3000).flat_map(|k| vec![k; if k % 3 == 0 { 2 } else { 1 }]).collect();
-        let options = Options { rounds: 10, rows: 1.0, columns: 1.0, ..OPTIONS };
+        let options = BoostOptions { rounds: 10, rows: 1.0, columns: 1.0, ..OPTIONS };
         let learn = |columns: &[Vec<f32>], target: &[f64], weight: &[f64]| {
             let train: Vec<u32> = (0..target.len() as u32).collect();
             let task = Task {

@@ -7,7 +7,7 @@
 //! changes the share of faults, log-odds are moved back to that of the whole population.
 
 use crate::bins::Bins;
-use crate::boost::{Loss, Options, Task, boost};
+use crate::boost::{BoostOptions, Loss, Task, boost};
 use crate::calibrate;
 use crate::dataset::{Dataset, Truth};
 use crate::grow::Limits;
@@ -48,8 +48,8 @@ const MOST_STRETCH: f64 = 1.4;
 /// What is told where no log-odds are sure enough.
 const NEVER: f64 = 0.975;
 
-const fn recipe(rounds: usize, rate: f64, leaves: usize, least: f64) -> Options {
-    Options {
+const fn recipe(rounds: usize, rate: f64, leaves: usize, least: f64) -> BoostOptions {
+    BoostOptions {
         rounds,
         rate,
         limits: Limits { leaves, least_weight: least, l2: 2.0 },
@@ -60,9 +60,9 @@ const fn recipe(rounds: usize, rate: f64, leaves: usize, least: f64) -> Options 
     }
 }
 
-const FAULT: Options = recipe(300, 0.1, 31, 6.0);
-const S: Options = recipe(200, 0.1, 20, 20.0);
-const LIMIT_TREES: Options = recipe(150, 0.1, 15, 20.0);
+const FAULT: BoostOptions = recipe(300, 0.1, 31, 6.0);
+const S: BoostOptions = recipe(200, 0.1, 20, 20.0);
+const LIMIT_TREES: BoostOptions = recipe(150, 0.1, 15, 20.0);
 
 /// What is learned from: the columns of a model, those open to the models of a fault, and their
 /// directions.
@@ -240,7 +240,7 @@ impl Lesson<'_> {
         rows: &[u32],
         loss: Loss,
         columns: &[usize],
-        options: &Options,
+        options: &BoostOptions,
         target: &dyn Fn(&Truth) -> Option<f64>,
     ) -> Result<Ensemble> {
         let n = self.data.truth.len();

@@ -1,7 +1,7 @@
 //! From a dataset to everything that is frozen.
 
 use crate::bins::Bins;
-use crate::boost::{Loss, Options, Task, boost};
+use crate::boost::{BoostOptions, Loss, Task, boost};
 use crate::calibrate;
 use crate::dataset::{Dataset, Truth};
 use crate::families::{Families, Lesson, families};
@@ -12,8 +12,8 @@ use crate::reference::reference;
 use anyhow::{Context, Result};
 use stiction_diagnose::evidence::Line;
 use stiction_diagnose::fusion::{
-    Bundle, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, Mismatch, Model, Provenance,
-    Quantiles, row,
+    Bundle, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, Mismatch, Provenance,
+    Quantiles, TrainedModel, row,
 };
 
 /// The fewest slips of a valve whose S is learned from: fewer show where it sticks, not how much.
@@ -28,14 +28,14 @@ const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
 /// How a model is learned, and how many of them with different seeds are averaged.
 #[derive(Debug, Clone, Copy)]
 struct Recipe {
-    options: Options,
+    options: BoostOptions,
     members: u64,
 }
 
 const fn recipe(members: u64, rounds: usize, rate: f64, leaves: usize, least: f64) -> Recipe {
     Recipe {
         members,
-        options: Options {
+        options: BoostOptions {
             rounds,
             rate,
             limits: Limits { leaves, least_weight: least, l2: 2.0 },
@@ -220,7 +220,11 @@ impl<'a, R: Fn(&str)> School<'a, R> {
     }
 
     /// All models that look at these columns, and what columns gained in those of a fault and of S.
-    fn model(&mut self, name: &str, columns: &[usize]) -> Result<(Model, Vec<f64>, Vec<f64>)> {
+    fn model(
+        &mut self,
+        name: &str,
+        columns: &[usize],
+    ) -> Result<(TrainedModel, Vec<f64>, Vec<f64>)> {
         let named = |what: &str| format!("{name}: {what}");
 
         let target = |truth: &Truth| fault(truth).map(f64::from);
@@ -279,7 +283,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         };
         (self.report)(&format!("{name}: distance"));
         let known = reference(self.data, columns, &self.trained, &self.calibrated);
-        let model = Model {
+        let model = TrainedModel {
             fault: fault_trees,
             calibration,
             confidence: Confidence::IDENTITY,
@@ -300,7 +304,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         &mut self,
         mistaken: &Dataset,
         columns: &[usize],
-        model: &Model,
+        model: &TrainedModel,
     ) -> Result<Option<Mismatch>> {
         if mistaken.truth.is_empty() {
             return Ok(None);
@@ -425,7 +429,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
                 columns,
                 monotone,
             };
-            let options = Options { seed: recipe.options.seed + member, ..recipe.options };
+            let options = BoostOptions { seed: recipe.options.seed + member, ..recipe.options };
             let boosted = boost(&self.bins, &task, &options)
                 .with_context(|| format!("cannot learn {name}"))?;
             gains.iter_mut().zip(&boosted.gains).for_each(|(sum, gain)| *sum += gain);

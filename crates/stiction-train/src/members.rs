@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use stiction_diagnose::evidence::{self, Evidence};
 use stiction_diagnose::fusion::{Cause, row};
 use stiction_diagnose::recording::{Grid, GridOptions, Recording};
-use stiction_population::{self, Kind, Simulated};
+use stiction_population::{self, LoopKind, Simulated};
 
 /// What recordings say, with all their signals and with their OP alone.
 #[derive(Debug, Clone)]
@@ -122,8 +122,8 @@ fn mistake(seed: u64, index: u64) -> stiction_model::Result<Row> {
 fn evidence(recording: &Recording) -> stiction_model::Result<Option<Evidence>> {
     let grid = Grid::of(recording, &GridOptions::default())?;
     // As in a diagnosis, a long recording is looked at in windows; one of them is enough to learn from.
-    Ok(grid.longest().and_then(|stretch| {
-        let windows = evidence::windows(stretch);
+    Ok(grid.longest().and_then(|segment| {
+        let windows = evidence::windows(segment);
         Evidence::of(&windows[windows.len() / 2]).ok()
     }))
 }
@@ -142,8 +142,8 @@ fn member(seed: u64, index: u64) -> stiction_model::Result<[Row; 2]> {
             visible: truth.visible,
             slips: truth.slips as u64,
             // S and J of a valve in the loop below are of another OP than the one recorded.
-            s: if truth.kind == Kind::StickyBelow { 0.0 } else { truth.s },
-            j: if truth.kind == Kind::StickyBelow { 0.0 } else { truth.j },
+            s: if truth.kind == LoopKind::StickyBelow { 0.0 } else { truth.s },
+            j: if truth.kind == LoopKind::StickyBelow { 0.0 } else { truth.j },
             model: truth.model.map_or_else(String::new, |model| model.describe().name.to_owned()),
             process: truth.facts.process.name().to_owned(),
             steps: truth.facts.steps_per_sample as u64,
@@ -173,19 +173,19 @@ fn families(truth: &stiction_population::Truth) -> Vec<String> {
 }
 
 /// What is the matter with a loop of a kind.
-fn cause_of(kind: Kind) -> Cause {
+fn cause_of(kind: LoopKind) -> Cause {
     match kind {
-        Kind::Sticky | Kind::StickyBelow => Cause::StickingValve,
-        Kind::Stuck => Cause::NoResponse,
-        Kind::Sine | Kind::Irregular => Cause::ExternalOscillation,
-        Kind::AggressiveTuning => Cause::AggressiveTuning,
-        Kind::QuantisedPv => Cause::Quantisation,
-        Kind::Saturation => Cause::Saturation,
-        Kind::DeadZoneElsewhere => Cause::DeadZoneElsewhere,
-        Kind::SetPoint => Cause::SetPointChanges,
-        Kind::ProcessNonlinearity => Cause::ProcessNonlinearity,
-        Kind::ExternalWave | Kind::StickingNeighbour => Cause::ExternalWave,
-        Kind::RampAndReset => Cause::ResettingLoad,
+        LoopKind::Sticky | LoopKind::StickyBelow => Cause::StickingValve,
+        LoopKind::Stuck => Cause::NoResponse,
+        LoopKind::Sine | LoopKind::Irregular => Cause::ExternalOscillation,
+        LoopKind::AggressiveTuning => Cause::AggressiveTuning,
+        LoopKind::QuantisedPv => Cause::Quantisation,
+        LoopKind::Saturation => Cause::Saturation,
+        LoopKind::DeadZoneElsewhere => Cause::DeadZoneElsewhere,
+        LoopKind::SetPoint => Cause::SetPointChanges,
+        LoopKind::ProcessNonlinearity => Cause::ProcessNonlinearity,
+        LoopKind::ExternalWave | LoopKind::StickingNeighbour => Cause::ExternalWave,
+        LoopKind::RampAndReset => Cause::ResettingLoad,
         _ => Cause::NormalOperation,
     }
 }

@@ -1,7 +1,7 @@
 //! What tells recordings of one loop from recordings with a mistake in their columns.
 
 use crate::bins::Bins;
-use crate::boost::{Boosted, Loss, Options, Task, boost};
+use crate::boost::{BoostOptions, Boosted, Loss, Task, boost};
 use crate::calibrate::upper;
 use crate::dataset::{Dataset, Truth};
 use crate::measure::Share;
@@ -29,7 +29,7 @@ fn is_decided(probability: f64) -> bool {
 }
 
 fn is_stuck(truth: &Truth) -> bool {
-    truth.kind == stiction_population::Kind::Stuck.name()
+    truth.kind == stiction_population::LoopKind::Stuck.name()
 }
 
 /// What is learned from.
@@ -40,7 +40,7 @@ pub struct Lesson<'a> {
     pub trained: &'a [u32],
     pub calibrated: &'a [u32],
     pub columns: &'a [usize],
-    pub options: &'a Options,
+    pub options: &'a BoostOptions,
     /// The probability of a fault of a row, to find which are decided.
     pub probability: &'a dyn Fn(u32) -> f64,
 }

@@ -1,7 +1,7 @@
 //! From a file to recordings, and from those to findings.
 
 use crate::Found;
-use crate::diagnose::Options;
+use crate::diagnose::DiagnoseOptions;
 use std::ops::Deref;
 use std::path::Path;
 use stiction_io::{ReadOptions, Reading, reading};
@@ -49,14 +49,14 @@ impl Recordings {
     /// # Errors
     /// As for [`diagnose`](crate::diagnose::diagnose); of several, the first.
     pub fn diagnose(&self) -> crate::Result<Vec<Found>> {
-        self.diagnose_with(&Options::default())
+        self.diagnose_with(&DiagnoseOptions::default())
     }
 
     /// As [`diagnose`](Self::diagnose), with options.
     ///
     /// # Errors
     /// As for [`diagnose`](Self::diagnose), and if an option is out of range.
-    pub fn diagnose_with(&self, options: &Options) -> crate::Result<Vec<Found>> {
+    pub fn diagnose_with(&self, options: &DiagnoseOptions) -> crate::Result<Vec<Found>> {
         let one = |recording: &crate::recording::Recording| {
             let mut recording = recording.clone();
             recording.notes.splice(0..0, self.reading.notes.iter().cloned());

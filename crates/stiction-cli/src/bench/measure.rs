@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
 use stiction::detect::{self, Detector, Subject};
-use stiction::diagnose::{Basis, Diagnosis, Options};
+use stiction::diagnose::{Basis, DiagnoseOptions, Diagnosis};
 use stiction::recording::Recording;
 use stiction::recording::fitness::Class;
 use stiction::scoreboard::{Scored, Truth};
@@ -23,7 +23,7 @@ pub struct Known {
 
 /// How loops are measured.
 pub struct Plan<'a> {
-    pub options: Options,
+    pub options: DiagnoseOptions,
     /// Whether the diagnosis and the methods are timed.
     pub time: bool,
     /// Where the reports go.
@@ -136,7 +136,7 @@ fn times_of_methods(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> V
     let time = |detector: &dyn Detector| {
         let started = Instant::now();
         // Each looks for itself, so that none is quicker for what another one has worked out.
-        let subject = Subject::new(seen.stretch, seen.loop_type, seen.period);
+        let subject = Subject::new(seen.segment, seen.loop_type, seen.period);
         std::hint::black_box(detect::judge(detector, &subject));
         microseconds(started)
     };

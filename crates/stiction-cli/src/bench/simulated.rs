@@ -3,7 +3,7 @@
 use super::About;
 use super::measure::{Known, Measured, Plan};
 use anyhow::{Context, Result};
-use stiction::population::{self, Invented, Invention, Kind, Simulated};
+use stiction::population::{self, Invented, Invention, LoopKind, Simulated};
 use stiction::scoreboard::Truth;
 use stiction_report::document::Source;
 
@@ -12,7 +12,7 @@ enum Job {
     /// A member of the mixed population.
     Member(u64),
     /// The loop of a kind with this seed.
-    Of(Kind, u64),
+    Of(LoopKind, u64),
 }
 
 /// Measures `n` members of the mixed population, and more of the kinds of which there are fewer than
@@ -29,7 +29,7 @@ pub fn measure(
     let members: Vec<Job> = (0..n).map(Job::Member).collect();
     measured.add(&members, load, plan)?;
     let mut more = vec![];
-    for kind in Kind::ALL {
+    for kind in LoopKind::ALL {
         let there = measured.loops.iter().filter(|each| each.truth.kind == kind.name()).count();
         let missing = per_kind.saturating_sub(there as u64);
         more.extend((0..missing).map(|k| Job::Of(kind, seed.wrapping_add(k))));

@@ -127,15 +127,15 @@ fn data(diagnosis: &Diagnosis) -> String {
         Class::Caveats => "fit with caveats",
         Class::Unfit => "unfit",
     };
-    let Some(stretch) = diagnosis.stretch() else { return class.to_owned() };
+    let Some(segment) = diagnosis.segment() else { return class.to_owned() };
     format!(
         "{class}; {} samples of {}, {} in all{}",
-        stretch.len(),
-        seconds(stretch.sample_time),
-        seconds(stretch.duration()),
-        match diagnosis.grid.stretches.len() {
+        segment.len(),
+        seconds(segment.sample_time),
+        seconds(segment.duration()),
+        match diagnosis.grid.segments.len() {
             1 => String::new(),
-            n => format!(", the longest of {n} stretches"),
+            n => format!(", the longest of {n} segments"),
         }
     )
 }
@@ -340,7 +340,7 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
 mod tests {
     use super::*;
     use stiction::diagnose::{
-        Alternative, Cause, ConfirmingTest, Options, Override, Verdict, diagnose,
+        Alternative, Cause, ConfirmingTest, DiagnoseOptions, Override, Verdict, diagnose,
     };
     use stiction::recording::Recording;
     use stiction_report::document::Source;
@@ -399,7 +399,7 @@ mod tests {
     fn text_and_page_show_every_field_of_the_verdict_or_say_why_not() {
         let op: Vec<f64> = (0..300).map(|k| 50.0 + 2.0 * (f64::from(k) * 0.1).sin()).collect();
         let recording = Recording::regular("FIC101", 1.0, &op, Some(&op), None).unwrap();
-        let mut diagnosis = diagnose(&recording, &Options::default()).unwrap();
+        let mut diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
         (diagnosis.relation, diagnosis.verdict) = (None, verdict());
         let found = serde_json::to_value(&diagnosis.verdict).unwrap();
         let fields: Vec<&String> = found.as_object().unwrap().keys().collect();

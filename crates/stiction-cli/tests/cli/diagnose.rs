@@ -4,7 +4,7 @@ use crate::{folder, read, run, write};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-fn sample(name: &str) -> String {
+pub fn sample(name: &str) -> String {
     samples().join(name).display().to_string()
 }
 
@@ -275,7 +275,7 @@ fn a_table_has_one_row_a_loop() {
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
     assert_eq!(rows.len(), 5);
     assert_eq!(&rows[0][0], "FIC101-sticky");
-    // Without a stretch to judge there is nothing to count: the cells are empty, and not 0 or false.
+    // Without a segment to judge there is nothing to count: the cells are empty, and not 0 or false.
     let manual: String = (0..200).map(|k| format!("{k},{},50,MAN\n", 50 + k % 7)).collect();
     write(&folder, "manual.csv", format!("t,op,pv,mode\n{manual}"));
     let csv = run(&folder, &["diagnose", "manual.csv", "--csv", "-"]).quiet_success();

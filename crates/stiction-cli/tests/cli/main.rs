@@ -4,6 +4,7 @@ mod bench;
 mod compensate;
 mod diagnose;
 mod figures;
+mod fit;
 mod fmu;
 mod history;
 mod inspect;

@@ -334,10 +334,10 @@ impl Bicoherence {
     /// Runs the method.
     ///
     /// # Errors
-    /// If the method does not apply or the stretch is too short.
+    /// If the method does not apply or the segment is too short.
     pub fn run(&self, subject: &Subject<'_>) -> Result<BicoherenceResult, Abstention> {
         let caveats = subject.check(&METHOD)?;
-        let (Some(error), Some(pv)) = (subject.error(), &subject.stretch.pv) else {
+        let (Some(error), Some(pv)) = (subject.error(), &subject.segment.pv) else {
             return Err(Abstention("needs the PV, which is not recorded".to_owned()));
         };
         let plane = self.plane(&error.values, subject.period)?;
@@ -358,13 +358,13 @@ impl Bicoherence {
             Some(period) => 1.0 / period,
             None => result.plane.fundamental(),
         };
-        // The middle of a long stretch.
+        // The middle of a long segment.
         let middle = |x: &[f64]| -> Vec<f64> {
             let n = x.len().min(MOST_POINTS);
             let first = (x.len() - n) / 2;
             x[first..first + n].to_vec()
         };
-        let (op, pv) = (middle(&subject.stretch.op), middle(pv));
+        let (op, pv) = (middle(&subject.segment.op), middle(pv));
         let filtered = |x: &[f64]| band_passed(x, 0.5 * frequency, 3.5 * frequency);
         (result.op, result.pv) = (filtered(&op), filtered(&pv));
         let rest: Vec<f64> = op.iter().zip(&result.op).map(|(x, f)| x - f).collect();
@@ -506,10 +506,10 @@ impl BicoherenceOp {
     /// The bicoherence of the OP.
     ///
     /// # Errors
-    /// If the OP does not move or the stretch is too short.
+    /// If the OP does not move or the segment is too short.
     pub fn run(&self, subject: &Subject<'_>) -> Result<BicoherencePlane, Abstention> {
         subject.check(&METHOD_OP)?;
-        self.0.plane(&subject.stretch.op, subject.period)
+        self.0.plane(&subject.segment.op, subject.period)
     }
 }
 

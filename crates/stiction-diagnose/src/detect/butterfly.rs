@@ -113,7 +113,7 @@ impl Butterfly {
     /// If the method does not apply or there are fewer than 50 samples.
     pub fn run(&self, subject: &Subject<'_>) -> Result<ButterflyResult, Abstention> {
         let caveats = subject.check(&METHOD)?;
-        let Some(pv) = &subject.stretch.pv else {
+        let Some(pv) = &subject.segment.pv else {
             return Err(Abstention("needs the PV, which is not recorded".to_owned()));
         };
         if pv.len() < FEWEST_SAMPLES {
@@ -130,7 +130,7 @@ impl Butterfly {
                     Abstention("a signal does not move, or its values are extreme".into())
                 })
         };
-        let (mut pv, op) = (normalised(pv)?, normalised(&subject.stretch.op)?);
+        let (mut pv, op) = (normalised(pv)?, normalised(&subject.segment.op)?);
         let distance: Vec<f64> = op[1..].iter().zip(&pv).map(|(op, pv)| (op - pv).abs()).collect();
         pv.remove(0);
         let body = pv.iter().filter(|v| v.abs() < BODY).count() as f64 / pv.len() as f64;

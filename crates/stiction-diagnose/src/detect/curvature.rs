@@ -7,7 +7,7 @@ use crate::series::median;
 /// fill a third of the time, and noise is averaged over a twelfth of the period.
 pub(super) const LAG_SHARE: f64 = 1.0 / 12.0;
 
-/// Lags without which a stretch is too short: two periods. Ours.
+/// Lags without which a segment is too short: two periods. Ours.
 const LEAST_LAGS: usize = 24;
 
 /// Second differences of a PV.
@@ -62,7 +62,7 @@ pub(super) fn curvature(subject: &Subject<'_>, pv: &[f64]) -> Result<Curvature, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{LoopType, Stretch};
+    use crate::recording::{LoopType, Segment};
     use crate::series::std;
 
     #[test]
@@ -71,7 +71,7 @@ mod tests {
         let pv: Vec<f64> =
             (0..20_000).map(|k| (f64::from(k) * 0.05).sin() * 1e-3 + 0.1 * stream.draw()).collect();
         assert!((noise(&pv) / 0.1 - 1.0).abs() < 0.03);
-        let stretch = Stretch {
+        let segment = Segment {
             from: 0.0,
             sample_time: 1.0,
             op: pv.clone(),
@@ -80,7 +80,7 @@ mod tests {
             vp: None,
             bridged: 0,
         };
-        let subject = Subject::new(&stretch, LoopType::Level, Some(120.0));
+        let subject = Subject::new(&segment, LoopType::Level, Some(120.0));
         let found = curvature(&subject, &pv).unwrap();
         assert_eq!(found.lag, 10);
         assert!((std(&found.values) / found.noise - 1.0).abs() < 0.05);

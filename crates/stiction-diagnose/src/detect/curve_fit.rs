@@ -140,7 +140,7 @@ impl CurveFit {
         presume_oscillation(subject, &mut caveats);
         let dynamics = subject.loop_type.dynamics();
         let (signal, values) = if dynamics == Dynamics::Integrating {
-            let pv = subject.stretch.pv.as_deref().ok_or_else(|| {
+            let pv = subject.segment.pv.as_deref().ok_or_else(|| {
                 Abstention("needs the PV of an integrating loop, which is not recorded".to_owned())
             })?;
             ("PV", pv)
@@ -150,7 +150,7 @@ impl CurveFit {
                     "the loop's type is not known; it is taken to be self-regulating".to_owned(),
                 );
             }
-            ("OP", subject.stretch.op.as_slice())
+            ("OP", subject.segment.op.as_slice())
         };
         if span(values) == 0.0 {
             return Err(Abstention(format!("the {signal} never moves")));

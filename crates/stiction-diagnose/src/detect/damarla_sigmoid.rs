@@ -194,10 +194,10 @@ impl DamarlaSigmoid {
     /// If the method does not apply, there are fewer than 50 samples, or the PV climbs evenly.
     pub fn run(&self, subject: &Subject<'_>) -> Result<DamarlaSigmoidResult, Abstention> {
         let caveats = subject.check(&METHOD)?;
-        let Some(pv) = &subject.stretch.pv else {
+        let Some(pv) = &subject.segment.pv else {
             return Err(Abstention("needs the PV, which is not recorded".to_owned()));
         };
-        let op = &subject.stretch.op;
+        let op = &subject.segment.op;
         if op.len() < FEWEST_SAMPLES {
             return Err(Abstention(format!(
                 "needs at least {FEWEST_SAMPLES} samples; there are {}",

@@ -213,10 +213,10 @@ impl DamarlaTest {
     /// If the method does not apply or there are fewer than ten windows.
     pub fn run(&self, subject: &Subject<'_>) -> Result<DamarlaTestResult, Abstention> {
         let caveats = subject.check(self.method())?;
-        let Some(pv) = &subject.stretch.pv else {
+        let Some(pv) = &subject.segment.pv else {
             return Err(Abstention("needs the PV, which is not recorded".to_owned()));
         };
-        let op = &subject.stretch.op;
+        let op = &subject.segment.op;
         let window = self.window.max(2);
         if op.len() < FEWEST_WINDOWS * window {
             return Err(Abstention(format!(

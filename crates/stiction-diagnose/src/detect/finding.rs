@@ -54,7 +54,7 @@ impl fmt::Display for Decision {
     }
 }
 
-/// What a detector says of one stretch.
+/// What a detector says of one segment.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Finding {
@@ -76,7 +76,7 @@ pub struct Finding {
     /// The parameters of the method as they were set.
     pub parameters: Vec<Number>,
     /// The typed result that it rests on, from which its figure is drawn. [`diagnose`](crate::diagnose::diagnose) keeps
-    /// it where [`Options::evidence`](crate::diagnose::Options::evidence) asks for it, for it holds whole signals.
+    /// it where [`DiagnoseOptions::evidence`](crate::diagnose::DiagnoseOptions::evidence) asks for it, for it holds whole signals.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub looked_at: Option<LookedAt>,
 }

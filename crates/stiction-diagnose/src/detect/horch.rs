@@ -126,7 +126,7 @@ impl Horch {
     pub fn run(&self, subject: &Subject<'_>) -> Result<HorchResult, Abstention> {
         let mut caveats = subject.check(&Self::METHOD)?;
         presume_oscillation(subject, &mut caveats);
-        let (u, y) = (&subject.stretch.op, subject.stretch.pv.as_deref().unwrap_or_default());
+        let (u, y) = (&subject.segment.op, subject.segment.pv.as_deref().unwrap_or_default());
         let n = u.len();
         let constant = || Abstention("OP and PV cannot be correlated: one hardly moves".to_owned());
         let keeps = || {
@@ -218,8 +218,8 @@ impl Detector for Horch {
         let numbers = vec![
             Number::new("delta tau", r.delta_tau, ""),
             Number::new("delta rho", r.delta_rho, ""),
-            Number::new("tau left", r.tau_left * subject.stretch.sample_time, "s"),
-            Number::new("tau right", r.tau_right * subject.stretch.sample_time, "s"),
+            Number::new("tau left", r.tau_left * subject.segment.sample_time, "s"),
+            Number::new("tau right", r.tau_right * subject.segment.sample_time, "s"),
             Number::new("r at lag zero", r.r0, ""),
             Number::new("r at its peak", r.r_opt, ""),
         ];

@@ -138,7 +138,7 @@ impl HorchDensity {
     /// If the method does not apply, the subject has no period, the PV spans less than two periods, or noise hides its curvature.
     pub fn run(&self, subject: &Subject<'_>) -> Result<HorchDensityResult, Abstention> {
         let caveats = subject.check(&Self::METHOD)?;
-        let pv = centred(subject.stretch.pv.as_deref().unwrap_or_default());
+        let pv = centred(subject.segment.pv.as_deref().unwrap_or_default());
         let curvature = curvature(subject, &pv)?;
         let sd = representable(std(&curvature.values))?;
         if !(sd > 0.0) {
@@ -239,7 +239,7 @@ impl Detector for HorchDensity {
         let numbers = vec![
             Number::new("index", r.statistic, ""),
             Number::new("share that is not noise", r.signal, ""),
-            Number::new("lag", r.lag as f64 * subject.stretch.sample_time, "s"),
+            Number::new("lag", r.lag as f64 * subject.segment.sample_time, "s"),
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);

@@ -127,8 +127,8 @@ impl Kano {
     /// If neither is recorded, or it never moves.
     pub fn run(&self, subject: &Subject<'_>) -> Result<KanoResult, Abstention> {
         let mut caveats = subject.check(&Self::METHOD)?;
-        let stretch = subject.stretch;
-        let (follower, x) = match (&stretch.vp, &stretch.pv, subject.loop_type) {
+        let segment = subject.segment;
+        let (follower, x) = match (&segment.vp, &segment.pv, subject.loop_type) {
             (Some(vp), _, _) => ("VP", vp),
             (None, Some(pv), LoopType::Flow) => ("PV", pv),
             (None, Some(pv), LoopType::Unknown) => {
@@ -147,7 +147,7 @@ impl Kano {
         if span(x) == 0.0 {
             return Err(Abstention(format!("the {follower} never moves")));
         }
-        let u = &stretch.op;
+        let u = &segment.op;
         let range = span(u);
         let found = find_rests(u, x, self.least_travel * range);
         let at_rest: usize = found.spans.iter().map(|span| span.end - span.first).sum();

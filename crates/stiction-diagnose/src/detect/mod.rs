@@ -1,6 +1,6 @@
 //! The published detectors of stiction, one file each, behind one trait and one registry.
 //!
-//! A detector is given a [`Subject`]: one stretch of a recording with what is known about its loop.
+//! A detector is given a [`Subject`]: one segment of a recording with what is known about its loop.
 //! It answers with a [`Finding`]: its statistic, its threshold, its decision, the numbers between,
 //! and, where it does not apply, why it abstains. Each also has its own method that returns a typed
 //! result with all that a plot of its evidence needs.
@@ -160,7 +160,7 @@ impl Family {
     }
 }
 
-/// What a detector says of a stretch, the published precondition of its method included.
+/// What a detector says of a segment, the published precondition of its method included.
 ///
 /// Methods that tell the cause of an oscillation are applied, in their publications, to loops in which
 /// one was found before. Where none was found (the subject has no period) such a method abstains; the
@@ -217,12 +217,12 @@ pub trait Detector: Send + Sync {
     fn method(&self) -> &'static Method;
     /// Its parameters as they are set.
     fn parameters(&self) -> Vec<Number>;
-    /// What it says of a stretch and what it looked at; [`judge`](Self::judge) adds the parameters.
+    /// What it says of a segment and what it looked at; [`judge`](Self::judge) adds the parameters.
     ///
     /// # Errors
     /// If it does not apply, or the data do not suffice.
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention>;
-    /// What it says of a stretch. It never fails: what it cannot judge, it abstains from.
+    /// What it says of a segment. It never fails: what it cannot judge, it abstains from.
     fn judge(&self, subject: &Subject<'_>) -> Finding {
         let found = self.look(subject);
         let finding = found.unwrap_or_else(|why| Finding::abstains(self.method(), why));

@@ -149,7 +149,7 @@ impl ModelFit {
     /// If the method does not apply, or there are too few samples or periods.
     pub fn run(&self, subject: &Subject<'_>) -> Result<ModelFitResult, Abstention> {
         let caveats = subject.check(self.method())?;
-        let (op, pv) = (&subject.stretch.op, subject.stretch.pv.as_deref().unwrap_or_default());
+        let (op, pv) = (&subject.segment.op, subject.segment.pv.as_deref().unwrap_or_default());
         let (period, least) = (subject.period, self.least);
         let (fit, cause) = match self.by {
             FittedBy::Srinivasan => (srinivasan::fit(op, pv, period, least)?, None),

@@ -83,7 +83,7 @@ pub fn by_name(name: &str) -> Result<Box<dyn Detector>> {
 mod tests {
     use super::super::{Decides, Decision, Subject};
     use super::*;
-    use crate::recording::{LoopType, Stretch};
+    use crate::recording::{LoopType, Segment};
 
     #[test]
     fn every_method_is_described_and_found_by_its_name() {
@@ -111,13 +111,13 @@ mod tests {
         assert!(error.to_string().contains(detectors[0].method().name));
     }
 
-    /// Stretches no one should record.
-    fn zoo() -> Vec<Stretch> {
+    /// Segments no one should record.
+    fn zoo() -> Vec<Segment> {
         let mut zoo = vec![];
         let wave = |k: usize| (0.3 * k as f64).sin();
         let mut add = |op: Vec<f64>, pv: Option<Vec<f64>>, sp: Option<Vec<f64>>| {
             let vp = pv.clone();
-            zoo.push(Stretch { from: 0.0, sample_time: 1.0, op, pv, sp, vp, bridged: 0 });
+            zoo.push(Segment { from: 0.0, sample_time: 1.0, op, pv, sp, vp, bridged: 0 });
         };
         for n in [0, 1, 2, 3, 4, 5, 17, 64, 300, 1000] {
             let series = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
@@ -146,11 +146,11 @@ mod tests {
     fn nothing_makes_a_detector_panic_or_answer_in_another_kind() {
         let periods = [None, Some(0.0), Some(4.0), Some(21.0), Some(1e9), Some(f64::NAN)];
         let types = [LoopType::Unknown, LoopType::Level];
-        for stretch in zoo() {
+        for segment in zoo() {
             for (period, loop_type) in
                 periods.into_iter().flat_map(|period| types.map(|loop_type| (period, loop_type)))
             {
-                let subject = Subject::new(&stretch, loop_type, period);
+                let subject = Subject::new(&segment, loop_type, period);
                 for detector in all() {
                     let finding = detector.judge(&subject);
                     assert_eq!(finding.method, detector.method());

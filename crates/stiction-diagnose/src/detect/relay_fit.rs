@@ -118,7 +118,7 @@ impl RelayFit {
     pub fn run(&self, subject: &Subject<'_>) -> Result<RelayFitResult, Abstention> {
         let mut caveats = subject.check(&Self::METHOD)?;
         presume_oscillation(subject, &mut caveats);
-        let values = centred(subject.stretch.pv.as_deref().unwrap_or_default());
+        let values = centred(subject.segment.pv.as_deref().unwrap_or_default());
         let pieces = pieces(&values, &half_waves(&values));
         enough(pieces.len())?;
         let waves: Vec<RelayFitWave> = pieces

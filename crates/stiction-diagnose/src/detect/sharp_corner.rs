@@ -157,7 +157,7 @@ impl SharpCorner {
         let Some(error) = subject.error() else {
             return abstain("needs the PV, which is not recorded".to_owned());
         };
-        let op = &subject.stretch.op;
+        let op = &subject.segment.op;
         if span(op) == 0.0 {
             return abstain("the OP never moves".to_owned());
         }

@@ -27,7 +27,7 @@
 //!
 //! # Deviations from the paper
 //! Recalled, not read. The paper's method is recursive and forgets; this one looks at the whole
-//! stretch.
+//! segment.
 //!
 //! # References
 //! T. Hägglund, A shape-analysis approach for diagnosis of stiction in control valves, Control

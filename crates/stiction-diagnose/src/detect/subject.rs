@@ -2,7 +2,7 @@
 
 use super::{Abstention, Applies, Method, Needs};
 use crate::identify::lagged_position::{self, Judgement};
-use crate::recording::{Dynamics, LoopType, Stretch};
+use crate::recording::{Dynamics, LoopType, Segment};
 use crate::series::{HalfWave, centred, half_waves, span};
 use std::cell::OnceCell;
 
@@ -15,7 +15,7 @@ pub enum ErrorSource {
     MeanPv,
 }
 
-/// The control error of a stretch.
+/// The control error of a segment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControlError {
     /// SP less PV, or what stands for it, in units of the PV. Its mean is kept with an SP, else zero.
@@ -24,12 +24,12 @@ pub struct ControlError {
     pub source: ErrorSource,
 }
 
-/// One stretch of a recording with what is known about its loop; what several methods need is computed
+/// One segment of a recording with what is known about its loop; what several methods need is computed
 /// once.
 #[derive(Debug)]
 pub struct Subject<'a> {
     /// The signals.
-    pub stretch: &'a Stretch,
+    pub segment: &'a Segment,
     /// What the loop controls.
     pub loop_type: LoopType,
     /// Period of the dominant oscillation, in samples, if there is one.
@@ -40,10 +40,10 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// A stretch to be judged; `period` is in samples.
-    pub fn new(stretch: &'a Stretch, loop_type: LoopType, period: Option<f64>) -> Self {
+    /// A segment to be judged; `period` is in samples.
+    pub fn new(segment: &'a Segment, loop_type: LoopType, period: Option<f64>) -> Self {
         Self {
-            stretch,
+            segment,
             loop_type,
             period,
             error: OnceCell::new(),
@@ -79,16 +79,16 @@ impl<'a> Subject<'a> {
         }
         let missing = match method.needs {
             Needs::Op => None,
-            Needs::OpAndPv | Needs::Error => self.stretch.pv.is_none().then_some("PV"),
-            Needs::OpAndVp => self.stretch.vp.is_none().then_some("valve position"),
+            Needs::OpAndPv | Needs::Error => self.segment.pv.is_none().then_some("PV"),
+            Needs::OpAndVp => self.segment.vp.is_none().then_some("valve position"),
         };
         if let Some(missing) = missing {
             return abstain(format!("needs the {missing}, which is not recorded"));
         }
-        if span(&self.stretch.op) == 0.0 && method.needs != Needs::Error {
+        if span(&self.segment.op) == 0.0 && method.needs != Needs::Error {
             return abstain("the OP never moves".to_owned());
         }
-        if let Some(pv) = &self.stretch.pv
+        if let Some(pv) = &self.segment.pv
             && matches!(method.needs, Needs::OpAndPv | Needs::Error)
             && span(pv) == 0.0
         {
@@ -113,8 +113,8 @@ impl<'a> Subject<'a> {
     pub fn error(&self) -> Option<&ControlError> {
         self.error
             .get_or_init(|| {
-                let pv = self.stretch.pv.as_ref()?;
-                Some(match &self.stretch.sp {
+                let pv = self.segment.pv.as_ref()?;
+                Some(match &self.segment.sp {
                     Some(sp) => ControlError {
                         values: sp.iter().zip(pv).map(|(sp, pv)| sp - pv).collect(),
                         source: ErrorSource::SetPoint,
@@ -140,7 +140,7 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// As [`lagged_position::judge`]; and if no position is recorded.
     pub fn position(&self) -> Result<&Judgement, Abstention> {
-        let Stretch { op, pv, sp, vp, .. } = self.stretch;
+        let Segment { op, pv, sp, vp, .. } = self.segment;
         let judge = || match vp {
             Some(vp) => {
                 let moves = lagged_position::moves(op, pv.as_deref(), sp.as_deref());

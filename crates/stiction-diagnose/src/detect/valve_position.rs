@@ -234,7 +234,7 @@ impl ValvePosition {
     /// If no valve position is recorded, or the OP never moves.
     pub fn run(&self, subject: &Subject<'_>) -> Result<MeasuredValve, Abstention> {
         let caveats = subject.check(&Self::METHOD)?;
-        let (u, x) = (&subject.stretch.op, subject.stretch.vp.as_deref().unwrap_or_default());
+        let (u, x) = (&subject.segment.op, subject.segment.vp.as_deref().unwrap_or_default());
         if u.len() != x.len() || !u.iter().chain(x).all(|v| v.abs() < 1e100) {
             return Err(Abstention("the valve position is not one number a sample".to_owned()));
         }
@@ -245,7 +245,7 @@ impl ValvePosition {
         let turns = turning_points(x, 2.0 * tolerance);
         let legs: Vec<(usize, usize)> = turns.windows(2).map(|pair| (pair[0], pair[1])).collect();
         let travel = legs.iter().fold(0.0, |sum, (from, to)| sum + (x[*to] - x[*from]).abs());
-        let hours = subject.stretch.duration() / 3600.0;
+        let hours = subject.segment.duration() / 3600.0;
 
         let (up, down) = distances(u, x, &rests, &legs);
         let few = |what: &str| {
@@ -390,7 +390,7 @@ impl Detector for ValvePosition {
                 return Ok(Finding { looked_at: Some(LookedAt::ValvePosition(r)), ..finding });
             }
         };
-        let reason = judged.sentence(subject.stretch.sample_time);
+        let reason = judged.sentence(subject.segment.sample_time);
         let mut numbers = vec![];
         if judged.behaviour == Behaviour::Sticks {
             numbers.extend([
@@ -401,7 +401,7 @@ impl Detector for ValvePosition {
         if judged.s_limit.is_finite() {
             numbers.push(Number::new("S below", judged.s_limit, "%"));
         }
-        numbers.push(Number::new("lag", judged.lag * subject.stretch.sample_time, "s"));
+        numbers.push(Number::new("lag", judged.lag * subject.segment.sample_time, "s"));
         for (name, measured) in [("dead band", &r.dead_band), ("offset", &r.offset)] {
             if let Ok(spread) = measured {
                 numbers.push(Number::new(name, spread.median, "%"));

@@ -169,10 +169,10 @@ impl Yamashita {
     /// If the method does not apply, or a signal moves in equal steps.
     pub fn run(&self, subject: &Subject<'_>) -> Result<YamashitaResult, Abstention> {
         let mut caveats = subject.check(self.method())?;
-        let stretch = subject.stretch;
+        let segment = subject.segment;
         let (name, follower) = match self.follower {
-            Follower::Pv => ("PV", stretch.pv.as_deref()),
-            Follower::Vp => ("valve position", stretch.vp.as_deref()),
+            Follower::Pv => ("PV", segment.pv.as_deref()),
+            Follower::Vp => ("valve position", segment.vp.as_deref()),
         };
         let follower = follower.unwrap_or_default();
         if span(follower) == 0.0 {
@@ -186,7 +186,7 @@ impl Yamashita {
                 subject.loop_type.name()
             ));
         }
-        let result = self.count(&stretch.op, follower)?;
+        let result = self.count(&segment.op, follower)?;
         Ok(YamashitaResult { caveats, ..result })
     }
 

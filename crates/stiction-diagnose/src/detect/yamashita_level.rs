@@ -96,7 +96,7 @@ impl YamashitaLevel {
     /// If the method does not apply, the subject has no period, or the PV spans less than two periods.
     pub fn run(&self, subject: &Subject<'_>) -> Result<YamashitaLevelResult, Abstention> {
         let caveats = subject.check(&Self::METHOD)?;
-        let pv = centred(subject.stretch.pv.as_deref().unwrap_or_default());
+        let pv = centred(subject.segment.pv.as_deref().unwrap_or_default());
         let found = curvature(subject, &pv)?;
         let statistic = representable(excess_kurtosis(&found.values))?;
         let decision = if statistic > self.upper {
@@ -140,7 +140,7 @@ impl Detector for YamashitaLevel {
         );
         let numbers = vec![
             Number::new("excess kurtosis", r.statistic, ""),
-            Number::new("lag", r.lag as f64 * subject.stretch.sample_time, "s"),
+            Number::new("lag", r.lag as f64 * subject.segment.sample_time, "s"),
         ];
         let finding =
             Finding::new(&Self::METHOD, r.decision, r.statistic, r.threshold, reason, numbers);

@@ -1,16 +1,16 @@
-//! What is asked of a stretch before its valve is judged: do OP and PV belong together, and does the PV respond?
+//! What is asked of a segment before its valve is judged: do OP and PV belong together, and does the PV respond?
 
 use super::no_response::{self, Rest};
 use super::relation::{Mismatch, Relation};
 use super::verdict::Verdict;
 use super::weighing::Weighing;
-use crate::recording::Stretch;
+use crate::recording::Segment;
 use crate::recording::fitness::Fitness;
 
 /// The answers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Belonging<'a> {
-    stretch: Option<&'a Stretch>,
+    segment: Option<&'a Segment>,
     /// Whether a measured valve position is to be followed.
     measured: bool,
     /// Whether OP and PV belong together.
@@ -20,16 +20,16 @@ pub(super) struct Belonging<'a> {
 }
 
 impl<'a> Belonging<'a> {
-    /// Asks a stretch; `measured` if a valve position is recorded that can be judged.
-    pub fn of(stretch: &'a Stretch, measured: bool) -> Self {
-        let relation = Relation::of(stretch);
-        let rest = Rest::of(stretch).filter(|_| relation.mismatch.is_none());
-        Self { stretch: Some(stretch), measured, relation: Some(relation), rest }
+    /// Asks a segment; `measured` if a valve position is recorded that can be judged.
+    pub fn of(segment: &'a Segment, measured: bool) -> Self {
+        let relation = Relation::of(segment);
+        let rest = Rest::of(segment).filter(|_| relation.mismatch.is_none());
+        Self { segment: Some(segment), measured, relation: Some(relation), rest }
     }
 
     /// What the mistake is called, if the verdict is that the columns are mistaken.
     pub fn ends(&self) -> Option<&'static str> {
-        self.stretch.filter(|stretch| stretch.pv.is_some())?;
+        self.segment.filter(|segment| segment.pv.is_some())?;
         self.relation.as_ref()?.ends(self.measured).map(Mismatch::name)
     }
 
@@ -41,13 +41,13 @@ impl<'a> Belonging<'a> {
         fitness: &Fitness,
         preliminary: &Verdict,
     ) -> Option<Verdict> {
-        let stretch = self.stretch.filter(|stretch| stretch.pv.is_some())?;
+        let segment = self.segment.filter(|segment| segment.pv.is_some())?;
         if let Some(verdict) =
             self.relation.as_ref().and_then(|r| r.verdict(preliminary, self.measured))
         {
             return Some(verdict);
         }
-        let (rest, step) = (self.rest.as_ref(), stretch.sample_time);
+        let (rest, step) = (self.rest.as_ref(), segment.sample_time);
         no_response::verdict(rest, step, weighing, fitness, preliminary)
     }
 }

@@ -19,8 +19,8 @@ const STEPS_IN_BAND: f64 = 3.0;
 /// The test for a loop whose stick band is suspected to be `s` percent; without it, the typical travel
 /// of the OP in a cycle stands for it. `None` if the OP never moves.
 pub fn confirming_test(subject: &Subject<'_>, s: Option<f64>) -> Option<ConfirmingTest> {
-    let stretch = subject.stretch;
-    let travel = quantile(&stretch.op, 0.95) - quantile(&stretch.op, 0.05);
+    let segment = subject.segment;
+    let travel = quantile(&segment.op, 0.95) - quantile(&segment.op, 0.05);
     let band = s.unwrap_or(0.5 * travel);
     if !(travel > 0.0 && band > 0.0 && band.is_finite()) {
         return None;
@@ -28,16 +28,16 @@ pub fn confirming_test(subject: &Subject<'_>, s: Option<f64>) -> Option<Confirmi
     let step = readable((band / STEPS_IN_BAND).clamp(SMALLEST_STEP, LARGEST_STEP));
     // Enough to pass the band and see the valve follow for two steps more.
     let steps = ((band / step).ceil() as usize + 2).clamp(4, 12);
-    let middle = mean(&stretch.op);
+    let middle = mean(&segment.op);
     let up_first = middle < 50.0;
     // Half a cycle is longer than the loop's dead time and its main lag.
     let wait_s = match subject.period {
-        Some(period) => (0.5 * period * stretch.sample_time).max(10.0 * stretch.sample_time),
-        None => 60.0 * stretch.sample_time,
+        Some(period) => (0.5 * period * segment.sample_time).max(10.0 * segment.sample_time),
+        None => 60.0 * segment.sample_time,
     };
     let wait_s = readable(wait_s);
-    let noise = stretch.pv.as_deref().map(noise_std);
-    let pv_change = stretch.pv.as_deref().and_then(|pv| {
+    let noise = segment.pv.as_deref().map(noise_std);
+    let pv_change = segment.pv.as_deref().and_then(|pv| {
         // A cycle moves the valve by the OP's travel at most, and ends before the PV has answered in full:
         // a step that the valve follows changes the PV by this much or more.
         let change = step * span_without_tails(pv) / travel;
@@ -118,11 +118,11 @@ fn wait(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{LoopType, Stretch};
+    use crate::recording::{LoopType, Segment};
 
-    fn stretch(amplitude: f64, middle: f64) -> Stretch {
+    fn segment(amplitude: f64, middle: f64) -> Segment {
         let wave = |k: usize, phase: f64| (std::f64::consts::TAU * k as f64 / 40.0 + phase).sin();
-        Stretch {
+        Segment {
             from: 0.0,
             sample_time: 2.0,
             op: (0..400).map(|k| middle + amplitude * wave(k, 0.0)).collect(),
@@ -135,15 +135,15 @@ mod tests {
 
     #[test]
     fn steps_divide_the_band_and_go_away_from_the_nearer_limit() {
-        let stretch = stretch(4.0, 30.0);
-        let subject = Subject::new(&stretch, LoopType::Flow, Some(40.0));
+        let segment = segment(4.0, 30.0);
+        let subject = Subject::new(&segment, LoopType::Flow, Some(40.0));
         let test = confirming_test(&subject, Some(6.0)).unwrap();
         assert_eq!((test.step, test.steps, test.up_first, test.wait_s), (2.0, 5, true, 40.0));
         // The PV's span over the OP's travel, for a step.
         let change = test.pv_change.unwrap();
         assert!((change / (2.0 * 6.0 / 8.0) - 1.0).abs() < 0.1, "{change}");
         assert!(test.instructions.len() >= 5);
-        let high = self::stretch(4.0, 80.0);
+        let high = self::segment(4.0, 80.0);
         let subject = Subject::new(&high, LoopType::Flow, Some(40.0));
         assert!(!confirming_test(&subject, Some(6.0)).unwrap().up_first);
     }
@@ -151,13 +151,13 @@ mod tests {
     #[test]
     fn a_test_is_possible_for_any_band_and_none_without_travel() {
         for s in [None, Some(0.01), Some(0.7), Some(40.0)] {
-            let stretch = stretch(4.0, 50.0);
-            let subject = Subject::new(&stretch, LoopType::Unknown, None);
+            let segment = segment(4.0, 50.0);
+            let subject = Subject::new(&segment, LoopType::Unknown, None);
             let test = confirming_test(&subject, s).unwrap();
             assert!((SMALLEST_STEP..=LARGEST_STEP).contains(&test.step), "{test:?}");
             assert!(test.wait_s > 0.0 && (4..=12).contains(&test.steps));
         }
-        let flat = stretch(0.0, 50.0);
+        let flat = segment(0.0, 50.0);
         assert_eq!(confirming_test(&Subject::new(&flat, LoopType::Flow, None), None), None);
     }
 

@@ -9,7 +9,7 @@ use crate::detect::{Ellipse, Finding, LookedAt, MethodId, Subject};
 use crate::series::{band_passed, std};
 use std::borrow::Cow;
 
-/// Samples that an ellipse is fitted to, at most: the middle of a long stretch.
+/// Samples that an ellipse is fitted to, at most: the middle of a long segment.
 const MOST_POINTS: usize = 4_000;
 
 /// All definitions for a loop, `s` being the estimate of S, percent. What a method looked at is taken from its finding;
@@ -78,7 +78,7 @@ fn ellipse(subject: &Subject<'_>) -> Option<(Ellipse, Ellipse)> {
         let first = (x.len() - n) / 2;
         band_passed(&x[first..first + n], 0.5 * frequency, 3.5 * frequency)
     };
-    let (op, pv) = (filtered(&subject.stretch.op), filtered(subject.stretch.pv.as_deref()?));
+    let (op, pv) = (filtered(&subject.segment.op), filtered(subject.segment.pv.as_deref()?));
     let in_units = Ellipse::fit(&op, &pv)?;
     let scaled = |x: &[f64]| {
         let sd = std(x);

@@ -21,11 +21,11 @@ use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Stretch};
+use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Segment};
 
 /// What may be told about a loop before it is diagnosed.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Options {
+pub struct DiagnoseOptions {
     /// What the loop controls, if the recording does not know.
     pub loop_type: Option<LoopType>,
     /// How the recording is brought onto a grid.
@@ -82,7 +82,7 @@ pub struct Diagnosis {
     /// What it controls.
     #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: LoopType,
-    /// The stretch that was judged, the longest of the grid; `None` if there is none.
+    /// The segment that was judged, the longest of the grid; `None` if there is none.
     pub judged: Option<Judged>,
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -91,7 +91,7 @@ pub struct Diagnosis {
     #[cfg_attr(
         feature = "serde",
         serde(rename = "repairs", serialize_with = "repairs"),
-        schemars(with = "Vec<crate::recording::Repair>")
+        schemars(with = "Vec<crate::recording::GridRepair>")
     )]
     pub grid: Grid,
     /// The controller's mode over time, where it is recorded.
@@ -114,7 +114,7 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
     pub kpis: Kpis,
-    /// Whether OP and PV belong together; `None` without a stretch.
+    /// Whether OP and PV belong together; `None` without a segment.
     #[cfg_attr(
         feature = "serde",
         serde(serialize_with = "Mistake::of"),
@@ -131,7 +131,7 @@ pub struct Diagnosis {
     pub few_slips: Option<FewSlips>,
     /// The evidence that was weighed, all windows together; `None` where nothing could be.
     pub evidence: Option<Weighing>,
-    /// The windows of the judged stretch that were weighed one by one, in order of time.
+    /// The windows of the judged segment that were weighed one by one, in order of time.
     pub windows: Vec<Window>,
     /// What the reader of the file, or a step on the way, wants the user to know.
     pub notes: Vec<String>,
@@ -141,9 +141,9 @@ pub struct Diagnosis {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Judged {
-    /// Which of the grid's stretches it is.
+    /// Which of the grid's segments it is.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub stretch: usize,
+    pub segment: usize,
     /// Time of its first sample, s on the recording's clock.
     pub from_s: f64,
     /// Its duration, s.
@@ -154,17 +154,17 @@ pub struct Judged {
     pub samples: usize,
     /// How many of them were bridged.
     pub bridged: usize,
-    /// Out of how many stretches it was taken.
-    pub stretches: usize,
+    /// Out of how many segments it was taken.
+    pub segments: usize,
     /// The signals it has.
     pub signals: Vec<&'static str>,
 }
 
 impl Judged {
-    /// The longest stretch of a grid; `None` if it has none.
+    /// The longest segment of a grid; `None` if it has none.
     fn of(grid: &Grid) -> Option<Self> {
         let longest = grid.longest()?;
-        let stretch = grid.stretches.iter().position(|each| std::ptr::eq(each, longest))?;
+        let segment = grid.segments.iter().position(|each| std::ptr::eq(each, longest))?;
         let recorded = [
             ("OP", true),
             ("PV", longest.pv.is_some()),
@@ -172,13 +172,13 @@ impl Judged {
             ("VP", longest.vp.is_some()),
         ];
         Some(Self {
-            stretch,
+            segment,
             from_s: longest.from,
             duration_s: longest.duration(),
             sample_time_s: longest.sample_time,
             samples: longest.len(),
             bridged: longest.bridged,
-            stretches: grid.stretches.len(),
+            segments: grid.segments.len(),
             signals: recorded.iter().filter(|(_, there)| *there).map(|(name, _)| *name).collect(),
         })
     }
@@ -189,18 +189,18 @@ impl Judged {
 pub struct Oscillations {
     /// That of the control error, or of the PV where there is no set point; `None` without a PV.
     pub error: Option<Oscillation>,
-    /// That of the OP; `None` without a stretch.
+    /// That of the OP; `None` without a segment.
     pub op: Option<Oscillation>,
 }
 
 impl Oscillations {
-    /// Those of a stretch.
-    pub(super) fn of(stretch: &Stretch) -> Self {
+    /// Those of a segment.
+    pub(super) fn of(segment: &Segment) -> Self {
         let error =
-            Subject::new(stretch, LoopType::Unknown, None).error().map(|e| e.values.clone());
+            Subject::new(segment, LoopType::Unknown, None).error().map(|e| e.values.clone());
         let analyse =
-            |signal: &[f64]| oscillation::analyse(signal, stretch.sample_time).since(stretch.from);
-        Self { error: error.as_deref().map(analyse), op: Some(analyse(&stretch.op)) }
+            |signal: &[f64]| oscillation::analyse(signal, segment.sample_time).since(segment.from);
+        Self { error: error.as_deref().map(analyse), op: Some(analyse(&segment.op)) }
     }
 
     /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
@@ -212,9 +212,9 @@ impl Oscillations {
     }
 
     /// The period of the dominant one if it was found, in samples.
-    pub(super) fn period(&self, stretch: &Stretch) -> Option<f64> {
+    pub(super) fn period(&self, segment: &Segment) -> Option<f64> {
         let (_, oscillation) = self.dominant().filter(|(_, oscillation)| oscillation.found)?;
-        Some(oscillation.period_s? / stretch.sample_time)
+        Some(oscillation.period_s? / segment.sample_time)
     }
 }
 
@@ -243,7 +243,7 @@ fn repairs<S: serde::Serializer>(grid: &Grid, to: S) -> std::result::Result<S::O
     serde::Serialize::serialize(&grid.repairs, to)
 }
 
-/// What one window of a stretch says.
+/// What one window of a segment says.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Window {
@@ -271,9 +271,9 @@ pub struct Window {
 }
 
 impl Diagnosis {
-    /// The stretch that was judged.
-    pub fn stretch(&self) -> Option<&Stretch> {
-        self.grid.stretches.get(self.judged.as_ref()?.stretch)
+    /// The segment that was judged.
+    pub fn segment(&self) -> Option<&Segment> {
+        self.grid.segments.get(self.judged.as_ref()?.segment)
     }
 
     /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
@@ -315,12 +315,12 @@ impl Diagnosis {
             .then(|| self.no_response.as_ref().map_or(Silence::Unmoved, |told| told.silence))
     }
 
-    /// What it says of its valve in the middle of the judged stretch, with `origin` the time of zero of its clock;
-    /// `None` if no stretch was judged.
+    /// What it says of its valve in the middle of the judged segment, with `origin` the time of zero of its clock;
+    /// `None` if no segment was judged.
     pub fn observation(&self, origin: f64) -> Option<Observation> {
-        let stretch = self.stretch()?;
+        let segment = self.segment()?;
         Some(Observation {
-            time: origin + stretch.from + stretch.duration() / 2.0,
+            time: origin + segment.from + segment.duration() / 2.0,
             class: self.verdict.class,
             probability: self.verdict.probability,
             s: self.stiction.s,
@@ -332,18 +332,18 @@ impl Diagnosis {
 
     /// What the detectors looked at, for plots of their evidence.
     pub fn subject(&self) -> Option<Subject<'_>> {
-        let stretch = self.stretch()?;
-        Some(Subject::new(stretch, self.loop_type, self.oscillations.period(stretch)))
+        let segment = self.segment()?;
+        Some(Subject::new(segment, self.loop_type, self.oscillations.period(segment)))
     }
 }
 
-/// A stretch as a diagnosis shows it to the detectors: with the period of the oscillation that speaks for the
+/// A segment as a diagnosis shows it to the detectors: with the period of the oscillation that speaks for the
 /// loop, if one is found.
-pub fn subject(stretch: &Stretch, loop_type: LoopType) -> Subject<'_> {
-    Subject::new(stretch, loop_type, Oscillations::of(stretch).period(stretch))
+pub fn subject(segment: &Segment, loop_type: LoopType) -> Subject<'_> {
+    Subject::new(segment, loop_type, Oscillations::of(segment).period(segment))
 }
 
-/// Whether a recording can answer, by the stretch that a diagnosis would judge.
+/// Whether a recording can answer, by the segment that a diagnosis would judge.
 ///
 /// # Errors
 /// As for [`Grid::of`].
@@ -354,13 +354,13 @@ pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> 
 }
 
 /// The windows that are judged, and whether they can answer.
-fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Stretch>, Fitness) {
+fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Segment>, Fitness) {
     match grid.longest() {
-        Some(stretch) => {
-            let whole = fitness::assess(recording, grid, stretch, period);
-            fit_windows(recording, grid, stretch, whole)
+        Some(segment) => {
+            let whole = fitness::assess(recording, grid, segment, period);
+            fit_windows(recording, grid, segment, whole)
         }
-        None => (vec![], Fitness::of(vec![no_stretch(grid)])),
+        None => (vec![], Fitness::of(vec![no_segment(grid)])),
     }
 }
 
@@ -369,28 +369,28 @@ fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Str
 /// # Errors
 /// If the recording cannot be brought onto a grid, as when its times make no sense, or an option is out of
 /// its range. Whatever else is wrong with the data is a result: the diagnosis says that it cannot tell, and why.
-pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
+pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis> {
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
-    let stretch = grid.longest();
-    let oscillations = stretch.map_or_else(Oscillations::default, Oscillations::of);
-    let period = stretch.and_then(|stretch| oscillations.period(stretch));
+    let segment = grid.longest();
+    let oscillations = segment.map_or_else(Oscillations::default, Oscillations::of);
+    let period = segment.and_then(|segment| oscillations.period(segment));
 
     let (fit, fitness) = assessed(recording, &grid, period);
-    let subject = stretch.map(|stretch| Subject::new(stretch, loop_type, period));
+    let subject = segment.map(|segment| Subject::new(segment, loop_type, period));
     let mut findings = findings(&options.detectors, subject.as_ref());
-    let kpis = stretch
-        .map_or_else(Kpis::default, |stretch| Kpis::of(recording, &grid, stretch, &options.kpis));
+    let kpis = segment
+        .map_or_else(Kpis::default, |segment| Kpis::of(recording, &grid, segment, &options.kpis));
     let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
-    let weighing = stretch.map(|_| Weighing::of_windows(&fit));
-    let op_only = stretch.is_some_and(|stretch| stretch.pv.is_none());
+    let weighing = segment.map(|_| Weighing::of_windows(&fit));
+    let op_only = segment.is_some_and(|segment| segment.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
     let by_position = subject.as_ref().and_then(|subject| by_position(subject, &fitness));
     let measured = matches!(by_position, Some(Ok(_)));
-    let belonging = stretch.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
+    let belonging = segment.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
     let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only, &belonging);
     let mistaken = belonging.ends();
     match &by_position {
@@ -404,9 +404,9 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
         _ => {}
     }
     let by_position = by_position.and_then(std::result::Result::ok);
-    let few_slips = stretch
+    let few_slips = segment
         .zip(weighed.filter(|_| mistaken.is_none()))
-        .and_then(|(stretch, weighing)| missing_slips(stretch, weighing, &verdict, &fitness));
+        .and_then(|(segment, weighing)| missing_slips(segment, weighing, &verdict, &fitness));
     verdict.reasons.extend(few_slips.as_ref().map(|few| few.words.clone()));
     let mut stiction = match mistaken {
         Some(mistake) => not_known(mistake),
@@ -431,7 +431,7 @@ pub fn diagnose(recording: &Recording, options: &Options) -> Result<Diagnosis> {
     }
     let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
-    notes.extend(stretch.and_then(|stretch| cut(&grid, stretch)));
+    notes.extend(segment.and_then(|segment| cut(&grid, segment)));
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
     notes.extend(relation.filter(|_| followed).and_then(mistake_beside));
@@ -463,7 +463,7 @@ fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
     let said = |detector: &dyn Detector| match subject {
         Some(subject) => detect::judge(detector, subject),
         None => {
-            let why = "there is no stretch in automatic to look at".to_owned();
+            let why = "there is no segment in automatic to look at".to_owned();
             let finding = Finding::abstains(detector.method(), Abstention(why));
             Finding { parameters: detector.parameters(), ..finding }
         }
@@ -490,12 +490,12 @@ fn not_known(why: &str) -> Stiction {
     Stiction { why_not: Some(why.to_owned()), ..Stiction::default() }
 }
 
-/// That a stretch is not all that was recorded.
-fn cut(grid: &Grid, stretch: &Stretch) -> Option<String> {
-    let count = grid.stretches.len();
-    let share = 100.0 * stretch.duration() / (grid.duration + grid.sample_time);
+/// That a segment is not all that was recorded.
+fn cut(grid: &Grid, segment: &Segment) -> Option<String> {
+    let count = grid.segments.len();
+    let share = 100.0 * segment.duration() / (grid.duration + grid.sample_time);
     (count > 1).then(|| {
-        format!("the recording is cut into {count} stretches; the longest, {share:.0} % of its duration, is judged")
+        format!("the recording is cut into {count} segments; the longest, {share:.0} % of its duration, is judged")
     })
 }
 
@@ -515,12 +515,12 @@ fn silent(verdict: &Verdict) -> bool {
 /// The slips that a verdict lacks: where the evidence is undecided for no other reason than that it is too little, or
 /// data are unfit for no other than too few cycles.
 fn missing_slips(
-    stretch: &Stretch,
+    segment: &Segment,
     weighing: &Weighing,
     verdict: &Verdict,
     fitness: &Fitness,
 ) -> Option<FewSlips> {
-    if stretch.pv.is_none() || verdict.class != VerdictClass::CannotTell {
+    if segment.pv.is_none() || verdict.class != VerdictClass::CannotTell {
         return None;
     }
     let too_little = match verdict.basis {
@@ -531,13 +531,13 @@ fn missing_slips(
         }
         _ => false,
     };
-    few_slips(weighing, stretch.duration()).filter(|_| too_little)
+    few_slips(weighing, segment.duration()).filter(|_| too_little)
 }
 
 /// Why there is nothing to judge.
-fn no_stretch(grid: &Grid) -> Measure {
+fn no_segment(grid: &Grid) -> Measure {
     Measure {
-        id: MeasureId::AutomaticStretch,
+        id: MeasureId::AutomaticSegment,
         value: Some(100.0 * grid.closed_share),
         unit: "%",
         caveat_at: None,
@@ -547,7 +547,7 @@ fn no_stretch(grid: &Grid) -> Measure {
             "the loop never was in automatic, so the valve was not driven by its controller"
                 .to_owned()
         } else {
-            "no stretch in automatic has enough good samples in a row".to_owned()
+            "no segment in automatic has enough good samples in a row".to_owned()
         },
     }
 }

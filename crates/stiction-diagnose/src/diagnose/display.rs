@@ -66,13 +66,13 @@ impl fmt::Display for Diagnosis {
 
 #[cfg(test)]
 mod tests {
-    use crate::diagnose::{Options, diagnose};
+    use crate::diagnose::{DiagnoseOptions, diagnose};
     use crate::recording::Recording;
 
     #[test]
     fn a_diagnosis_is_one_line() {
         let recording = Recording::regular("FIC7", 1.0, &[50.0; 400], None, None).unwrap();
-        let found = diagnose(&recording, &Options::default()).unwrap();
+        let found = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
         assert_eq!(found.to_string(), "FIC7: cannot tell");
     }
 }

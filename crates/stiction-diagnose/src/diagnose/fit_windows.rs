@@ -1,4 +1,4 @@
-//! Which windows of a long stretch can answer.
+//! Which windows of a long segment can answer.
 //!
 //! One hour of saturation, one frozen morning or one afternoon of set-point changes in a week makes no week unfit: it
 //! makes some windows unfit. Those are left out, the others are judged, and how many they are is told.
@@ -7,31 +7,31 @@ use super::diagnosis::Oscillations;
 use crate::evidence::windows;
 use crate::parallel::*;
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{Grid, Recording, Stretch};
+use crate::recording::{Grid, Recording, Segment};
 
-/// A measure of the recording, of which a part of a stretch knows nothing.
+/// A measure of the recording, of which a part of a segment knows nothing.
 const OF_ALL: MeasureId = MeasureId::BridgedSamples;
 
-/// The windows of a stretch that are to be judged, and the fitness of it all, of which `whole` is that of the
-/// stretch as one: the windows that are fit, if any are, else all. A stretch of one window is that window, and its
+/// The windows of a segment that are to be judged, and the fitness of it all, of which `whole` is that of the
+/// segment as one: the windows that are fit, if any are, else all. A segment of one window is that window, and its
 /// fitness is `whole`.
 pub(super) fn fit_windows(
     recording: &Recording,
     grid: &Grid,
-    stretch: &Stretch,
+    segment: &Segment,
     whole: Fitness,
-) -> (Vec<Stretch>, Fitness) {
-    let all = windows(stretch);
+) -> (Vec<Segment>, Fitness) {
+    let all = windows(segment);
     if all.len() < 2 {
         return (all, whole);
     }
-    let is_fit = |window: &Stretch| {
+    let is_fit = |window: &Segment| {
         let period = Oscillations::of(window).period(window);
         fitness::assess(recording, grid, window, period).class != Class::Unfit
     };
     let fit: Vec<bool> = all.par_iter().map(is_fit).collect();
     let n = all.len();
-    let judged: Vec<Stretch> =
+    let judged: Vec<Segment> =
         all.iter().zip(&fit).filter(|(_, fit)| **fit).map(|(window, _)| window.clone()).collect();
     if judged.is_empty() {
         return (all, whole);
@@ -53,7 +53,7 @@ pub(super) fn fit_windows(
         unfit_at: None,
         class: if k < n { Class::Caveats } else { Class::Fit },
         reason: match k == n {
-            true => format!("all {n} windows in which the stretch is judged are fit"),
+            true => format!("all {n} windows in which the segment is judged are fit"),
             false => format!("{k} of {n} windows are fit, and they alone are judged"),
         },
     });
@@ -68,12 +68,12 @@ mod tests {
 
     const N: usize = 24_000;
 
-    fn judged(op: &[f64], pv: &[f64]) -> (Fitness, Vec<Stretch>, Fitness) {
+    fn judged(op: &[f64], pv: &[f64]) -> (Fitness, Vec<Segment>, Fitness) {
         let recording = Recording::regular("loop", 1.0, op, Some(pv), None).unwrap();
         let grid = Grid::of(&recording, &GridOptions::default()).unwrap();
-        let stretch = grid.longest().unwrap();
-        let whole = fitness::assess(&recording, &grid, stretch, Some(40.0));
-        let (windows, fitness) = fit_windows(&recording, &grid, stretch, whole.clone());
+        let segment = grid.longest().unwrap();
+        let whole = fitness::assess(&recording, &grid, segment, Some(40.0));
+        let (windows, fitness) = fit_windows(&recording, &grid, segment, whole.clone());
         (whole, windows, fitness)
     }
 

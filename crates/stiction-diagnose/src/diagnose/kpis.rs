@@ -1,7 +1,7 @@
 //! How well a loop runs, in named numbers.
 
 use crate::recording::fitness::share_at_limit;
-use crate::recording::{Grid, Recording, Stretch};
+use crate::recording::{Grid, Recording, Segment};
 use crate::series::{
     autocorrelation, correlation, mean, noise_std, reversals, skewness, std, zero_crossings,
 };
@@ -30,7 +30,7 @@ pub struct KpiOptions {
     pub dead_time: Option<f64>,
 }
 
-/// Numbers about a stretch of a recording, in a fixed order.
+/// Numbers about a segment of a recording, in a fixed order.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(transparent))]
@@ -49,7 +49,7 @@ const NOISE_BAND: f64 = 3.0;
 const NO_PV: &str = "there is no PV";
 
 impl Kpis {
-    /// The numbers of a stretch; where there is no PV, those about it have no value.
+    /// The numbers of a segment; where there is no PV, those about it have no value.
     ///
     /// | name | equation |
     /// |---|---|
@@ -73,9 +73,9 @@ impl Kpis {
     /// The two ellipses are the covariance's, not a fit to the outline of the cloud: the axis ratio is
     /// that of the standardised cloud, 1 for a circle and 0 for a line; the width is that along OP
     /// through the centre, exactly so for two sines of one frequency, `2 A abs(sin phase)`.
-    pub fn of(recording: &Recording, grid: &Grid, stretch: &Stretch, options: &KpiOptions) -> Self {
+    pub fn of(recording: &Recording, grid: &Grid, segment: &Segment, options: &KpiOptions) -> Self {
         let mut kpis = Self::default();
-        let hours = stretch.duration() / 3600.0;
+        let hours = segment.duration() / 3600.0;
         kpis.value(
             "service factor",
             100.0 * grid.closed_share,
@@ -92,8 +92,8 @@ impl Kpis {
             "%",
             "share of the samples that can be used, of the worse of OP and PV",
         );
-        kpis.of_op(&stretch.op, hours);
-        kpis.of_pv(recording, stretch, hours, options);
+        kpis.of_op(&segment.op, hours);
+        kpis.of_pv(recording, segment, hours, options);
         kpis
     }
 
@@ -134,7 +134,7 @@ impl Kpis {
             "OP travel",
             op.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / hours,
             "%/h",
-            "way of the OP, up and down, an hour: it wears the valve",
+            "travel of the OP, up and down, an hour: it wears the valve",
         );
         self.value(
             "OP reversals",
@@ -153,12 +153,12 @@ impl Kpis {
     fn of_pv(
         &mut self,
         recording: &Recording,
-        stretch: &Stretch,
+        segment: &Segment,
         hours: f64,
         options: &KpiOptions,
     ) {
-        let pv = stretch.pv.as_deref();
-        let error: Option<Vec<f64>> = pv.map(|pv| match &stretch.sp {
+        let pv = segment.pv.as_deref();
+        let error: Option<Vec<f64>> = pv.map(|pv| match &segment.sp {
             Some(sp) => sp.iter().zip(pv).map(|(sp, pv)| sp - pv).collect(),
             None => {
                 let m = mean(pv);
@@ -171,7 +171,7 @@ impl Kpis {
         self.add("error mean", e(&mean), "PV", "mean of SP less PV: what control leaves over");
         self.add("error std", e(&std), "PV", "standard deviation of the control error");
         self.add("error skewness", e(&skewness), "", "0 if errors up and down are alike");
-        if stretch.sp.is_none() && pv.is_some() {
+        if segment.sp.is_none() && pv.is_some() {
             let note = "there is no SP; the mean of the PV stands for it";
             self.numbers.iter_mut().filter(|k| k.name.starts_with("error")).for_each(|k| {
                 k.note =
@@ -215,10 +215,10 @@ impl Kpis {
             "PV",
             "three standard deviations of what changes from sample to sample in the PV",
         );
-        self.harris(error.as_deref(), stretch.sample_time, options.dead_time);
+        self.harris(error.as_deref(), segment.sample_time, options.dead_time);
         let cloud = pv
             .ok_or(NO_PV)
-            .and_then(|pv| correlation(&stretch.op, pv).ok_or("OP or PV does not move"));
+            .and_then(|pv| correlation(&segment.op, pv).ok_or("OP or PV does not move"));
         self.add(
             "ellipse axis ratio",
             cloud.map(|rho| ((1.0 - rho.abs()) / (1.0 + rho.abs())).sqrt()),
@@ -227,7 +227,7 @@ impl Kpis {
         );
         self.add(
             "ellipse OP width",
-            cloud.map(|rho| 8f64.sqrt() * std(&stretch.op) * (1.0 - rho * rho).max(0.0).sqrt()),
+            cloud.map(|rho| 8f64.sqrt() * std(&segment.op) * (1.0 - rho * rho).max(0.0).sqrt()),
             "%",
             "width along OP through the centre of the cloud of OP and PV (covariance ellipse)",
         );

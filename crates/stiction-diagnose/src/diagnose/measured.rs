@@ -9,7 +9,7 @@ use crate::recording::fitness::{Class, Fitness, MeasureId};
 /// Measures of fitness without which a position says nothing either. All others are about the PV, or about cycles,
 /// which a position does not need.
 const NEEDED: [MeasureId; 4] = [
-    MeasureId::AutomaticStretch,
+    MeasureId::AutomaticSegment,
     MeasureId::BridgedSamples,
     MeasureId::Samples,
     MeasureId::OpMoves,
@@ -41,11 +41,11 @@ pub fn by_position(
     subject: &Subject<'_>,
     fitness: &Fitness,
 ) -> Option<Result<ByPosition, Abstention>> {
-    subject.stretch.vp.as_ref()?;
+    subject.segment.vp.as_ref()?;
     let unfit = fitness.measures.iter().find(|m| m.class == Class::Unfit && NEEDED.contains(&m.id));
     Some(match unfit {
         Some(measure) => Err(Abstention(measure.reason.clone())),
-        None => subject.position().map(|judged| concluded(judged, subject.stretch.sample_time)),
+        None => subject.position().map(|judged| concluded(judged, subject.segment.sample_time)),
     })
 }
 

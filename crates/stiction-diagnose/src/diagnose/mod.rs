@@ -1,7 +1,7 @@
 //! From a recording to a verdict with its evidence.
 //!
 //! ```text
-//! Recording ──> Grid ──> the longest stretch ──> Fitness, Oscillation ──> Findings ──> Verdict
+//! Recording ──> Grid ──> the longest segment ──> Fitness, Oscillation ──> Findings ──> Verdict
 //! several of one valve ──> History, Repair
 //! ```
 
@@ -30,15 +30,16 @@ pub use crate::fusion::{Cause, Estimate};
 pub use by_evidence::Ruling;
 pub use confirm::confirming_test;
 pub use diagnosis::{
-    Detectors, Diagnosis, Judged, Options, Oscillations, Window, diagnose, fitness, subject,
+    Detectors, DiagnoseOptions, Diagnosis, Judged, Oscillations, Window, diagnose, fitness, subject,
 };
 pub use few_slips::{FewSlips, few_slips};
 pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};
 pub use no_response::{Fault, NAMED_FROM, NoResponse, Rest, Silence};
+pub(crate) use reasons::digits;
 pub use relation::{Mismatch, Relation};
-pub use repair::{Contrast, Outcome, Repair, repair};
+pub use repair::{Contrast, Repair, RepairOutcome, repair};
 pub use verdict::{
     ACCUSED_FROM, Alternative, Basis, CLEARED_UP_TO, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
     FEWEST_VOTES, HARMLESS, Limit, MIMICS, Override, Stiction, Verdict, VerdictClass, Votes,

@@ -9,7 +9,7 @@ use super::reasons::{alternatives, percent, sayings};
 use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use crate::fusion::Cause;
-use crate::recording::Stretch;
+use crate::recording::Segment;
 use crate::recording::fitness::{Class, Fitness, MeasureId, levels};
 use crate::series::{mean, noise_std, span, std};
 
@@ -182,7 +182,7 @@ pub struct Rest {
     pub overwhelming: bool,
 }
 
-/// Share of the stretch that a PV must rest for.
+/// Share of the segment that a PV must rest for.
 const RESTS: f64 = 0.2;
 /// The OP must travel so far, percent: one in ten of its span, which a calm loop's load seldom asks for in one rest.
 const FAR: f64 = 10.0;
@@ -215,8 +215,8 @@ const BY_ITSELF: [MeasureId; 8] = [
 impl Rest {
     /// Looks for the rest of the PV in which the OP travels farthest; `None` if there is none, or no set point tells
     /// whether the PV should rest there.
-    pub fn of(stretch: &Stretch) -> Option<Self> {
-        let (op, pv, sp) = (&stretch.op, stretch.pv.as_ref()?, stretch.sp.as_ref()?);
+    pub fn of(segment: &Segment) -> Option<Self> {
+        let (op, pv, sp) = (&segment.op, segment.pv.as_ref()?, segment.sp.as_ref()?);
         let n = op.len().min(pv.len()).min(sp.len());
         let (op, pv, sp) = (&op[..n], &pv[..n], &sp[..n]);
         let (low, high) =
@@ -230,7 +230,7 @@ impl Rest {
             None => 1e-6 * low.abs().max(sp.iter().fold(0.0, |m: f64, v| m.max(v.abs()))) / AWAY,
         };
         let noise = noise_std(op);
-        let at = |sample: usize| stretch.from + sample as f64 * stretch.sample_time;
+        let at = |sample: usize| segment.from + sample as f64 * segment.sample_time;
         let mut best: Option<Self> = None;
         let mut first = 0;
         for run in pv.chunk_by(|a, b| (a - b).abs() <= 1e-9 * (high - low)) {
@@ -343,10 +343,10 @@ pub(super) fn verdict(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::{Options, diagnose};
+    use crate::diagnose::{DiagnoseOptions, diagnose};
     use crate::recording::{Grid, GridOptions, Recording};
 
-    fn stretch(op: &[f64], pv: &[f64], sp: &[f64]) -> Stretch {
+    fn segment(op: &[f64], pv: &[f64], sp: &[f64]) -> Segment {
         let recording = Recording::regular("", 10.0, op, Some(pv), Some(sp)).unwrap();
         Grid::of(&recording, &GridOptions::default()).unwrap().longest().unwrap().clone()
     }
@@ -358,11 +358,11 @@ mod tests {
     #[test]
     fn a_pv_that_rests_at_zero_below_its_set_point_does_not_respond() {
         let (op, pv, sp) = (ramp(5.0, 80.0), vec![0.0; 720], vec![40.0; 720]);
-        let rest = Rest::of(&stretch(&op, &pv, &sp)).unwrap();
+        let rest = Rest::of(&segment(&op, &pv, &sp)).unwrap();
         assert_eq!(rest.silence, Silence::AtItsLowEnd);
         assert!(rest.overwhelming && rest.op_travel > 70.0 && rest.error == 40.0);
         let recording = Recording::regular("", 10.0, &op, Some(&pv), Some(&sp)).unwrap();
-        let diagnosis = diagnose(&recording, &Options::default()).unwrap();
+        let diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
         assert_eq!(diagnosis.verdict.class, VerdictClass::DoesNotRespond);
         assert!(diagnosis.verdict.reasons.iter().any(|reason| reason.contains("shut")));
     }
@@ -372,9 +372,9 @@ mod tests {
         let (op, sp) = (ramp(60.0, 20.0), vec![40.0; 720]);
         let pv: Vec<f64> =
             (0..720).map(|k| if k < 60 { 39.0 + 0.1 * f64::from(k % 3) } else { 35.0 }).collect();
-        let one = Rest::of(&stretch(&op, &pv, &sp)).unwrap();
+        let one = Rest::of(&segment(&op, &pv, &sp)).unwrap();
         let other = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| 1000.0 - 8.0 * v).collect() };
-        let two = Rest::of(&stretch(&op, &other(&pv), &other(&sp))).unwrap();
+        let two = Rest::of(&segment(&op, &other(&pv), &other(&sp))).unwrap();
         assert_eq!((one.silence, two.silence), (Silence::AtItsLowEnd, Silence::AtItsHighEnd));
         assert_eq!((one.from_s, one.to_s, one.op_travel), (two.from_s, two.to_s, two.op_travel));
     }
@@ -382,14 +382,14 @@ mod tests {
     #[test]
     fn a_pv_held_flat_at_its_set_point_is_normal() {
         let op = ramp(20.0, 80.0);
-        assert_eq!(Rest::of(&stretch(&op, &[50.0; 720], &[50.0; 720])), None);
+        assert_eq!(Rest::of(&segment(&op, &[50.0; 720], &[50.0; 720])), None);
         // Nor is one that rests within its resolution of it.
         let pv: Vec<f64> = (0..720).map(|k| if k % 350 == 349 { 49.5 } else { 50.0 }).collect();
-        assert_eq!(Rest::of(&stretch(&op, &pv, &[50.3; 720])), None);
+        assert_eq!(Rest::of(&segment(&op, &pv, &[50.3; 720])), None);
         // Nor an OP that swings, or hardly moves.
         let swing: Vec<f64> = (0..720).map(|k| 50.0 + 20.0 * (f64::from(k) * 0.1).sin()).collect();
-        assert_eq!(Rest::of(&stretch(&swing, &[0.0; 720], &[50.0; 720])), None);
-        assert_eq!(Rest::of(&stretch(&ramp(50.0, 55.0), &[0.0; 720], &[50.0; 720])), None);
+        assert_eq!(Rest::of(&segment(&swing, &[0.0; 720], &[50.0; 720])), None);
+        assert_eq!(Rest::of(&segment(&ramp(50.0, 55.0), &[0.0; 720], &[50.0; 720])), None);
     }
 
     #[test]

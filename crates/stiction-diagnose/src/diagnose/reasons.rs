@@ -198,7 +198,7 @@ pub fn percent(p: f64) -> String {
 }
 
 /// A number with two significant digits.
-pub(super) fn digits(x: f64) -> String {
+pub(crate) fn digits(x: f64) -> String {
     if !(x.is_finite() && x != 0.0) {
         return format!("{x:.0}");
     }

@@ -9,7 +9,7 @@
 mod law;
 
 use super::verdict::Verdict;
-use crate::recording::Stretch;
+use crate::recording::Segment;
 use crate::recording::fitness::levels;
 use crate::series::{max, mean, median, min, span, std};
 use law::Law;
@@ -134,7 +134,7 @@ const SHORT: [usize; 2] = [16, 64];
 /// How many samples are averaged. What the PV feeds forward through derivative action, or a sample that is held, leads at
 /// the fastest of these alone; a controller's integral shows at the slower ones.
 const SCALES: [usize; 3] = [1, 4, 16];
-/// Samples that are looked at, at most: those in the middle of a longer stretch.
+/// Samples that are looked at, at most: those in the middle of a longer segment.
 const LONGEST: usize = 16_384;
 /// A copy but for rounding in floating point, in standard deviations.
 const EXACT: f64 = 1e-8;
@@ -181,12 +181,12 @@ impl Relation {
         order: None,
     };
 
-    /// Whether OP and PV of a stretch belong together; nothing is known without a PV.
-    pub fn of(stretch: &Stretch) -> Self {
-        let Some(pv) = &stretch.pv else { return Self::UNKNOWN };
+    /// Whether OP and PV of a segment belong together; nothing is known without a PV.
+    pub fn of(segment: &Segment) -> Self {
+        let Some(pv) = &segment.pv else { return Self::UNKNOWN };
         let kept = |x: &[f64]| middle(x).to_vec();
-        let (op, pv) = (kept(&stretch.op), kept(pv));
-        let sp = stretch.sp.as_deref().map(kept);
+        let (op, pv) = (kept(&segment.op), kept(pv));
+        let sp = segment.sp.as_deref().map(kept);
         if !op.iter().chain(&pv).chain(sp.iter().flatten()).all(|v| v.is_finite()) {
             return Self::UNKNOWN;
         }
@@ -238,7 +238,7 @@ impl Relation {
     }
 }
 
-/// The samples in the middle of a stretch that is too long.
+/// The samples in the middle of a segment that is too long.
 fn middle(x: &[f64]) -> &[f64] {
     let from = x.len().saturating_sub(LONGEST) / 2;
     &x[from..x.len().min(from + LONGEST)]

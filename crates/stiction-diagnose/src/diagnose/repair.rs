@@ -18,7 +18,7 @@ pub const FEWEST: usize = 5;
 
 /// What a repair did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum RepairOutcome {
     /// It no longer sticks, or so little is left of S that it hardly matters.
     Worked,
     /// It sticks less, but it still sticks.
@@ -31,7 +31,7 @@ pub enum Outcome {
     CannotTell,
 }
 
-impl Outcome {
+impl RepairOutcome {
     /// Its name, such as `no change`.
     pub fn name(self) -> &'static str {
         match self {
@@ -81,7 +81,7 @@ pub struct Repair {
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Contrast>,
     /// What it did.
-    pub outcome: Outcome,
+    pub outcome: RepairOutcome,
     /// The same, a sentence.
     pub words: String,
 }
@@ -128,22 +128,26 @@ fn contrast(before: &[f64], after: &[f64], back: fn(f64) -> f64) -> Option<Contr
 
 /// S falling is not enough where the valve still sticks for sure, nor the probability where S stands still:
 /// but either may be all there is.
-fn outcome(probability: Option<Contrast>, s: Option<Contrast>, still: Option<f64>) -> Outcome {
+fn outcome(
+    probability: Option<Contrast>,
+    s: Option<Contrast>,
+    still: Option<f64>,
+) -> RepairOutcome {
     let known: Vec<Contrast> = [probability, s].into_iter().flatten().collect();
     if known.is_empty() {
-        return Outcome::CannotTell;
+        return RepairOutcome::CannotTell;
     }
     let moved =
         |sign: f64| known.iter().any(|c| c.significant && sign * (c.after - c.before) > 0.0);
     match (moved(-1.0), moved(1.0)) {
-        (true, false) if still.is_some_and(|p| p >= ACCUSED_FROM) => Outcome::Helped,
+        (true, false) if still.is_some_and(|p| p >= ACCUSED_FROM) => RepairOutcome::Helped,
         // An S of half the old one with nothing known of sticking is help, no cure.
         (true, false) if still.is_none_or(|p| p > CLEARED_UP_TO) && !s.is_some_and(cured) => {
-            Outcome::Helped
+            RepairOutcome::Helped
         }
-        (true, false) => Outcome::Worked,
-        (false, true) => Outcome::Worse,
-        _ => Outcome::NoChange,
+        (true, false) => RepairOutcome::Worked,
+        (false, true) => RepairOutcome::Worse,
+        _ => RepairOutcome::NoChange,
     }
 }
 
@@ -153,13 +157,13 @@ fn cured(s: Contrast) -> bool {
 }
 
 fn words(
-    outcome: Outcome,
+    outcome: RepairOutcome,
     probability: Option<Contrast>,
     s: Option<Contrast>,
     before: usize,
     after: usize,
 ) -> String {
-    if outcome == Outcome::CannotTell {
+    if outcome == RepairOutcome::CannotTell {
         return format!(
             "Whether the repair worked cannot be told: {before} windows before it and {after} after, and \
              at least {FEWEST} on each side that have a probability or an S are needed."
@@ -186,9 +190,9 @@ fn words(
     .flatten()
     .collect();
     let end = match outcome {
-        Outcome::Worked => "the repair worked",
-        Outcome::Helped => "the repair helped, but is not shown to have cured the valve",
-        Outcome::Worse => "the valve sticks more than before",
+        RepairOutcome::Worked => "the repair worked",
+        RepairOutcome::Helped => "the repair helped, but is not shown to have cured the valve",
+        RepairOutcome::Worse => "the valve sticks more than before",
         _ => "no effect of the repair can be shown",
     };
     let text = format!("{}; {end}.", parts.join(", "));
@@ -224,7 +228,7 @@ mod tests {
     #[test]
     fn a_repair_that_works_is_told_with_the_exact_p_value() {
         let found = repair(&series(&BAD, &GOOD), 5.0).unwrap();
-        assert_eq!((found.before, found.after, found.outcome), (5, 5, Outcome::Worked));
+        assert_eq!((found.before, found.after, found.outcome), (5, 5, RepairOutcome::Worked));
         let s = found.s.unwrap();
         assert_eq!((s.p_value, s.delta), (2.0 / 252.0, -1.0));
         // The geometric mean.
@@ -237,10 +241,10 @@ mod tests {
     #[test]
     fn time_reversed_it_is_worse_and_alike_it_is_nothing() {
         let worse = repair(&series(&GOOD, &BAD), 5.0).unwrap();
-        assert_eq!(worse.outcome, Outcome::Worse);
+        assert_eq!(worse.outcome, RepairOutcome::Worse);
         assert!(worse.words.contains("S rose from 0.6 to 4.1 %"), "{}", worse.words);
         let alike = repair(&series(&BAD, &BAD), 5.0).unwrap();
-        assert_eq!(alike.outcome, Outcome::NoChange);
+        assert_eq!(alike.outcome, RepairOutcome::NoChange);
         assert_eq!(alike.s.unwrap().p_value, 1.0);
     }
 
@@ -248,7 +252,7 @@ mod tests {
     fn a_smaller_s_of_a_valve_that_still_sticks_is_help() {
         let half: Vec<(f64, f64)> = BAD.iter().map(|(p, s)| (*p, s / 2.0)).collect();
         let found = repair(&series(&BAD, &half), 5.0).unwrap();
-        assert_eq!(found.outcome, Outcome::Helped, "{}", found.words);
+        assert_eq!(found.outcome, RepairOutcome::Helped, "{}", found.words);
     }
 
     #[test]
@@ -256,7 +260,7 @@ mod tests {
         let all = series(&BAD, &GOOD);
         for at in [4.0, 6.0, -1.0, 99.0] {
             let found = repair(&all, at).unwrap();
-            assert_eq!(found.outcome, Outcome::CannotTell, "{at}");
+            assert_eq!(found.outcome, RepairOutcome::CannotTell, "{at}");
             assert!(found.words.contains("cannot be told"), "{}", found.words);
             assert_eq!(found.before + found.after, 10);
         }
@@ -267,7 +271,7 @@ mod tests {
             .map(|o| if o.time < 5.0 { *o } else { Observation { s: None, ..*o } })
             .collect();
         let found = repair(&cured, 5.0).unwrap();
-        assert_eq!((found.outcome, found.s), (Outcome::Worked, None));
+        assert_eq!((found.outcome, found.s), (RepairOutcome::Worked, None));
     }
 
     #[test]

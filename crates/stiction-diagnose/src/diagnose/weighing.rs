@@ -1,6 +1,6 @@
-//! The evidence of a stretch, window by window, weighed by the frozen model.
+//! The evidence of a segment, window by window, weighed by the frozen model.
 //!
-//! A long stretch is looked at in [`windows`]. What they say is put together by the one rule of
+//! A long segment is looked at in [`windows`]. What they say is put together by the one rule of
 //! [`combining`]. S is that of the windows in which it is known and which speak for sticking: the median of its
 //! logarithm, and so are the ends of its interval: windows of one valve share what is wrong with the model, so more
 //! of them do not make the interval narrower, and a few bad ones do not move it.
@@ -13,7 +13,7 @@ use crate::detect::Abstention;
 use crate::evidence::{Evidence, Line, features, windows};
 use crate::fusion::{self, Cause, Estimate, Weighed};
 use crate::parallel::*;
-use crate::recording::Stretch;
+use crate::recording::Segment;
 use crate::series::median;
 
 /// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
@@ -22,7 +22,7 @@ pub const WIDEST: f64 = 0.35;
 /// J is known if its interval is at most this wide, in S.
 pub const WIDEST_J: f64 = 0.5;
 
-/// What the windows of a stretch come to.
+/// What the windows of a segment come to.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Weighing {
@@ -100,21 +100,21 @@ fn testimony<S: serde::Serializer>(lines: &[(Line, f64)], to: S) -> Result<S::Ok
 }
 
 impl Weighing {
-    /// Weighs a stretch in its [`windows`]; without a PV, by the shape of its OP alone.
+    /// Weighs a segment in its [`windows`]; without a PV, by the shape of its OP alone.
     ///
     /// # Errors
     /// As [`of_windows`](Self::of_windows).
-    pub fn of(stretch: &Stretch) -> Result<Self, Abstention> {
-        Self::of_windows(&windows(stretch))
+    pub fn of(segment: &Segment) -> Result<Self, Abstention> {
+        Self::of_windows(&windows(segment))
     }
 
     /// Weighs windows of one loop, in order of time.
     ///
     /// # Errors
     /// If nothing can be measured in any window, or the frozen model does not fit the evidence.
-    pub fn of_windows(windows: &[Stretch]) -> Result<Self, Abstention> {
+    pub fn of_windows(windows: &[Segment]) -> Result<Self, Abstention> {
         let bundle = fusion::shipped().map_err(|error| Abstention(error.to_string()))?;
-        let weigh = |part: &Stretch| -> Result<(Window, Evidence, Weighed), Abstention> {
+        let weigh = |part: &Segment| -> Result<(Window, Evidence, Weighed), Abstention> {
             let evidence = Evidence::of(part)?;
             let says = bundle
                 .weigh(&evidence.values, evidence.op_span, part.pv.is_none())
@@ -250,10 +250,10 @@ fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
 }
 
 /// Share of the samples of windows that no other has, were they spread evenly: 1 if none overlap.
-fn distinct(windows: &[Stretch]) -> f64 {
+fn distinct(windows: &[Segment]) -> f64 {
     let [first, .., last] = windows else { return 1.0 };
     let covered = last.from - first.from + last.duration();
-    let sum: f64 = windows.iter().map(Stretch::duration).sum();
+    let sum: f64 = windows.iter().map(Segment::duration).sum();
     if sum > 0.0 { (covered / sum).min(1.0) } else { 1.0 }
 }
 
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn windows_that_overlap_are_fewer() {
-        let window = |from: usize| Stretch {
+        let window = |from: usize| Segment {
             from: from as f64,
             sample_time: 1.0,
             op: vec![0.0; 100],

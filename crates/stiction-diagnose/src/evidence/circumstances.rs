@@ -43,7 +43,7 @@ pub const OF_LOOP: [Feature; 10] = [
 
 /// Measures those that need the OP only.
 pub fn measure_op(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
-    let op = &prepared.stretch.op;
+    let op = &prepared.segment.op;
     let values: [f64; OF_OP.len()] = [
         prepared.cycles().ln(),
         (prepared.period * prepared.factor as f64).ln(),
@@ -60,18 +60,18 @@ pub fn measure_op(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
 
 /// Measures those that need more.
 pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
-    let stretch = prepared.stretch;
-    let Some(pv) = &stretch.pv else {
+    let segment = prepared.segment;
+    let Some(pv) = &segment.pv else {
         out.extend([f64::NAN; OF_LOOP.len()]);
         return;
     };
-    let n = stretch.len();
+    let n = segment.len();
     let mismatch = prepared.error_spectrum.as_ref().and_then(|error| {
         let (of_op, of_error) =
             (dominant_period(n, &[&prepared.op_spectrum])?, dominant_period(n, &[error])?);
         Some((of_op / of_error).ln().abs())
     });
-    let sp = stretch.sp.as_deref();
+    let sp = segment.sp.as_deref();
     let sp_explains = sp.and_then(|sp| correlation(sp, pv)).map_or(0.0, |r| r * r);
     let controller = Controller::of(prepared);
     let values: [f64; OF_LOOP.len()] = [

@@ -28,7 +28,7 @@ pub mod model;
 use crate::detect::Abstention;
 use crate::identify::hammerstein::{self, ModelEvidence};
 use crate::identify::information::Information;
-use crate::recording::Stretch;
+use crate::recording::Segment;
 
 /// A number that evidence consists of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,9 +125,9 @@ pub fn op_only() -> impl Iterator<Item = usize> {
     needs.enumerate().filter(|(_, op_only)| *op_only).map(|(i, _)| i)
 }
 
-/// Dominant period of a stretch, in its samples, as [`Prepared`] finds it; `None` if it has none.
-pub fn recorded_period(stretch: &Stretch) -> Option<f64> {
-    let prepared = Prepared::of(stretch).ok()?;
+/// Dominant period of a segment, in its samples, as [`Prepared`] finds it; `None` if it has none.
+pub fn recorded_period(segment: &Segment) -> Option<f64> {
+    let prepared = Prepared::of(segment).ok()?;
     Some(prepared.period * prepared.factor as f64)
 }
 
@@ -150,12 +150,12 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// The evidence in a stretch, or a window of one.
+    /// The evidence in a segment, or a window of one.
     ///
     /// # Errors
     /// If there is nothing to measure, as with an OP that never moves.
-    pub fn of(stretch: &Stretch) -> Result<Self, Abstention> {
-        Ok(Self::of_prepared(&Prepared::of(stretch)?))
+    pub fn of(segment: &Segment) -> Result<Self, Abstention> {
+        Ok(Self::of_prepared(&Prepared::of(segment)?))
     }
 
     /// The evidence in a window that is ready.
@@ -166,14 +166,15 @@ impl Evidence {
         }
         let model = prepared.pv.as_ref().and_then(|pv| {
             let (op, pv) = (&prepared.op.values, &pv.values);
-            hammerstein::weigh(op, pv, prepared.period, &hammerstein::Options::default()).ok()
+            hammerstein::weigh(op, pv, prepared.period, &hammerstein::HammersteinOptions::default())
+                .ok()
         });
         let dense = prepared.dense.as_ref().and_then(model::weigh_dense);
         model::measure(model.as_ref(), &mut values);
         model::measure_dense(dense.as_ref().or(model.as_ref()), &mut values);
-        let information = prepared.stretch.pv.as_deref().and_then(|pv| {
+        let information = prepared.segment.pv.as_deref().and_then(|pv| {
             let period = prepared.period * prepared.factor as f64;
-            information::of(&prepared.stretch.op, pv, period)
+            information::of(&prepared.segment.op, pv, period)
         });
         information::measure(information.as_ref(), prepared.op_span(), &mut values);
         // A ratio to nothing is no number.
@@ -217,12 +218,12 @@ mod tests {
 
     const N: usize = 1000;
 
-    fn stretch(op: Vec<f64>, pv: Option<Vec<f64>>, sp: Option<Vec<f64>>) -> Stretch {
-        Stretch { from: 0.0, sample_time: 1.0, op, pv, sp, vp: None, bridged: 0 }
+    fn segment(op: Vec<f64>, pv: Option<Vec<f64>>, sp: Option<Vec<f64>>) -> Segment {
+        Segment { from: 0.0, sample_time: 1.0, op, pv, sp, vp: None, bridged: 0 }
     }
 
     /// A loop with noise, its load drifting; its valve sticks by `s` percent, half of it slip jump.
-    fn simulated(s: f64, seed: u64) -> Stretch {
+    fn simulated(s: f64, seed: u64) -> Segment {
         let valve = Model::TwoPhase.build(Bands::from_s_j(s, 0.5 * s).unwrap()).unwrap();
         let mut system = ClosedLoop::new(
             Controller::pi(0.4, 12.0).unwrap(),
@@ -238,7 +239,7 @@ mod tests {
         system.measurement = vec![Signal::Noise { sd: 0.1, tau_s: 0.0, seed: seed + 1 }];
         let run = system.run().unwrap();
         let tail = |x: &[f64]| x[300..].to_vec();
-        stretch(tail(&run.op), Some(tail(&run.pv)), Some(tail(&run.sp)))
+        segment(tail(&run.op), Some(tail(&run.pv)), Some(tail(&run.sp)))
     }
 
     fn map(x: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
@@ -269,10 +270,10 @@ mod tests {
             let found = Evidence::of(&original).unwrap();
             let moved = |x: &Option<Vec<f64>>| x.as_ref().map(|x| map(x, |v| 7.0 - 3.0 * v));
             let others = [
-                Stretch { pv: moved(&original.pv), sp: moved(&original.sp), ..original.clone() },
-                Stretch { op: map(&original.op, |v| 100.0 - v), ..original.clone() },
-                Stretch { op: map(&original.op, |v| 0.5 * v + 10.0), ..original.clone() },
-                Stretch { sample_time: 60.0, from: 5.0, ..original.clone() },
+                Segment { pv: moved(&original.pv), sp: moved(&original.sp), ..original.clone() },
+                Segment { op: map(&original.op, |v| 100.0 - v), ..original.clone() },
+                Segment { op: map(&original.op, |v| 0.5 * v + 10.0), ..original.clone() },
+                Segment { sample_time: 60.0, from: 5.0, ..original.clone() },
             ];
             for (which, other) in others.iter().enumerate() {
                 let other = Evidence::of(other).unwrap();
@@ -295,7 +296,7 @@ mod tests {
         let sine = wave(50.0, 0.3);
         let triangle = map(&sine, |v| v.clamp(-1.0, 1.0).asin() * 2.0 / PI);
         let square = map(&sine, f64::signum);
-        let of = |op: &[f64]| Evidence::of(&stretch(op.to_vec(), None, None)).unwrap();
+        let of = |op: &[f64]| Evidence::of(&segment(op.to_vec(), None, None)).unwrap();
         let close = |evidence: &Evidence, name: &str, expected: f64, tolerance: f64| {
             let found = evidence.get(name).unwrap();
             assert!((found - expected).abs() <= tolerance, "{name}: {found}, not {expected}");
@@ -335,7 +336,7 @@ mod tests {
             let (before, now) = (30.0 - pv[k - 1], 30.0 - pv[k]);
             op[k] = op[k - 1] + 0.7 * (now - before) + 0.05 * 0.5 * (now + before - 60.0);
         }
-        let evidence = Evidence::of(&stretch(op, Some(pv), Some(vec![0.0; N]))).unwrap();
+        let evidence = Evidence::of(&segment(op, Some(pv), Some(vec![0.0; N]))).unwrap();
         assert!(evidence.get("controller_misfit").unwrap() < -15.0);
         assert!(evidence.get("coherence").unwrap() > 0.999);
         // Amplitudes of 0.7 w sin and 0.05 sin.
@@ -363,20 +364,20 @@ mod tests {
         let (op, pv, sp) = (base.op.clone(), base.pv.clone().unwrap(), base.sp.clone());
         let spike = |at: usize, n: usize| (0..n).map(|k| f64::from(k == at)).collect::<Vec<_>>();
         let cases = [
-            stretch(op.clone(), None, None),
-            stretch(op.clone(), Some(vec![5.0; N]), None),
-            stretch(op.clone(), Some(vec![5.0; N]), sp.clone()),
-            stretch(op.clone(), Some(pv.clone()), None),
-            stretch(op[..20].to_vec(), Some(pv[..20].to_vec()), Some(vec![30.0; 20])),
-            stretch(op[..16].to_vec(), Some(pv[..16].to_vec()), None),
-            stretch(spike(500, N), Some(spike(510, N)), None),
-            stretch(op.clone(), Some(spike(3, N)), None),
-            stretch(map(&op, f64::round), Some(map(&pv, f64::round)), sp.clone()),
-            stretch(wave(50.0, 0.0), Some(wave(50.0, 1.0)), None),
-            stretch(wave(2.0, 0.5), Some(wave(2.0, 1.0)), None),
-            stretch((0..N).map(|k| k as f64).collect(), Some(pv.clone()), None),
-            stretch(map(&op, |v| 1e300 * v), Some(map(&pv, |v| 1e-300 * v)), None),
-            stretch(wave(N as f64, 0.0), Some(wave(10.0, 0.0)), Some(wave(200.0, 0.0))),
+            segment(op.clone(), None, None),
+            segment(op.clone(), Some(vec![5.0; N]), None),
+            segment(op.clone(), Some(vec![5.0; N]), sp.clone()),
+            segment(op.clone(), Some(pv.clone()), None),
+            segment(op[..20].to_vec(), Some(pv[..20].to_vec()), Some(vec![30.0; 20])),
+            segment(op[..16].to_vec(), Some(pv[..16].to_vec()), None),
+            segment(spike(500, N), Some(spike(510, N)), None),
+            segment(op.clone(), Some(spike(3, N)), None),
+            segment(map(&op, f64::round), Some(map(&pv, f64::round)), sp.clone()),
+            segment(wave(50.0, 0.0), Some(wave(50.0, 1.0)), None),
+            segment(wave(2.0, 0.5), Some(wave(2.0, 1.0)), None),
+            segment((0..N).map(|k| k as f64).collect(), Some(pv.clone()), None),
+            segment(map(&op, |v| 1e300 * v), Some(map(&pv, |v| 1e-300 * v)), None),
+            segment(wave(N as f64, 0.0), Some(wave(10.0, 0.0)), Some(wave(200.0, 0.0))),
         ];
         for (which, case) in cases.iter().enumerate() {
             let evidence = match Evidence::of(case) {
@@ -394,15 +395,15 @@ mod tests {
         // One that moves by what rounding makes does not move.
         let rounded = map(&wave(9.0, 0.0), |v| 5.0 + 1e-15 * v);
         assert_eq!(
-            Evidence::of(&stretch(op.clone(), Some(rounded), None)).unwrap().get("pv_constant"),
+            Evidence::of(&segment(op.clone(), Some(rounded), None)).unwrap().get("pv_constant"),
             Some(1.0)
         );
         let refused = [
-            stretch(vec![50.0; N], Some(pv.clone()), None),
-            stretch(op[..15].to_vec(), None, None),
-            stretch(map(&op, |v| if v == op[7] { f64::NAN } else { v }), None, None),
-            stretch(op.clone(), Some(pv[1..].to_vec()), None),
-            stretch(vec![], None, None),
+            segment(vec![50.0; N], Some(pv.clone()), None),
+            segment(op[..15].to_vec(), None, None),
+            segment(map(&op, |v| if v == op[7] { f64::NAN } else { v }), None, None),
+            segment(op.clone(), Some(pv[1..].to_vec()), None),
+            segment(vec![], None, None),
         ];
         for case in &refused {
             assert!(Evidence::of(case).is_err());
@@ -412,7 +413,7 @@ mod tests {
     #[test]
     fn of_the_op_alone_is_what_a_recording_without_pv_gives() {
         let both = simulated(5.0, 4);
-        let alone = Evidence::of(&Stretch { pv: None, sp: None, ..both.clone() }).unwrap();
+        let alone = Evidence::of(&Segment { pv: None, sp: None, ..both.clone() }).unwrap();
         let places: Vec<usize> = op_only().collect();
         for (i, value) in alone.values.iter().enumerate() {
             assert!(places.contains(&i) || value.is_nan(), "{i}");

@@ -126,7 +126,8 @@ pub const DENSE: &[Feature] = &[
 /// Weighs valves at the dense resolution.
 pub(super) fn weigh_dense(dense: &Dense) -> Option<ModelEvidence> {
     let delays = DENSE_DELAYS.iter().map(|delay| (delay / dense.period).min(1.0)).collect();
-    let options = hammerstein::Options { delays, ..hammerstein::Options::default() };
+    let options =
+        hammerstein::HammersteinOptions { delays, ..hammerstein::HammersteinOptions::default() };
     hammerstein::weigh(&dense.op, &dense.pv, dense.period, &options).ok()
 }
 
@@ -158,11 +159,11 @@ mod tests {
 
     #[test]
     fn every_feature_has_its_value() {
-        use crate::identify::hammerstein::{Options, weigh};
+        use crate::identify::hammerstein::{HammersteinOptions, weigh};
         let op: Vec<f64> = (0..400).map(|k| 1.4 * (0.14 * f64::from(k)).sin()).collect();
         let pv: Vec<f64> = op.iter().map(|u| u.signum()).collect();
         let mut values = vec![];
-        measure(Some(&weigh(&op, &pv, 45.0, &Options::default()).unwrap()), &mut values);
+        measure(Some(&weigh(&op, &pv, 45.0, &HammersteinOptions::default()).unwrap()), &mut values);
         assert_eq!(values.len(), FEATURES.len());
     }
 }

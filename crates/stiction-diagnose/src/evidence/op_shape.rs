@@ -27,7 +27,7 @@ pub const FEATURES: [Feature; 31] = [
     feature("op_leaning", "third harmonic: 0 waves that are as steep up as down, 1 leaning ones"),
     feature("op_chord", "share of the variance that straight lines from turn to turn leave"),
     feature("op_leg_time_spread", "relative spread of the times between turns"),
-    feature("op_leg_height_spread", "relative spread of the ways between turns"),
+    feature("op_leg_height_spread", "relative spread of the travels between turns"),
     feature("op_turns", "turns a cycle"),
     feature("op_turn_energy", "innovation near turns over innovation anywhere, logarithm"),
     feature("op_slope_flatness", "squared mean over mean square of the slopes: 1 a triangle"),

@@ -71,8 +71,8 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         result.as_ref().map_or(f64::NAN, number)
     };
 
-    let stretch = of_pair(&op.high, &pv.high);
-    let subject = Subject::new(&stretch, LoopType::Unknown, Some(prepared.period));
+    let segment = of_pair(&op.high, &pv.high);
+    let subject = Subject::new(&segment, LoopType::Unknown, Some(prepared.period));
     let horch = Horch::default().run(&subject).ok();
     let steady = DamarlaTest::new(SteadinessTest::TTest).run(&subject);
     let slope = DamarlaRegression::default().run(&subject);

@@ -1,7 +1,7 @@
 //! A window made ready to be measured: one resolution a period, no units, no slow part.
 
 use crate::detect::Abstention;
-use crate::recording::Stretch;
+use crate::recording::Segment;
 use crate::series::{
     Periodogram, correlation, decimated, detrended, max, min, periodogram, quantile, span,
     standardised, std,
@@ -71,7 +71,7 @@ pub struct Dense {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared<'a> {
     /// What was recorded.
-    pub stretch: &'a Stretch,
+    pub segment: &'a Segment,
     /// Recorded samples in one of a trace.
     pub factor: usize,
     /// Dominant period, in samples of the traces.
@@ -103,15 +103,15 @@ impl<'a> Prepared<'a> {
     ///
     /// # Errors
     /// If it has fewer than 16 samples, a sample is not finite, or the OP never moves.
-    pub fn of(stretch: &'a Stretch) -> Result<Self, Abstention> {
-        let n = stretch.len();
+    pub fn of(segment: &'a Segment) -> Result<Self, Abstention> {
+        let n = segment.len();
         if n < FEWEST_SAMPLES {
             return Err(Abstention(format!(
                 "needs at least {FEWEST_SAMPLES} samples; there are {n}"
             )));
         }
         let signals =
-            [Some(&stretch.op), stretch.pv.as_ref(), stretch.sp.as_ref()].into_iter().flatten();
+            [Some(&segment.op), segment.pv.as_ref(), segment.sp.as_ref()].into_iter().flatten();
         for signal in signals {
             if signal.len() != n || signal.iter().any(|v| !v.is_finite()) {
                 return Err(Abstention(
@@ -119,12 +119,12 @@ impl<'a> Prepared<'a> {
                 ));
             }
         }
-        let op = Scaled::of(&stretch.op)
+        let op = Scaled::of(&segment.op)
             .ok_or_else(|| Abstention("the OP never moves in this window".to_owned()))?;
-        let pv = stretch.pv.as_deref().and_then(Scaled::of);
-        let error = stretch.pv.as_deref().and_then(|pv| {
+        let pv = segment.pv.as_deref().and_then(Scaled::of);
+        let error = segment.pv.as_deref().and_then(|pv| {
             let less_sp = |sp: &Vec<f64>| pv.iter().zip(sp).map(|(pv, sp)| pv - sp).collect();
-            Scaled::of(&stretch.sp.as_ref().map_or_else(|| pv.to_vec(), less_sp))
+            Scaled::of(&segment.sp.as_ref().map_or_else(|| pv.to_vec(), less_sp))
         });
         let op_spectrum = periodogram(&detrended(&op.values));
         let error_spectrum = error.as_ref().map(|error| periodogram(&detrended(&error.values)));
@@ -157,7 +157,7 @@ impl<'a> Prepared<'a> {
             Some(Dense { op: op?, pv: pv?, period: recorded_period / dense_factor as f64 })
         });
         Ok(Self {
-            stretch,
+            segment,
             factor,
             period,
             dense,
@@ -182,12 +182,12 @@ impl<'a> Prepared<'a> {
 
     /// Dominant period, s.
     pub fn period_s(&self) -> f64 {
-        self.period * self.factor as f64 * self.stretch.sample_time
+        self.period * self.factor as f64 * self.segment.sample_time
     }
 
     /// How many periods the window holds.
     pub fn cycles(&self) -> f64 {
-        self.stretch.len() as f64 / (self.period * self.factor as f64)
+        self.segment.len() as f64 / (self.period * self.factor as f64)
     }
 
     /// A share of the period in samples of the traces, at least one.
@@ -271,9 +271,9 @@ pub(super) fn dominant_period(n: usize, spectra: &[&Periodogram]) -> Option<f64>
     Some((bins / bin).min(n as f64 / FEWEST_PERIODS))
 }
 
-/// A stretch of a pair of signals of one length, for methods that look at stretches.
-pub(super) fn of_pair(op: &[f64], pv: &[f64]) -> Stretch {
-    Stretch {
+/// A segment of a pair of signals of one length, for methods that look at segments.
+pub(super) fn of_pair(op: &[f64], pv: &[f64]) -> Segment {
+    Segment {
         from: 0.0,
         sample_time: 1.0,
         op: op.to_vec(),
@@ -307,8 +307,8 @@ mod tests {
     fn a_period_keeps_36_to_72_samples_where_it_has_them() {
         for (period, factor) in [(20.0, 1), (71.0, 1), (110.0, 3), (400.0, 11)] {
             let wave = wave(4000, period);
-            let stretch = of_pair(&wave, &wave);
-            let prepared = Prepared::of(&stretch).unwrap();
+            let segment = of_pair(&wave, &wave);
+            let prepared = Prepared::of(&segment).unwrap();
             assert_eq!(prepared.factor, factor, "{period}");
             assert!((prepared.period_s() / period - 1.0).abs() < 0.01, "{}", prepared.period_s());
             assert_eq!(prepared.op.values.len(), 4000 / factor);
@@ -342,8 +342,8 @@ mod tests {
             system.load = vec![Signal::Noise { sd: 2.0, tau_s: 40.0, seed: 3 }];
             system.measurement = vec![Signal::Noise { sd: 0.3, tau_s: 0.0, seed: 4 }];
             let run = system.run().unwrap();
-            let stretch = of_pair(&run.op, &run.pv);
-            assert_eq!(Prepared::of(&stretch).unwrap().gain_sign, gain.signum(), "{gain} {ti}");
+            let segment = of_pair(&run.op, &run.pv);
+            assert_eq!(Prepared::of(&segment).unwrap().gain_sign, gain.signum(), "{gain} {ti}");
         }
     }
 }

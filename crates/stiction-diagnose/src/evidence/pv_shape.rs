@@ -25,7 +25,7 @@ pub const FEATURES: [Feature; 16] = [
     feature("pv_chord", "share of the PV's variance that lines from turn to turn leave"),
     feature("pv_slope_flatness", "squared mean over mean square of the PV's slopes"),
     feature("pv_plateau", "share of the PV's slopes below a tenth of their root mean square"),
-    feature("pv_jump", "share of the PV's way that it makes in the fastest tenth of the time"),
+    feature("pv_jump", "share of the PV's travel that it makes in the fastest tenth of the time"),
     feature("pv_kurtosis", "tails of the PV without its slow part"),
     feature("pv_step_kurtosis", "tails of the PV's steps"),
     feature(
@@ -84,7 +84,7 @@ fn plateau(slopes: &[f64]) -> f64 {
     slopes.iter().filter(|s| s.abs() <= least).count() as f64 / n
 }
 
-/// Share of the way that the largest tenth of the steps makes.
+/// Share of the travel that the largest tenth of the steps makes.
 fn jump(steps: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = steps.iter().map(|s| s.abs()).collect();
     let tenth = sizes.len() / 10;
@@ -98,8 +98,8 @@ fn jump(steps: &[f64]) -> f64 {
 
 /// Yamashita's index for levels.
 fn bend_kurtosis(pv: &[f64], period: f64) -> f64 {
-    let stretch = of_pair(pv, pv);
-    let subject = Subject::new(&stretch, LoopType::Level, Some(period));
+    let segment = of_pair(pv, pv);
+    let subject = Subject::new(&segment, LoopType::Level, Some(period));
     YamashitaLevel::default().run(&subject).map_or(f64::NAN, |r| r.statistic)
 }
 

@@ -35,7 +35,7 @@ pub const FEATURES: [Feature; 19] = [
     feature("slow_correlation", "correlation of the slow parts of OP and PV"),
     feature(
         "way_ratio",
-        "the PV's way in large steps over that in small ones, over the OP's, logarithm",
+        "the PV's travel in large steps over that in small ones, over the OP's, logarithm",
     ),
     feature("pv_noise", "noise of the PV over its standard deviation, logarithm"),
     feature("offset", "mean error over its standard deviation, logarithm of one more"),
@@ -51,7 +51,7 @@ const LEAST_RATIO: f64 = 1e-6;
 /// Measures them.
 pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     let op = &prepared.op;
-    let Some(recorded) = &prepared.stretch.pv else {
+    let Some(recorded) = &prepared.segment.pv else {
         out.extend([f64::NAN; FEATURES.len()]);
         return;
     };
@@ -65,8 +65,8 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         out.extend(values);
         return;
     };
-    let stretch = of_pair(&op.values, &pv.values);
-    let kano = Kano::default().run(&Subject::new(&stretch, LoopType::Unknown, None)).ok();
+    let segment = of_pair(&op.values, &pv.values);
+    let kano = Kano::default().run(&Subject::new(&segment, LoopType::Unknown, None)).ok();
     let travels: Vec<f64> = kano.as_ref().map_or(vec![], |kano| {
         kano.rests.iter().map(|rest| span(&op.values[rest.first..rest.end])).collect()
     });
@@ -94,7 +94,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
         at_third.norm_sqr(),
         at_peak.arg().abs() / std::f64::consts::PI,
         correlation(&slow(op), &slow(pv)).unwrap_or(f64::NAN),
-        (ways(prepared, &pv.values) / ways(prepared, &op.values)).ln(),
+        (typical_travel(prepared, &pv.values) / typical_travel(prepared, &op.values)).ln(),
         noise_std(&pv.values).max(LEAST_RATIO).ln(),
         offset,
         one_sided,
@@ -107,14 +107,14 @@ fn slow(trace: &Trace) -> Vec<f64> {
     trace.values.iter().zip(&trace.high).map(|(all, high)| all - high).collect()
 }
 
-/// Way in steps of half a period over that in steps of a 24th.
-fn ways(prepared: &Prepared<'_>, x: &[f64]) -> f64 {
-    let way = |lag: usize| mean(&steps(x, lag).iter().map(|d| d.abs()).collect::<Vec<_>>());
-    way(prepared.lag(0.5)) / way(prepared.lag(1.0 / 24.0))
+/// Travel in steps of half a period over that in steps of a 24th.
+fn typical_travel(prepared: &Prepared<'_>, x: &[f64]) -> f64 {
+    let travel = |lag: usize| mean(&steps(x, lag).iter().map(|d| d.abs()).collect::<Vec<_>>());
+    travel(prepared.lag(0.5)) / travel(prepared.lag(1.0 / 24.0))
 }
 
 /// Of the times at which either signal has moved over `lag` samples, each by more than half of its
-/// typical way for the OP and a quarter for the PV, the share at which only the OP has.
+/// typical travel for the OP and a quarter for the PV, the share at which only the OP has.
 fn silent(op: &[f64], pv: &[f64], lag: usize) -> f64 {
     let (u, y) = (steps(op, lag), steps(pv, lag));
     let (of_u, of_y) = (0.5 * std(&u), 0.25 * std(&y));
@@ -130,7 +130,7 @@ fn silent(op: &[f64], pv: &[f64], lag: usize) -> f64 {
 
 /// Offset and longest time on one side of the SP; without an SP, of the mean.
 fn of_error(prepared: &Prepared<'_>, pv: &[f64]) -> [f64; 2] {
-    let (offset, error): (f64, Vec<f64>) = match &prepared.stretch.sp {
+    let (offset, error): (f64, Vec<f64>) = match &prepared.segment.sp {
         Some(sp) => {
             let error: Vec<f64> = sp.iter().zip(pv).map(|(sp, pv)| sp - pv).collect();
             ((mean(&error).abs() / std(&error)).ln_1p(), error)

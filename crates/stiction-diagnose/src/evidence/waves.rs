@@ -24,8 +24,8 @@ pub(super) struct HalfWaves {
 impl HalfWaves {
     /// Of a signal about its mean.
     pub fn of(x: &[f64]) -> Self {
-        let stretch = of_pair(x, x);
-        let subject = Subject::new(&stretch, LoopType::Unknown, None);
+        let segment = of_pair(x, x);
+        let subject = Subject::new(&segment, LoopType::Unknown, None);
         let relay = RelayFit::default().run(&subject).ok();
         let explained = relay.as_ref().map(|r| {
             let least = r.mse.iter().copied().fold(f64::INFINITY, f64::min);

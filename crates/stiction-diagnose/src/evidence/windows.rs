@@ -1,6 +1,6 @@
-//! The windows in which a long stretch is looked at.
+//! The windows in which a long segment is looked at.
 //!
-//! A long stretch is not one experiment: sticking comes and goes, loads drift, days follow nights. What is slow
+//! A long segment is not one experiment: sticking comes and goes, loads drift, days follow nights. What is slow
 //! would hide what the valve does, because it dominates the spectrum of the whole, so that the valve is looked for
 //! in the wrong place. It is looked at in windows that hold many cycles of the loop, and no more.
 //!
@@ -11,7 +11,7 @@
 
 use super::recorded_period;
 use crate::parallel::*;
-use crate::recording::Stretch;
+use crate::recording::Segment;
 use crate::series::median;
 
 /// Windows that are looked at, at most: all of a week at 5 s.
@@ -29,18 +29,18 @@ const LONGER: usize = 4;
 /// Windows whose period is asked.
 const ASKED: usize = 5;
 
-/// The windows of a stretch: itself if it is short, else evenly spread ones, in order of time.
-pub fn windows(stretch: &Stretch) -> Vec<Stretch> {
-    spread(stretch, length(stretch), MOST_WINDOWS)
+/// The windows of a segment: itself if it is short, else evenly spread ones, in order of time.
+pub fn windows(segment: &Segment) -> Vec<Segment> {
+    spread(segment, length(segment), MOST_WINDOWS)
 }
 
 /// Samples of a window.
-fn length(stretch: &Stretch) -> usize {
-    let n = stretch.len();
+fn length(segment: &Segment) -> usize {
+    let n = segment.len();
     let mut tried = WINDOW_SAMPLES;
     while tried < n {
-        let period = typical_period(stretch, tried);
-        let short_enough = tried == WINDOW_SAMPLES || period * stretch.sample_time <= SLOWEST_S;
+        let period = typical_period(segment, tried);
+        let short_enough = tried == WINDOW_SAMPLES || period * segment.sample_time <= SLOWEST_S;
         if FEWEST_CYCLES * period <= tried as f64 && short_enough {
             return WINDOW_SAMPLES.max((WINDOW_CYCLES * period).round() as usize).min(n);
         }
@@ -50,23 +50,23 @@ fn length(stretch: &Stretch) -> usize {
 }
 
 /// The median period of some windows, in samples; infinite if none has one.
-fn typical_period(stretch: &Stretch, length: usize) -> f64 {
-    let asked = spread(stretch, length, ASKED);
+fn typical_period(segment: &Segment, length: usize) -> f64 {
+    let asked = spread(segment, length, ASKED);
     let periods: Vec<f64> = asked.par_iter().filter_map(recorded_period).collect();
     if periods.is_empty() { f64::INFINITY } else { median(&periods) }
 }
 
-/// Windows of `length` samples evenly spread over a stretch, as many as it holds, the last one begun, and `most`
+/// Windows of `length` samples evenly spread over a segment, as many as it holds, the last one begun, and `most`
 /// at most.
-fn spread(stretch: &Stretch, length: usize, most: usize) -> Vec<Stretch> {
-    let n = stretch.len();
+fn spread(segment: &Segment, length: usize, most: usize) -> Vec<Segment> {
+    let n = segment.len();
     if n <= length {
-        return vec![stretch.clone()];
+        return vec![segment.clone()];
     }
     let count = n.div_ceil(length).min(most);
     let last = n - length;
     let from = |k: usize| if count == 1 { 0 } else { last * k / (count - 1) };
-    (0..count).map(|k| stretch.part(from(k), length)).collect()
+    (0..count).map(|k| segment.part(from(k), length)).collect()
 }
 
 #[cfg(test)]
@@ -74,9 +74,9 @@ mod tests {
     use super::*;
     use crate::closed_loop::Signal;
 
-    fn stretch(n: usize, period: f64) -> Stretch {
+    fn segment(n: usize, period: f64) -> Segment {
         let wave = |k: usize| (std::f64::consts::TAU * k as f64 / period).sin();
-        Stretch {
+        Segment {
             from: 100.0,
             sample_time: 2.0,
             op: (0..n).map(|k| 50.0 + wave(k)).collect(),
@@ -88,39 +88,39 @@ mod tests {
     }
 
     #[test]
-    fn windows_are_spread_over_the_stretch() {
+    fn windows_are_spread_over_the_segment() {
         for short in [1, 2_000, 4_000] {
-            assert_eq!(windows(&stretch(short, 40.0)), [stretch(short, 40.0)]);
+            assert_eq!(windows(&segment(short, 40.0)), [segment(short, 40.0)]);
         }
-        let of_long = windows(&stretch(30_000, 40.0));
+        let of_long = windows(&segment(30_000, 40.0));
         assert_eq!(of_long.len(), 8);
         assert!(of_long.iter().all(|window| window.len() == WINDOW_SAMPLES));
         assert_eq!(of_long[0].from, 100.0);
         assert_eq!(of_long[7].from, 100.0 + 2.0 * 26_000.0);
-        assert_eq!(windows(&stretch(500_000, 40.0)).len(), MOST_WINDOWS);
+        assert_eq!(windows(&segment(500_000, 40.0)).len(), MOST_WINDOWS);
         // Long cycles make long windows.
-        let of_slow = windows(&stretch(30_000, 500.0));
+        let of_slow = windows(&segment(30_000, 500.0));
         assert!(of_slow.len() == 3 && of_slow[0].len() > 12_000, "{}", of_slow[0].len());
     }
 
     #[test]
     fn neither_drift_nor_a_day_makes_windows_long() {
-        let mut drifting = stretch(100_000, 60.0);
+        let mut drifting = segment(100_000, 60.0);
         let drift =
             Signal::RandomWalk { sd_per_sqrt_s: 0.1, seed: 3 }.sample(2.0, 100_000).unwrap();
         drifting.op.iter_mut().zip(&drift).for_each(|(op, drift)| *op += drift);
         drifting.pv.iter_mut().flatten().zip(&drift).for_each(|(pv, drift)| *pv += drift);
         assert!(windows(&drifting).iter().all(|window| window.len() == WINDOW_SAMPLES));
-        let days = Stretch { sample_time: 60.0, ..stretch(30_000, 1_000.0) };
+        let days = Segment { sample_time: 60.0, ..segment(30_000, 1_000.0) };
         assert!(windows(&days).iter().all(|window| window.len() == WINDOW_SAMPLES));
-        let cycles = Stretch { sample_time: 5.0, ..stretch(30_000, 1_000.0) };
+        let cycles = Segment { sample_time: 5.0, ..segment(30_000, 1_000.0) };
         assert_eq!(windows(&cycles).len(), 2);
     }
 
     #[test]
     fn what_has_no_period_is_looked_at_all_the_same() {
-        let still = Stretch { op: vec![50.0; 9_000], ..stretch(9_000, 40.0) };
+        let still = Segment { op: vec![50.0; 9_000], ..segment(9_000, 40.0) };
         assert_eq!(windows(&still).len(), 3);
-        assert!(windows(&Stretch { op: vec![], pv: None, ..still }).len() == 1);
+        assert!(windows(&Segment { op: vec![], pv: None, ..still }).len() == 1);
     }
 }

@@ -27,9 +27,9 @@ pub struct Bundle {
     /// The names of the features it was trained on, in their order.
     pub features: Vec<String>,
     /// For recordings of OP and PV.
-    pub full: Model,
+    pub full: TrainedModel,
     /// For recordings of the OP alone. Its trees split by features of the OP only.
-    pub op_only: Model,
+    pub op_only: TrainedModel,
 }
 
 /// Where a bundle comes from: enough to train it again.
@@ -49,7 +49,7 @@ pub struct Provenance {
 
 /// The sums of trees of one kind of recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Model {
+pub struct TrainedModel {
     /// The margin of a fault: the valve sticks visibly, or does not respond.
     pub fault: Ensemble,
     /// From that margin to a probability.
@@ -137,8 +137,8 @@ impl Bundle {
         if features.len() > MOST_FEATURES {
             return Err(damaged("has too many features"));
         }
-        let full = Model::read(&mut from, features.len())?;
-        let op_only = Model::read(&mut from, features.len())?;
+        let full = TrainedModel::read(&mut from, features.len())?;
+        let op_only = TrainedModel::read(&mut from, features.len())?;
         if !from.0.is_empty() {
             return Err(damaged("goes on after its end"));
         }
@@ -146,7 +146,7 @@ impl Bundle {
     }
 }
 
-impl Model {
+impl TrainedModel {
     /// Its sums of trees, each with a name for people.
     pub fn ensembles(&self) -> Vec<(String, &Ensemble)> {
         let mut all =
@@ -355,7 +355,7 @@ pub(super) mod tests {
         }
     }
 
-    fn model(shift: f32) -> Model {
+    fn model(shift: f32) -> TrainedModel {
         let quantiles = |middle: f32| Quantiles {
             low: stump(0, middle - 0.5 - shift, middle - 0.5),
             middle: stump(0, middle - shift, middle),
@@ -364,7 +364,7 @@ pub(super) mod tests {
             stretch: 1.0,
         };
         let others = Cause::ALL.into_iter().filter(|cause| !cause.is_fault());
-        Model {
+        TrainedModel {
             fault: stump(0, -2.0, 2.0),
             calibration: Calibration::Isotonic(vec![(-2.0, 0.1), (2.0, 0.9)]),
             confidence: Confidence { clearing: Side::reaching(5.0), ..Confidence::IDENTITY },
@@ -389,7 +389,7 @@ pub(super) mod tests {
             },
             features: vec!["first".into(), "second".into()],
             full: model(0.0),
-            op_only: Model {
+            op_only: TrainedModel {
                 calibration: Calibration::IDENTITY,
                 limit: None,
                 mismatch: None,

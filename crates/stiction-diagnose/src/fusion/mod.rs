@@ -30,7 +30,7 @@ mod quantiles;
 mod reference;
 mod trees;
 
-pub use bundle::{Bundle, Model, Provenance};
+pub use bundle::{Bundle, Provenance, TrainedModel};
 pub use calibration::{Calibration, sigmoid, softplus};
 pub use cause::Cause;
 pub use confidence::{Confidence, SURE, Side, logit};

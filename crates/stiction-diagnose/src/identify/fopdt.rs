@@ -57,7 +57,7 @@ const LEAST_SHARE: f64 = 0.05;
 
 /// What the process does under a constant input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Kind {
+pub enum ProcessKind {
     /// It settles.
     #[default]
     SelfRegulating,
@@ -65,18 +65,28 @@ pub enum Kind {
     Integrating,
 }
 
+impl ProcessKind {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SelfRegulating => "self-regulating",
+            Self::Integrating => "integrating",
+        }
+    }
+}
+
 /// What is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct FopdtOptions {
     /// What the process does.
-    pub kind: Kind,
+    pub kind: ProcessKind,
     /// The longest delay tried, samples.
     pub longest_delay: usize,
 }
 
-impl Default for Options {
+impl Default for FopdtOptions {
     fn default() -> Self {
-        Self { kind: Kind::SelfRegulating, longest_delay: 40 }
+        Self { kind: ProcessKind::SelfRegulating, longest_delay: 40 }
     }
 }
 
@@ -116,7 +126,7 @@ pub fn fit(
     op: &[f64],
     pv: &[f64],
     sample_time: f64,
-    options: &Options,
+    options: &FopdtOptions,
 ) -> Result<Fopdt, Abstention> {
     let n = op.len();
     let longest = options.longest_delay.max(1);
@@ -157,8 +167,8 @@ pub fn fit(
     }
     let tau = ln_tau.exp() * ts;
     let unit = match options.kind {
-        Kind::SelfRegulating => scale_y / scale_x,
-        Kind::Integrating => scale_y / scale_x / ts,
+        ProcessKind::SelfRegulating => scale_y / scale_x,
+        ProcessKind::Integrating => scale_y / scale_x / ts,
     };
     let level = pv.iter().sum::<f64>() / n as f64;
     let modelled = data.columns(delay, ln_tau);
@@ -168,7 +178,7 @@ pub fn fit(
     });
     Ok(Fopdt {
         gain: Estimated { value: gain * unit, error: errors[0] * unit.abs() },
-        time_constant_s: (options.kind == Kind::SelfRegulating)
+        time_constant_s: (options.kind == ProcessKind::SelfRegulating)
             .then_some(Estimated { value: tau, error: errors[1] * tau }),
         dead_time_s: Estimated { value: (delay - 1) as f64 * ts, error: errors[2] * ts },
         delay,
@@ -181,7 +191,7 @@ pub fn fit(
 struct Data<'a> {
     x: &'a [f64],
     y: &'a [f64],
-    kind: Kind,
+    kind: ProcessKind,
     longest: usize,
 }
 
@@ -195,8 +205,8 @@ struct Fit {
 impl Data<'_> {
     fn decay(&self, ln_tau: f64) -> f64 {
         match self.kind {
-            Kind::SelfRegulating => (-(-ln_tau).exp()).exp(),
-            Kind::Integrating => 1.0,
+            ProcessKind::SelfRegulating => (-(-ln_tau).exp()).exp(),
+            ProcessKind::Integrating => 1.0,
         }
     }
 
@@ -204,7 +214,7 @@ impl Data<'_> {
     fn columns(&self, delay: usize, ln_tau: f64) -> [Vec<f64>; 3] {
         let n = self.x.len();
         let a = self.decay(ln_tau);
-        let take = if self.kind == Kind::Integrating { 1.0 } else { 1.0 - a };
+        let take = if self.kind == ProcessKind::Integrating { 1.0 } else { 1.0 - a };
         let mut z = 0.0;
         let mut response = vec![0.0; n];
         for k in delay..n {
@@ -214,11 +224,11 @@ impl Data<'_> {
         let mut left = 1.0;
         let beginning = (0..n)
             .map(|k| match self.kind {
-                Kind::SelfRegulating => {
+                ProcessKind::SelfRegulating => {
                     left *= a;
                     left
                 }
-                Kind::Integrating => k as f64 / n as f64,
+                ProcessKind::Integrating => k as f64 / n as f64,
             })
             .collect();
         [vec![1.0; n], response, beginning]
@@ -238,7 +248,7 @@ impl Data<'_> {
 
     /// Delay and logarithm of the time constant in samples that leave least.
     fn search(&self) -> Option<(usize, f64)> {
-        if self.kind == Kind::Integrating {
+        if self.kind == ProcessKind::Integrating {
             let delays = (1..=self.longest).map(|d| (self.left(d, 0.0), d, 0.0));
             return delays
                 .filter(|t| t.0.is_finite())
@@ -277,8 +287,10 @@ impl Data<'_> {
         };
         let by_gain: Vec<f64> = centred(&self.columns(delay, ln_tau)[1][self.longest..]);
         let by_tau = match self.kind {
-            Kind::SelfRegulating => slope(of(delay, ln_tau + 0.01), of(delay, ln_tau - 0.01), 0.02),
-            Kind::Integrating => vec![],
+            ProcessKind::SelfRegulating => {
+                slope(of(delay, ln_tau + 0.01), of(delay, ln_tau - 0.01), 0.02)
+            }
+            ProcessKind::Integrating => vec![],
         };
         let before = (delay - 1).max(1);
         let by_delay =
@@ -325,7 +337,7 @@ mod tests {
                 Controller::pi(1.1, 2.5).unwrap(),
                 noise,
             );
-            let found = fit(&run.vp, &run.pv, 0.2, &Options::default()).unwrap();
+            let found = fit(&run.vp, &run.pv, 0.2, &FopdtOptions::default()).unwrap();
             let tau = found.time_constant_s.unwrap();
             assert!((found.gain.value - 1.5).abs() < 0.03, "{:?}", found.gain);
             assert!((tau.value - 5.93).abs() < 0.3, "{tau:?}");
@@ -341,7 +353,7 @@ mod tests {
             Controller::pi(0.4, 8.0).unwrap(),
             0.05,
         );
-        let options = Options { kind: Kind::Integrating, ..Options::default() };
+        let options = FopdtOptions { kind: ProcessKind::Integrating, ..FopdtOptions::default() };
         let found = fit(&run.vp, &run.pv, 0.2, &options).unwrap();
         assert!((found.gain.value - 0.5).abs() < 0.02, "{:?}", found.gain);
         assert!((found.dead_time_s.value - 0.6).abs() < 0.21, "{:?}", found.dead_time_s);
@@ -355,9 +367,9 @@ mod tests {
             Controller::pi(1.1, 2.5).unwrap(),
             0.1,
         );
-        let found = fit(&run.vp, &run.pv, 0.2, &Options::default()).unwrap();
+        let found = fit(&run.vp, &run.pv, 0.2, &FopdtOptions::default()).unwrap();
         let kelvin: Vec<f64> = run.pv.iter().map(|v| 273.0 - 4.0 * v).collect();
-        let other = fit(&run.vp, &kelvin, 0.2, &Options::default()).unwrap();
+        let other = fit(&run.vp, &kelvin, 0.2, &FopdtOptions::default()).unwrap();
         assert!((other.gain.value / found.gain.value + 4.0).abs() < 1e-6);
         assert_eq!(other.delay, found.delay);
     }
@@ -365,14 +377,14 @@ mod tests {
     #[test]
     fn without_excitation_there_is_nothing_to_find() {
         let wave: Vec<f64> = (0..500).map(|k| (0.1 * f64::from(k)).sin()).collect();
-        assert!(fit(&[50.0; 500], &wave, 1.0, &Options::default()).is_err());
-        assert!(fit(&wave, &[1.0; 500], 1.0, &Options::default()).is_err());
-        assert!(fit(&wave, &wave[..499], 1.0, &Options::default()).is_err());
-        assert!(fit(&wave, &wave, 0.0, &Options::default()).is_err());
+        assert!(fit(&[50.0; 500], &wave, 1.0, &FopdtOptions::default()).is_err());
+        assert!(fit(&wave, &[1.0; 500], 1.0, &FopdtOptions::default()).is_err());
+        assert!(fit(&wave, &wave[..499], 1.0, &FopdtOptions::default()).is_err());
+        assert!(fit(&wave, &wave, 0.0, &FopdtOptions::default()).is_err());
         let mut noise = crate::closed_loop::NormalStream::new(1);
         let mut other = crate::closed_loop::NormalStream::new(2);
         let a: Vec<f64> = (0..500).map(|_| noise.draw()).collect();
         let b: Vec<f64> = (0..500).map(|_| other.draw()).collect();
-        assert!(fit(&a, &b, 1.0, &Options::default()).is_err());
+        assert!(fit(&a, &b, 1.0, &FopdtOptions::default()).is_err());
     }
 }

@@ -95,7 +95,7 @@ const SENSOR_STEP: f64 = 0.06;
 
 /// The candidates.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct HammersteinOptions {
     /// S at first, shares of the OP's span without its slow part, ascending.
     pub s_over_span: Vec<f64>,
     /// J at first, shares of S.
@@ -104,7 +104,7 @@ pub struct Options {
     pub delays: Vec<f64>,
 }
 
-impl Default for Options {
+impl Default for HammersteinOptions {
     fn default() -> Self {
         Self {
             s_over_span: vec![
@@ -117,7 +117,7 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl HammersteinOptions {
     /// Whether the grids can be searched.
     fn check(&self) -> Result<(), Abstention> {
         let ok = |grid: &[f64], low: f64, high: f64| {
@@ -225,7 +225,7 @@ impl OutputError {
     }
 }
 
-/// What the models say of a stretch.
+/// What the models say of a segment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelEvidence {
     /// Samples that were predicted.
@@ -270,7 +270,7 @@ impl ModelEvidence {
 ///
 /// ```
 /// use stiction_model::closed_loop::NormalStream;
-/// use stiction_diagnose::identify::hammerstein::{Options, weigh};
+/// use stiction_diagnose::identify::hammerstein::{HammersteinOptions, weigh};
 /// use stiction_model::valve::{Start, TwoPhase, Valve};
 /// use stiction_model::Bands;
 ///
@@ -288,7 +288,7 @@ impl ModelEvidence {
 ///     })
 ///     .collect();
 /// let pv = stiction_diagnose::series::standardised(&pv).expect("it moves");
-/// let evidence = weigh(&op, &pv, 48.0, &Options::default()).expect("it can be weighed");
+/// let evidence = weigh(&op, &pv, 48.0, &HammersteinOptions::default()).expect("it can be weighed");
 /// let valve = evidence.best();
 /// assert!(valve.gain > 1.0);
 /// assert!((valve.s_over_span * evidence.op_span / 0.7 - 1.0).abs() < 0.1);
@@ -302,7 +302,7 @@ pub fn weigh(
     op: &[f64],
     pv: &[f64],
     period: f64,
-    options: &Options,
+    options: &HammersteinOptions,
 ) -> Result<ModelEvidence, Abstention> {
     options.check()?;
     check(op, pv, period)?;
@@ -404,7 +404,7 @@ fn check(op: &[f64], pv: &[f64], period: f64) -> Result<(), Abstention> {
 }
 
 /// The delays to try, samples, ascending.
-fn delays(period: f64, options: &Options) -> Vec<usize> {
+fn delays(period: f64, options: &HammersteinOptions) -> Vec<usize> {
     let mut delays = vec![1, 2];
     delays.extend(options.delays.iter().map(|share| (share * period).round() as usize));
     delays.retain(|delay| *delay > 0);
@@ -670,7 +670,7 @@ mod tests {
 
         fn weighed(&self, period: f64) -> (ModelEvidence, f64) {
             let (op, pv, unit) = self.recorded();
-            (weigh(&op, &pv, period, &Options::default()).unwrap(), unit)
+            (weigh(&op, &pv, period, &HammersteinOptions::default()).unwrap(), unit)
         }
     }
 
@@ -758,7 +758,7 @@ mod tests {
     fn directions_do_not_matter() {
         let (op, pv, _) = Plant::sticky(Model::TwoPhase, 5.0, 2.0, 3).recorded();
         let minus = |x: &[f64]| x.iter().map(|v| -v).collect::<Vec<_>>();
-        let options = Options::default();
+        let options = HammersteinOptions::default();
         let upright = weigh(&op, &pv, 42.0, &options).unwrap();
         let mut values = vec![];
         crate::evidence::model::measure(Some(&upright), &mut values);
@@ -778,10 +778,10 @@ mod tests {
     #[test]
     fn what_cannot_be_weighed_is_not() {
         let wave: Vec<f64> = (0..400).map(|k| 1.4 * (0.14 * f64::from(k)).sin()).collect();
-        let with = |op: &[f64], pv: &[f64], period, options: &Options| {
+        let with = |op: &[f64], pv: &[f64], period, options: &HammersteinOptions| {
             weigh(op, pv, period, options).map(|_| ()).unwrap_err().0
         };
-        let options = Options::default();
+        let options = HammersteinOptions::default();
         assert!(with(&wave[..50], &wave[..50], 20.0, &options).contains("at least 100 samples"));
         assert!(with(&wave, &wave[..200], 20.0, &options).contains("both"));
         for period in [f64::NAN, 2.0, 1e9] {
@@ -792,9 +792,9 @@ mod tests {
         assert!(with(&wave, &spoiled, 45.0, &options).contains("finite"));
         assert!(with(&[0.0; 400], &wave, 45.0, &options).contains("not move"));
         assert!(with(&wave, &[0.0; 400], 45.0, &options).contains("not move"));
-        let wrong = Options { s_over_span: vec![], ..options.clone() };
+        let wrong = HammersteinOptions { s_over_span: vec![], ..options.clone() };
         assert!(with(&wave, &wave, 45.0, &wrong).contains("candidates"));
-        let wrong = Options { delays: vec![1e12], ..options.clone() };
+        let wrong = HammersteinOptions { delays: vec![1e12], ..options.clone() };
         assert!(with(&wave, &wave, 45.0, &wrong).contains("delays"));
     }
 
@@ -811,7 +811,9 @@ mod tests {
         for op in signals {
             for pv in signals {
                 for period in [4.0, 45.0, 300.0] {
-                    let Ok(evidence) = weigh(op, pv, period, &Options::default()) else { continue };
+                    let Ok(evidence) = weigh(op, pv, period, &HammersteinOptions::default()) else {
+                        continue;
+                    };
                     let mut values = vec![];
                     crate::evidence::model::measure(Some(&evidence), &mut values);
                     for (value, feature) in values.iter().zip(crate::evidence::model::FEATURES) {

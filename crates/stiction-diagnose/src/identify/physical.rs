@@ -99,14 +99,14 @@ const DIFFERENCE: f64 = 0.03;
 
 /// A fitted number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub struct StemEstimate {
     /// The number.
     pub value: f64,
     /// Its standard deviation; `None` if the recording does not depend on it.
     pub deviation: Option<f64>,
 }
 
-impl Estimate {
+impl StemEstimate {
     /// Whether the standard deviation is at most [`UNSURE`] of the value.
     pub fn identified(&self) -> bool {
         self.deviation.is_some_and(|deviation| deviation <= UNSURE * self.value)
@@ -117,11 +117,11 @@ impl Estimate {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhysicalFit {
     /// Static friction over spring constant `Fs/k`, percent of span of the OP.
-    pub static_band: Estimate,
+    pub static_band: StemEstimate,
     /// Coulomb friction over spring constant `Fc/k`, percent of span of the OP.
-    pub coulomb_band: Estimate,
+    pub coulomb_band: StemEstimate,
     /// Viscous friction over spring constant `Fv/k`, s.
-    pub lag_s: Estimate,
+    pub lag_s: StemEstimate,
     /// The S and J that follow, percent of span of the OP.
     pub bands: Bands,
     /// Percent of VP per percent of the stem's position.
@@ -231,7 +231,12 @@ fn no_stem() -> Abstention {
 }
 
 /// Why a number that is not identified is not.
-fn unidentified(fs: &Estimate, fc: &Estimate, lag_s: &Estimate, sample_time_s: f64) -> Vec<String> {
+fn unidentified(
+    fs: &StemEstimate,
+    fc: &StemEstimate,
+    lag_s: &StemEstimate,
+    sample_time_s: f64,
+) -> Vec<String> {
     let mut reasons = vec![];
     if !fs.identified() {
         reasons.push(
@@ -352,7 +357,7 @@ impl<'a> Trial<'a> {
         best: &[f64; PARAMETERS],
         x: &[f64],
         line: &Line,
-    ) -> [Estimate; PARAMETERS] {
+    ) -> [StemEstimate; PARAMETERS] {
         let values = self.physical(best);
         let [fs, fc, lag_s] = values;
         let within = [(fc, f64::INFINITY), (0.0, fs), (0.0, f64::INFINITY)];
@@ -393,7 +398,7 @@ impl<'a> Trial<'a> {
         let variance = self.error_variance(x, line);
         std::array::from_fn(|i| {
             let deviation = inverse.map(|c| (variance * c[(i, i)]).sqrt() / length[i]);
-            Estimate { value: values[i], deviation: deviation.filter(|d| d.is_finite()) }
+            StemEstimate { value: values[i], deviation: deviation.filter(|d| d.is_finite()) }
         })
     }
 

@@ -25,14 +25,14 @@ pub const FEWEST_INTERVALS: usize = 5;
 
 /// What an oscillation was found by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Basis {
+pub enum OscillationBasis {
     /// The autocorrelation of the signal crosses zero regularly.
     Autocorrelation,
     /// A significant peak of the spectrum, whose band oscillates regularly and lastingly.
     SpectralPeak,
 }
 
-impl Basis {
+impl OscillationBasis {
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
@@ -49,7 +49,7 @@ pub struct Oscillation {
     /// Whether an oscillation was found; the rule is at [`analyse`].
     pub found: bool,
     /// What it was found by.
-    pub basis: Option<Basis>,
+    pub basis: Option<OscillationBasis>,
     /// Period of the dominant oscillation, s; `None` if none was found.
     pub period_s: Option<f64>,
     /// Half of the typical peak-to-peak value of that oscillation, in the signal's units: the median
@@ -143,7 +143,7 @@ pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
                 regular.index,
                 regular.intervals()
             ));
-            Some((Basis::Autocorrelation, regular.period))
+            Some((OscillationBasis::Autocorrelation, regular.period))
         }
         (None, Some(peak)) => {
             found.reasons.push(format!(
@@ -154,7 +154,7 @@ pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
                 100.0 * peak.share,
                 peak.regularity.unwrap_or(f64::NAN)
             ));
-            Some((Basis::SpectralPeak, peak.period_s / sample_time))
+            Some((OscillationBasis::SpectralPeak, peak.period_s / sample_time))
         }
         (None, None) => {
             found.reasons.push(match found.regularity {
@@ -278,7 +278,7 @@ mod tests {
             *v += 20.0 * (k as f64 / 900.0).sin() + 0.01 * k as f64;
         }
         let found = analyse(&x, 1.0);
-        assert_eq!(found.basis, Some(Basis::SpectralPeak));
+        assert_eq!(found.basis, Some(OscillationBasis::SpectralPeak));
         assert!((found.period_s.unwrap() - 60.0).abs() < 1.0);
         assert!(found.peaks.iter().any(|p| (p.period_s - 60.0).abs() < 1.0), "{found:#?}");
     }

@@ -4,7 +4,7 @@
 //! where no method can be believed; whatever weakens some methods is a caveat. The thresholds are ours
 //! unless a source is named; each says why at its rule.
 
-use super::{Channel, Grid, Quality, Recording, Stretch};
+use super::{Channel, Grid, Quality, Recording, Segment};
 use crate::series::{max, mean, min, quantile, span, variance};
 
 /// How well a recording, or one measure of it, suits the question.
@@ -53,7 +53,7 @@ measures! {
     BridgedSamples = "bridged samples",
     DoubtfulSamples = "doubtful samples",
     InCommand = "in command",
-    AutomaticStretch = "automatic stretch",
+    AutomaticSegment = "automatic segment",
     Samples = "samples",
     Cycles = "cycles",
     SamplesPerCycle = "samples per cycle",
@@ -212,35 +212,35 @@ const CLOSED: Rule = Rule::less(MeasureId::InCommand, 50.0, None).percent();
 /// A signal that never moves tells nothing.
 const MOVES: f64 = 0.0;
 
-/// Whether a stretch of a recording can answer. `period` is that of its dominant oscillation, in
+/// Whether a segment of a recording can answer. `period` is that of its dominant oscillation, in
 /// samples, if there is one.
 pub fn assess(
     recording: &Recording,
     grid: &Grid,
-    stretch: &Stretch,
+    segment: &Segment,
     period: Option<f64>,
 ) -> Fitness {
-    let n = stretch.len();
+    let n = segment.len();
     let period = period.filter(|period| *period > 0.0);
-    let mut measures = vec![good(recording), bridged(stretch), doubtful(recording), closed(grid)];
+    let mut measures = vec![good(recording), bridged(segment), doubtful(recording), closed(grid)];
     measures.push(
         SAMPLES.measure(
             Some(n as f64),
-            format!("the stretch has {n} samples, {} s", stretch.duration()),
+            format!("the segment has {n} samples, {} s", segment.duration()),
         ),
     );
     measures.extend(cycles(n, period));
-    measures.push(moves(MeasureId::OpMoves, "OP", &stretch.op));
-    if let Some(levels) = levels(&stretch.op) {
+    measures.push(moves(MeasureId::OpMoves, "OP", &segment.op));
+    if let Some(levels) = levels(&segment.op) {
         measures.push(OP_LEVELS.measure(
             Some(levels),
             format!("the OP's smallest step divides its range into {levels:.0} levels"),
         ));
     }
-    measures.push(saturated(&stretch.op));
-    if let Some(pv) = &stretch.pv {
+    measures.push(saturated(&segment.op));
+    if let Some(pv) = &segment.pv {
         measures.extend(of_pv(pv, period));
-        if let Some(sp) = &stretch.sp {
+        if let Some(sp) = &segment.sp {
             measures.push(set_point(pv, sp));
         }
     }
@@ -259,11 +259,11 @@ fn good(recording: &Recording) -> Measure {
     }
 }
 
-fn bridged(stretch: &Stretch) -> Measure {
-    let share = 100.0 * stretch.bridged as f64 / stretch.len().max(1) as f64;
+fn bridged(segment: &Segment) -> Measure {
+    let share = 100.0 * segment.bridged as f64 / segment.len().max(1) as f64;
     BRIDGED.measure(
         Some(share),
-        format!("{} samples, {share:.1} %, were missing and are bridged", stretch.bridged),
+        format!("{} samples, {share:.1} %, were missing and are bridged", segment.bridged),
     )
 }
 
@@ -280,13 +280,15 @@ fn doubtful(recording: &Recording) -> Measure {
 }
 
 fn closed(grid: &Grid) -> Measure {
-    let (share, parts) = (100.0 * grid.closed_share, grid.stretches.len());
+    let (share, parts) = (100.0 * grid.closed_share, grid.segments.len());
     CLOSED.measure(
         Some(share),
         match parts {
-            1 => format!("the controller was in command {share:.1} % of the time, in one usable stretch"),
+            1 => format!(
+                "the controller was in command {share:.1} % of the time, in one usable segment"
+            ),
             _ => format!(
-                "the controller was in command {share:.1} % of the time, in {parts} usable stretches"
+                "the controller was in command {share:.1} % of the time, in {parts} usable segments"
             ),
         },
     )
@@ -388,7 +390,7 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
     measures.push(FROZEN.measure(
         Some(frozen),
         format!(
-            "the PV stands still for {run} samples at most{in_cycles}, {frozen:.1} % of the stretch"
+            "the PV stands still for {run} samples at most{in_cycles}, {frozen:.1} % of the segment"
         ),
     ));
     let clipped = 100.0 * resting(pv) as f64 / n;

@@ -1,4 +1,4 @@
-//! From samples at any times to stretches on a regular grid.
+//! From samples at any times to segments on a regular grid.
 //!
 //! * **Sample time**: the commonest time between samples of the reference channel, which is PV's, else
 //!   OP's; unless it is given. A grid coarser than the samples takes samples as they are: nothing is
@@ -15,26 +15,26 @@
 //! * **Missing samples**: up to [`LONGEST_BRIDGE`] in a row are bridged; where more of OP or PV are
 //!   missing, the recording is cut. Two samples of a regular channel more than 1.5 of its steps apart
 //!   have missing ones between them. A missing SP holds. VP is bridged if it is known in
-//!   [`LEAST_KNOWN_VP`] of a stretch, and left out of the stretch otherwise.
+//!   [`LEAST_KNOWN_VP`] of a segment, and left out of the segment otherwise.
 //! * **Mode**: the recording is cut where the controller was not in command.
 
 mod clock;
 mod repair;
 mod track;
 
-pub use repair::{Repair, RepairKind};
+pub use repair::{GridRepair, RepairKind};
 
 use super::{Channel, Range, Recording};
 use crate::error::{Error, Result};
 use clock::{Clock, SAME};
 use repair::Log;
-use track::{Segment, State, Track};
+use track::{Run, State, Track};
 
 /// The most missing samples in a row that are bridged. Three: a line over more of them shapes the
 /// wave of a loop that cycles in a dozen samples.
 pub const LONGEST_BRIDGE: usize = 3;
 
-/// The share of a stretch in which VP must be known to be kept.
+/// The share of a segment in which VP must be known to be kept.
 pub const LEAST_KNOWN_VP: f64 = 0.95;
 
 /// How values between samples are found.
@@ -57,7 +57,7 @@ pub struct GridOptions {
 /// Part of a recording in which the controller was in command and every sample is known, on a
 /// regular grid. All signals have one length.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stretch {
+pub struct Segment {
     /// Time of its first sample, s on the recording's clock.
     pub from: f64,
     /// Time between samples, s.
@@ -74,7 +74,7 @@ pub struct Stretch {
     pub bridged: usize,
 }
 
-impl Stretch {
+impl Segment {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.op.len()
@@ -118,10 +118,10 @@ impl Stretch {
 pub struct Grid {
     /// Time between samples, s.
     pub sample_time: f64,
-    /// The stretches, in order of time. None if the loop never was in automatic, or had no samples.
-    pub stretches: Vec<Stretch>,
+    /// The segments, in order of time. None if the loop never was in automatic, or had no samples.
+    pub segments: Vec<Segment>,
     /// What was mended, in order of [`RepairKind`]; within one kind PV, OP, VP, SP, all.
-    pub repairs: Vec<Repair>,
+    pub repairs: Vec<GridRepair>,
     /// From the first sample to the last, s.
     pub duration: f64,
     /// Share of the duration in which the controller was in command.
@@ -129,12 +129,12 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The longest stretch, the first of several.
-    pub fn longest(&self) -> Option<&Stretch> {
-        self.stretches.iter().rev().max_by_key(|stretch| stretch.len())
+    /// The longest segment, the first of several.
+    pub fn longest(&self) -> Option<&Segment> {
+        self.segments.iter().rev().max_by_key(|segment| segment.len())
     }
 
-    /// Brings a recording onto a grid; see the [module](self) for how. Stretches have two samples or
+    /// Brings a recording onto a grid; see the [module](self) for how. Segments have two samples or
     /// more.
     ///
     /// # Errors
@@ -145,21 +145,19 @@ impl Grid {
         let tracks = Tracks::of(recording, options, &mut repairs)?;
         let (step, (signal, reference)) = (tracks.step, tracks.reference());
         let (first, last) = (reference.first(), reference.last());
-        let segments = reference.segments(step)?;
-        // Between the segments the reference channel says nothing for long.
+        let runs = reference.runs(step)?;
+        // Between the runs the reference channel says nothing for long.
         let mut log = Log::default();
-        for pair in segments.windows(2) {
+        for pair in runs.windows(2) {
             log.gap(signal, pair[0].to, ((pair[1].from - pair[0].to) / step).round() as usize - 1);
         }
-        let stretches = segments
-            .iter()
-            .flat_map(|segment| tracks.stretches(segment, recording, &mut log))
-            .collect();
+        let segments =
+            runs.iter().flat_map(|run| tracks.segments(run, recording, &mut log)).collect();
         repairs.extend(log.repairs(recording));
         repairs.sort_by_key(|repair| (repair.kind, rank(repair.signal)));
         Ok(Self {
             sample_time: step,
-            stretches,
+            segments,
             repairs,
             duration: last - first,
             closed_share: closed_share(tracks.modes.as_ref(), first, last),
@@ -181,7 +179,11 @@ struct Tracks {
 
 impl Tracks {
     /// Puts the signals on the clock of the PV or, where that is of no use, of the OP.
-    fn of(recording: &Recording, options: &GridOptions, repairs: &mut Vec<Repair>) -> Result<Self> {
+    fn of(
+        recording: &Recording,
+        options: &GridOptions,
+        repairs: &mut Vec<GridRepair>,
+    ) -> Result<Self> {
         for (signal, channel) in [
             ("OP", Some(&recording.op)),
             ("PV", recording.pv.as_ref()),
@@ -196,7 +198,7 @@ impl Tracks {
             None => (&recording.op, "OP"),
         };
         if recording.pv.is_some() && usable_pv.is_none() {
-            repairs.push(Repair {
+            repairs.push(GridRepair {
                 kind: RepairKind::Gap,
                 signal: "PV",
                 count: recording.pv.as_ref().map_or(0, |pv| pv.values.len()),
@@ -205,7 +207,7 @@ impl Tracks {
             });
         }
         let clock = Clock::of(reference, repairs);
-        let track = |channel: &Channel, signal, repairs: &mut Vec<Repair>| {
+        let track = |channel: &Channel, signal, repairs: &mut Vec<GridRepair>| {
             Track::of(channel, signal, &clock, repairs)
         };
         let reference = track(reference, signal, repairs);
@@ -237,32 +239,32 @@ impl Tracks {
         self.pv.as_ref().map_or(("OP", &self.op), |pv| ("PV", pv))
     }
 
-    /// The stretches of a segment: what is known of it, in automatic.
-    fn stretches(&self, segment: &Segment, recording: &Recording, log: &mut Log) -> Vec<Stretch> {
+    /// The segments of a run: what is known of it, in automatic.
+    fn segments(&self, run: &Run, recording: &Recording, log: &mut Log) -> Vec<Segment> {
         let step = self.step;
-        let on = |track: &Track, rule| track.resample(segment, step, rule);
+        let on = |track: &Track, rule| track.resample(run, step, rule);
         let op = on(&self.op, Interpolation::Hold);
         let pv = self.pv.as_ref().map(|pv| on(pv, Interpolation::Linear));
         let vp = self.vp.as_ref().map(|vp| on(vp, Interpolation::Linear));
-        let sp = self.sp.as_ref().map(|sp| sp.held(segment, step));
-        let closed = closed(self.modes.as_ref(), segment, step);
+        let sp = self.sp.as_ref().map(|sp| sp.held(run, step));
+        let closed = closed(self.modes.as_ref(), run, step);
         let known = |k: usize| {
             op.state[k] != State::Unknown
                 && pv.as_ref().is_none_or(|pv| pv.state[k] != State::Unknown)
         };
-        log.signal("PV", pv.as_ref(), segment, step);
-        log.signal("OP", Some(&op), segment, step);
-        log.signal("VP", vp.as_ref(), segment, step);
-        log.not_closed(&closed, segment, step);
-        let (mut stretches, mut k) = (vec![], 0);
-        while k < segment.points {
+        log.signal("PV", pv.as_ref(), run, step);
+        log.signal("OP", Some(&op), run, step);
+        log.signal("VP", vp.as_ref(), run, step);
+        log.not_closed(&closed, run, step);
+        let (mut segments, mut k) = (vec![], 0);
+        while k < run.points {
             let from = k;
-            while k < segment.points && closed[k] && known(k) {
+            while k < run.points && closed[k] && known(k) {
                 k += 1;
             }
             if k >= from + 2 {
-                stretches.push(Stretch {
-                    from: segment.from + from as f64 * step,
+                segments.push(Segment {
+                    from: run.from + from as f64 * step,
                     sample_time: step,
                     op: percent(&op.values[from..k], recording.op.range),
                     pv: pv.as_ref().map(|pv| pv.values[from..k].to_vec()),
@@ -283,7 +285,7 @@ impl Tracks {
             }
             k = k.max(from + 1);
         }
-        stretches
+        segments
     }
 }
 
@@ -316,13 +318,13 @@ fn percent(values: &[f64], range: Option<Range>) -> Vec<f64> {
 }
 
 /// Whether the controller was in command at each point.
-fn closed(modes: Option<&Vec<(f64, bool)>>, segment: &Segment, step: f64) -> Vec<bool> {
+fn closed(modes: Option<&Vec<(f64, bool)>>, run: &Run, step: f64) -> Vec<bool> {
     let Some((modes, &first)) = modes.and_then(|modes| Some((modes, modes.first()?))) else {
-        return vec![true; segment.points];
+        return vec![true; run.points];
     };
     let (mut next, mut closed) = (0, first.1);
-    let points = (0..segment.points).map(|k| {
-        let t = segment.from + (k as f64 + SAME) * step;
+    let points = (0..run.points).map(|k| {
+        let t = run.from + (k as f64 + SAME) * step;
         while next < modes.len() && modes[next].0 <= t {
             closed = modes[next].1;
             next += 1;
@@ -393,10 +395,10 @@ mod tests {
             let grid = grid(&recording(&times, &op, &pv));
             assert!((grid.sample_time / step - 1.0).abs() < 1e-9, "{step} {}", grid.sample_time);
             assert_eq!(kinds(&grid), []);
-            assert_eq!(grid.stretches.len(), 1);
-            assert_eq!(grid.stretches[0].op, op);
-            assert_eq!(grid.stretches[0].pv.as_ref().unwrap(), &pv);
-            assert_eq!((grid.closed_share, grid.stretches[0].from), (1.0, origin));
+            assert_eq!(grid.segments.len(), 1);
+            assert_eq!(grid.segments[0].op, op);
+            assert_eq!(grid.segments[0].pv.as_ref().unwrap(), &pv);
+            assert_eq!((grid.closed_share, grid.segments[0].from), (1.0, origin));
         }
         // Written with few digits, the sample time is what was meant.
         let times: Vec<f64> = (0..op.len()).map(|k| 100.0 + k as f64 * 0.1).collect();
@@ -419,7 +421,7 @@ mod tests {
         for order in orders {
             let pick = |x: &[f64]| order.iter().map(|&i| x[i]).collect::<Vec<_>>();
             let found = grid(&recording(&pick(&times), &pick(&op), &pick(&pv)));
-            assert_eq!(found.stretches, expected.stretches);
+            assert_eq!(found.segments, expected.segments);
             assert!(found.repairs.iter().all(|r| r.kind == RepairKind::OutOfOrder));
             assert_eq!(found.repairs.len(), 2);
         }
@@ -434,13 +436,13 @@ mod tests {
         let found = grid(&recording(&times, &op, &pv));
         assert_eq!(kinds(&found), [(RepairKind::ClockStep, "time", 1)]);
         assert!(found.repairs[0].done.contains("3600 s"), "{}", found.repairs[0].done);
-        assert_eq!((found.stretches.len(), &found.stretches[0].op), (1, &op));
+        assert_eq!((found.segments.len(), &found.segments[0].op), (1, &op));
         // In spring there is an hour that never was: a gap.
         let times: Vec<f64> =
             (0..n).map(|k| 10.0 * k as f64 + if k < 2000 { 0.0 } else { 3600.0 }).collect();
         let found = grid(&recording(&times, &op, &pv));
         assert_eq!(kinds(&found), [(RepairKind::Gap, "PV", 360)]);
-        assert_eq!(found.stretches.iter().map(Stretch::len).collect::<Vec<_>>(), [2000, 2000]);
+        assert_eq!(found.segments.iter().map(Segment::len).collect::<Vec<_>>(), [2000, 2000]);
     }
 
     #[test]
@@ -456,7 +458,7 @@ mod tests {
         }
         // The row at 70 was inserted before the one that is kept.
         let found = grid(&recording(&times, &op2, &pv2));
-        assert_eq!(found.stretches[0].pv, expected.stretches[0].pv);
+        assert_eq!(found.segments[0].pv, expected.segments[0].pv);
         assert!(found.repairs.iter().all(|r| r.kind == RepairKind::Duplicate));
         let told = kinds(&found);
         assert!(told.contains(&(RepairKind::Duplicate, "PV", 2)), "{told:?}");
@@ -474,19 +476,19 @@ mod tests {
         let pv = wave(n);
         let found = grid(&recording(&times, &with_holes, &pv));
         assert_eq!(kinds(&found), [(RepairKind::Bridged, "OP", 3), (RepairKind::Gap, "OP", 4)]);
-        assert_eq!(found.stretches.len(), 2);
+        assert_eq!(found.segments.len(), 2);
         // The OP holds, the PV is a straight line.
-        assert_eq!(found.stretches[0].op[49..54], [49.0, 49.0, 49.0, 49.0, 53.0]);
-        assert_eq!((found.stretches[0].bridged, found.stretches[1].bridged), (3, 0));
-        assert_eq!((found.stretches[0].len(), found.stretches[1].from), (100, 104.0));
+        assert_eq!(found.segments[0].op[49..54], [49.0, 49.0, 49.0, 49.0, 53.0]);
+        assert_eq!((found.segments[0].bridged, found.segments[1].bridged), (3, 0));
+        assert_eq!((found.segments[0].len(), found.segments[1].from), (100, 104.0));
         let found = grid(&recording(&times, &pv, &with_holes));
-        assert_eq!(found.stretches[0].pv.as_ref().unwrap()[49..54], [49.0, 50.0, 51.0, 52.0, 53.0]);
+        assert_eq!(found.segments[0].pv.as_ref().unwrap()[49..54], [49.0, 50.0, 51.0, 52.0, 53.0]);
         // Rows that are not there are as missing as rows without a value.
         let keep: Vec<usize> = (0..n).filter(|k| with_holes[*k].is_finite()).collect();
         let pick = |x: &[f64]| keep.iter().map(|&i| x[i]).collect::<Vec<_>>();
         let absent = grid(&recording(&pick(&times), &pick(&pv), &pick(&op)));
-        assert_eq!(absent.stretches.len(), 2);
-        assert_eq!(absent.stretches[0].pv, found.stretches[0].pv);
+        assert_eq!(absent.segments.len(), 2);
+        assert_eq!(absent.segments[0].pv, found.segments[0].pv);
     }
 
     #[test]
@@ -499,12 +501,12 @@ mod tests {
             modes: vec![Mode::Automatic, Mode::Manual, Mode::Cascade, Mode::Other],
         });
         let found = grid(&r);
-        let places: Vec<(f64, usize)> = found.stretches.iter().map(|s| (s.from, s.len())).collect();
+        let places: Vec<(f64, usize)> = found.segments.iter().map(|s| (s.from, s.len())).collect();
         assert_eq!(places, [(0.0, 30), (50.0, 30)]);
         assert!((found.closed_share - 60.0 / 99.0).abs() < 1e-12);
         assert_eq!(kinds(&found), [(RepairKind::NotAutomatic, "time", 40)]);
         r.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Manual] });
-        assert!(grid(&r).stretches.is_empty() && grid(&r).closed_share == 0.0);
+        assert!(grid(&r).segments.is_empty() && grid(&r).closed_share == 0.0);
         r.mode = Some(Modes::default());
         assert_eq!(grid(&r).closed_share, 1.0);
     }
@@ -519,14 +521,14 @@ mod tests {
         r.op = Channel::new("OP", changes.clone(), values.clone()).unwrap();
         r.sp = Some(Channel::new("SP", changes[1..].to_vec(), values[1..].to_vec()).unwrap());
         let found = grid(&r);
-        let stretch = &found.stretches[0];
-        assert_eq!((found.stretches.len(), stretch.len()), (1, n));
-        let at = |k: usize| stretch.op[k];
+        let segment = &found.segments[0];
+        assert_eq!((found.segments.len(), segment.len()), (1, n));
+        let at = |k: usize| segment.op[k];
         assert_eq!(
             (at(2), at(3), at(139), at(141), at(142), at(299)),
             (1.0, 2.0, 4.0, 5.0, 6.0, 6.0)
         );
-        let sp = stretch.sp.as_ref().unwrap();
+        let sp = segment.sp.as_ref().unwrap();
         assert_eq!((sp[0], sp[3], sp[200]), (2.0, 2.0, 6.0));
         // A wide table with a value only in rows where the OP changed says the same.
         let mut sparse = vec![f64::NAN; n];
@@ -534,18 +536,18 @@ mod tests {
             sparse[t] = v;
         }
         r.op = Channel::new("OP", times.clone(), sparse).unwrap();
-        assert_eq!(grid(&r).stretches[0].op[..141], stretch.op[..141]);
+        assert_eq!(grid(&r).segments[0].op[..141], segment.op[..141]);
 
         let jitter: Vec<f64> =
             (0..n).map(|k| k as f64 * 5.0 + 0.3 * ((k * 37 % 11) as f64 / 11.0 - 0.5)).collect();
         let r = recording(&jitter, &wave(n), &jitter);
         let found = grid(&r);
         assert!(found.sample_time == 5.0, "{}", found.sample_time);
-        assert_eq!(found.stretches.len(), 1);
+        assert_eq!(found.segments.len(), 1);
         // A PV that is its own time is interpolated to the times of the grid.
-        let stretch = &found.stretches[0];
-        let times = stretch.times();
-        assert!(stretch.pv.as_ref().unwrap().iter().zip(&times).all(|(p, t)| (p - t).abs() < 1e-9));
+        let segment = &found.segments[0];
+        let times = segment.times();
+        assert!(segment.pv.as_ref().unwrap().iter().zip(&times).all(|(p, t)| (p - t).abs() < 1e-9));
         assert!(found.repairs.iter().all(|r| r.kind == RepairKind::Irregular));
     }
 
@@ -557,12 +559,12 @@ mod tests {
         r.op = Channel::new("OP", slow.clone(), slow.clone()).unwrap();
         r.vp = Some(Channel::new("VP", slow.clone(), slow).unwrap());
         let found = grid(&r);
-        assert_eq!((found.sample_time, found.stretches.len()), (1.0, 1));
-        assert_eq!(found.stretches[0].op[17], 10.0);
-        assert_eq!(found.stretches[0].vp.as_ref().unwrap()[17], 17.0);
+        assert_eq!((found.sample_time, found.segments.len()), (1.0, 1));
+        assert_eq!(found.segments[0].op[17], 10.0);
+        assert_eq!(found.segments[0].vp.as_ref().unwrap()[17], 17.0);
         let coarse = Grid::of(&r, &GridOptions { sample_time: Some(4.0) }).unwrap();
-        assert_eq!(coarse.stretches[0].pv.as_ref().unwrap()[5], wave(100)[20]);
-        assert_eq!(coarse.stretches[0].len(), 25);
+        assert_eq!(coarse.segments[0].pv.as_ref().unwrap()[5], wave(100)[20]);
+        assert_eq!(coarse.segments[0].len(), 25);
     }
 
     #[test]
@@ -571,16 +573,16 @@ mod tests {
         let mut r = recording(&times, &wave(50), &[f64::NAN; 50]);
         r.op.range = Some(Range::new(40.0, 60.0, RangeSource::Given).unwrap());
         let found = grid(&r);
-        assert_eq!(found.stretches[0].pv, None);
+        assert_eq!(found.segments[0].pv, None);
         assert_eq!(kinds(&found), [(RepairKind::Gap, "PV", 50)]);
-        assert_eq!(found.stretches[0].op[3], (wave(50)[3] - 40.0) / 20.0 * 100.0);
+        assert_eq!(found.segments[0].op[3], (wave(50)[3] - 40.0) / 20.0 * 100.0);
         let mut half: Vec<f64> = wave(50);
         half[..30].fill(f64::NAN);
         let mut r = recording(&times, &wave(50), &half);
         r.vp = Some(Channel::new("VP", times.clone(), half).unwrap());
         let found = grid(&r);
-        assert_eq!((found.stretches[0].from, found.stretches[0].len()), (30.0, 20));
-        assert!(found.stretches[0].vp.is_some());
+        assert_eq!((found.segments[0].from, found.segments[0].len()), (30.0, 20));
+        assert!(found.segments[0].vp.is_some());
         assert!(found.repairs[0].done.contains("only 40 %"), "{}", found.repairs[0].done);
     }
 
@@ -593,16 +595,16 @@ mod tests {
             vp[50..50 + missing].fill(f64::NAN);
             r.vp = Some(Channel::new("VP", times.clone(), vp).unwrap());
             let found = grid(&r);
-            assert_eq!((found.stretches.len(), found.stretches[0].len()), (1, 200));
+            assert_eq!((found.segments.len(), found.segments[0].len()), (1, 200));
             // What is kept is filled by straight lines.
-            assert_eq!(found.stretches[0].vp, kept.then(|| times.clone()));
+            assert_eq!(found.segments[0].vp, kept.then(|| times.clone()));
         }
     }
 
     #[test]
     fn what_cannot_be_is_refused_and_little_is_enough() {
         let r = recording(&[0.0, 1.0, 2.0], &[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]);
-        assert_eq!(grid(&r).stretches[0].len(), 3);
+        assert_eq!(grid(&r).segments[0].len(), 3);
         for sample_time in [0.0, -1.0, f64::NAN, 1e-12] {
             assert!(Grid::of(&r, &GridOptions { sample_time: Some(sample_time) }).is_err());
         }
@@ -620,9 +622,9 @@ mod tests {
     }
 
     proptest::proptest! {
-        /// Whatever the times and values, every stretch is whole and nothing panics.
+        /// Whatever the times and values, every segment is whole and nothing panics.
         #[test]
-        fn any_recording_gives_whole_stretches(
+        fn any_recording_gives_whole_segments(
             rows in proptest::collection::vec((-50i32..200, -1e3f64..1e3, 0u8..8), 2..120),
             scale in 1e-3f64..1e4,
         ) {
@@ -638,11 +640,11 @@ mod tests {
                 modes: vec![Mode::Automatic, Mode::Cascade],
             });
             if let Ok(grid) = Grid::of(&r, &GridOptions::default()) {
-                for stretch in &grid.stretches {
-                    proptest::prop_assert!(stretch.len() >= 2);
-                    let others = [&stretch.pv, &stretch.sp, &stretch.vp].into_iter().flatten();
-                    for signal in others.chain([&stretch.op]) {
-                        proptest::prop_assert_eq!(signal.len(), stretch.len());
+                for segment in &grid.segments {
+                    proptest::prop_assert!(segment.len() >= 2);
+                    let others = [&segment.pv, &segment.sp, &segment.vp].into_iter().flatten();
+                    for signal in others.chain([&segment.op]) {
+                        proptest::prop_assert_eq!(signal.len(), segment.len());
                         proptest::prop_assert!(signal.iter().all(|v| v.abs() <= 1e3));
                     }
                 }

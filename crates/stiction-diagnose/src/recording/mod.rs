@@ -1,7 +1,7 @@
 //! A loop's OP, PV, SP, VP and mode over time, as a plant recorded them, and what can be made of it.
 //!
 //! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
-//! * [`Grid`]: its automatic stretches on a regular grid, with everything that was mended on the way;
+//! * [`Grid`]: its automatic segments on a regular grid, with everything that was mended on the way;
 //! * [`fitness`]: whether the data can answer.
 
 mod channel;
@@ -12,7 +12,7 @@ mod split;
 
 pub use channel::{Channel, Quality, Range, RangeSource};
 pub use fitness::Fitness;
-pub use grid::{Grid, GridOptions, Interpolation, Repair, RepairKind, Stretch};
+pub use grid::{Grid, GridOptions, GridRepair, Interpolation, RepairKind, Segment};
 pub use loop_type::{Dynamics, LoopType};
 
 use crate::error::{Error, Result};

@@ -1,6 +1,6 @@
 //! What to do, in sentences.
 
-use super::{Action, Options, Prediction, Row, WEARING, WORTH};
+use super::{Action, Prediction, Row, WEARING, WORTH, WhatIfOptions};
 use crate::bands::Bands;
 use crate::closed_loop::ClosedLoop;
 use crate::limit_cycle::tuning::Retuning;
@@ -54,7 +54,7 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
     if worst * WORTH <= now && both(row) * WORTH > both(present) {
         said.push("loses by a load step what it gains before".to_owned());
     }
-    let settles = |after: fn(&crate::compensate::Outcome) -> Option<f64>| {
+    let settles = |after: fn(&crate::compensate::CompensatorOutcome) -> Option<f64>| {
         row.played.quiet().all(|outcome| after(outcome).is_some())
     };
     let lost: Vec<&str> = [
@@ -105,7 +105,7 @@ fn loads_apart_s(row: &Row, present: &Row, step_s: f64) -> Option<f64> {
 pub(super) fn recommendation(
     rows: &[Row],
     retuning: &std::result::Result<Retuning, String>,
-    options: &Options,
+    options: &WhatIfOptions,
     bands: Bands,
     unstable: bool,
 ) -> Vec<String> {
@@ -190,7 +190,7 @@ fn tuning(retuning: &Retuning) -> String {
 }
 
 /// Whether a repair pays.
-fn repair(rows: &[Row], present: &Row, options: &Options, bands: Bands) -> String {
+fn repair(rows: &[Row], present: &Row, options: &WhatIfOptions, bands: Bands) -> String {
     let Some(repaired) = rows.iter().find(|row| row.action == Action::Repair) else {
         return String::new();
     };
@@ -229,7 +229,7 @@ fn repair(rows: &[Row], present: &Row, options: &Options, bands: Bands) -> Strin
 }
 
 /// What to do until the repair, and what not.
-fn until_then(rows: &[Row], present: &Row, options: &Options) -> Vec<String> {
+fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<String> {
     let tried = |row: &&Row| stopgap(row);
     if rows.iter().filter(tried).count() == 0 {
         return vec![];
@@ -321,7 +321,7 @@ pub(super) fn assumptions(
     plant: &ClosedLoop,
     model: Model,
     bands: Bands,
-    options: &Options,
+    options: &WhatIfOptions,
     plain: bool,
 ) -> Vec<String> {
     let repaired = options.repaired;

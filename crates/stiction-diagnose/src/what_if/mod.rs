@@ -1,7 +1,7 @@
 //! What would become of a loop whose valve sticks: left alone, repaired, retuned, compensated, positioned.
 //!
 //! # What it computes
-//! Every [`Action`] is simulated through the same protocol ([`compensate::Options`]): a window without changes, a
+//! Every [`Action`] is simulated through the same protocol ([`compensate::CompareOptions`]): a window without changes, a
 //! set-point step, a load step; nominally, with S and J wrong, and with noise. Beside it stands the exact limit
 //! cycle of the loop that the action leaves, where it can be computed. The actions are ranked, and a
 //! recommendation says what to do, what it rests on, and how to confirm it first.
@@ -12,11 +12,11 @@
 //! a tuning, which is then that of the wrong S and J. Repair and positioner are chosen without S and J.
 //!
 //! * *As it is*: the loop itself, untouched.
-//! * *Repaired*: a valve of the same model with the bands [`Options::repaired`].
+//! * *Repaired*: a valve of the same model with the bands [`WhatIfOptions::repaired`].
 //! * *Retuned*: the PI controller whose exact cycle swings the PV least, of those with `Ms` within
-//!   [`Options::most_sensitive`] ([`least_swing`]).
+//!   [`WhatIfOptions::most_sensitive`] ([`least_swing`]).
 //! * *Positioner*: see [`positioned`].
-//! * *Compensated*: each of [`Options::methods`], with its parameters chosen automatically.
+//! * *Compensated*: each of [`WhatIfOptions::methods`], with its parameters chosen automatically.
 //!
 //! # Equations
 //! **The measure** by which the actions are ranked is the mean absolute control error (the IAE per second) in the
@@ -51,13 +51,15 @@ mod document;
 
 use crate::bands::Bands;
 use crate::closed_loop::{ClosedLoop, Controller};
-use crate::compensate::{self, Figures, Knowledge, Method, Outcome, compare_with_progress};
+use crate::compensate::{
+    self, CompensatorOutcome, Figures, Knowledge, Method, compare_with_progress,
+};
 use crate::detect::{Number, Subject};
 use crate::diagnose::{ConfirmingTest, confirming_test};
 use crate::error::{Error, Result, non_negative};
-use crate::limit_cycle::tuning::{Grid, Retuning, least_swing};
+use crate::limit_cycle::tuning::{Retuning, TuningGrid, least_swing};
 use crate::limit_cycle::{self, ContinuousLoop, Cycle, FrequencyResponse, Stability, exact};
-use crate::recording::{LoopType, Stretch};
+use crate::recording::{LoopType, Segment};
 use crate::valve::Model;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -97,9 +99,9 @@ impl Action {
 
 /// What is assumed of the actions.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct WhatIfOptions {
     /// The protocol of the simulations.
-    pub protocol: compensate::Options,
+    pub protocol: compensate::CompareOptions,
     /// Bands of a valve that comes back from the workshop.
     pub repaired: Bands,
     /// Gain of a positioner.
@@ -112,7 +114,7 @@ pub struct Options {
     pub methods: Vec<Method>,
 }
 
-impl Options {
+impl WhatIfOptions {
     /// What suits a loop around a valve of this model with these bands.
     ///
     /// Every part of the protocol lasts ten cycles, or ten times what the process takes to settle if that is longer.
@@ -135,7 +137,7 @@ impl Options {
         let part = 10.0 * period.max(figures.settle_s);
         let scale = swing.max(0.1 * figures.gain.abs() * bands.s().max(1.0));
         Ok(Self {
-            protocol: compensate::Options {
+            protocol: compensate::CompareOptions {
                 from_s: part,
                 settle_s: part,
                 window_s: part,
@@ -144,7 +146,7 @@ impl Options {
                 load_step: bands.s().max(1.0),
                 settling_band: 0.5 * scale,
                 noise_sd: 0.05 * scale,
-                ..compensate::Options::default()
+                ..compensate::CompareOptions::default()
             },
             repaired: Bands::from_s_j(bands.s().min(0.4), bands.j().min(0.1))?,
             positioner_gain: 10.0,
@@ -174,17 +176,17 @@ impl Prediction {
     /// That of a loop.
     pub fn of(l: &ContinuousLoop) -> Self {
         match exact::cycle(l) {
-            Ok(exact::Outcome::Cycles { cycles, .. }) => {
+            Ok(exact::CycleOutcome::Cycles { cycles, .. }) => {
                 match cycles.into_iter().find(|cycle| cycle.stable) {
                     Some(cycle) => Self::Cycle(Box::new(cycle)),
                     None => Self::Unknown("the cycles that were found do not attract".to_owned()),
                 }
             }
-            Ok(exact::Outcome::None { reasons }) => {
+            Ok(exact::CycleOutcome::None { reasons }) => {
                 let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
                 Self::NoCycle(reasons.join("; "))
             }
-            Ok(exact::Outcome::NotFound { reason }) => Self::Unknown(reason),
+            Ok(exact::CycleOutcome::NotFound { reason }) => Self::Unknown(reason),
             Err(error) => Self::Unknown(error.to_string()),
         }
     }
@@ -218,7 +220,7 @@ impl Row {
     }
 
     /// The nominal simulation.
-    pub fn nominal(&self) -> &Outcome {
+    pub fn nominal(&self) -> &CompensatorOutcome {
         self.played.nominal()
     }
 
@@ -309,7 +311,7 @@ struct Changed {
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
-/// use stiction_diagnose::what_if::{Action, Options, what_if};
+/// use stiction_diagnose::what_if::{Action, WhatIfOptions, what_if};
 /// use stiction_model::{Bands, valve::{Assembly, Model}};
 ///
 /// let bands = Bands::from_s_j(5.0, 3.0)?;
@@ -319,7 +321,7 @@ struct Changed {
 ///     Process::first_order(1.5, 5.93, 1.07)?,
 /// );
 /// sticky.set_point = 5.0.into();
-/// let options = Options { methods: vec![], ..Options::suiting(&sticky, Model::TwoPhase, bands)? };
+/// let options = WhatIfOptions { methods: vec![], ..WhatIfOptions::suiting(&sticky, Model::TwoPhase, bands)? };
 /// let found = what_if(&sticky, Model::TwoPhase, bands, &options)?;
 /// let repaired = found.rows.iter().find(|row| row.action == Action::Repair).unwrap();
 /// assert!(10.0 * repaired.error() < found.as_it_is().unwrap().error());
@@ -333,7 +335,7 @@ pub fn what_if(
     plant: &ClosedLoop,
     model: Model,
     bands: Bands,
-    options: &Options,
+    options: &WhatIfOptions,
 ) -> Result<WhatIf> {
     what_if_with_progress(plant, model, bands, options, || true)
 }
@@ -347,7 +349,7 @@ pub fn what_if_with_progress(
     plant: &ClosedLoop,
     model: Model,
     bands: Bands,
-    options: &Options,
+    options: &WhatIfOptions,
     done: impl Fn() -> bool + Sync,
 ) -> Result<WhatIf> {
     let protocol = &options.protocol;
@@ -427,7 +429,7 @@ pub fn what_if_with_progress(
             if let Ok(other) = other {
                 let wrong = with_tuning(&other.best.controller)?;
                 let case = outcome.case;
-                *outcome = Outcome { case, ..*play(&wrong.plant, vec![])?.nominal() };
+                *outcome = CompensatorOutcome { case, ..*play(&wrong.plant, vec![])?.nominal() };
             }
         }
         let action = Action::Retune(changed.plant.controller);
@@ -453,7 +455,7 @@ pub fn what_if_with_progress(
 /// The tuning with the least swing of the PV.
 fn retuned(
     continuous: &ContinuousLoop,
-    options: &Options,
+    options: &WhatIfOptions,
     done: impl Fn() -> bool + Sync,
 ) -> std::result::Result<Retuning, String> {
     let cancelled = AtomicBool::new(false);
@@ -469,7 +471,7 @@ fn retuned(
             Prediction::Unknown(reason) => Err(Error::Inconsistent(reason)),
         }
     };
-    Grid::about(&continuous.controller, options.retuned_within, 15)
+    TuningGrid::about(&continuous.controller, options.retuned_within, 15)
         .and_then(|grid| least_swing(continuous, &grid, options.most_sensitive, cycle))
         .map_err(|error| error.to_string())
 }
@@ -484,7 +486,7 @@ fn assumed(model: Model, bands: Bands) -> Bands {
 fn confirm(
     plant: &ClosedLoop,
     bands: Bands,
-    protocol: &compensate::Options,
+    protocol: &compensate::CompareOptions,
     period_s: Option<f64>,
 ) -> Result<Option<ConfirmingTest>> {
     if bands.s() == 0.0 {
@@ -505,8 +507,8 @@ fn confirm(
     // Half of the period is waited: long enough for the process to answer, too.
     let settle_s = Figures::of(&knowledge(&plant, bands))?.settle_s;
     let period = period_s.unwrap_or(0.0).max(2.0 * settle_s) / sample_time;
-    let stretch = Stretch { from: 0.0, sample_time, op, pv: None, sp: None, vp: None, bridged: 0 };
-    let subject = Subject::new(&stretch, LoopType::Unknown, Some(period));
+    let segment = Segment { from: 0.0, sample_time, op, pv: None, sp: None, vp: None, bridged: 0 };
+    let subject = Subject::new(&segment, LoopType::Unknown, Some(period));
     let Some(mut test) = confirming_test(&subject, Some(bands.s())) else { return Ok(None) };
     let change = test.step * plant.process.step_response(test.wait_s)?;
     if change.is_finite() && change != 0.0 {

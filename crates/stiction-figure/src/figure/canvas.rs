@@ -21,6 +21,7 @@ use kuva::backend::svg::SvgBackend;
 use kuva::plot::ColorMap;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor, TextSpan};
+use maud::{PreEscaped, html};
 
 use super::geometry::{Point, Rect};
 use super::palette::{Dash, INK, Marker, Rgb};
@@ -301,15 +302,18 @@ impl Canvas {
         self.scene.add(Primitive::GroupEnd);
         let (width, height) = (self.scene.width, self.scene.height);
         let svg = SvgBackend::new().render_scene(&self.scene);
-        // The writer's opening tag and generator comment end here.
-        let body = svg.find("-->").map_or(svg.as_str(), |end| &svg[end + 3..]);
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\" \
-             font-family=\"{FONTS}\">\n<desc>{}</desc>{body}\n",
-            crate::escape::escape(&printable(title)),
-            crate::escape::escape(&printable(description)),
-        )
+        // The writer's opening tag and generator comment end at the arrow; its closing tag goes too.
+        let body = svg.split_once("-->").map_or(svg.as_str(), |(_, body)| body);
+        let body = body.trim_end().trim_end_matches("</svg>");
+        let document = html! {
+            svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(height)
+                viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(printable(title))
+                font-family=(FONTS) {
+                desc { (printable(description)) }
+                (PreEscaped(body))
+            }
+        };
+        document.into_string()
     }
 
     /// The drawing as a PNG file.

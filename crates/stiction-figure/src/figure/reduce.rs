@@ -96,7 +96,7 @@ fn spaced(points: &[Point]) -> Vec<Point> {
     kept
 }
 
-/// Replaces nearly straight stretches by one stroke.
+/// Replaces nearly straight segments by one stroke.
 fn straightened(points: &[Point]) -> Vec<Point> {
     let mut kept = Vec::new();
     let mut anchor = 0;

@@ -85,7 +85,7 @@ pub(super) struct LoopBank<V, const N: usize, const M: usize> {
     extras: Option<Extras<N>>,
 }
 
-/// The part of the loops that changes at every sample. It is copied before a stretch and then stays
+/// The part of the loops that changes at every sample. It is copied before a segment and then stays
 /// in registers; nothing may be in it that is rarely used or indexed at run time.
 #[derive(Debug, Clone)]
 struct LoopState<V, const N: usize, const M: usize> {
@@ -268,7 +268,7 @@ impl<const N: usize> Feeds<N> {
 
 /// Some samples in a row: the inner loop. It is compiled by itself, so that the registers need hold
 /// nothing but the state of the loops.
-struct Stretch<'a, const PLAIN: bool, V, B: ?Sized, const N: usize, const M: usize> {
+struct Segment<'a, const PLAIN: bool, V, B: ?Sized, const N: usize, const M: usize> {
     bank: &'a mut LoopBank<V, N, M>,
     between: &'a mut B,
     sp: &'a [Lane<N>],
@@ -278,7 +278,7 @@ struct Stretch<'a, const PLAIN: bool, V, B: ?Sized, const N: usize, const M: usi
 }
 
 impl<const PLAIN: bool, V: ValveBank, B: Between + ?Sized, const N: usize, const M: usize> Kernel
-    for Stretch<'_, PLAIN, V, B, N, M>
+    for Segment<'_, PLAIN, V, B, N, M>
 {
     type Output = ();
     #[inline(always)]
@@ -351,7 +351,7 @@ fn play_between<
     for k in (0..samples).step_by(AHEAD) {
         let played = &mut played[..AHEAD.min(samples - k)];
         let [sp, load, measurement] = feeds.draw(played.len());
-        width.run(Stretch::<PLAIN, V, B, N, M> {
+        width.run(Segment::<PLAIN, V, B, N, M> {
             bank: &mut bank,
             between: &mut *between,
             sp,

@@ -115,6 +115,13 @@ impl Process {
         Ok(Self { dynamics, dead_time: non_negative("process dead time", dead_time)? })
     }
 
+    /// The same with so much more dead time, s; what is not above 0 adds none.
+    #[must_use]
+    pub fn delayed(mut self, by: f64) -> Self {
+        self.dead_time += by.max(0.0);
+        self
+    }
+
     /// Dead time, s.
     pub fn dead_time(&self) -> f64 {
         self.dead_time

@@ -18,7 +18,7 @@ const MOST_SAMPLES: f64 = 1e7;
 /// Set point and loads are those of the loop until the steps, which add to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct Options {
+pub struct CompareOptions {
     /// When the compensator is switched on, s.
     #[cfg_attr(feature = "serde", serde(rename = "on_s"))]
     pub from_s: f64,
@@ -43,7 +43,7 @@ pub struct Options {
     pub seed: u64,
 }
 
-impl Default for Options {
+impl Default for CompareOptions {
     /// On at 200 s, left alone for 200 s, measured for 200 s; steps of 2 PV units and 2 %, each given
     /// 200 s to settle within 0.5 PV units; S and J wrong by 50 %; noise of 0.1.
     fn default() -> Self {
@@ -62,7 +62,7 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl CompareOptions {
     fn check(&self) -> Result<()> {
         for (name, time) in [
             ("time to settle", self.settle_s),
@@ -112,7 +112,7 @@ impl Case {
     pub const NOMINAL: Self = Self { s_factor: 1.0, j_factor: 1.0, noise: false };
 
     /// The cases of a comparison.
-    fn all(options: &Options) -> [Self; 6] {
+    fn all(options: &CompareOptions) -> [Self; 6] {
         let (less, more) = (1.0 - options.error, 1.0 + options.error);
         let wrong = |s_factor, j_factor| Self { s_factor, j_factor, noise: false };
         [
@@ -129,7 +129,7 @@ impl Case {
 /// What came of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct Outcome {
+pub struct CompensatorOutcome {
     /// The case.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub case: Case,
@@ -157,7 +157,7 @@ pub struct Row {
     pub parameters: Vec<Number>,
     /// The nominal case first, then S and J less and more than what is known by the relative error
     /// (less, less), (less, more), (more, less), (more, more), then with noise.
-    pub outcomes: Vec<Outcome>,
+    pub outcomes: Vec<CompensatorOutcome>,
 }
 
 /// A [`Row`] in a document: beside an action that its reader names.
@@ -173,7 +173,7 @@ struct RowDocument {
     #[serde(with = "crate::finite::Finite")]
     worst_pv_std: f64,
     /// Nominal, with S and J wrong, and with noise.
-    cases: Vec<Outcome>,
+    cases: Vec<CompensatorOutcome>,
 }
 
 #[cfg(feature = "serde")]
@@ -193,13 +193,13 @@ impl From<&Row> for RowDocument {
 
 impl Row {
     /// The nominal case.
-    pub fn nominal(&self) -> &Outcome {
+    pub fn nominal(&self) -> &CompensatorOutcome {
         &self.outcomes[0]
     }
 
     /// The largest value of a quantity in the cases without noise: what wrong S and J can cost. Infinite if it
     /// overflows in one of them.
-    pub fn worst(&self, quantity: impl Fn(&Outcome) -> f64) -> f64 {
+    pub fn worst(&self, quantity: impl Fn(&CompensatorOutcome) -> f64) -> f64 {
         let values = self.quiet().map(quantity);
         values.map(|value| if value.is_nan() { f64::INFINITY } else { value }).fold(0.0, f64::max)
     }
@@ -215,12 +215,12 @@ impl Row {
     }
 
     /// The cases without noise.
-    pub fn quiet(&self) -> impl Iterator<Item = &Outcome> {
+    pub fn quiet(&self) -> impl Iterator<Item = &CompensatorOutcome> {
         self.outcomes.iter().filter(|outcome| !outcome.case.noise)
     }
 
     /// The case with noise, otherwise nominal.
-    pub fn noisy(&self) -> Option<&Outcome> {
+    pub fn noisy(&self) -> Option<&CompensatorOutcome> {
         self.outcomes.iter().find(|outcome| outcome.case.noise)
     }
 }
@@ -246,7 +246,7 @@ impl Comparison {
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
-/// use stiction_model::compensate::{Knowledge, Method, Options, compare};
+/// use stiction_model::compensate::{Knowledge, Method, CompareOptions, compare};
 /// use stiction_model::{Bands, valve::{Assembly, Model}};
 ///
 /// let controller = Controller::pi(1.1, 2.5)?;
@@ -257,7 +257,7 @@ impl Comparison {
 /// );
 /// sticky.set_point = 5.0.into();
 /// let known = Knowledge::new(4.0, None, controller, 0.1);
-/// let table = compare(&sticky, &known, &[Method::ModifiedTwoMove], &Options::default())?;
+/// let table = compare(&sticky, &known, &[Method::ModifiedTwoMove], &CompareOptions::default())?;
 /// assert!(table.reduction(&table.rows[1]) > 6.0);
 /// # Ok::<(), stiction_model::Error>(())
 /// ```
@@ -268,7 +268,7 @@ pub fn compare(
     plant: &ClosedLoop,
     known: &Knowledge,
     methods: &[Method],
-    options: &Options,
+    options: &CompareOptions,
 ) -> Result<Comparison> {
     compare_with_progress(plant, known, methods, options, || true)
 }
@@ -282,7 +282,7 @@ pub fn compare_with_progress(
     plant: &ClosedLoop,
     known: &Knowledge,
     methods: &[Method],
-    options: &Options,
+    options: &CompareOptions,
     done: impl Fn() -> bool + Sync,
 ) -> Result<Comparison> {
     options.check()?;
@@ -317,7 +317,7 @@ pub fn compare_with_progress(
         .flat_map(|method| cases.map(|case| (*method, case)))
         .filter(|(method, case)| method.is_some() || case.noise || *case == Case::NOMINAL)
         .collect();
-    let played: Vec<(Vec<Number>, Outcome)> = jobs
+    let played: Vec<(Vec<Number>, CompensatorOutcome)> = jobs
         .par_iter()
         .map(|(method, case)| {
             let plant = if case.noise { &noisy } else { &plant };
@@ -331,7 +331,8 @@ pub fn compare_with_progress(
             jobs.iter().position(same).map(|k| &played[k])
         };
         let nominal = of(Case::NOMINAL)?;
-        let outcomes = cases.map(|case| Outcome { case, ..of(case).unwrap_or(nominal).1 });
+        let outcomes =
+            cases.map(|case| CompensatorOutcome { case, ..of(case).unwrap_or(nominal).1 });
         Some(Row { method, parameters: nominal.0.clone(), outcomes: outcomes.to_vec() })
     };
     Ok(Comparison { rows: rows.into_iter().filter_map(row).collect() })
@@ -343,8 +344,8 @@ fn outcome(
     known: &Knowledge,
     method: Option<Method>,
     case: Case,
-    options: &Options,
-) -> Result<(Vec<Number>, Outcome)> {
+    options: &CompareOptions,
+) -> Result<(Vec<Number>, CompensatorOutcome)> {
     let assumed = Knowledge {
         s: known.s * case.s_factor,
         j: known.j.map(|j| j * case.j_factor),
@@ -359,7 +360,7 @@ fn outcome(
     let [window, set_point_at, load_at, end] = options.times();
     let settling = |from, to| settling_s(&played, from, to, options.settling_band);
     let iae_per_s = |from, to| Measures::of(&played, from, to).map(|measures| measures.iae_per_s);
-    let outcome = Outcome {
+    let outcome = CompensatorOutcome {
         case,
         measures: Measures::of(&played, window, set_point_at)?,
         set_point_iae_per_s: iae_per_s(set_point_at, load_at)?,

@@ -33,7 +33,9 @@ mod tuning;
 mod two_move;
 
 pub use crate::closed_loop::{IntegralAction, Sent};
-pub use compare::{Case, Comparison, Options, Outcome, Row, compare, compare_with_progress};
+pub use compare::{
+    Case, CompareOptions, Comparison, CompensatorOutcome, Row, compare, compare_with_progress,
+};
 pub use constant_reinforcement::ConstantReinforcement;
 pub use integral_dead_zone::IntegralDeadZone;
 pub use integral_limit::IntegralLimit;

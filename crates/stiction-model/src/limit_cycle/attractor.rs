@@ -1,6 +1,6 @@
 //! The cycle in which a loop ends, whichever way it is looked for.
 
-use super::exact::{self, Outcome};
+use super::exact::{self, CycleOutcome};
 use super::harmonic_balance::{Balance, harmonic_balance};
 use super::{ContinuousLoop, Cycle, Method};
 use crate::error::{Error, Result};
@@ -17,12 +17,12 @@ pub fn attractor(l: &ContinuousLoop, method: Method) -> Result<std::result::Resu
     };
     match method {
         Method::Exact => match exact::cycle(l)? {
-            Outcome::Cycles { cycles, .. } => Ok(stable(cycles)),
-            Outcome::None { reasons } => {
+            CycleOutcome::Cycles { cycles, .. } => Ok(stable(cycles)),
+            CycleOutcome::None { reasons } => {
                 let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
                 Ok(Err(reasons.join("; ")))
             }
-            Outcome::NotFound { reason } => Err(Error::Inconsistent(reason)),
+            CycleOutcome::NotFound { reason } => Err(Error::Inconsistent(reason)),
         },
         Method::DescribingFunction => match harmonic_balance(l)? {
             Balance::Cycles(cycles) => Ok(stable(cycles)),

@@ -1,6 +1,6 @@
 //! What a method says of the cycles of a loop, in one form for both.
 
-use super::exact::{self, Outcome};
+use super::exact::{self, CycleOutcome};
 use super::harmonic_balance::{Balance, harmonic_balance};
 use super::{ContinuousLoop, Cycle, Method};
 use crate::error::Result;
@@ -85,17 +85,17 @@ impl Found {
     }
 }
 
-impl From<Outcome> for Found {
-    fn from(outcome: Outcome) -> Self {
+impl From<CycleOutcome> for Found {
+    fn from(outcome: CycleOutcome) -> Self {
         let (state, cycles, notes) = match outcome {
-            Outcome::Cycles { cycles, beside, unsettled } => {
+            CycleOutcome::Cycles { cycles, beside, unsettled } => {
                 let beside = beside.iter().map(ToString::to_string);
                 (State::Cycle, cycles, beside.chain(unsettled).collect())
             }
-            Outcome::None { reasons } => {
+            CycleOutcome::None { reasons } => {
                 (State::NoCycle, vec![], reasons.iter().map(ToString::to_string).collect())
             }
-            Outcome::NotFound { reason } => (State::Unknown, vec![], vec![reason]),
+            CycleOutcome::NotFound { reason } => (State::Unknown, vec![], vec![reason]),
         };
         Self { method: Method::Exact, state, notes, cycles, passed_over: 0 }
     }

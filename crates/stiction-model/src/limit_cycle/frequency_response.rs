@@ -278,10 +278,13 @@ impl FrequencyResponse {
     pub(super) fn grid(&self, low: f64, high: f64) -> Vec<f64> {
         const SHARE: f64 = 0.01;
         const TURN: f64 = 0.05;
+        /// A dead time of thousands of lags turns too often for all of it to be looked at.
+        const MOST: f64 = 2e5;
+        let turn = (TURN / self.dead_time).max((high - low) / MOST);
         let mut grid = vec![low];
         let mut w = low;
         while w < high {
-            w = (w + (SHARE * w).min(TURN / self.dead_time)).min(high);
+            w = (w + (SHARE * w).min(turn)).min(high);
             grid.push(w);
         }
         // About a resonance the phase turns within its width.
@@ -315,7 +318,7 @@ impl FrequencyResponse {
 
         let low = 1e-3 * self.lowest();
         let limit = self.last_crossover(FAINT).unwrap_or(1e3 * self.lowest()).max(1e3 * low);
-        // The first crossing beyond all frequencies of larger gain settles it: so look in stretches.
+        // The first crossing beyond all frequencies of larger gain settles it: so look in segments.
         let unstable = self.stability() == Stability::Unstable;
         let (mut begin, mut end) = (low, 10.0 * self.last_crossover(1.0).unwrap_or(self.lowest()));
         let mut ultimate: Option<f64> = None;

@@ -178,14 +178,14 @@ fn settled_iae(plant: &mut ClosedLoop, sample_time: f64, duration: f64) -> Resul
 
 /// Gains and integral times to be tried, each with each.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Grid {
+pub struct TuningGrid {
     /// Gains, percent per PV unit.
     pub kc: Vec<f64>,
     /// Integral times, s.
     pub ti: Vec<f64>,
 }
 
-impl Grid {
+impl TuningGrid {
     /// `points` gains and as many integral times, at equal ratios from a `factor`-th to the `factor`-fold of
     /// those of `controller`.
     ///
@@ -222,7 +222,11 @@ pub struct Candidate {
 ///
 /// # Errors
 /// If a number of the grid is not allowed, or `bound` is not above 1.
-pub fn robust(continuous: &ContinuousLoop, grid: &Grid, bound: f64) -> Result<Vec<Candidate>> {
+pub fn robust(
+    continuous: &ContinuousLoop,
+    grid: &TuningGrid,
+    bound: f64,
+) -> Result<Vec<Candidate>> {
     require("bound on Ms", bound, bound > 1.0, "a finite number above 1")?;
     let mut controllers = vec![];
     for kc in &grid.kc {
@@ -353,7 +357,7 @@ pub struct Retuning {
 /// the present tuning, can be determined.
 pub fn least_swing(
     continuous: &ContinuousLoop,
-    grid: &Grid,
+    grid: &TuningGrid,
     bound: f64,
     cycle: impl Fn(&ContinuousLoop) -> Result<Option<Cycle>> + Sync,
 ) -> Result<Retuning> {
@@ -398,7 +402,7 @@ pub fn least_swing(
                 _ => 1.0,
             };
             let step = ratio(&grid.kc).max(ratio(&grid.ti)).max(1.0 + 1e-6);
-            grid = Grid::about(controller, step, POINTS)?;
+            grid = TuningGrid::about(controller, step, POINTS)?;
         }
     }
     let Some((_, _, controller)) = best else {
@@ -420,7 +424,7 @@ pub fn least_swing(
 }
 
 /// Whether a controller's gain or integral time lies at or beyond an end of `grid`.
-fn at_edge(controller: &Controller, grid: &Grid) -> bool {
+fn at_edge(controller: &Controller, grid: &TuningGrid) -> bool {
     let (kp, ki, _) = controller.gains();
     let outside = |value: f64, values: &[f64]| {
         let (low, high) = values

@@ -129,7 +129,7 @@ impl<const N: usize> Step<N> {
 
 /// Where an integration ended, and which guard ended it, if one did.
 #[derive(Debug, Clone, Copy)]
-pub struct Outcome<const N: usize> {
+pub struct RadauOutcome<const N: usize> {
     pub elapsed: f64,
     pub y: [f64; N],
     pub guard: Option<usize>,
@@ -148,7 +148,7 @@ pub fn integrate<const N: usize, S: System<N>>(
     duration: f64,
     tolerance: &Tolerance<N>,
     mut observe: impl FnMut(&S, &Step<N>),
-) -> Result<Outcome<N>> {
+) -> Result<RadauOutcome<N>> {
     const MOST_STEPS: usize = 10_000_000;
     let stopped = |time_s: f64, reason: &str| {
         Err(Error::Solver { method: METHOD, time_s, reason: reason.to_owned() })
@@ -181,7 +181,7 @@ pub fn integrate<const N: usize, S: System<N>>(
             let step = polish(system, &y, &step, guard, fraction, tolerance);
             system.accepted(&step);
             observe(system, &step);
-            return Ok(Outcome { elapsed: s + step.length, y: step.end, guard: Some(guard) });
+            return Ok(RadauOutcome { elapsed: s + step.length, y: step.end, guard: Some(guard) });
         }
         if let Some((before, error_before)) = &last {
             // Gustafsson's predictive control: lets the step shrink before it must.
@@ -192,7 +192,7 @@ pub fn integrate<const N: usize, S: System<N>>(
         observe(system, &step);
         y = step.end;
         if ends {
-            return Ok(Outcome { elapsed: duration, y, guard: None });
+            return Ok(RadauOutcome { elapsed: duration, y, guard: None });
         }
         s += wanted;
         length = wanted * factor.clamp(0.2, 10.0);

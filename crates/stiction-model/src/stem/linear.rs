@@ -1,7 +1,7 @@
 //! Exact flow of a slip under constant Coulomb and viscous friction.
 //!
 //! `M x'' + Fv x' + k x = f + q s + c (exp(mu s) - 1)`, where `x` and `s` count from the start of
-//! the stretch, `f` is the net force there, `q` the slope of the driving force and the last term
+//! the segment, `f` is the net force there, `q` the slope of the driving force and the last term
 //! the settling of a lagged one. The solution is closed:
 //! `x = a0 + a1 s + Q exp(mu s) + A C(s) + B S(s)` with the free responses
 //! `S(s) = (exp(l1 s) - exp(l2 s)) / (l1 - l2)` and `C(s) = exp(l1 s) - l1 S(s)`, or their

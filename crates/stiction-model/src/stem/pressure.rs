@@ -9,7 +9,7 @@ pub struct PressureSignal {
     points: Vec<(f64, f64)>,
 }
 
-/// A stretch of time over which the demanded pressure is linear.
+/// A segment of time over which the demanded pressure is linear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Segment {
     pub(super) start_s: f64,

@@ -101,7 +101,7 @@ impl Laned for He {
     type Lanes = HeLanes;
 }
 
-/// All lanes over a stretch of one input.
+/// All lanes over a segment of one input.
 struct Run<'a, L> {
     valves: L,
     op: &'a [f64],
@@ -137,14 +137,14 @@ pub fn follow<M: Laned>(
 
 /// Samples stepped before their positions are handed over: few enough that they stay in the
 /// first-level cache.
-const STRETCH: usize = 128;
+const SEGMENT: usize = 128;
 
 /// Drives every candidate in `bands` with the same `op`, starting from `start`, and returns what
 /// `take` gathers for each block of [`LANES`] candidates, in their order.
 ///
 /// `begin` makes what is to be gathered for the block whose first candidate has the given index.
 /// `take` receives it with the index of a sample and the positions from that sample on, one
-/// [`Lane`] a sample; candidate `first + l` is in lane `l`. Stretches come in order, and together
+/// [`Lane`] a sample; candidate `first + l` is in lane `l`. Segments come in order, and together
 /// they cover all of `op`. Lanes past the last candidate repeat it.
 ///
 /// Blocks run on all threads of the current rayon pool; the result does not depend on their number.
@@ -189,12 +189,12 @@ pub fn run<M: Laned, A: Send>(
         // Lanes past the last candidate repeat it.
         let lanes = std::array::from_fn(|l| bands[l.min(bands.len() - 1)]);
         let mut valves = M::Lanes::starting(&lanes, [start; LANES]);
-        let mut vp = [Lane::splat(0.0); STRETCH];
+        let mut vp = [Lane::splat(0.0); SEGMENT];
         let mut gathered = begin(block * LANES);
-        for (i, op) in op.chunks(STRETCH).enumerate() {
+        for (i, op) in op.chunks(SEGMENT).enumerate() {
             let vp = &mut vp[..op.len()];
             valves = width.run(Run { valves, op, vp });
-            take(&mut gathered, i * STRETCH, vp);
+            take(&mut gathered, i * SEGMENT, vp);
         }
         gathered
     };

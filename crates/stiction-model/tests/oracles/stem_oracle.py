@@ -288,7 +288,7 @@ def coulomb_extended():
 
     x, t, slips, stops, seen = f(0), f(0), [], [], {}
     while t < 400:
-        # at rest: linear in each stretch
+        # at rest: linear in each segment
         end = (np.floor(t / 100) + 1) * 100
         while True:
             P, b = p(t)

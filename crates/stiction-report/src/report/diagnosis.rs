@@ -3,8 +3,8 @@
 use super::evidence::{self, sentence};
 use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
 use super::time_axis::duration;
-use super::verdict;
 use super::views::{self, Context};
+use super::{fitted, verdict};
 use crate::Error;
 use crate::document::{self, Loop, Source};
 use crate::words;
@@ -67,11 +67,12 @@ fn section(case: &Loop<'_>) -> Section {
     if let Some(judged) = &diagnosis.judged {
         section = section.heading("What was recorded");
         // What is beyond all that can be drawn is not worth the whole report.
-        let views = views::all(&diagnosis.grid.stretches, judged.stretch, &context);
+        let views = views::all(&diagnosis.grid.segments, judged.segment, &context);
         for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
             section = section.with(figure);
         }
     }
+    section = fitted::blocks(section, diagnosis);
     section = methods(section, diagnosis);
     section = evidence(section, diagnosis, &context);
     section = oscillations(section, diagnosis);
@@ -141,13 +142,13 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     }
     facts.push(Fact::new("data", Badge::from(diagnosis.fitness.class).text(), ""));
     facts.push(Fact::new("type of loop", diagnosis.loop_type.name(), ""));
-    if let Some(stretch) = diagnosis.stretch() {
-        facts.push(Fact::new("judged", duration(stretch.duration()), ""));
+    if let Some(segment) = diagnosis.segment() {
+        facts.push(Fact::new("judged", duration(segment.duration()), ""));
         if diagnosis.start.is_some() {
-            facts.push(Fact::new("from", moment(diagnosis, stretch.from), ""));
+            facts.push(Fact::new("from", moment(diagnosis, segment.from), ""));
         }
-        facts.push(Fact::new("samples", stretch.len(), ""));
-        facts.push(Fact::new("sample time", duration(stretch.sample_time), ""));
+        facts.push(Fact::new("samples", segment.len(), ""));
+        facts.push(Fact::new("sample time", duration(segment.sample_time), ""));
     }
     facts
 }
@@ -303,8 +304,8 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
             optional(found.decay_ratio),
             optional(found.supervised.map(|supervised| supervised.counter)),
             match found.basis {
-                Some(oscillation::Basis::Autocorrelation) => "autocorrelation",
-                Some(oscillation::Basis::SpectralPeak) => "peak of the spectrum",
+                Some(oscillation::OscillationBasis::Autocorrelation) => "autocorrelation",
+                Some(oscillation::OscillationBasis::SpectralPeak) => "peak of the spectrum",
                 None => "–",
             }
             .to_owned(),
@@ -381,7 +382,7 @@ fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
         Fact::new("file", &source.file, ""),
         Fact::new("SHA-256", &source.sha256, ""),
         Fact::new("recorded", duration(grid.duration), ""),
-        Fact::new("stretches in automatic", grid.stretches.len(), ""),
+        Fact::new("segments in automatic", grid.segments.len(), ""),
         Fact::new("in automatic", number(100.0 * grid.closed_share), "%"),
     ]));
     for note in &diagnosis.notes {

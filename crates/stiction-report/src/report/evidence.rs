@@ -79,12 +79,12 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     fn op(&self) -> &[f64] {
-        &self.subject.stretch.op
+        &self.subject.segment.op
     }
 
     /// The PV; empty if it is not recorded.
     fn pv(&self) -> &[f64] {
-        self.subject.stretch.pv.as_deref().unwrap_or_default()
+        self.subject.segment.pv.as_deref().unwrap_or_default()
     }
 
     fn unit(&self) -> &str {
@@ -92,21 +92,21 @@ impl Scene<'_> {
     }
 
     fn time(&self) -> TimeAxis {
-        let stretch = self.subject.stretch;
-        TimeAxis::of_times(self.context.start, stretch.from + stretch.duration())
+        let segment = self.subject.segment;
+        TimeAxis::of_times(self.context.start, segment.from + segment.duration())
     }
 
     /// Times of some places, in samples, as they stand along [`Scene::time`].
     fn times(&self, places: impl IntoIterator<Item = f64>) -> Vec<f64> {
-        let (axis, stretch) = (self.time(), self.subject.stretch);
-        let at = |k: f64| axis.at(stretch.from + k * stretch.sample_time);
+        let (axis, segment) = (self.time(), self.subject.segment);
+        let at = |k: f64| axis.at(segment.from + k * segment.sample_time);
         places.into_iter().map(at).collect()
     }
 
-    /// The last few periods of the stretch.
+    /// The last few periods of the segment.
     fn end(&self) -> Range<usize> {
-        let stretch = self.subject.stretch;
-        views::last_periods(stretch, self.context)..stretch.len()
+        let segment = self.subject.segment;
+        views::last_periods(segment, self.context)..segment.len()
     }
 
     /// A panel along time that zooms with the others of its figure.

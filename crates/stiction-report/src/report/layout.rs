@@ -1,13 +1,11 @@
 //! The pieces of a report and the page that holds them.
 
-use std::fmt::Write;
-
 use crate::Error;
 use crate::document::Source;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stiction_diagnose::detect::Decision;
 use stiction_diagnose::diagnose::VerdictClass;
 use stiction_diagnose::recording::fitness::Class;
-use stiction_figure::escape::escape;
 use stiction_figure::figure::Figure;
 use stiction_figure::page::relative;
 
@@ -230,40 +228,39 @@ impl Report {
     /// If a figure is malformed; see [`Error`].
     pub fn html(&self) -> Result<String, Error> {
         let mut page = Page::default();
-        let title = escape(&self.title);
-        page.add(&format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-             <header>\n<h1>{title}</h1>\n"
-        ));
-        if !self.introduction.is_empty() {
-            page.element("p", "", &self.introduction);
-        }
-        page.add("</header>\n");
-        if self.sections.len() > 1 {
-            page.contents(&self.sections);
-        }
-        page.add("<main>\n");
-        self.blocks.iter().try_for_each(|block| page.block(block))?;
-        for (index, section) in self.sections.iter().enumerate() {
-            page.section(index, section)?;
-        }
-        page.add("</main>\n<footer>\n");
-        page.element("p", "", &self.tool);
-        for source in &self.sources {
-            page.add(&format!(
-                "<p>{}: SHA-256 <code>{}</code></p>\n",
-                escape(&source.file),
-                escape(&source.sha256)
-            ));
-        }
-        page.add(&format!("</footer>\n<script>\n{SCRIPT}</script>\n"));
-        if page.sortable {
-            page.add(&format!("<script>\n{TABLES}</script>\n"));
-        }
-        page.add("</body>\n</html>\n");
-        Ok(page.html)
+        let document = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    header {
+                        h1 { (self.title) }
+                        @if !self.introduction.is_empty() { p { (self.introduction) } }
+                    }
+                    @if self.sections.len() > 1 { (contents(&self.sections)) }
+                    main {
+                        (page.blocks(&self.blocks)?)
+                        @for (number, section) in (1..).zip(&self.sections) {
+                            (page.section(number, section)?)
+                        }
+                    }
+                    footer {
+                        p { (self.tool) }
+                        @for source in &self.sources {
+                            p { (source.file) ": SHA-256 " code { (source.sha256) } }
+                        }
+                    }
+                    script { (PreEscaped(SCRIPT)) }
+                    @if page.sortable { script { (PreEscaped(TABLES)) } }
+                }
+            }
+        };
+        Ok(document.into_string())
     }
 }
 
@@ -463,10 +460,9 @@ impl Card {
     }
 }
 
-/// A page being written.
+/// What is known of a page while it is written.
 #[derive(Default)]
 struct Page {
-    html: String,
     /// How many figures it has.
     figures: usize,
     /// Whether it has tables that can be sorted.
@@ -474,177 +470,150 @@ struct Page {
 }
 
 impl Page {
-    fn add(&mut self, html: &str) {
-        self.html.push_str(html);
-    }
-
-    /// An element that holds a text.
-    fn element(&mut self, name: &str, class: &str, text: &str) {
-        let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
-        let text = escape(text);
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.html, "<{name}{class}>{text}</{name}>");
-    }
-
-    fn list(&mut self, name: &str, class: &str, texts: &[String]) {
-        if texts.is_empty() {
-            return;
-        }
-        let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
-        self.add(&format!("<{name}{class}>\n"));
-        texts.iter().for_each(|text| self.element("li", "", text));
-        self.add(&format!("</{name}>\n"));
-    }
-
-    fn badge(&mut self, badge: &Badge) {
-        let tone = match badge.tone {
-            Tone::Bad => "bad",
-            Tone::Good => "good",
-            Tone::Open => "open",
-        };
-        let (symbol, word) = (escape(badge.symbol), escape(badge.word));
-        self.add(&format!(
-            "<span class=\"badge {tone}\"><span aria-hidden=\"true\">{symbol}</span> {word}</span>"
-        ));
-    }
-
-    fn contents(&mut self, sections: &[Section]) {
-        self.add("<nav aria-label=\"Loops\">\n<h2>Loops</h2>\n<ol>\n");
-        for (index, section) in sections.iter().enumerate() {
-            let name = escape(&section.name);
-            self.add(&format!("<li><a href=\"#loop-{}\">{name}</a> ", index + 1));
-            self.badge(&section.badge);
-            self.add(&format!(" <span class=\"soft\">{}</span></li>\n", escape(&section.headline)));
-        }
-        self.add("</ol>\n</nav>\n");
-    }
-
-    fn section(&mut self, index: usize, section: &Section) -> Result<(), Error> {
-        self.add(&format!("<section class=\"loop\" id=\"loop-{}\" data-scope>\n", index + 1));
-        self.element("h2", "", &section.name);
-        self.add("<div class=\"banner\">\n<p class=\"verdict\">");
-        self.badge(&section.badge);
-        self.add(&format!(" {}</p>\n", escape(&section.headline)));
-        self.facts(&section.facts);
-        self.list("ul", "reasons", &section.reasons);
-        self.add("</div>\n");
-        section.blocks.iter().try_for_each(|block| self.block(block))?;
-        self.add("</section>\n");
-        Ok(())
-    }
-
-    fn block(&mut self, block: &Block) -> Result<(), Error> {
-        match block {
-            Block::Heading(text) => self.element("h3", "", text),
-            Block::Paragraph(text) => self.element("p", "", text),
-            Block::List { ordered: false, items } => self.list("ul", "", items),
-            Block::List { ordered: true, items } => self.list("ol", "", items),
-            Block::Facts(facts) => self.facts(facts),
-            Block::Table(table) => self.table(table),
-            Block::Figure(figure) => self.figure(figure)?,
-            Block::Card(card) => self.card(card)?,
-            Block::Details { summary, blocks } => {
-                self.add("<details>\n");
-                self.element("summary", "", summary);
-                blocks.iter().try_for_each(|block| self.block(block))?;
-                self.add("</details>\n");
+    fn section(&mut self, number: usize, section: &Section) -> Result<Markup, Error> {
+        Ok(html! {
+            section.loop #{ "loop-" (number) } data-scope {
+                h2 { (section.name) }
+                div.banner {
+                    p.verdict { (badge(&section.badge)) " " (section.headline) }
+                    (facts(&section.facts))
+                    @if !section.reasons.is_empty() { ul.reasons { (listed(&section.reasons)) } }
+                }
+                (self.blocks(&section.blocks)?)
             }
-        }
-        Ok(())
+        })
     }
 
-    fn card(&mut self, card: &Card) -> Result<(), Error> {
-        self.add(&format!("<article class=\"card\">\n<h4>{}", escape(&card.heading)));
-        if let Some(badge) = &card.badge {
-            self.add(" ");
-            self.badge(badge);
-        }
-        self.add("</h4>\n");
-        self.element("p", "", &card.sentence);
-        self.list("ul", "caveats", &card.caveats);
-        if let Some(figure) = &card.figure {
-            self.figure(figure)?;
-        }
-        self.facts(&card.facts);
-        if let Some(table) = &card.table {
-            self.table(table);
-        }
-        self.add("</article>\n");
-        Ok(())
+    fn blocks(&mut self, blocks: &[Block]) -> Result<Markup, Error> {
+        Ok(html! {
+            @for block in blocks {
+                @match block {
+                    Block::Heading(text) => h3 { (text) },
+                    Block::Paragraph(text) => p { (text) },
+                    Block::List { items, .. } if items.is_empty() => {},
+                    Block::List { ordered: true, items } => ol { (listed(items)) },
+                    Block::List { ordered: false, items } => ul { (listed(items)) },
+                    Block::Facts(named) => (facts(named)),
+                    Block::Table(table) => (self.table(table)),
+                    Block::Figure(figure) => (self.figure(figure)?),
+                    Block::Card(card) => (self.card(card)?),
+                    Block::Details { summary, blocks } => details {
+                        summary { (summary) }
+                        (self.blocks(blocks)?)
+                    },
+                }
+            }
+        })
     }
 
-    fn figure(&mut self, figure: &Figure) -> Result<(), Error> {
+    fn card(&mut self, card: &Card) -> Result<Markup, Error> {
+        Ok(html! {
+            article.card {
+                h4 { (card.heading) @if let Some(word) = &card.badge { " " (badge(word)) } }
+                p { (card.sentence) }
+                @if !card.caveats.is_empty() { ul.caveats { (listed(&card.caveats)) } }
+                @if let Some(figure) = &card.figure { (self.figure(figure)?) }
+                (facts(&card.facts))
+                @if let Some(table) = &card.table { (self.table(table)) }
+            }
+        })
+    }
+
+    fn figure(&mut self, figure: &Figure) -> Result<Markup, Error> {
         self.figures += 1;
         let id = format!("figure-{}", self.figures);
         let live = figure.live(&id)?;
-        self.add(&format!(
-            "<figure id=\"{id}\" data-live>\n<div class=\"sheet\">{}</div>\n\
-             <script type=\"application/json\">{}</script>\n",
-            live.svg, live.data
-        ));
-        if !figure.caption.is_empty() {
-            self.element("figcaption", "", &figure.caption);
-        }
-        self.add("</figure>\n");
-        Ok(())
+        Ok(html! {
+            figure #(id) data-live {
+                div.sheet { (PreEscaped(live.svg)) }
+                script type="application/json" { (PreEscaped(live.data)) }
+                @if !figure.caption.is_empty() { figcaption { (figure.caption) } }
+            }
+        })
     }
 
-    fn facts(&mut self, facts: &[Fact]) {
-        if facts.is_empty() {
-            return;
-        }
-        self.add("<dl class=\"facts\">\n");
-        for fact in facts {
-            let gap = if fact.unit.is_empty() { "" } else { "\u{a0}" };
-            self.add(&format!(
-                "<div><dt>{}</dt><dd>{}{gap}{}</dd></div>\n",
-                escape(&fact.name),
-                escape(&fact.value),
-                escape(&fact.unit)
-            ));
-        }
-        self.add("</dl>\n");
-    }
-
-    fn table(&mut self, table: &Table) {
+    fn table(&mut self, table: &Table) -> Markup {
         self.sortable |= table.sortable;
-        self.add(if table.sortable {
-            "<div class=\"rows\"><table data-sortable>\n"
-        } else {
-            "<div class=\"rows\"><table>\n"
-        });
-        if !table.caption.is_empty() {
-            self.element("caption", "", &table.caption);
-        }
-        self.add("<thead><tr>");
-        let class = |number: bool| if number { " class=\"number\"" } else { "" };
-        for column in &table.columns {
-            let unit = if column.unit.is_empty() {
-                String::new()
-            } else {
-                format!(" <span class=\"unit\">{}</span>", escape(&column.unit))
-            };
-            let (class, name) = (class(column.number), escape(&column.name));
-            self.add(&format!("<th scope=\"col\"{class}>{name}{unit}</th>"));
-        }
-        self.add("</tr></thead>\n<tbody>\n");
-        for (index, row) in table.rows.iter().enumerate() {
-            self.add("<tr>");
-            let link = table.links.get(index).filter(|link| !link.is_empty());
-            for (k, (cell, column)) in row.iter().zip(&table.columns).enumerate() {
-                let (class, cell) = (class(column.number), escape(cell));
-                match link.filter(|_| k == 0) {
-                    Some(path) => {
-                        let path = relative(path);
-                        self.add(&format!("<td{class}><a href=\"{path}\">{cell}</a></td>"));
+        let class = |column: &Column| column.number.then_some("number");
+        html! {
+            div.rows {
+                table data-sortable[table.sortable] {
+                    @if !table.caption.is_empty() { caption { (table.caption) } }
+                    thead {
+                        tr {
+                            @for column in &table.columns {
+                                th scope="col" class=[class(column)] {
+                                    (column.name)
+                                    @if !column.unit.is_empty() { " " span.unit { (column.unit) } }
+                                }
+                            }
+                        }
                     }
-                    None => self.add(&format!("<td{class}>{cell}</td>")),
+                    tbody {
+                        @for (index, row) in table.rows.iter().enumerate() {
+                            @let mut link = table.links.get(index).filter(|link| !link.is_empty());
+                            tr {
+                                @for (cell, column) in row.iter().zip(&table.columns) {
+                                    td class=[class(column)] {
+                                        // The first cell takes it.
+                                        @if let Some(path) = link.take() {
+                                            a href=(relative(path)) { (cell) }
+                                        } @else {
+                                            (cell)
+                                        }
+                                    }
+                                }
+                            }
+                        }
+                    }
                 }
             }
-            self.add("</tr>\n");
         }
-        self.add("</tbody>\n</table></div>\n");
     }
+}
+
+fn contents(sections: &[Section]) -> Markup {
+    html! {
+        nav aria-label="Loops" {
+            h2 { "Loops" }
+            ol {
+                @for (number, section) in (1..).zip(sections) {
+                    li {
+                        a href={ "#loop-" (number) } { (section.name) } " "
+                        (badge(&section.badge)) " "
+                        span.soft { (section.headline) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn badge(badge: &Badge) -> Markup {
+    let tone = match badge.tone {
+        Tone::Bad => "bad",
+        Tone::Good => "good",
+        Tone::Open => "open",
+    };
+    html! { span.badge.(tone) { span aria-hidden="true" { (badge.symbol) } " " (badge.word) } }
+}
+
+fn facts(facts: &[Fact]) -> Markup {
+    html! {
+        @if !facts.is_empty() {
+            dl.facts {
+                @for fact in facts {
+                    @let gap = if fact.unit.is_empty() { "" } else { "\u{a0}" };
+                    div { dt { (fact.name) } dd { (fact.value) (gap) (fact.unit) } }
+                }
+            }
+        }
+    }
+}
+
+/// What a list holds.
+fn listed(texts: &[String]) -> Markup {
+    html! { @for text in texts { li { (text) } } }
 }
 
 #[cfg(test)]

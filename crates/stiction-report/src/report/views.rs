@@ -1,6 +1,6 @@
 //! Figures of what was recorded: trends, maps, correlation, spectrum, histograms.
 //!
-//! Each is made from stretches of a recording. Where a signal that it needs is not recorded, or does
+//! Each is made from segments of a recording. Where a signal that it needs is not recorded, or does
 //! not move, there is no figure.
 
 use std::f64::consts::TAU;
@@ -9,7 +9,7 @@ use super::layout::number;
 use super::time_axis::{TimeAxis, duration};
 use stiction_diagnose::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
 use stiction_diagnose::oscillation::separate::separate;
-use stiction_diagnose::recording::{LoopType, Mode, Modes, Stretch};
+use stiction_diagnose::recording::{LoopType, Mode, Modes, Segment};
 use stiction_diagnose::series::{
     Periodogram, autocorrelation, centred, cross_correlation, detrended, mean, periodogram,
     quantile, span, std, zero_crossings,
@@ -24,7 +24,7 @@ pub(super) const WIDTH: f64 = 860.0;
 const REDUCED_FROM: usize = 3_000;
 /// The panels of this group share the time axis.
 const TIME: &str = "time";
-/// The panels of this group share the time axis of the end of a stretch.
+/// The panels of this group share the time axis of the end of a segment.
 const DETAIL: &str = "detail";
 
 /// What is known about a loop beside its samples.
@@ -45,31 +45,31 @@ impl Context<'_> {
         format!("{names} ({})", self.pv_unit.unwrap_or("units of the PV"))
     }
 
-    fn period_of(&self, stretch: &Stretch) -> Option<f64> {
-        self.period_s.filter(|p| *p > 0.0 && p.is_finite()).or_else(|| dominant_period(stretch))
+    fn period_of(&self, segment: &Segment) -> Option<f64> {
+        self.period_s.filter(|p| *p > 0.0 && p.is_finite()).or_else(|| dominant_period(segment))
     }
 }
 
 /// SP and PV over OP and the valve position, all that is recorded, with one time axis.
 ///
-/// Between stretches lines are broken and the time is shaded. If there are several, the bounds of the
+/// Between segments lines are broken and the time is shaded. If there are several, the bounds of the
 /// one at `judged`, on which the report rests, are marked. The mode stands in a strip above.
 ///
 /// `None` without samples.
-pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Option<Figure> {
-    let stretches: Vec<&Stretch> = stretches.iter().filter(|s| !s.is_empty()).collect();
-    let (first, last) = (stretches.first()?, stretches.last()?);
+pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Option<Figure> {
+    let segments: Vec<&Segment> = segments.iter().filter(|s| !s.is_empty()).collect();
+    let (first, last) = (segments.first()?, segments.last()?);
     let (from, to) = (first.from, last.from + last.duration());
     let axis = TimeAxis::of_times(context.start, to);
     let at = |t: f64| axis.at(t);
 
-    // All stretches as one series, with the pen lifted between.
-    let joined = |signal: &dyn Fn(&Stretch) -> Option<Vec<f64>>| {
+    // All segments as one series, with the pen lifted between.
+    let joined = |signal: &dyn Fn(&Segment) -> Option<Vec<f64>>| {
         let (mut x, mut y, mut breaks) = (Vec::new(), Vec::new(), Vec::new());
-        for stretch in &stretches {
-            if let Some(values) = signal(stretch) {
+        for segment in &segments {
+            if let Some(values) = signal(segment) {
                 breaks.push(x.len());
-                x.extend(stretch.times().into_iter().map(at));
+                x.extend(segment.times().into_iter().map(at));
                 y.extend(values);
             }
         }
@@ -83,7 +83,7 @@ pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Op
     let panel = |y_label: String| {
         let mut panel =
             Panel::new(axis.label.clone(), y_label).x_scale(axis.scale).group(TIME).height(170.0);
-        for pair in stretches.windows(2) {
+        for pair in segments.windows(2) {
             let gap = (at(pair[0].from + pair[0].duration()), at(pair[1].from));
             panel = panel.note(Annotation::x_band(gap.0, gap.1, ""));
         }
@@ -113,8 +113,8 @@ pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Op
     if let Some(strip) = context.modes.and_then(|modes| mode_strip(modes, from, to, &axis)) {
         panels[0].strip = Some(strip);
     }
-    if stretches.len() > 1
-        && let Some(judged) = stretches.get(judged)
+    if segments.len() > 1
+        && let Some(judged) = segments.get(judged)
     {
         let ends = (at(judged.from), at(judged.from + judged.duration()));
         let top = panels.remove(0);
@@ -122,13 +122,13 @@ pub fn trends(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Op
         panels.insert(0, top.note(Annotation::vertical_line(ends.1, "to here")));
     }
 
-    let samples: usize = stretches.iter().map(|s| s.len()).sum();
+    let samples: usize = segments.iter().map(|s| s.len()).sum();
     let mut caption = format!(
         "Trends: {samples} samples every {} s over {}.",
         number(first.sample_time),
         duration(to - from)
     );
-    if stretches.len() > 1 {
+    if segments.len() > 1 {
         caption.push_str(
             " Shaded: not on the grid, because of a gap or because the controller was \
                           not in command.",
@@ -170,57 +170,57 @@ fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Stri
     (!spans.is_empty()).then(|| Strip { name: "mode".to_owned(), spans })
 }
 
-/// The last few periods of a stretch, those on the map, with every sample.
+/// The last few periods of a segment, those on the map, with every sample.
 ///
-/// `None` if the stretch has not twice as many.
-pub fn detail(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
-    let from = last_periods(stretch, context);
-    if 2 * from < stretch.len() {
+/// `None` if the segment has not twice as many.
+pub fn detail(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
+    let from = last_periods(segment, context);
+    if 2 * from < segment.len() {
         return None;
     }
     let part = |signal: &Option<Vec<f64>>| signal.as_ref().map(|x| x[from..].to_vec());
-    let end = Stretch {
-        from: stretch.from + from as f64 * stretch.sample_time,
-        sample_time: stretch.sample_time,
-        op: stretch.op[from..].to_vec(),
-        pv: part(&stretch.pv),
-        sp: part(&stretch.sp),
-        vp: part(&stretch.vp),
+    let end = Segment {
+        from: segment.from + from as f64 * segment.sample_time,
+        sample_time: segment.sample_time,
+        op: segment.op[from..].to_vec(),
+        pv: part(&segment.pv),
+        sp: part(&segment.sp),
+        vp: part(&segment.vp),
         bridged: 0,
     };
     let mut figure = trends(&[end], 0, context)?;
-    figure.caption = format!("The end of the stretch. {}", figure.caption);
+    figure.caption = format!("The end of the segment. {}", figure.caption);
     for panel in &mut figure.panels {
         panel.group = Some(DETAIL.to_owned());
     }
     Some(figure)
 }
 
-/// Where the last six periods of a stretch begin; without a period, its last 1,000 samples.
-pub(super) fn last_periods(stretch: &Stretch, context: &Context<'_>) -> usize {
-    let period = context.period_of(stretch);
-    let samples = period.map_or(1_000, |p| (6.0 * p / stretch.sample_time).ceil() as usize);
-    stretch.len() - samples.max(50).min(stretch.len())
+/// Where the last six periods of a segment begin; without a period, its last 1,000 samples.
+pub(super) fn last_periods(segment: &Segment, context: &Context<'_>) -> usize {
+    let period = context.period_of(segment);
+    let samples = period.map_or(1_000, |p| (6.0 * p / segment.sample_time).ceil() as usize);
+    segment.len() - samples.max(50).min(segment.len())
 }
 
 /// PV against OP over the last few periods, with arrows along the way; and, if the samples lie along
 /// one, the ellipse that fits them best with its width in the direction of the OP.
 ///
 /// `None` if the PV is not recorded or either does not move.
-pub fn pv_op_map(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     const MOST: usize = 1_500;
-    let pv = stretch.pv.as_ref()?;
-    if span(pv) == 0.0 || span(&stretch.op) == 0.0 {
+    let pv = segment.pv.as_ref()?;
+    if span(pv) == 0.0 || span(&segment.op) == 0.0 {
         return None;
     }
-    let from = last_periods(stretch, context);
-    let stride = (stretch.len() - from).div_ceil(MOST);
+    let from = last_periods(segment, context);
+    let stride = (segment.len() - from).div_ceil(MOST);
     let thinned = |x: &[f64]| -> Vec<f64> { x[from..].iter().copied().step_by(stride).collect() };
-    let ellipse = Ellipse::fit(&stretch.op[from..], &pv[from..])
+    let ellipse = Ellipse::fit(&segment.op[from..], &pv[from..])
         .filter(|ellipse| ellipse.residual <= Bicoherence::default().most_residual);
-    let (op, pv) = (thinned(&stretch.op), thinned(pv));
-    let axis = TimeAxis::of_times(context.start, stretch.from + stretch.duration());
-    let times: Vec<f64> = stretch.times().into_iter().map(|t| axis.at(t)).collect();
+    let (op, pv) = (thinned(&segment.op), thinned(pv));
+    let axis = TimeAxis::of_times(context.start, segment.from + segment.duration());
+    let times: Vec<f64> = segment.times().into_iter().map(|t| axis.at(t)).collect();
     let time = Along { label: axis.label, scale: axis.scale, values: thinned(&times) };
 
     let mut panel = Panel::new("OP (% of span)", context.pv_label("PV"))
@@ -231,8 +231,8 @@ pub fn pv_op_map(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         panel = panel.note(Annotation::arrow("", tail, tip));
     }
     let mut caption = format!(
-        "PV over OP in the last {} of the stretch. Arrows point forward in time.",
-        duration((stretch.len() - from) as f64 * stretch.sample_time)
+        "PV over OP in the last {} of the segment. Arrows point forward in time.",
+        duration((segment.len() - from) as f64 * segment.sample_time)
     );
     if stride > 1 {
         caption.push_str(&format!(" One sample in {stride} is drawn."));
@@ -283,7 +283,7 @@ fn directions(x: &[f64], y: &[f64]) -> Vec<(Place, Place)> {
     };
     let (width, height) = (span(x), span(y));
     let length = |a: Place, b: Place| ((b.0 - a.0) / width).hypot((b.1 - a.1) / height);
-    // Each begins a tenth of the samples after the last, or later, where the next stretch of path is
+    // Each begins a tenth of the samples after the last, or later, where the next segment of path is
     // long enough.
     let mut arrows: Vec<(Place, Place)> = Vec::new();
     let mut next = half;
@@ -303,12 +303,12 @@ fn directions(x: &[f64], y: &[f64]) -> Vec<(Place, Place)> {
 /// Correlation of OP and PV over the lag of the PV behind the OP.
 ///
 /// `None` if the PV is not recorded or either does not move.
-pub fn op_pv_correlation(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
-    let pv = stretch.pv.as_ref()?;
-    let most = most_lag(stretch, context);
-    let correlation = cross_correlation(&stretch.op, pv, most)?;
+pub fn op_pv_correlation(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
+    let pv = segment.pv.as_ref()?;
+    let most = most_lag(segment, context);
+    let correlation = cross_correlation(&segment.op, pv, most)?;
     let most = correlation.max_lag as isize;
-    let seconds = |lag: f64| lag * stretch.sample_time;
+    let seconds = |lag: f64| lag * segment.sample_time;
     let axis = TimeAxis::of_lags("lag of the PV behind the OP", seconds(most as f64));
     let x: Vec<f64> = (-most..=most).map(|lag| axis.at(seconds(lag as f64))).collect();
     // Of the extremes, the one nearest to zero is what the eye looks for.
@@ -341,22 +341,22 @@ pub fn op_pv_correlation(stretch: &Stretch, context: &Context<'_>) -> Option<Fig
 /// Autocorrelation of the control error and of the OP, with their crossings of zero.
 ///
 /// `None` if neither moves.
-pub fn autocorrelations(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
-    let most = most_lag(stretch, context);
-    let axis = TimeAxis::of_lags("lag", most as f64 * stretch.sample_time);
-    let at = |lag: f64| axis.at(lag * stretch.sample_time);
+pub fn autocorrelations(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
+    let most = most_lag(segment, context);
+    let axis = TimeAxis::of_lags("lag", most as f64 * segment.sample_time);
+    let at = |lag: f64| axis.at(lag * segment.sample_time);
     let mut panel = Panel::new(axis.label.clone(), "autocorrelation")
         .y_range(-1.05, 1.05)
         .legend(Legend::Above)
         .note(Annotation::horizontal_line(0.0, ""));
     let mut crossings = Vec::new();
     let mut found = Vec::new();
-    for (name, values, colour) in signals(stretch) {
+    for (name, values, colour) in signals(segment) {
         let Some(acf) = autocorrelation(&values, most) else { continue };
         let places: Vec<f64> = zero_crossings(&acf).iter().map(|c| c.place).collect();
         if places.len() > 2 {
             let apart: Vec<f64> = places.windows(2).map(|p| p[1] - p[0]).collect();
-            let half = mean(&apart) * stretch.sample_time;
+            let half = mean(&apart) * segment.sample_time;
             found.push(format!("{name} {}", axis.duration(2.0 * half)));
         }
         crossings.push((format!("zeros, {name}"), places));
@@ -385,19 +385,19 @@ pub fn autocorrelations(stretch: &Stretch, context: &Context<'_>) -> Option<Figu
 /// Power of the control error and of the OP over the period, with their highest peaks.
 ///
 /// `None` if neither moves, or for fewer than 16 samples.
-pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
-    if stretch.len() < 16 {
+pub fn spectrum(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
+    if segment.len() < 16 {
         return None;
     }
-    let longest = stretch.duration();
-    let usual = context.period_of(stretch).unwrap_or(longest / 10.0);
+    let longest = segment.duration();
+    let usual = context.period_of(segment).unwrap_or(longest / 10.0);
     let axis = TimeAxis::of_lags("period", usual);
     let mut panel = Panel::new(axis.label.clone(), "share of the variance in each bin")
         .x_scale(Scale::Log)
         .y_scale(Scale::Log)
         .legend(Legend::Above);
     let (mut found, mut marks) = (Vec::new(), Vec::new());
-    for (name, values, colour) in signals(stretch) {
+    for (name, values, colour) in signals(segment) {
         if span(&values) == 0.0 {
             continue;
         }
@@ -407,8 +407,8 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
         if !(all > 0.0 && highest > 0.0) {
             continue;
         }
-        let tops = oscillations(&values, &lines, stretch.sample_time);
-        let period = |bin: usize| stretch.sample_time / lines.frequency[bin];
+        let tops = oscillations(&values, &lines, segment.sample_time);
+        let period = |bin: usize| segment.sample_time / lines.frequency[bin];
         if !tops.is_empty() {
             let listed: Vec<String> = tops.iter().map(|(_, p)| axis.duration(*p)).collect();
             found.push(format!("{name} {}", listed.join(", ")));
@@ -457,11 +457,11 @@ pub fn spectrum(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
 /// standard deviations.
 ///
 /// `None` if neither moves.
-pub fn histograms(stretch: &Stretch, context: &Context<'_>) -> Option<Figure> {
+pub fn histograms(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     let mut figure = Figure::new("").columns(2).width(WIDTH).panel_height(230.0).caption(
         "How often which value was taken. Dashed: a Gaussian of the same mean and standard deviation.",
     );
-    for (name, values, colour) in signals(stretch) {
+    for (name, values, colour) in signals(segment) {
         if !(span(&values) > 0.0) {
             continue;
         }
@@ -500,8 +500,8 @@ pub(super) fn histogram(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// The control error, if there is a PV, and the OP, with their colours.
-fn signals(stretch: &Stretch) -> Vec<(&'static str, Vec<f64>, usize)> {
-    let subject = Subject::new(stretch, LoopType::Unknown, None);
+fn signals(segment: &Segment) -> Vec<(&'static str, Vec<f64>, usize)> {
+    let subject = Subject::new(segment, LoopType::Unknown, None);
     let mut signals = Vec::new();
     if let Some(error) = subject.error() {
         let name = match error.source {
@@ -510,28 +510,28 @@ fn signals(stretch: &Stretch) -> Vec<(&'static str, Vec<f64>, usize)> {
         };
         signals.push((name, error.values.clone(), colour::VERMILION));
     }
-    signals.push(("OP", stretch.op.clone(), colour::BLUE));
+    signals.push(("OP", segment.op.clone(), colour::BLUE));
     signals
 }
 
-/// Lags to look at, in samples: four periods, or a quarter of the stretch if nothing cycles.
-fn most_lag(stretch: &Stretch, context: &Context<'_>) -> usize {
-    let n = stretch.len();
-    let periods = context.period_of(stretch).map(|p| (4.0 * p / stretch.sample_time).ceil());
+/// Lags to look at, in samples: four periods, or a quarter of the segment if nothing cycles.
+fn most_lag(segment: &Segment, context: &Context<'_>) -> usize {
+    let n = segment.len();
+    let periods = context.period_of(segment).map(|p| (4.0 * p / segment.sample_time).ceil());
     let wanted = periods.unwrap_or(n as f64 / 4.0);
     (wanted.clamp(4.0, 1e7) as usize).min(n / 2).max(1)
 }
 
-/// The period of the highest peak of the spectrum of the OP, s, if the stretch holds two of them.
-fn dominant_period(stretch: &Stretch) -> Option<f64> {
-    if stretch.len() < 16 || span(&stretch.op) == 0.0 {
+/// The period of the highest peak of the spectrum of the OP, s, if the segment holds two of them.
+fn dominant_period(segment: &Segment) -> Option<f64> {
+    if segment.len() < 16 || span(&segment.op) == 0.0 {
         return None;
     }
-    let lines = periodogram(&centred(&stretch.op));
-    let twice = 2.0 / stretch.len() as f64;
+    let lines = periodogram(&centred(&segment.op));
+    let twice = 2.0 / segment.len() as f64;
     let bins = (1..lines.power.len()).filter(|bin| lines.frequency[*bin] >= twice);
     let top = bins.max_by(|a, b| lines.power[*a].total_cmp(&lines.power[*b]))?;
-    (lines.power[top] > 0.0).then(|| stretch.sample_time / lines.frequency[top])
+    (lines.power[top] > 0.0).then(|| segment.sample_time / lines.frequency[top])
 }
 
 /// The oscillations that were told apart in a signal, strongest first: the bin in which each stands,
@@ -549,17 +549,17 @@ fn oscillations(values: &[f64], lines: &Periodogram, sample_time: f64) -> Vec<(u
     bins.flatten().collect()
 }
 
-/// All views of one stretch of a recording, in the order in which they should be read.
-pub fn all(stretches: &[Stretch], judged: usize, context: &Context<'_>) -> Vec<Figure> {
-    let Some(stretch) = stretches.get(judged) else { return Vec::new() };
+/// All views of one segment of a recording, in the order in which they should be read.
+pub fn all(segments: &[Segment], judged: usize, context: &Context<'_>) -> Vec<Figure> {
+    let Some(segment) = segments.get(judged) else { return Vec::new() };
     [
-        trends(stretches, judged, context),
-        detail(stretch, context),
-        pv_op_map(stretch, context),
-        op_pv_correlation(stretch, context),
-        autocorrelations(stretch, context),
-        spectrum(stretch, context),
-        histograms(stretch, context),
+        trends(segments, judged, context),
+        detail(segment, context),
+        pv_op_map(segment, context),
+        op_pv_correlation(segment, context),
+        autocorrelations(segment, context),
+        spectrum(segment, context),
+        histograms(segment, context),
     ]
     .into_iter()
     .flatten()

@@ -1,6 +1,6 @@
 //! The recording's clock: where it went back, and how long a sample lasts.
 
-use super::repair::{Repair, RepairKind};
+use super::repair::{GridRepair, RepairKind};
 use crate::recording::{Channel, Modes};
 use crate::series::mean;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    pub(super) fn of(reference: &Channel, repairs: &mut Vec<Repair>) -> Self {
+    pub(super) fn of(reference: &Channel, repairs: &mut Vec<GridRepair>) -> Self {
         let time = &reference.time;
         let back: Vec<usize> = (1..time.len()).filter(|&i| time[i] < time[i - 1]).collect();
         let mut clock = Self { shifts: vec![] };
@@ -47,7 +47,7 @@ impl Clock {
             }
             clock.shifts.push(high + step - low);
         }
-        repairs.push(Repair {
+        repairs.push(GridRepair {
             kind: RepairKind::ClockStep,
             signal: "time",
             count: clock.shifts.len(),

@@ -1,6 +1,6 @@
 //! What had to be mended.
 
-use super::track::{Resampled, Segment, State};
+use super::track::{Resampled, Run, State};
 use super::{LEAST_KNOWN_VP, LONGEST_BRIDGE};
 use crate::recording::{Channel, Recording};
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Something that had to be mended, and how often.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct Repair {
+pub struct GridRepair {
     /// What was wrong.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub kind: RepairKind,
@@ -41,7 +41,7 @@ pub enum RepairKind {
     NotAutomatic,
 }
 
-/// Counts what is mended, over all segments.
+/// Counts what is mended, over all runs.
 #[derive(Default)]
 pub(super) struct Log {
     counts: BTreeMap<(RepairKind, &'static str), (usize, f64)>,
@@ -62,7 +62,7 @@ impl Log {
         &mut self,
         signal: &'static str,
         resampled: Option<&Resampled>,
-        segment: &Segment,
+        run: &Run,
         step: f64,
     ) {
         let Some(resampled) = resampled else { return };
@@ -71,23 +71,23 @@ impl Log {
             (RepairKind::Bridged, State::Bridged),
             (RepairKind::Gap, State::Unknown),
         ] {
-            let mut places = (0..segment.points).filter(|&k| resampled.state[k] == state);
+            let mut places = (0..run.points).filter(|&k| resampled.state[k] == state);
             if let Some(first) = places.next() {
-                let first_s = segment.from + first as f64 * step;
+                let first_s = run.from + first as f64 * step;
                 self.add(kind, signal, 1 + places.count(), first_s);
             }
         }
     }
 
-    pub(super) fn not_closed(&mut self, closed: &[bool], segment: &Segment, step: f64) {
+    pub(super) fn not_closed(&mut self, closed: &[bool], run: &Run, step: f64) {
         let mut places = (0..closed.len()).filter(|&k| !closed[k]);
         if let Some(first) = places.next() {
-            let first_s = segment.from + first as f64 * step;
+            let first_s = run.from + first as f64 * step;
             self.add(RepairKind::NotAutomatic, "time", 1 + places.count(), first_s);
         }
     }
 
-    pub(super) fn repairs(self, recording: &Recording) -> Vec<Repair> {
+    pub(super) fn repairs(self, recording: &Recording) -> Vec<GridRepair> {
         let few = |signal| {
             let channel = match signal {
                 "PV" => recording.pv.as_ref(),
@@ -114,13 +114,13 @@ impl Log {
                     format!("runs of up to {LONGEST_BRIDGE} missing samples were bridged")
                 }
                 RepairKind::Gap if signal == "VP" => format!(
-                    "VP is left out of stretches in which less than {:.0} % of it is known",
+                    "VP is left out of segments in which less than {:.0} % of it is known",
                     100.0 * LEAST_KNOWN_VP
                 ),
                 RepairKind::Gap => format!("the recording is cut there{}", few(signal)),
                 _ => "the recording is cut where the controller was not in command".to_owned(),
             };
-            Repair { kind, signal, count, first_s, done }
+            GridRepair { kind, signal, count, first_s, done }
         };
         self.counts.into_iter().map(repair).collect()
     }

@@ -1,7 +1,7 @@
 //! One channel in order of time, and its values between samples.
 
 use super::clock::{Clock, commonest_step, tolerance};
-use super::repair::{Repair, RepairKind};
+use super::repair::{GridRepair, RepairKind};
 use super::{Interpolation, LONGEST_BRIDGE};
 use crate::error::{Error, Result};
 use crate::recording::{Channel, Quality};
@@ -14,7 +14,7 @@ const MOST_POINTS: f64 = 2e7;
 const REGULAR_SHARE: f64 = 0.5;
 
 /// Part of the grid in which the reference channel has no long gap; it begins at a sample.
-pub(super) struct Segment {
+pub(super) struct Run {
     pub from: f64,
     pub to: f64,
     pub points: usize,
@@ -35,13 +35,13 @@ impl Track {
         channel: &Channel,
         signal: &'static str,
         clock: &Clock,
-        repairs: &mut Vec<Repair>,
+        repairs: &mut Vec<GridRepair>,
     ) -> Self {
         let moved = clock.unwound(&channel.time);
         let time = moved.as_ref().unwrap_or(&channel.time);
         let mut repair = |kind, count, first_s, done: &str| {
             if count > 0 {
-                repairs.push(Repair { kind, signal, count, first_s, done: done.to_owned() });
+                repairs.push(GridRepair { kind, signal, count, first_s, done: done.to_owned() });
             }
         };
         let mut order: Vec<usize> = (0..time.len()).collect();
@@ -129,9 +129,9 @@ impl Track {
         (LONGEST_BRIDGE as f64 + 1.5) * self.step.unwrap_or(f64::INFINITY)
     }
 
-    pub(super) fn segments(&self, step: f64) -> Result<Vec<Segment>> {
+    pub(super) fn runs(&self, step: f64) -> Result<Vec<Run>> {
         let bridge = self.bridge();
-        let (mut segments, mut from, mut points) = (vec![], 0, 0.0);
+        let (mut runs, mut from, mut points) = (vec![], 0, 0.0);
         for i in 1..=self.time.len() {
             let ends = i == self.time.len()
                 || (!self.on_change && self.time[i] - self.time[i - 1] >= bridge);
@@ -149,25 +149,25 @@ impl Track {
                     self.last()
                 )));
             }
-            segments.push(Segment { from: begin, to: end, points: steps as usize + 1 });
+            runs.push(Run { from: begin, to: end, points: steps as usize + 1 });
             from = i;
         }
-        Ok(segments)
+        Ok(runs)
     }
 
-    pub(super) fn resample(&self, segment: &Segment, step: f64, rule: Interpolation) -> Resampled {
-        let n = segment.points;
+    pub(super) fn resample(&self, run: &Run, step: f64, rule: Interpolation) -> Resampled {
+        let n = run.points;
         let mut out = Resampled { values: vec![0.0; n], state: vec![State::Unknown; n] };
-        let tolerance = tolerance(step, segment.from, segment.to);
+        let tolerance = tolerance(step, run.from, run.to);
         let (own, bridge) = (self.step.unwrap_or(f64::INFINITY), self.bridge());
         let rule = if self.on_change { Interpolation::Hold } else { rule };
         // The next sample beyond the point, and the last usable one up to it.
-        let mut next = self.usable_up_to(segment.from + tolerance);
+        let mut next = self.usable_up_to(run.from + tolerance);
         let mut before: Option<usize> = None;
         // The usable sample from `next` on.
         let mut after = next;
         for k in 0..n {
-            let t = segment.from + k as f64 * step;
+            let t = run.from + k as f64 * step;
             let mut newest = None;
             while next < self.time.len() && self.time[next] <= t + tolerance {
                 newest = Some(next);
@@ -223,16 +223,15 @@ impl Track {
     }
 
     /// Every point, held over whatever is missing; before the first usable sample, that one.
-    pub(super) fn held(&self, segment: &Segment, step: f64) -> Vec<f64> {
-        let tolerance = tolerance(step, segment.from, segment.to);
+    pub(super) fn held(&self, run: &Run, step: f64) -> Vec<f64> {
+        let tolerance = tolerance(step, run.from, run.to);
         let usable = |i: &usize| self.usable[*i];
         let Some(first) = (0..self.time.len()).find(usable) else {
-            return vec![f64::NAN; segment.points];
+            return vec![f64::NAN; run.points];
         };
-        let (mut value, mut next) =
-            (self.value[first], self.usable_up_to(segment.from + tolerance));
-        let points = (0..segment.points).map(|k| {
-            let t = segment.from + k as f64 * step + tolerance;
+        let (mut value, mut next) = (self.value[first], self.usable_up_to(run.from + tolerance));
+        let points = (0..run.points).map(|k| {
+            let t = run.from + k as f64 * step + tolerance;
             while next < self.time.len() && self.time[next] <= t {
                 if self.usable[next] {
                     value = self.value[next];

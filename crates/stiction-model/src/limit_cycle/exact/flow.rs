@@ -16,7 +16,7 @@ pub(super) enum Stem {
     Jumps { jump: f64 },
 }
 
-/// The VP over a stretch that lasts until the next begins.
+/// The VP over a segment that lasts until the next begins.
 #[derive(Debug, Clone, Copy)]
 enum Course<T> {
     Held(T),
@@ -50,7 +50,7 @@ impl Range {
         self.take(signal.at(end));
         let slope = signal.slope();
         for slope in [slope, slope.times(-1.0)] {
-            // A stretch has at most a few turns; each search goes on behind the last.
+            // A segment has at most a few turns; each search goes on behind the last.
             let (mut from, mut rest) = (0.0, slope);
             for _ in 0..8 {
                 let Some(s) = rest.rises(end - from) else { break };
@@ -90,7 +90,7 @@ impl Record {
         into.pv.push(pv);
     }
 
-    /// Takes the samples within a stretch of `length` that begins at `time`, its end excluded.
+    /// Takes the samples within a segment of `length` that begins at `time`, its end excluded.
     fn sweep(&mut self, time: f64, length: f64, signals: [&Series<f64>; 3]) {
         loop {
             let s = self.begin + self.taken as f64 * self.interval - time;
@@ -107,7 +107,7 @@ impl Record {
     }
 }
 
-/// What ended a stretch of motion.
+/// What ended a segment of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Event {
     /// The stem breaks away; it has not moved yet.
@@ -143,7 +143,7 @@ pub(super) struct Flow<'a, T> {
     last_event: f64,
     pub(super) ranges: Option<Ranges>,
     record: Option<Box<Record>>,
-    /// The states over the stretch under way.
+    /// The states over the segment under way.
     course: Vec<Series<T>>,
 }
 
@@ -367,7 +367,7 @@ impl<'a, T: Number> Flow<'a, T> {
         sum
     }
 
-    /// One stretch without an event inside; its length, and whether a slip is due at its end.
+    /// One segment without an event inside; its length, and whether a slip is due at its end.
     fn step(&mut self) -> (f64, bool) {
         let instant = self.plant.dead_time == 0.0;
         let (seen, end) =
@@ -382,11 +382,11 @@ impl<'a, T: Number> Flow<'a, T> {
         if following.is_some() && !instant {
             length = self.plant.dead_time.min(length);
         }
-        let mut stretch = T::of(length);
+        let mut segment = T::of(length);
         if let Some(end) = end {
             let left = end - self.time;
             if left.value() <= length {
-                (length, stretch) = (left.value(), left);
+                (length, segment) = (left.value(), left);
             }
         }
 
@@ -410,7 +410,7 @@ impl<'a, T: Number> Flow<'a, T> {
         if let Some((s, signal)) = event {
             length = s;
             // One step of Newton's method in T: the value stays, the derivatives follow.
-            stretch = if s == 0.0 && signal.0[0].value() > Series::ROUNDING {
+            segment = if s == 0.0 && signal.0[0].value() > Series::ROUNDING {
                 T::of(0.0)
             } else {
                 let at = T::of(s);
@@ -424,7 +424,7 @@ impl<'a, T: Number> Flow<'a, T> {
             if !instant {
                 self.past.push_back(Piece { start: self.time, vp: Course::Following(vp) });
             }
-            self.position = vp.at(stretch);
+            self.position = vp.at(segment);
         }
         if let Some(record) = &mut self.record {
             let vp = match following {
@@ -438,9 +438,9 @@ impl<'a, T: Number> Flow<'a, T> {
             ranges.pv.sweep(&self.course[0].values(), length);
         }
         for i in 0..self.plant.order {
-            self.state[i] = self.course[i].at(stretch);
+            self.state[i] = self.course[i].at(segment);
         }
-        self.time = self.time + stretch;
+        self.time = self.time + segment;
         match event {
             None => (length, false),
             Some(_) => {
@@ -493,7 +493,7 @@ impl<'a, T: Number> Flow<'a, T> {
         op
     }
 
-    /// How long a stretch the series in `course` are good for: at least 1, and longer where their last terms
+    /// How long a segment the series in `course` are good for: at least 1, and longer where their last terms
     /// say so.
     fn reach(&self) -> f64 {
         const LONGEST: f64 = 8.0;

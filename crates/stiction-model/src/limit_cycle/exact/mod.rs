@@ -32,16 +32,16 @@
 //! `du/dt`, when an earlier slip reaches a process of first order: then the stem stops at that instant.
 //!
 //! **The flow.** The loop with a moving stem is a delay equation: its input is what the OP was a dead time
-//! ago. By the method of steps it is solved stretch by stretch. Over a stretch the input is a power
+//! ago. By the method of steps it is solved segment by segment. Over a segment the input is a power
 //! series, known from the past, and the states are power series too,
 //! ```text
 //! w(k+1) = (A w(k) + B x(k)) / (k + 1)
 //! ```
-//! cut after the 20th power. A stretch is at most 1 long in the unit of time above, so that what is cut
+//! cut after the 20th power. A segment is at most 1 long in the unit of time above, so that what is cut
 //! off is of the order `1 / 21!`, which a double does not see; it is longer where the last terms are
-//! below `1e-17` even so, as when only the slow modes are left. Stretches also end where the piece of the
+//! below `1e-17` even so, as when only the slow modes are left. Segments also end where the piece of the
 //! past that the process sees does. Without dead time a moving stem closes the loop, `x(k) = u(k)`
-//! but for the offset. An event is where a power series rises through zero; stretches are halved until
+//! but for the offset. An event is where a power series rises through zero; segments are halved until
 //! the coefficients prove that there is none or one, and that one is found by Newton's method in a
 //! bracket. Extremes are found the same way, in the derivative.
 //!
@@ -132,7 +132,7 @@ use std::fmt;
 
 /// What became of the search for cycles of a loop.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
+pub enum CycleOutcome {
     /// It cycles.
     Cycles {
         /// The cycles that were found: those that attract first, each sort with growing OP amplitude.
@@ -154,7 +154,7 @@ pub enum Outcome {
     },
 }
 
-impl Outcome {
+impl CycleOutcome {
     /// The cycles that were found, none if there are none.
     pub fn cycles(&self) -> &[Cycle] {
         match self {
@@ -246,9 +246,9 @@ fn stem(model: Model, bands: Bands) -> Result<Option<(Stem, f64)>> {
 ///
 /// # Errors
 /// If the loop is not one that can be computed exactly; the message says why.
-pub fn cycle(l: &ContinuousLoop) -> Result<Outcome> {
+pub fn cycle(l: &ContinuousLoop) -> Result<CycleOutcome> {
     let Some((stem, unit)) = stem(l.model, l.bands)? else {
-        return Ok(Outcome::None { reasons: vec![NoCycle::NoFriction] });
+        return Ok(CycleOutcome::None { reasons: vec![NoCycle::NoFriction] });
     };
     let plant = Plant::new(l, unit)?;
     let mut search = Search::new(&plant, stem, unit);
@@ -311,9 +311,9 @@ pub fn trajectory(l: &ContinuousLoop, samples: usize) -> Result<Option<(Cycle, T
 ///
 /// # Errors
 /// As [`cycle`].
-pub fn cycles(l: &ContinuousLoop) -> Result<Outcome> {
+pub fn cycles(l: &ContinuousLoop) -> Result<CycleOutcome> {
     let Some((stem, unit)) = stem(l.model, l.bands)? else {
-        return Ok(Outcome::None { reasons: vec![NoCycle::NoFriction] });
+        return Ok(CycleOutcome::None { reasons: vec![NoCycle::NoFriction] });
     };
     let plant = Plant::new(l, unit)?;
     let mut search = Search::new(&plant, stem, unit);
@@ -330,10 +330,10 @@ pub fn cycles(l: &ContinuousLoop) -> Result<Outcome> {
 ///
 /// # Errors
 /// If the valve model has no family, or as [`cycle`].
-pub fn member(l: &ContinuousLoop, offset: f64) -> Result<Outcome> {
+pub fn member(l: &ContinuousLoop, offset: f64) -> Result<CycleOutcome> {
     finite("offset", offset)?;
     let Some((stem, unit)) = stem(l.model, l.bands)? else {
-        return Ok(Outcome::None { reasons: vec![NoCycle::NoFriction] });
+        return Ok(CycleOutcome::None { reasons: vec![NoCycle::NoFriction] });
     };
     if !matches!(stem, Stem::Jumps { .. }) {
         return Err(Error::Inconsistent(
@@ -348,7 +348,7 @@ pub fn member(l: &ContinuousLoop, offset: f64) -> Result<Outcome> {
         End::Orbit(index) => search.found[index].orbit.clone(),
         _ => return Ok(search.outcome(vec![end])),
     };
-    let nowhere = |reason: &str| Ok(Outcome::NotFound { reason: reason.to_owned() });
+    let nowhere = |reason: &str| Ok(CycleOutcome::NotFound { reason: reason.to_owned() });
     let Some(symmetric) = symmetric.filter(|orbit| orbit.map.direction < 0.0) else {
         return nowhere("the symmetric member of the family was not found");
     };
@@ -373,7 +373,7 @@ pub fn member(l: &ContinuousLoop, offset: f64) -> Result<Outcome> {
                 stride *= 2.0;
             }
             None if stride < 1e-3 => {
-                return Ok(Outcome::NotFound {
+                return Ok(CycleOutcome::NotFound {
                     reason: format!(
                         "the family could be followed to an offset of {} %, no further: beyond, \
                          the stem slips more often, or rests for less than the dead time",
@@ -385,7 +385,9 @@ pub fn member(l: &ContinuousLoop, offset: f64) -> Result<Outcome> {
         }
     }
     match orbit.cycle(unit) {
-        Some(cycle) => Ok(Outcome::Cycles { cycles: vec![cycle], beside: vec![], unsettled: None }),
+        Some(cycle) => {
+            Ok(CycleOutcome::Cycles { cycles: vec![cycle], beside: vec![], unsettled: None })
+        }
         None => nowhere("the member of the family could not be measured"),
     }
 }

@@ -14,7 +14,7 @@ pub(super) const STATES: usize = crate::closed_loop::Process::MAX_ORDER + 2;
 ///
 /// Time counts in [`Plant::time_s`], OP and VP in `fs`, the PV in [`Plant::pv_unit`]. In that time
 /// no eigenvalue of `A`, nor of the loop closed without dead time, exceeds 1, so that the terms of a
-/// power series over a stretch of 1 fall as `1 / k!`.
+/// power series over a segment of 1 fall as `1 / k!`.
 #[derive(Debug, Clone)]
 pub(super) struct Plant {
     /// Number of states.

@@ -5,7 +5,7 @@ use super::flow::{Event, Flow, Stem};
 use super::growth::Growth;
 use super::orbit::{Orbit, PATIENCE, Shooting, State, measure};
 use super::plant::{Plant, STATES};
-use super::{NoCycle, Outcome, Trajectory};
+use super::{CycleOutcome, NoCycle, Trajectory};
 use std::collections::VecDeque;
 
 /// Slips of a motion that is followed.
@@ -366,7 +366,7 @@ impl<'a> Search<'a> {
     }
 
     /// The end of a single motion: what else was met on the way is left out.
-    pub(super) fn only(mut self, end: End) -> Outcome {
+    pub(super) fn only(mut self, end: End) -> CycleOutcome {
         match end {
             End::Orbit(index) => self.found = vec![self.found.swap_remove(index)],
             End::Quiet(_) | End::Unknown(_) => self.found.clear(),
@@ -375,7 +375,7 @@ impl<'a> Search<'a> {
     }
 
     /// The orbits that are met on the way and `ends` of other motions, as an outcome.
-    pub(super) fn outcome(self, ends: Vec<End>) -> Outcome {
+    pub(super) fn outcome(self, ends: Vec<End>) -> CycleOutcome {
         let mut cycles: Vec<Cycle> = self.found.into_iter().map(|found| found.cycle).collect();
         cycles.sort_by(|a, b| b.stable.cmp(&a.stable).then(a.half_pp.op.total_cmp(&b.half_pp.op)));
         let mut beside: Vec<NoCycle> = vec![];
@@ -393,10 +393,12 @@ impl<'a> Search<'a> {
             }
         }
         match (cycles.is_empty(), beside.first(), unknown) {
-            (false, _, unsettled) => Outcome::Cycles { cycles, beside, unsettled },
-            (true, _, Some(reason)) => Outcome::NotFound { reason },
-            (true, Some(_), None) => Outcome::None { reasons: beside },
-            (true, None, None) => Outcome::NotFound { reason: "no motion was followed".to_owned() },
+            (false, _, unsettled) => CycleOutcome::Cycles { cycles, beside, unsettled },
+            (true, _, Some(reason)) => CycleOutcome::NotFound { reason },
+            (true, Some(_), None) => CycleOutcome::None { reasons: beside },
+            (true, None, None) => {
+                CycleOutcome::NotFound { reason: "no motion was followed".to_owned() }
+            }
         }
     }
 }

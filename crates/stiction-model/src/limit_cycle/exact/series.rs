@@ -1,12 +1,12 @@
-//! Power series of a signal over a short stretch of time, and where it rises through zero.
+//! Power series of a signal over a short segment of time, and where it rises through zero.
 
 use super::number::Number;
 
-/// Highest power that is kept. Stretches are so short (see [`Plant`](super::plant::Plant)) that the
+/// Highest power that is kept. Segments are so short (see [`Plant`](super::plant::Plant)) that the
 /// next would not change a double.
 pub(super) const DEGREE: usize = 20;
 
-/// `c0 + c1 s + c2 s^2 + ...`, with `s` counted from the start of the stretch.
+/// `c0 + c1 s + c2 s^2 + ...`, with `s` counted from the start of the segment.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Series<T>(pub(super) [T; DEGREE + 1]);
 
@@ -69,7 +69,7 @@ impl Series<f64> {
 
     /// The first `s` in `0..=end` at which the signal rises through zero; 0 if it begins above.
     ///
-    /// No rise is overlooked but one that falls again within `end / 2^40`: a stretch is halved until
+    /// No rise is overlooked but one that falls again within `end / 2^40`: a segment is halved until
     /// its coefficients bound the signal away from zero or its slope.
     pub(super) fn rise(&self, end: f64) -> Option<f64> {
         // What begins at zero has, later on, the sign of what is left when a power of s is taken out.
@@ -101,7 +101,7 @@ impl Series<f64> {
         unit.rise_in_unit(40, 1e-18 * size).map(|s| s * end)
     }
 
-    /// `flat` is the size below which a part of the stretch has no shape that could be told from rounding.
+    /// `flat` is the size below which a part of the segment has no shape that could be told from rounding.
     fn rise_in_unit(&self, halvings: u32, flat: f64) -> Option<f64> {
         let c = &self.0;
         let range: f64 = c[1..].iter().map(|c| c.abs()).sum();

@@ -7,7 +7,7 @@ use stiction_diagnose::detect::HorchResult;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
 pub fn horch(scene: &Scene<'_>, found: &HorchResult) -> Option<Figure> {
-    let sample_time = scene.subject.stretch.sample_time;
+    let sample_time = scene.subject.segment.sample_time;
     let most = found.correlation.max_lag as isize;
     let axis = TimeAxis::of_lags(
         "lag of the PV behind the OP",

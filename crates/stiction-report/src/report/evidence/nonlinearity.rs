@@ -60,7 +60,7 @@ fn plane(scene: &Scene<'_>, plane: &BicoherencePlane, signal: &str) -> Option<(P
     // In multiples of the oscillation's frequency, or, without one, in Hz.
     let (unit, scale) = match scene.subject.period.filter(|p| p.is_finite() && *p > 0.0) {
         Some(period) => ("multiples of 1/period", period),
-        None => ("Hz", 1.0 / scene.subject.stretch.sample_time),
+        None => ("Hz", 1.0 / scene.subject.segment.sample_time),
     };
     let at = |bin: usize| bin as f64 * per_sample * scale;
     let mut panel =

@@ -25,7 +25,7 @@ struct Follower<'a> {
 }
 
 pub fn direct(scene: &Scene<'_>, found: &MeasuredValve) -> Option<Figure> {
-    let vp = scene.subject.stretch.vp.as_deref()?;
+    let vp = scene.subject.segment.vp.as_deref()?;
     let range = scene.end();
     let inside = |rest: &&Rest| overlaps(&rest.span, &range);
     let follower = Follower {
@@ -43,7 +43,7 @@ pub fn direct(scene: &Scene<'_>, found: &MeasuredValve) -> Option<Figure> {
         map = map.with(Series::points("slips", x, y).colour(colour::BLACK));
     }
     let mut caption =
-        "Valve position over time and over the OP, at the end of the stretch. A rest is where \
+        "Valve position over time and over the OP, at the end of the segment. A rest is where \
                        the OP travels and the valve does not; a slip is where it ends."
             .to_owned();
     if let (Ok(band), Ok(offset)) = (&found.dead_band, &found.offset) {
@@ -68,14 +68,14 @@ pub fn direct(scene: &Scene<'_>, found: &MeasuredValve) -> Option<Figure> {
 
 pub fn kano(scene: &Scene<'_>, found: &KanoResult) -> Option<Figure> {
     let (label, values) = match found.follower {
-        "VP" => ("VP (% of span)".to_owned(), scene.subject.stretch.vp.as_deref()?),
+        "VP" => ("VP (% of span)".to_owned(), scene.subject.segment.vp.as_deref()?),
         _ => (scene.context.pv_label("PV"), scene.pv()),
     };
     let follower = Follower { name: found.follower, label, values, rests: found.rests.clone() };
     let (trend, map) = rests(scene, &follower, &scene.end())?;
     let caption = format!(
-        "{} over time and over the OP, at the end of the stretch, with its rests while the OP travels; over \
-         the whole stretch they are {} of all samples. A parallelogram {} % of OP wide explains {} % of \
+        "{} over time and over the OP, at the end of the segment, with its rests while the OP travels; over \
+         the whole segment they are {} of all samples. A parallelogram {} % of OP wide explains {} % of \
          its variance, none at all {} %.",
         follower.name,
         number(found.statistic),

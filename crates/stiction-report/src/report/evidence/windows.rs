@@ -16,7 +16,7 @@ const PATTERNS: [&str; 9] = ["DD", "DS", "DI", "SD", "SS", "SI", "ID", "IS", "II
 
 pub fn patterns(scene: &Scene<'_>, found: &YamashitaResult) -> Option<Figure> {
     let (name, label, values) = match found.follower {
-        Follower::Vp => ("VP", "VP (% of span)".to_owned(), scene.subject.stretch.vp.as_deref()?),
+        Follower::Vp => ("VP", "VP (% of span)".to_owned(), scene.subject.segment.vp.as_deref()?),
         Follower::Pv => ("PV", scene.context.pv_label("PV"), scene.pv()),
     };
     // The symbol at k is of the step from sample k to the next.
@@ -77,7 +77,7 @@ pub fn patterns(scene: &Scene<'_>, found: &YamashitaResult) -> Option<Figure> {
     };
     let caption = format!(
         "Steps that increase (I), stay (S) or decrease (D), against {dead_zone} of all steps. \
-         Above: the end of the stretch, with the steps in which the OP moves and the {name} stays; below: \
+         Above: the end of the segment, with the steps in which the OP moves and the {name} stays; below: \
          how often each pattern is. rho1, the share of these two among all steps that are not SS, is {}.",
         number(found.statistic)
     );

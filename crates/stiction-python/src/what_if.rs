@@ -1,16 +1,16 @@
 //! What repair, retuning, a compensator or a positioner would make of a loop.
 
-use crate::compensation::{methods_of, protocol_dict, row_dict};
-use crate::cycles::{cycle_dict, retuning_dict};
+use crate::closed_loop::Scenario;
+use crate::compensate::{methods_of, protocol_dict, row_dict};
 use crate::dict::dict;
 use crate::errors::refused;
+use crate::limit_cycle::{cycle_dict, retuning_dict};
 use crate::long::long;
-use crate::scenario::Scenario;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stiction::Bands;
 use stiction::diagnose::ConfirmingTest;
-use stiction::what_if::{self, Options, Prediction, Row};
+use stiction::what_if::{self, Prediction, Row, WhatIfOptions};
 
 /// Everything that could be done, ranked.
 #[pyfunction]
@@ -28,7 +28,8 @@ fn what_if_loop<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let plant = scenario.closed_loop()?.clone();
     let (model, bands) = scenario.0.valve;
-    let mut options = py.detach(|| Options::suiting(&plant, model, bands)).map_err(refused)?;
+    let mut options =
+        py.detach(|| WhatIfOptions::suiting(&plant, model, bands)).map_err(refused)?;
     let usual = options.repaired;
     let (s, j) = (repaired_s.unwrap_or(usual.s()), repaired_j.unwrap_or(usual.j()));
     options.repaired = Bands::from_s_j(s, j).map_err(refused)?;

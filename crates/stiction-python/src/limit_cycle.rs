@@ -1,11 +1,11 @@
 //! Limit cycles of a loop, predicted instead of simulated, and what they depend on.
 
 use crate::bands::Bands;
+use crate::closed_loop::Scenario;
 use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
-use crate::scenario::Scenario;
-use crate::table::{Table, counts, numbers, texts};
+use crate::table::{ArrowTable, counts, numbers, texts};
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,7 +14,7 @@ use stiction::closed_loop::Controller;
 use stiction::limit_cycle::exact;
 use stiction::limit_cycle::harmonic_balance::harmonic_balance;
 use stiction::limit_cycle::map::{self, Axis, Map, Parameter, Point};
-use stiction::limit_cycle::tuning::{self, Assessment, Grid, Retuning, Tuning};
+use stiction::limit_cycle::tuning::{self, Assessment, Retuning, Tuning, TuningGrid};
 use stiction::limit_cycle::{
     ContinuousLoop, Cycle, DescribingFunction, Found, FrequencyResponse, Method, Stability,
     attractor,
@@ -291,12 +291,12 @@ fn limit_cycle_map_table(
     period_s: Vec<f64>,
     half_pp: [Vec<f64>; 3],
     slips: Vec<f64>,
-) -> PyResult<Table> {
+) -> PyResult<ArrowTable> {
     let name = |name: &str| Parameter::by_name(name).map(Parameter::name).map_err(refused);
     let known =
         |values: Vec<f64>| values.into_iter().map(|value| (!value.is_nan()).then_some(value));
     let [op, vp, pv] = half_pp;
-    Table::of(vec![
+    ArrowTable::of(vec![
         numbers(name(x_name)?, x.into_iter().map(Some)),
         numbers(name(y_name)?, y.into_iter().map(Some)),
         texts("state", state.into_iter().map(Some)),
@@ -396,7 +396,7 @@ fn retune<'py>(
     told: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (l, method) = (continuous(scenario)?, method_of(method));
-    let grid = Grid::about(&l.controller, within, points).map_err(refused)?;
+    let grid = TuningGrid::about(&l.controller, within, points).map_err(refused)?;
     let found = long(py, told, move |progress| {
         let cycle = |l: &ContinuousLoop| {
             if progress.is_cancelled() {

@@ -1,15 +1,17 @@
 //! Compensators: one on a loop, or all side by side.
 
+use crate::closed_loop::{Scenario, run_dict};
 use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
-use crate::scenario::{Scenario, run_dict};
-use crate::table::{Table, counts, flags, numbers, texts};
+use crate::table::{ArrowTable, counts, flags, numbers, texts};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use stiction::compensate::{self, CompensatedRun, Knowledge, Measures, Method, Options, Outcome};
+use stiction::compensate::{
+    self, CompareOptions, CompensatedRun, CompensatorOutcome, Knowledge, Measures, Method,
+};
 use stiction::what_if::{self, knowledge};
 
 /// Names and descriptions of the compensators.
@@ -32,11 +34,11 @@ fn suiting(
     scenario: &Scenario,
     bands: (Option<f64>, Option<f64>),
     times: [Option<f64>; 3],
-) -> PyResult<(Options, Knowledge)> {
+) -> PyResult<(CompareOptions, Knowledge)> {
     let plant = scenario.closed_loop()?;
     let (model, own) = scenario.0.valve;
     let mut options =
-        py.detach(|| what_if::Options::suiting(plant, model, own)).map_err(refused)?.protocol;
+        py.detach(|| what_if::WhatIfOptions::suiting(plant, model, own)).map_err(refused)?.protocol;
     let fields = [&mut options.from_s, &mut options.settle_s, &mut options.window_s];
     for (field, given) in fields.into_iter().zip(times) {
         *field = given.unwrap_or(*field);
@@ -112,7 +114,10 @@ fn compensate_loop<'py>(
     ))
 }
 
-fn outcome_dict<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyDict>> {
+fn outcome_dict<'py>(
+    py: Python<'py>,
+    outcome: &CompensatorOutcome,
+) -> PyResult<Bound<'py, PyDict>> {
     Ok(dict!(py,
         "s_factor": outcome.case.s_factor,
         "j_factor": outcome.case.j_factor,
@@ -142,7 +147,10 @@ pub fn row_dict<'py>(
 }
 
 /// What all actions went through.
-pub fn protocol_dict<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py, PyDict>> {
+pub fn protocol_dict<'py>(
+    py: Python<'py>,
+    options: &CompareOptions,
+) -> PyResult<Bound<'py, PyDict>> {
     Ok(dict!(py,
         "at_s": options.from_s,
         "settle_s": options.settle_s,
@@ -215,9 +223,9 @@ fn actions_table(
     case: Vec<(f64, f64, bool)>,
     measures: Vec<[f64; 7]>,
     settling_s: Vec<[Option<f64>; 2]>,
-) -> PyResult<Table> {
+) -> PyResult<ArrowTable> {
     let measure = |name, k: usize| numbers(name, measures.iter().map(|row| Some(row[k])));
-    Table::of(vec![
+    ArrowTable::of(vec![
         counts("rank", rank.into_iter().map(Some)),
         texts("action", action.into_iter().map(Some)),
         numbers("s_factor", case.iter().map(|case| Some(case.0))),

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use stiction::Error;
 use stiction::detect::{self, Applies, Decides, Detector, MethodId, Needs, Subject};
-use stiction::recording::{LoopType, Stretch};
+use stiction::recording::{LoopType, Segment};
 use stiction_figure::{Figure, Panel, Series, Style};
 use stiction_report::report::{Context, evidence};
 
@@ -53,14 +53,14 @@ fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     detect::all().iter().map(|detector| of(&**detector)).collect()
 }
 
-/// A stretch of signals of one length, all finite.
-pub fn stretch(
+/// A segment of signals of one length, all finite.
+pub fn segment(
     op: &Signal<'_>,
     pv: Option<Signal<'_>>,
     sp: Option<Signal<'_>>,
     vp: Option<Signal<'_>>,
     sample_time: f64,
-) -> PyResult<Stretch> {
+) -> PyResult<Segment> {
     let op = op.as_slice()?.to_vec();
     all_finite("op", &op)?;
     let other = |name: &'static str, signal: Option<Signal<'_>>| -> PyResult<Option<Vec<f64>>> {
@@ -74,14 +74,14 @@ pub fn stretch(
         Ok(Some(signal))
     };
     let (pv, sp, vp) = (other("pv", pv)?, other("sp", sp)?, other("vp", vp)?);
-    Ok(Stretch { from: 0.0, sample_time, op, pv, sp, vp, bridged: 0 })
+    Ok(Segment { from: 0.0, sample_time, op, pv, sp, vp, bridged: 0 })
 }
 
 /// The period that was told, in samples, or that of the dominant oscillation.
-fn period(stretch: &Stretch, loop_type: LoopType, told_s: Option<f64>) -> Option<f64> {
+fn period(segment: &Segment, loop_type: LoopType, told_s: Option<f64>) -> Option<f64> {
     match told_s {
-        Some(period) => Some(period / stretch.sample_time),
-        None => stiction::diagnose::subject(stretch, loop_type).period,
+        Some(period) => Some(period / segment.sample_time),
+        None => stiction::diagnose::subject(segment, loop_type).period,
     }
 }
 
@@ -90,7 +90,7 @@ pub fn methods(names: &[String]) -> PyResult<Vec<MethodId>> {
     names.iter().map(|name| name.parse().map_err(refused)).collect()
 }
 
-/// What detectors say of a stretch; those of no name are all. Without a period the one of the dominant
+/// What detectors say of a segment; those of no name are all. Without a period the one of the dominant
 /// oscillation is taken.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
@@ -110,11 +110,11 @@ fn detect_stiction<'py>(
         Some(names) => self::methods(&names)?.into_iter().map(MethodId::detector).collect(),
     };
     let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
-    let stretch = stretch(&op, pv, sp, vp, sample_time)?;
+    let segment = segment(&op, pv, sp, vp, sample_time)?;
     let findings = long(py, None, move |progress| {
-        let period = period(&stretch, loop_type, period_s);
+        let period = period(&segment, loop_type, period_s);
         let judge = |detector: &dyn Detector| {
-            let subject = Subject::new(&stretch, loop_type, period);
+            let subject = Subject::new(&segment, loop_type, period);
             (!progress.is_cancelled()).then(|| detect::judge(detector, &subject))
         };
         detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
@@ -134,7 +134,7 @@ pub fn evidence_dict<'py>(
     let method: MethodId = method.parse().map_err(refused)?;
     let figure = long(py, None, move |_| {
         with_subject(&|subject| {
-            let period_s = subject.period.map(|period| period * subject.stretch.sample_time);
+            let period_s = subject.period.map(|period| period * subject.segment.sample_time);
             let context = Context { period_s, ..Context::default() };
             evidence::figure(&method.detector().judge(subject), subject, &context)
         })
@@ -178,9 +178,9 @@ fn method_evidence<'py>(
     loop_type: &str,
 ) -> PyResult<Option<Bound<'py, PyDict>>> {
     let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
-    let stretch = stretch(&op, pv, sp, vp, sample_time)?;
+    let segment = segment(&op, pv, sp, vp, sample_time)?;
     evidence_dict(py, method, move |look| {
-        look(&Subject::new(&stretch, loop_type, period(&stretch, loop_type, period_s)))
+        look(&Subject::new(&segment, loop_type, period(&segment, loop_type, period_s)))
     })
 }
 

@@ -1,0 +1,328 @@
+//! `stiction fit`: the loop behind a recording.
+
+use crate::diagnose::{Diagnosed, diagnose_all, ended, read_all};
+use crate::reading_args::Reading;
+use crate::text::number;
+use crate::{output, progress, text};
+use anyhow::{Result, bail};
+use clap::Parser;
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use stiction::diagnose::{Detectors, DiagnoseOptions};
+use stiction::fit::{Fit, FitOptions, Prospects, fit};
+use stiction::fusion::Estimate;
+use stiction::recording::LoopType;
+use stiction_io::scenario::{Scenario, System};
+use stiction_report::document::Source;
+
+/// Identify the loop behind a recording: controller, process and valve, with intervals; and test whether that loop
+/// explains what was recorded.
+///
+/// The fitted loop's own limit cycle is set beside the recorded swing: if they agree, a sticking valve explains it; if
+/// not, something else swings the loop. What cannot be identified is said so, with the reason. -o writes the loop as
+/// a scenario that simulate, limit-cycle, compensate, what-if and fmu take.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction fit samples/FIC101-sticky.csv
+  stiction fit samples/FIC101-sticky.csv -o loop.toml --plot fit.svg
+  stiction fit export.csv --loop FIC101 --json")]
+pub struct Args {
+    /// CSV, Parquet or MATLAB files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Fit this loop only; may be given several times
+    #[arg(long = "loop", value_name = "TAG")]
+    loops: Vec<String>,
+    /// Write the loop as a scenario to this TOML file; - is standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Draw the recording beside the fitted loop to this file, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// How many loops are drawn from what is possible
+    #[arg(long, default_value_t = FitOptions::default().draws, value_name = "N")]
+    draws: usize,
+    /// Which loops are drawn
+    #[arg(long, default_value_t = FitOptions::default().seed, value_name = "N")]
+    seed: u64,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// What `stiction fit --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The loops, in the order of the files.
+    loops: Vec<Row>,
+}
+
+/// A loop.
+#[derive(Serialize, JsonSchema)]
+struct Row {
+    /// Its tag.
+    #[serde(rename = "loop")]
+    name: String,
+    /// What it controls.
+    #[serde(rename = "type")]
+    loop_type: LoopType,
+    /// The file it comes from.
+    source: Source,
+    /// What was fitted; null where nothing could be.
+    fit: Option<Fit>,
+    /// Why nothing could be fitted; null where something was.
+    why_not: Option<String>,
+}
+
+/// A recorded loop with its fit.
+pub struct Fitted {
+    pub diagnosed: Diagnosed,
+    pub fit: std::result::Result<Fit, String>,
+}
+
+/// The fits of all wanted loops in some files, and what could not be read or diagnosed.
+pub fn fit_all(
+    files: &[PathBuf],
+    loops: &[String],
+    reading: &Reading,
+    options: &FitOptions,
+) -> Result<(Vec<Fitted>, Vec<anyhow::Error>)> {
+    let (recordings, mut failures) = read_all(files, loops, reading)?;
+    // Published methods have no part in it.
+    let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+    let (diagnosed, refused) = diagnose_all(&recordings, &asked);
+    failures.extend(refused);
+    let bar = progress::bar("fitting", diagnosed.len());
+    let all = diagnosed.into_par_iter().map(|diagnosed| {
+        let fit = fit(&diagnosed.diagnosis, options);
+        bar.inc(1);
+        Fitted { diagnosed, fit }
+    });
+    let all = all.collect();
+    bar.finish_and_clear();
+    Ok((all, failures))
+}
+
+pub fn run(args: Args) -> Result<()> {
+    if args.draws == 0 || args.draws > 10_000 {
+        bail!("--draws is {}, but must be between 1 and 10000", args.draws);
+    }
+    let options = FitOptions { draws: args.draws, seed: args.seed };
+    let (all, failures) = fit_all(&args.files, &args.loops, &args.reading, &options)?;
+    if (args.output.is_some() || args.plot.is_some()) && all.len() > 1 {
+        let tags: Vec<&str> = all.iter().map(|each| &*each.diagnosed.diagnosis.name).collect();
+        bail!(
+            "--output and --plot are for one loop; choose it with --loop: there are {}",
+            tags.join(", ")
+        );
+    }
+    if let [one] = &all[..]
+        && (args.output.is_some() || args.plot.is_some())
+    {
+        let scenario = scenario(one)?;
+        if let Some(path) = &args.plot {
+            plot(path, one, &scenario)?;
+        }
+        if let Some(path) = &args.output {
+            output::write(Some(path), scenario.as_bytes())?;
+            if path == Path::new("-") {
+                return ended(failures);
+            }
+        }
+    }
+    if args.json {
+        let row = |each: Fitted| {
+            let Diagnosed { source, diagnosis } = each.diagnosed;
+            let (fit, why_not) = match each.fit {
+                Ok(fit) => (Some(fit), None),
+                Err(why) => (None, Some(why)),
+            };
+            Row { name: diagnosis.name, loop_type: diagnosis.loop_type, source, fit, why_not }
+        };
+        let loops = all.into_iter().map(row).collect();
+        output::json(&Document { tool: output::TOOL, loops })?;
+    } else {
+        let texts: Vec<String> = all.iter().map(in_words).collect();
+        output::write(None, texts.join("\n").as_bytes())?;
+        if let Some(path) = &args.output {
+            output::note(format!("the loop is in {}", path.display()));
+        }
+    }
+    ended(failures)
+}
+
+/// The scenario of a fitted loop.
+pub fn scenario(each: &Fitted) -> Result<String> {
+    let name = &each.diagnosed.diagnosis.name;
+    let fit = each.fit.as_ref().map_err(|why| anyhow::anyhow!("{name}: {why}"))?;
+    let duration = each.diagnosed.diagnosis.segment().map_or(0.0, |segment| segment.duration());
+    stiction_io::fitted::scenario(name, fit, duration).map_err(anyhow::Error::msg)
+}
+
+fn plot(path: &Path, each: &Fitted, scenario: &str) -> Result<()> {
+    let diagnosis = &each.diagnosed.diagnosis;
+    let parsed = Scenario::parse(scenario, &diagnosis.name, None)?;
+    let (System::ClosedLoop(plant), Some(segment)) = (&parsed.system, diagnosis.segment()) else {
+        bail!("{}: there is nothing to draw", diagnosis.name);
+    };
+    let pv = segment.pv.as_deref().unwrap_or_default();
+    let run = plant.run()?;
+    let title = format!("{}: the recording, and the loop fitted to it", diagnosis.name);
+    let figure =
+        stiction_figure::fitted::fitted(&title, &segment.op, pv, segment.sample_time, &run);
+    output::figure("--plot", path, &figure)
+}
+
+fn interval(of: &Estimate, unit: &str) -> String {
+    format!("{} {unit} ({} to {})", number(of.value), number(of.low), number(of.high))
+}
+
+fn in_words(each: &Fitted) -> String {
+    let diagnosis = &each.diagnosed.diagnosis;
+    let mut out = format!("{}\n", diagnosis.name);
+    let mut row = |name: &str, words: String| {
+        for (k, line) in text::wrapped(&words, 82).iter().enumerate() {
+            out += &format!("  {:12}{line}\n", if k == 0 { name } else { "" });
+        }
+    };
+    let fit = match &each.fit {
+        Ok(fit) => fit,
+        Err(why) => {
+            row("not fitted", why.clone());
+            return out;
+        }
+    };
+    let unit = diagnosis.pv_unit.clone().unwrap_or_else(|| "PV".to_owned());
+    match fit.controller.known() {
+        None => row("controller", not(fit.controller.why_not())),
+        Some(c) => {
+            let mut words =
+                format!("{}, Kc {}", c.structure.name(), interval(&c.kc, &format!("%/{unit}")));
+            if let Some(ti) = &c.ti_s {
+                words += &format!(", Ti {}", interval(ti, "s"));
+            }
+            if let Some(td) = &c.td_s {
+                words += &format!(", Td {}", interval(td, "s"));
+            }
+            words += &match c.execution_s {
+                Some(every) => format!("; executes every {} s", number(every)),
+                None => "; how often it executes does not show".to_owned(),
+            };
+            if let Some(sp) = &c.set_point {
+                words += &format!("; no SP is recorded: a constant one of {}", interval(sp, &unit));
+            }
+            if c.gap > 0.0 {
+                words += &format!("; a gap of ±{} {unit}", number(c.gap));
+            }
+            let limits: Vec<String> =
+                [c.low, c.high].iter().flatten().map(|v| number(*v)).collect();
+            if !limits.is_empty() {
+                words += &format!("; at a limit at {} %", limits.join(" and "));
+            }
+            words +=
+                &format!("; it explains {:.4} % of what is new in the OP", 100.0 * c.explained);
+            row("controller", words);
+        }
+    }
+    match fit.valve.known() {
+        None => row("valve", not(fit.valve.why_not())),
+        Some(valve) if valve.follows > 0.5 => row(
+            "valve",
+            format!(
+                "probably follows its OP ({:.0} % of what is possible); if it sticks, S {}",
+                100.0 * valve.follows,
+                interval(&valve.s, "%")
+            ),
+        ),
+        Some(valve) => row(
+            "valve",
+            format!(
+                "{}, S {}, J {}, by {}",
+                valve.model.as_deref().unwrap_or("as measured"),
+                interval(&valve.s, "%"),
+                interval(&valve.j, "%"),
+                valve.from
+            ),
+        ),
+    }
+    match fit.process.known() {
+        None => row("process", not(fit.process.why_not())),
+        Some(p) => {
+            let mut words = p.kind.name().to_owned();
+            match (&p.gain, &p.lag_s) {
+                (None, None) => {
+                    words += &format!(
+                        ", first slope {}",
+                        interval(&p.slope, &format!("{unit}/s per %"))
+                    );
+                }
+                (gain, lag) => {
+                    if let Some(gain) = gain {
+                        words += &format!(", gain {}", interval(gain, &format!("{unit}/%")));
+                    }
+                    if let Some(lag) = lag {
+                        words += &format!(", lag {}", interval(lag, "s"));
+                    }
+                }
+            }
+            words += &format!(", dead time {}", interval(&p.dead_time_s, "s"));
+            if let Some(jointly) = &p.jointly {
+                words += &format!("; {jointly}");
+            }
+            row("process", words);
+        }
+    }
+    match fit.cycle.known() {
+        None => row("explained?", not(fit.cycle.why_not())),
+        Some(cycle) => row("explained?", cycle.sentence.clone()),
+    }
+    out
+}
+
+fn not(why: Option<&str>) -> String {
+    format!("not identified: {}", why.unwrap_or("no reason is known"))
+}
+
+/// What actions would bring, as text.
+pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
+    let head = ["action", "PV swing ±", "times now", "error", "travel %/h", "load s", "sure"];
+    let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).to_vec()];
+    let range = |of: &Estimate| format!("{} to {}", number(of.low), number(of.high));
+    for row in &found.actions {
+        rows.push(vec![
+            row.action.name().to_owned(),
+            range(&row.pv_swing),
+            range(&row.pv_swing_ratio),
+            range(&row.error),
+            range(&row.travel),
+            row.settling_s.as_ref().map_or("-".to_owned(), range),
+            format!("{:.0} %", 100.0 * row.sure),
+        ]);
+    }
+    let mut out = format!(
+        "{name}: what could be done, on {} loops that the recording leaves possible\n\n{}\n",
+        found.loops,
+        text::columns(&rows, &[false, true, true, true, true, true, true])
+    );
+    let words = "5 and 95 % points; ranked by the upper end of the control error. PV swing: half of its peak-to-peak \
+                 value; times now: over that of the loop as it is; error: mean absolute control error; load: time to \
+                 settle after a load step, - if it does not; sure: share of the loops that swing clearly less.";
+    for line in text::wrapped(words, 96) {
+        out += &format!("{line}\n");
+    }
+    if !found.advice.is_empty() {
+        out += "\nWhat to do\n";
+    }
+    for sentence in &found.advice {
+        for (k, line) in text::wrapped(sentence, 94).iter().enumerate() {
+            out += &format!("{}{line}\n", if k == 0 { "- " } else { "  " });
+        }
+    }
+    out
+}

@@ -1,0 +1,138 @@
+//! `stiction fit`, and `what-if` from a recording.
+
+use crate::diagnose::sample;
+use crate::{folder, read, refuses, run, write};
+
+/// The number at a path such as `loops/0/fit/controller/kc/value`.
+#[track_caller]
+fn at(json: &serde_json::Value, path: &str) -> f64 {
+    let found = json.pointer(&format!("/{path}")).unwrap_or_else(|| panic!("no {path}"));
+    found.as_f64().unwrap_or_else(|| panic!("{path} is {found}"))
+}
+
+#[test]
+fn the_sticky_flow_loop_is_identified_and_explained() {
+    let folder = folder("fit");
+    let file = sample("FIC101-sticky.csv");
+    let json = run(&folder, &["fit", &file, "--json"]).json();
+    // As its scenario has it: Kc 0.45, Ti 6 s, S 4, J 2.
+    for (path, truth, within) in [
+        ("controller/kc/value", 0.45, 0.005),
+        ("controller/ti/value", 6.0, 0.06),
+        ("valve/S/value", 4.0, 0.4),
+    ] {
+        let found = at(&json, &format!("loops/0/fit/{path}"));
+        assert!((found - truth).abs() <= within, "{path}: {found}");
+    }
+    for part in
+        ["controller/kc", "controller/ti", "valve/S", "valve/J", "process/gain", "process/tau"]
+    {
+        let end = |name: &str| at(&json, &format!("loops/0/fit/{part}/{name}"));
+        assert!(end("low") < end("value") && end("value") < end("high"), "{part}");
+    }
+    let cycle = &json["loops"][0]["fit"]["cycle"];
+    assert_eq!(cycle["explained"], true, "{cycle}");
+    let (low, high) = (at(cycle, "predicted/period_s/low"), at(cycle, "predicted/period_s/high"));
+    assert!(low < 74.0 && 74.0 < high, "{cycle}");
+    assert_eq!(run(&folder, &["fit", &file, "--json"]).json(), json, "every time the same");
+
+    let words = run(&folder, &["fit", &file]).quiet_success();
+    for part in [
+        "controller  PI, Kc 0.4",
+        "valve       two-phase, S",
+        "process     self-reg",
+        ": explained.",
+    ] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    assert!(words.lines().all(|line| line.chars().count() <= 100), "{words}");
+}
+
+#[test]
+fn the_fitted_loop_is_a_scenario_that_other_commands_take() {
+    let folder = folder("fit-scenario");
+    let file = sample("FIC101-sticky.csv");
+    let done = run(&folder, &["fit", &file, "-o", "loop.toml", "--plot", "fit.svg"]);
+    assert_eq!((done.code, done.err.as_str()), (0, "note: the loop is in loop.toml\n"));
+    let text = read(&folder, "loop.toml");
+    assert!(text.contains("# s; ") && text.contains("[controller]  # PI"), "{text}");
+    assert!(read(&folder, "fit.svg").contains("fitted PV (its units)"));
+    // Limits and noise have no part in a limit cycle, and a note says so.
+    let done = run(&folder, &["limit-cycle", "loop.toml", "--json"]);
+    assert!(done.code == 0 && done.err.contains("no part in the prediction"), "{}", done.err);
+    let cycle: serde_json::Value = serde_json::from_str(&done.out).expect("JSON");
+    let period = at(&cycle, "cycles/0/period_s");
+    assert!((period / 74.0 - 1.0).abs() < 0.2, "{period}");
+    for command in ["what-if", "compensate"] {
+        run(&folder, &[command, "loop.toml", "--json"]).json();
+    }
+    // Pushed once, it goes on cycling.
+    let run_of_it = run(&folder, &["simulate", "loop.toml", "--json"]).json();
+    let swing = at(&run_of_it, "half_pp/vp");
+    assert!(swing > 1.0, "{swing}");
+    let printed = run(&folder, &["fit", &file, "-o", "-"]).quiet_success();
+    assert_eq!(printed, text);
+}
+
+#[test]
+fn what_swings_from_outside_is_not_explained() {
+    let folder = folder("fit-outside");
+    for file in ["FIC102-disturbed.csv", "FIC103-aggressive.csv"] {
+        let json = run(&folder, &["fit", &sample(file), "--json"]).json();
+        let cycle = &json["loops"][0]["fit"]["cycle"];
+        assert_eq!(cycle["explained"], false, "{file}: {cycle}");
+    }
+}
+
+#[test]
+fn what_an_action_would_bring_and_what_came() {
+    let folder = folder("fit-prospects");
+    let file = sample("FIC101-sticky.csv");
+    let json = run(&folder, &["what-if", &file, "--json"]).json();
+    let actions = json["prospects"]["actions"].as_array().expect("a list");
+    let named = |name: &str| actions.iter().find(|a| a["action"] == name).expect("the action");
+    // Noise is left of it.
+    assert!(at(named("valve repaired"), "pv_swing_ratio/value") < 0.6);
+    assert!(at(named("valve repaired"), "sure") >= 0.95);
+    assert_eq!(at(named("as it is"), "pv_swing_ratio/value"), 1.0);
+    let worst: Vec<f64> = actions.iter().map(|a| at(a, "error/high")).collect();
+    assert!(worst.is_sorted(), "{worst:?}");
+    assert!(at(named("retuned"), "tuning/Ms/high") > 1.0);
+    let words = run(&folder, &["what-if", &file]).quiet_success();
+    assert!(words.contains("- Repair the valve: the PV would swing less by"), "{words}");
+    // The same loop again: nothing came of it.
+    for (action, came, said) in
+        [("repair", false, "no better than before"), ("nothing", true, "as predicted")]
+    {
+        let asked = ["what-if", &file, "--after", &file, "--action", action, "--json"];
+        let after = &run(&folder, &asked).json()["after"];
+        assert_eq!(after["as_predicted"], came, "{after}");
+        assert!(after["sentence"].as_str().expect("words").contains(said), "{after}");
+    }
+    refuses(&folder, &["what-if", &file, "--after", &file, "--action", "pray"], "nothing, repair");
+}
+
+#[test]
+fn what_cannot_be_fitted_is_said_so() {
+    let folder = folder("fit-refused");
+    let file = sample("FIC101-sticky.csv");
+    let two = ["fit", &file, &sample("FIC102-disturbed.csv"), "-o", "loop.toml"];
+    refuses(&folder, &two, "--output and --plot are for one loop; choose it with --loop");
+    refuses(&folder, &["fit", &file, "--draws", "0"], "--draws is 0");
+    refuses(&folder, &["what-if", &file, "--set", "valve.S=3"], "--set is for a scenario");
+    refuses(&folder, &["what-if", "paper/closed-loop", "--loop", "A"], "are for a recording");
+    write(
+        &folder,
+        "op.csv",
+        (0..200).fold("time,A.OP\n".to_owned(), |text, k| {
+            text + &format!("{k},{}\n", 50.0 + (0.1 * f64::from(k)).sin())
+        }),
+    );
+    // PV and OP exchanged.
+    let swapped = ["fit", &file, "--map", "op=PV", "--map", "pv=OP"];
+    let words = run(&folder, &swapped).quiet_success();
+    assert!(words.contains("PV and OP look exchanged"), "{words}");
+    let words = run(&folder, &["fit", "op.csv"]).quiet_success();
+    assert!(words.contains("without a PV no loop can be fitted"), "{words}");
+    refuses(&folder, &["fit", "op.csv", "-o", "loop.toml"], "without a PV no loop can be fitted");
+}

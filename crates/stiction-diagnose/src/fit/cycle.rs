@@ -1,0 +1,164 @@
+//! Whether the loop that was fitted cycles as the recording does.
+
+use super::Draw;
+use super::valve::quantiles;
+use crate::diagnose::Diagnosis;
+use crate::fusion::Estimate;
+use crate::limit_cycle::exact;
+use crate::parallel::*;
+use crate::recording::Segment;
+use crate::valve::Model;
+
+/// By what factor the recorded period may lie above the interval of the predicted ones, and below it: noise and loads
+/// make a stem slip sooner than it would by itself.
+pub const PERIOD_WITHIN: [f64; 2] = [1.15, 1.6];
+/// The same for the OP's swing, which noise, loads and a varying S change more.
+pub const SWING_WITHIN: f64 = 1.5;
+/// Share of the loops drawn that must cycle for the recording's swing to be explained by its valve.
+pub const LEAST_CYCLING: f64 = 0.5;
+
+/// What was recorded of a swing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Recorded {
+    /// Its period, s.
+    pub period_s: f64,
+    /// Half of the OP's typical peak-to-peak value, percent.
+    pub op: f64,
+    /// The same of the PV, in its units.
+    pub pv: f64,
+}
+
+/// What the fitted loop does by itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Predicted {
+    /// Period of its limit cycle, s.
+    pub period_s: Estimate,
+    /// Half of the OP's peak-to-peak value, percent.
+    pub op: Estimate,
+    /// The same of the PV, in its units.
+    pub pv: Estimate,
+}
+
+/// The limit cycle of the fitted loop beside what was recorded.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Cycle {
+    /// What was recorded; `None` where nothing oscillates.
+    pub recorded: Option<Recorded>,
+    /// What was predicted; `None` where hardly a loop drawn cycles.
+    pub predicted: Option<Predicted>,
+    /// Share of the loops drawn that cycle at all.
+    pub cycling: f64,
+    /// Whether the one explains the other; `None` where nothing oscillates.
+    pub explained: Option<bool>,
+    /// The same in words.
+    pub sentence: String,
+}
+
+/// Tests the explanation.
+pub(super) fn tested(
+    diagnosis: &Diagnosis,
+    segment: &Segment,
+    draws: &[Draw],
+) -> Result<Cycle, String> {
+    if draws.is_empty() {
+        return Err("no loop could be drawn from what was identified".to_owned());
+    }
+    let recorded = recorded(diagnosis, segment);
+    let follow = |draw: &Draw| -> Option<Option<(f64, f64, f64)>> {
+        if draw.model == Model::Ideal {
+            return Some(None);
+        }
+        match exact::cycle(&draw.continuous()) {
+            Ok(exact::CycleOutcome::Cycles { cycles, .. }) => {
+                let cycle = cycles.into_iter().find(|cycle| cycle.stable);
+                Some(cycle.map(|c| (c.period_s, c.half_pp.op, c.half_pp.pv)))
+            }
+            Ok(exact::CycleOutcome::None { .. }) => Some(None),
+            _ => None,
+        }
+    };
+    let all: Vec<Option<(f64, f64, f64)>> = draws.par_iter().filter_map(follow).collect();
+    if 2 * all.len() < draws.len() {
+        return Err("what the fitted loop does by itself could not be computed".to_owned());
+    }
+    let cycles: Vec<(f64, f64, f64)> = all.iter().copied().flatten().collect();
+    let cycling = cycles.len() as f64 / all.len() as f64;
+    let of = |what: fn(&(f64, f64, f64)) -> f64| {
+        quantiles(&mut cycles.iter().map(|cycle| (what(cycle), 1.0)).collect::<Vec<_>>())
+    };
+    let predicted = (cycling >= 0.1).then(|| Predicted {
+        period_s: of(|c| c.0),
+        op: of(|c| c.1),
+        pv: of(|c| c.2),
+    });
+    let explained = recorded.map(|recorded| {
+        let near = |value: f64, of: Estimate, [above, below]: [f64; 2]| {
+            of.low / below <= value && value <= of.high * above
+        };
+        cycling >= LEAST_CYCLING
+            && predicted.is_some_and(|predicted| {
+                near(recorded.period_s, predicted.period_s, PERIOD_WITHIN)
+                    && near(recorded.op, predicted.op, [SWING_WITHIN; 2])
+            })
+    });
+    let sentence = sentence(recorded, predicted, cycling, explained);
+    Ok(Cycle { recorded, predicted, cycling, explained, sentence })
+}
+
+/// The oscillation that was found, as numbers.
+fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Recorded> {
+    let (_, oscillation) = diagnosis.oscillation().filter(|(_, found)| found.found)?;
+    let period_s = oscillation.period_s?;
+    let swing = |x: &[f64]| swing_of(x, period_s, segment.sample_time);
+    Some(Recorded { period_s, op: swing(&segment.op)?, pv: swing(segment.pv.as_deref()?)? })
+}
+
+/// Half of a signal's typical peak-to-peak value over a period: the median over its periods, smoothed over a tenth of
+/// one so that noise adds little. `None` if it lasts for less than one.
+fn swing_of(x: &[f64], period_s: f64, sample_time: f64) -> Option<f64> {
+    let length = ((period_s / sample_time).round() as usize).max(3);
+    let x: Vec<f64> = x.windows((length / 10).max(1)).map(crate::series::mean).collect();
+    let swings: Vec<f64> = x.chunks_exact(length).map(crate::series::span).collect();
+    (!swings.is_empty()).then(|| 0.5 * crate::series::median(&swings))
+}
+
+fn sentence(
+    recorded: Option<Recorded>,
+    predicted: Option<Predicted>,
+    cycling: f64,
+    explained: Option<bool>,
+) -> String {
+    let digits = |v: f64| crate::diagnose::digits(v);
+    let said = match (&predicted, cycling) {
+        (Some(p), c) if c >= LEAST_CYCLING => format!(
+            "the loop so fitted cycles by itself every {} to {} s, its OP by ±{} to ±{} %",
+            digits(p.period_s.low),
+            digits(p.period_s.high),
+            digits(p.op.low),
+            digits(p.op.high)
+        ),
+        (_, c) if c > 0.0 => {
+            format!(
+                "the loop so fitted would cycle by itself in {:.0} % of what is possible",
+                100.0 * c
+            )
+        }
+        _ => "the loop so fitted does not cycle by itself".to_owned(),
+    };
+    match (recorded, explained) {
+        (Some(r), Some(true)) => format!(
+            "Recorded: every {} s, OP by ±{} %; {said}: explained.",
+            digits(r.period_s),
+            digits(r.op)
+        ),
+        (Some(r), _) => format!(
+            "Recorded: every {} s, OP by ±{} %; {said}: its valve does not explain the swing.",
+            digits(r.period_s),
+            digits(r.op)
+        ),
+        _ => format!("Nothing oscillates in the recording; {said}."),
+    }
+}

@@ -1,0 +1,101 @@
+//! Loops drawn from all that is possible.
+
+use super::FitOptions;
+use super::valve::Weighed;
+use crate::bands::Bands;
+use crate::closed_loop::{Controller, NormalStream, Process};
+use crate::fusion::Estimate;
+use crate::identify::controller::FittedController;
+use crate::limit_cycle::ContinuousLoop;
+use crate::valve::Model;
+
+/// A loop that the recording leaves possible.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draw {
+    /// The controller.
+    pub controller: Controller,
+    /// The process behind the valve.
+    pub process: Process,
+    /// The valve's model.
+    pub model: Model,
+    /// Its bands, percent of span.
+    pub bands: Bands,
+    /// How long the controller waits between two looks at the PV, s, or half of that between two samples where it
+    /// is not known.
+    pub execution_s: f64,
+}
+
+impl Draw {
+    /// The same in continuous time; a controller that executes now and then answers half that time later.
+    pub fn continuous(&self) -> ContinuousLoop {
+        let process = self.process.clone().delayed(0.5 * self.execution_s);
+        ContinuousLoop::new(self.controller.clone(), process, self.model, self.bands)
+    }
+}
+
+/// A number within an interval, from a standard normal one: 90 % are within.
+fn within(of: Estimate, z: f64) -> f64 {
+    let reach = if z > 0.0 { of.high - of.value } else { of.value - of.low };
+    of.value + z / 1.645 * reach
+}
+
+/// Draws loops; every seed gives the same ones. What is refused, such as a gain of the other sign, is drawn again.
+pub(super) fn drawn(
+    controller: &FittedController,
+    valves: &[Weighed],
+    step: f64,
+    options: &FitOptions,
+) -> Vec<Draw> {
+    let mut stream = NormalStream::new(options.seed);
+    let execution_s = controller.execution_s.unwrap_or(0.5 * step);
+    let mut one = |place: f64| -> Option<Draw> {
+        let z = [(); 8].map(|()| stream.draw());
+        let mut sum = 0.0;
+        let valve = valves.iter().find(|one| {
+            sum += one.weight;
+            sum >= place
+        })?;
+        let kc = within(controller.kc, z[0]);
+        let td = controller.td_s.map_or(0.0, |td| within(td, z[2]).max(0.0));
+        let made = match controller.ti_s {
+            None => Controller::p(kc),
+            Some(ti) => {
+                let factor = if z[1] > 0.0 { ti.high / ti.value } else { ti.value / ti.low };
+                Controller::pid(kc, ti.value * factor.powf(z[1] / 1.645), td)
+            }
+        };
+        let mut made = made.ok()?;
+        if let Some(filter) = controller.filter_s.filter(|_| td > 0.0) {
+            made = made.with_filter(filter.max(0.02 * td)).ok()?;
+        }
+        if let Some(weight) = controller.set_point_weight {
+            made = made.with_set_point_weight(weight).ok()?;
+        }
+        if let Some(on) = controller.derivative_on {
+            made = made.with_derivative_on(on);
+        }
+        let s = (valve.bands.s() + z[6] * valve.cell.0).max(0.0);
+        let j = (valve.bands.j() + z[7] * valve.cell.1).clamp(0.0, s.max(valve.bands.j()));
+        let bands =
+            if valve.model == Model::Ideal { valve.bands } else { Bands::from_s_j(s, j).ok()? };
+        let process = valve.process;
+        let gain = process.gain + z[3] * process.error;
+        // A third of a sample each way is what the grid of dead times leaves open.
+        let dead = (process.dead_time_s + 0.3 * step * z[4]).max(0.0);
+        let process = match process.lag_s.is_finite() {
+            true => Process::first_order(gain, process.lag_s * (0.06 * z[5]).exp(), dead),
+            false => Process::integrator(gain, dead),
+        };
+        let process = process.ok()?;
+        (gain * valve.process.gain > 0.0 && kc * controller.kc.value > 0.0).then_some(Draw {
+            controller: made,
+            process,
+            model: valve.model,
+            bands,
+            execution_s,
+        })
+    };
+    let n = options.draws;
+    let place = |i: usize| (i as f64 + 0.5) / n as f64;
+    (0..n).filter_map(|i| (0..4).find_map(|_| one(place(i)))).collect()
+}

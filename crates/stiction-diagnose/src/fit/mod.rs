@@ -1,0 +1,193 @@
+//! The loop behind a recording: controller, process and valve, identified; and whether that loop explains what was
+//! recorded.
+//!
+//! # What it computes
+//! * [`controller`]: which controller made the OP, with intervals.
+//! * The valve: its recorded position, or S and J as the [verdict](crate::diagnose) has them, each possible pair weighed
+//!   by how well the PV follows from it ([`valve`]).
+//! * [`process`]: gain, lag and dead time between valve and PV, with everything that the
+//!   data do not tell apart.
+//! * [`Draws`](Draw): loops drawn from all that is possible, seeded.
+//! * [`Cycle`]: the exact limit cycle of each of these loops beside the swing that was recorded. If they cycle as the
+//!   recording does, a sticking valve explains it; if not, something else swings the loop, however sticky it looks.
+//!
+//! # Limits
+//! Those of the parts. What cannot be identified is said so, and then the explanation is not tested.
+
+pub mod cycle;
+mod draw;
+pub mod prospects;
+pub mod ring;
+pub mod valve;
+
+pub use cycle::{Cycle, Recorded};
+pub use draw::Draw;
+pub use prospects::{Prospect, Prospects, prospects};
+pub use valve::FittedValve;
+
+use crate::diagnose::Diagnosis;
+use crate::identify::controller::{self, FittedController};
+use crate::identify::process::{self, FittedProcess};
+use crate::series::{line, mean};
+
+/// How many loops are drawn, and from which stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FitOptions {
+    /// How many loops are drawn from what is possible.
+    pub draws: usize,
+    /// The stream they are drawn from.
+    pub seed: u64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { draws: 60, seed: 1 }
+    }
+}
+
+/// A part of a loop, or why it could not be identified.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(untagged))]
+pub enum Part<T> {
+    /// It is known.
+    Identified(Box<T>),
+    /// It is not.
+    Not {
+        /// Why, a sentence that names the remedy where there is one.
+        not_identified: String,
+    },
+}
+
+impl<T> Part<T> {
+    /// What was identified, if it was.
+    pub fn known(&self) -> Option<&T> {
+        match self {
+            Self::Identified(part) => Some(part),
+            Self::Not { .. } => None,
+        }
+    }
+
+    /// Why it was not, if it was not.
+    pub fn why_not(&self) -> Option<&str> {
+        match self {
+            Self::Identified(_) => None,
+            Self::Not { not_identified } => Some(not_identified),
+        }
+    }
+
+    fn of(found: Result<T, String>) -> Self {
+        match found {
+            Ok(part) => Self::Identified(Box::new(part)),
+            Err(not_identified) => Self::Not { not_identified },
+        }
+    }
+}
+
+/// What moves, about what.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Resting {
+    /// Mean of the OP, percent.
+    pub op: f64,
+    /// Mean of the PV, in its units.
+    pub pv: f64,
+    /// Slope of the OP, percent per hour: the load drifts.
+    pub op_drift_per_hour: f64,
+}
+
+/// The loop behind a recording.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Fit {
+    /// Time between the samples it was fitted to, s.
+    pub sample_time_s: f64,
+    /// The operating point.
+    pub resting: Resting,
+    /// The controller.
+    pub controller: Part<FittedController>,
+    /// The process behind the valve.
+    pub process: Part<FittedProcess>,
+    /// The valve.
+    pub valve: Part<FittedValve>,
+    /// The limit cycle of that loop beside what was recorded.
+    pub cycle: Part<Cycle>,
+    /// Loops drawn from what is possible; none where a part is missing.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub draws: Vec<Draw>,
+}
+
+/// The loop behind a diagnosed recording.
+///
+/// # Errors
+/// In words, if no segment was judged, it has no PV, or its columns look mistaken: then there is nothing to fit.
+pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
+    let segment =
+        diagnosis.segment().ok_or("no segment in automatic is long enough to fit a loop to")?;
+    let pv = segment.pv.as_deref().ok_or("without a PV no loop can be fitted; export the PV")?;
+    if let Some(mistake) = diagnosis.mistaken() {
+        return Err(format!("{}: {}", mistake.name(), mistake.remedy()));
+    }
+    let step = segment.sample_time;
+    let controller = controller::fit(segment).map_err(|why| why.0);
+    // In closed loop OP and PV feed back negatively.
+    let sign = controller.as_ref().ok().map(|found| found.kc.value.signum());
+    let valves = valve::possible(diagnosis, segment);
+    let mut process = Err(String::new());
+    let chosen;
+    let mut draws = vec![];
+    match valves {
+        Err(why) => {
+            process = process::fit(&segment.op, pv, step, sign).map_err(|why| why.0);
+            chosen = Err(why);
+        }
+        Ok(valves) => {
+            // The process behind the likeliest of a few paths, then all valves before that process.
+            let tried = valves
+                .iter()
+                .filter(|valve| valve.first)
+                .map(|valve| process::fit(&valve.path, pv, step, sign).map_err(|why| why.0));
+            for found in tried {
+                process = match (process, found) {
+                    (Ok(a), Ok(b)) if b.gained > a.gained => Ok(b),
+                    (Ok(a), _) => Ok(a),
+                    (Err(_), Ok(found)) => Ok(found),
+                    // The reason of the valve that follows, which moves if any does.
+                    (Err(first), Err(other)) => Err(if first.is_empty() { other } else { first }),
+                };
+            }
+            if let Ok(process) = &process {
+                let weighed = valve::weighed(valves, process, pv, step);
+                chosen = Ok(valve::told(&weighed));
+                if let Ok(controller) = &controller {
+                    draws = draw::drawn(controller, &weighed, step, options);
+                }
+            } else {
+                chosen = valve::alone(diagnosis);
+            }
+        }
+    }
+    let cycle = match (&controller, &process) {
+        (Ok(_), Ok(_)) => cycle::tested(diagnosis, segment, &draws),
+        (Err(_), _) => {
+            Err("the controller is not identified, so what the loop would do is not known"
+                .to_owned())
+        }
+        (_, Err(_)) => {
+            Err("the process is not identified, so what the loop would do is not known".to_owned())
+        }
+    };
+    Ok(Fit {
+        sample_time_s: step,
+        resting: Resting {
+            op: mean(&segment.op),
+            pv: mean(pv),
+            op_drift_per_hour: 3600.0 * line(&segment.times(), &segment.op).slope,
+        },
+        controller: Part::of(controller),
+        process: Part::of(process),
+        valve: Part::of(chosen),
+        cycle: Part::of(cycle),
+        draws,
+    })
+}

@@ -1,0 +1,424 @@
+//! What could be done about a recorded loop, and what it would bring: with intervals, because the loop is known with
+//! intervals.
+//!
+//! # What it computes
+//! Every action is simulated on loops drawn from all that the recording leaves possible ([`Draw`]), with the disturbances
+//! that were recorded, through one protocol: left alone, measured, a set-point step, a load step. An action is
+//! chosen once, for the likeliest loop, as somebody would who has nothing but the recording; so it meets valves and
+//! processes it was not chosen for.
+//!
+//! # The actions
+//! * *As it is*.
+//! * *Valve repaired*: S of 0.4 % and J of 0.1 %, or what it has if that is less.
+//! * *Retuned*, with the valve as it is, and *repaired and retuned*: Skogestad's PI rule (SIMC) with the closed-loop time
+//!   constant at the dead time or three executions of the controller, whichever is longer; with its `Ms`.
+//! * *Positioner*: proportional, of gain 10 at a valve as it is; see [`positioned`].
+//! * *Compensated*: methods that an ordinary controller can carry out: an integral dead zone always; pulses only where one
+//!   lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
+//!
+//! # The ranking
+//! By the upper end of the control error's interval: an action that may be worse is not recommended for what it may
+//! bring. The benefit of an action is *certain* if at least 95 % of the loops swing less than 0.8 times as much by it.
+
+use super::{Draw, Fit};
+use crate::bands::Bands;
+use crate::closed_loop::{AntiWindup, ClosedLoop, Controller, Handover, Signal};
+use crate::compensate::{CompareOptions, Knowledge, Method, compare};
+use crate::fusion::Estimate;
+use crate::limit_cycle::tuning::simc;
+use crate::limit_cycle::{ContinuousLoop, FrequencyResponse};
+use crate::parallel::*;
+use crate::valve::{Assembly, Model};
+use crate::what_if::positioned;
+
+/// How fast a stem moves that is not known, percent per second: a stroke in ten seconds.
+pub const STEM_SPEED: f64 = 10.0;
+/// How many of the draws are simulated.
+const PLAYED: usize = 20;
+/// Cycles of a part of the protocol, and the most samples of one.
+const CYCLES: f64 = 8.0;
+const MOST_SAMPLES: f64 = 20_000.0;
+/// A swing so many times the present one is a benefit.
+const LESS: f64 = 0.8;
+
+/// What could be done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Remedy {
+    /// Nothing.
+    AsItIs,
+    /// Repair the valve.
+    Repair,
+    /// Another tuning.
+    Retune,
+    /// Repair the valve, and then another tuning.
+    RepairAndRetune,
+    /// A positioner.
+    Positioner,
+    /// A compensator.
+    Compensate(Method),
+}
+
+impl Remedy {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AsItIs => "as it is",
+            Self::Repair => "valve repaired",
+            Self::Retune => "retuned",
+            Self::RepairAndRetune => "repaired and retuned",
+            Self::Positioner => "positioner",
+            Self::Compensate(method) => method.describe().name,
+        }
+    }
+
+    /// What was done to a loop, by a word for it: `nothing`, `repair`, `retune`, `repair-and-retune`, `positioner`, or
+    /// the name of a compensator.
+    ///
+    /// # Errors
+    /// If there is none; the message names those there are.
+    pub fn by_name(name: &str) -> crate::error::Result<Self> {
+        let words = [
+            ("nothing", Self::AsItIs),
+            ("repair", Self::Repair),
+            ("retune", Self::Retune),
+            ("repair-and-retune", Self::RepairAndRetune),
+            ("positioner", Self::Positioner),
+        ];
+        let methods = Method::ALL.map(|method| (method.describe().name, Self::Compensate(method)));
+        let all = || words.iter().chain(&methods);
+        let found = all().find(|(word, _)| word.eq_ignore_ascii_case(name.trim()));
+        found.map(|(_, remedy)| *remedy).ok_or_else(|| crate::error::Error::UnknownName {
+            family: "action",
+            name: name.to_owned(),
+            known: all().map(|(word, _)| *word).collect::<Vec<_>>().join(", "),
+        })
+    }
+}
+
+/// A tuning that is proposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Proposal {
+    /// Gain, percent per unit of PV.
+    pub kc: f64,
+    /// Integral time, s.
+    pub ti: f64,
+    /// The largest sensitivity of the loop with it, over all loops drawn; 2 and less is robust.
+    #[cfg_attr(feature = "serde", serde(rename = "Ms"))]
+    pub ms: Estimate,
+    /// The rule it comes from.
+    pub rule: &'static str,
+}
+
+/// What an action would bring.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Prospect {
+    /// The action.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "by_name"), schemars(with = "String"))]
+    pub action: Remedy,
+    /// Half of the PV's peak-to-peak value, in its units.
+    pub pv_swing: Estimate,
+    /// The same over that of the loop as it is, loop by loop.
+    pub pv_swing_ratio: Estimate,
+    /// Mean absolute control error, in units of the PV.
+    pub error: Estimate,
+    /// Valve travel, percent per hour.
+    pub travel: Estimate,
+    /// Time to settle after a load step, s; `None` where half of the loops do not settle.
+    pub settling_s: Option<Estimate>,
+    /// Share of the loops drawn in which the PV swings less than 0.8 times as much.
+    pub sure: f64,
+    /// The tuning that is meant, where it is one.
+    pub tuning: Option<Proposal>,
+}
+
+#[cfg(feature = "serde")]
+fn by_name<S: serde::Serializer>(remedy: &Remedy, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(remedy.name())
+}
+
+impl Prospect {
+    /// Whether the benefit is certain.
+    pub fn certain(&self) -> bool {
+        self.sure >= 0.95
+    }
+}
+
+/// What could be done about a recorded loop, the best first.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Prospects {
+    /// The actions, by the upper end of the control error.
+    pub actions: Vec<Prospect>,
+    /// How many loops were simulated.
+    pub loops: usize,
+    /// What to do, in sentences.
+    pub advice: Vec<String>,
+}
+
+/// An action on a drawn loop.
+struct Played {
+    swing: f64,
+    error: f64,
+    travel: f64,
+    settling: Option<f64>,
+}
+
+/// What could be done about the loop that was fitted.
+///
+/// # Errors
+/// In words: why nothing can be said.
+pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
+    let missing = [fit.controller.why_not(), fit.process.why_not(), fit.valve.why_not()];
+    if let Some(why) = missing.into_iter().flatten().next() {
+        return Err(format!("what an action would bring cannot be told: {why}"));
+    }
+    // Only loops that stick can be mended by what is done to a valve.
+    let sticks = |draw: &&Draw| draw.model != Model::Ideal;
+    let mut draws: Vec<&Draw> = fit.draws.iter().filter(sticks).collect();
+    if 2 * draws.len() < fit.draws.len() || draws.is_empty() {
+        return Err(format!(
+            "in {} of {} loops that the recording leaves possible the valve follows its OP, and what a repair would bring \
+             is not known; look upstream, and at the tuning, too",
+            fit.draws.len() - draws.len(),
+            fit.draws.len()
+        ));
+    }
+    let every = draws.len().div_ceil(PLAYED);
+    let typical = middle(&draws);
+    draws = draws.into_iter().step_by(every).collect();
+    let execution = typical.execution_s;
+    let rest = (3.0 * execution).max(typical.process.dead_time());
+    let tuned = simc(&typical.process, rest).ok();
+    let mut remedies = vec![Remedy::AsItIs, Remedy::Repair, Remedy::Positioner];
+    if tuned.is_some() {
+        remedies.extend([Remedy::Retune, Remedy::RepairAndRetune]);
+    }
+    remedies.push(Remedy::Compensate(Method::IntegralDeadZone));
+    // A pulse of the size of S must last as long as the stem needs for it.
+    if execution * STEM_SPEED >= typical.bands.s() {
+        remedies.extend([Method::ConstantReinforcement, Method::Knocker].map(Remedy::Compensate));
+    }
+    let protocol = protocol(fit, typical);
+    let known = Knowledge {
+        process: Some(typical.process.clone()),
+        ..Knowledge::new(
+            typical.bands.s(),
+            Some(typical.bands.j()),
+            typical.controller.clone(),
+            execution,
+        )
+    };
+    let play = |draw: &&Draw| -> Option<Vec<Option<Played>>> {
+        let all: Vec<Option<Played>> = remedies
+            .iter()
+            .map(|remedy| played(fit, draw, *remedy, tuned.as_ref(), &known, &protocol))
+            .collect();
+        // A loop that cannot even be left alone says nothing.
+        all[0].is_some().then_some(all)
+    };
+    let table: Vec<Vec<Option<Played>>> = draws.par_iter().filter_map(play).collect();
+    if table.len() < 3 {
+        return Err(
+            "the loops that the recording leaves possible could not be simulated".to_owned()
+        );
+    }
+    let mut actions: Vec<Prospect> = vec![];
+    for (i, remedy) in remedies.iter().enumerate() {
+        let pairs: Vec<(&Played, &Played)> =
+            table.iter().filter_map(|row| Some((row[i].as_ref()?, row[0].as_ref()?))).collect();
+        if pairs.len() * 4 < table.len() * 3 {
+            continue;
+        }
+        let of = |what: fn(&Played, &Played) -> f64| spread(pairs.iter().map(|(a, b)| what(a, b)));
+        let settled: Vec<f64> = pairs.iter().filter_map(|(a, _)| a.settling).collect();
+        let less = pairs.iter().filter(|(a, b)| a.swing < LESS * b.swing).count();
+        let sound = matches!(remedy, Remedy::Retune | Remedy::RepairAndRetune);
+        let tuning = tuned.as_ref().filter(|_| sound).and_then(|c| proposal(c, &draws));
+        actions.push(Prospect {
+            action: *remedy,
+            pv_swing: of(|a, _| a.swing),
+            pv_swing_ratio: of(|a, b| a.swing / b.swing.max(f64::MIN_POSITIVE)),
+            error: of(|a, _| a.error),
+            travel: of(|a, _| a.travel),
+            settling_s: (2 * settled.len() > pairs.len()).then(|| spread(settled.iter().copied())),
+            sure: less as f64 / table.len() as f64,
+            tuning,
+        });
+    }
+    actions.sort_by(|a, b| a.error.high.total_cmp(&b.error.high));
+    let advice = advice(fit, &actions);
+    Ok(Prospects { actions, loops: table.len(), advice })
+}
+
+/// The draw whose S is the median.
+fn middle<'a>(draws: &[&'a Draw]) -> &'a Draw {
+    let mut sorted: Vec<&Draw> = draws.to_vec();
+    sorted.sort_by(|a, b| a.bands.s().total_cmp(&b.bands.s()));
+    sorted[sorted.len() / 2]
+}
+
+/// Median, 5 and 95 % points.
+fn spread(values: impl Iterator<Item = f64>) -> Estimate {
+    super::valve::quantiles(&mut values.map(|v| (v, 1.0)).collect::<Vec<_>>())
+}
+
+fn proposal(tuned: &Controller, draws: &[&Draw]) -> Option<Proposal> {
+    let (kp, ki, _) = tuned.gains();
+    let peaks = draws.iter().filter_map(|draw| {
+        let continuous = ContinuousLoop { controller: tuned.clone(), ..draw.continuous() };
+        Some(FrequencyResponse::of(&continuous).ok()?.margins().peak_sensitivity)
+    });
+    let ms = spread(peaks);
+    Some(Proposal { kc: kp, ti: kp / ki, ms, rule: "SIMC (Skogestad)" })
+}
+
+/// The parts of the protocol, as long as the loop needs.
+fn protocol(fit: &Fit, typical: &Draw) -> CompareOptions {
+    let recorded = fit.cycle.known().and_then(|cycle| cycle.recorded);
+    let process = fit.process.known();
+    let settle =
+        process.map_or(0.0, |p| 5.0 * (p.lag_s.map_or(0.0, |lag| lag.value) + p.dead_time_s.value));
+    let period = recorded.map_or(0.0, |recorded| recorded.period_s);
+    let part = (CYCLES * period.max(settle)).max(60.0 * typical.execution_s);
+    let part = part.min(MOST_SAMPLES * typical.execution_s);
+    let swing = recorded.map_or(1.0, |recorded| recorded.pv).max(f64::MIN_POSITIVE);
+    CompareOptions {
+        from_s: part,
+        settle_s: part,
+        window_s: part,
+        step_s: part,
+        set_point_step: 2.0 * swing,
+        load_step: typical.bands.s().max(1.0),
+        settling_band: swing,
+        error: 0.0,
+        noise_sd: 0.0,
+        seed: 1,
+    }
+}
+
+/// What a remedy does to a drawn loop; `None` where it cannot be applied or the loop runs away.
+fn played(
+    fit: &Fit,
+    draw: &Draw,
+    remedy: Remedy,
+    tuned: Option<&Controller>,
+    known: &Knowledge,
+    protocol: &CompareOptions,
+) -> Option<Played> {
+    let healthy = Bands::from_s_j(draw.bands.s().min(0.4), draw.bands.j().min(0.1)).ok()?;
+    let bands = match remedy {
+        Remedy::Repair | Remedy::RepairAndRetune => healthy,
+        Remedy::Positioner => positioned(draw.bands, 10.0).ok()?,
+        _ => draw.bands,
+    };
+    let retuned = matches!(remedy, Remedy::Retune | Remedy::RepairAndRetune);
+    let controller = if retuned { tuned?.clone() } else { draw.controller.clone() };
+    let found = fit.controller.known()?;
+    let away = |limit: Option<f64>, usual: f64| limit.unwrap_or(usual) - fit.resting.op;
+    let (low, high) = (away(found.low, 0.0), away(found.high, 100.0));
+    let controller = controller
+        .with_handover(Handover::Bumpless)
+        .with_limits(low.min(-0.1), high.max(0.1), AntiWindup::Clamping)
+        .ok()?;
+    let valve = Assembly::new(draw.model.build(bands).ok()?);
+    let mut plant = ClosedLoop::new(controller, valve, draw.process.clone());
+    plant.sample_time = draw.execution_s;
+    // Pushed once: a loop that starts at rest within its stick band stays there.
+    let push = protocol.set_point_step;
+    plant.set_point = Signal::Steps(vec![(0.0, push), (0.3 * protocol.from_s, 0.0)]);
+    let process = fit.process.known()?;
+    plant.measurement = vec![disturbance(process.disturbance_sd, process.innovation_sd, fit)];
+    let methods: &[Method] = match &remedy {
+        Remedy::Compensate(method) => std::slice::from_ref(method),
+        _ => &[],
+    };
+    let rows = compare(&plant, known, methods, protocol).ok()?.rows;
+    let outcome = rows.last()?.nominal();
+    let m = &outcome.measures;
+    let sound = m.pv_half_pp.is_finite() && m.iae_per_s.is_finite();
+    sound.then_some(Played {
+        swing: m.pv_half_pp,
+        error: m.iae_per_s,
+        travel: 3600.0 * m.vp_travel_per_s,
+        settling: outcome.load_settling_s,
+    })
+}
+
+/// What disturbs the PV, as noise of its standard deviation and memory.
+fn disturbance(sd: f64, innovation: f64, fit: &Fit) -> Signal {
+    let keep = (1.0 - (innovation / sd.max(f64::MIN_POSITIVE)).powi(2)).clamp(0.0, 0.999).sqrt();
+    let tau_s = if keep > 0.05 { -fit.sample_time_s / keep.ln() } else { 0.0 };
+    // What is slower than the record's cycles is a load, and is answered by the controller.
+    Signal::Noise {
+        sd: innovation.max(0.3 * sd),
+        tau_s: tau_s.min(20.0 * fit.sample_time_s),
+        seed: 7,
+    }
+}
+
+fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
+    let find = |remedy: Remedy| actions.iter().find(|row| row.action == remedy);
+    let digits = crate::diagnose::digits;
+    let percent = |of: &Estimate| {
+        let share = |v: f64| 100.0 * (1.0 - v).max(0.0);
+        format!("{} to {} %", digits(share(of.high)), digits(share(of.low)))
+    };
+    let mut all = vec![];
+    if let Some(cycle) = fit.cycle.known()
+        && cycle.explained == Some(false)
+    {
+        all.push(
+            "The loop so fitted does not cycle as recorded: look upstream for what swings it before anything is done to \
+             the valve."
+                .to_owned(),
+        );
+    }
+    match find(Remedy::Repair) {
+        Some(repair) if repair.certain() => all.push(format!(
+            "Repair the valve: the PV would swing less by {}.",
+            percent(&repair.pv_swing_ratio)
+        )),
+        Some(repair) if repair.sure > 0.5 => all.push(format!(
+            "Repairing the valve would probably help ({:.0} % of what is possible swings clearly less), but it is not \
+             certain: carry out the manual test first.",
+            100.0 * repair.sure
+        )),
+        Some(_) => all.push(
+            "That a repair of the valve would help is not certain from this recording; carry out the manual test first."
+                .to_owned(),
+        ),
+        None => {}
+    }
+    if let Some(retune) = find(Remedy::Retune)
+        && let Some(tuning) = &retune.tuning
+    {
+        let said = if retune.certain() {
+            format!("would swing the PV less by {}", percent(&retune.pv_swing_ratio))
+        } else if retune.sure > 0.5 {
+            "would probably swing the PV less, which is not certain".to_owned()
+        } else {
+            "is not expected to end the cycle while the valve sticks".to_owned()
+        };
+        all.push(format!(
+            "Kc {} and Ti {} s by {} (Ms {} to {}) {said}.",
+            digits(tuning.kc),
+            digits(tuning.ti),
+            tuning.rule,
+            digits(tuning.ms.low),
+            digits(tuning.ms.high)
+        ));
+    }
+    let interim = actions.iter().find(|row| {
+        row.certain() && matches!(row.action, Remedy::Compensate(_) | Remedy::Positioner)
+    });
+    if let Some(row) = interim {
+        all.push(format!(
+            "Until then {} would swing the PV less by {}.",
+            row.action.name(),
+            percent(&row.pv_swing_ratio)
+        ));
+    }
+    all
+}

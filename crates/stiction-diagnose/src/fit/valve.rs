@@ -1,0 +1,241 @@
+//! The valves that are possible, and how well the PV follows from each.
+
+use crate::bands::Bands;
+use crate::diagnose::{Diagnosis, Weighing};
+use crate::fusion::Estimate;
+use crate::identify::process::{Candidate, FittedProcess, TEMPER};
+use crate::recording::Segment;
+use crate::valve::{Model, Start, Valve};
+
+/// S at these standard deviations of its logarithm, and how many times that of the middle.
+const PLACES: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
+/// Shares of J, in the interval of J over S.
+const JUMPS: [f64; 3] = [0.15, 0.5, 0.85];
+/// The least weight of a valve that follows, and of one that does not, before the PV is looked at.
+const LEAST_WEIGHT: f64 = 0.03;
+/// Processes that are tried behind each valve.
+const TRIED: usize = 10;
+
+/// A valve as the recording shows it.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct FittedValve {
+    /// Its model; `None` of a measured position.
+    pub model: Option<String>,
+    /// Stick band plus dead band, percent of span; 0 of one that follows.
+    #[cfg_attr(feature = "serde", serde(rename = "S"))]
+    pub s: Estimate,
+    /// Slip jump, percent of span.
+    #[cfg_attr(feature = "serde", serde(rename = "J"))]
+    pub j: Estimate,
+    /// Weight of valves that follow the OP, among all that are possible.
+    pub follows: f64,
+    /// What S and J come from.
+    pub from: &'static str,
+}
+
+/// A valve that is possible.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Possible {
+    pub model: Model,
+    pub bands: Bands,
+    /// Its weight, before the PV is looked at.
+    pub weight: f64,
+    /// Where it is, at every sample.
+    pub path: Vec<f64>,
+    /// Standard deviations of S and J within the cell of the grid that it stands for.
+    pub cell: (f64, f64),
+    /// Whether the process is looked for behind it.
+    pub first: bool,
+    pub from: &'static str,
+}
+
+/// A valve before a process, and the weight of the two together; all add up to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Weighed {
+    pub model: Model,
+    pub bands: Bands,
+    pub process: Candidate,
+    pub weight: f64,
+    pub cell: (f64, f64),
+    pub from: &'static str,
+}
+
+/// Where a valve goes that follows this OP.
+fn path(model: Model, bands: Bands, op: &[f64]) -> Option<Vec<f64>> {
+    let mut valve = model.build(bands).ok()?;
+    let first = op.first().copied()?;
+    valve.restart(Start::at_rest(first));
+    Some(op.iter().map(|u| valve.step(*u)).collect())
+}
+
+/// All valves that the evidence leaves possible.
+pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<Possible>, String> {
+    let op = &segment.op;
+    let ideal = Bands::NONE;
+    if let (Some(vp), Some(s)) = (&segment.vp, diagnosis.stiction.s) {
+        let j = diagnosis.stiction.j.map_or(0.5 * s.value, |j| j.value);
+        let bands = Bands::from_s_j(s.value, j.min(s.value)).map_err(|e| e.to_string())?;
+        let path = vp.clone();
+        let from = "the measured position";
+        let (model, weight, first) = (Model::TwoPhase, 1.0, true);
+        let sd = |of: Option<Estimate>| of.map_or(0.2 * s.value, |e| (e.high - e.low) / 3.29);
+        let cell = (sd(Some(s)), sd(diagnosis.stiction.j));
+        return Ok(vec![Possible { model, bands, weight, path, cell, first, from }]);
+    }
+    let weighing =
+        diagnosis.evidence.as_ref().ok_or("no S and J: nothing could be weighed in OP and PV")?;
+    let model = model_of(weighing);
+    let (s, share) = (weighing.s, weighing.j_over_s);
+    let mut all = vec![];
+    let follows = path(Model::Ideal, ideal, op).unwrap_or_else(|| op.clone());
+    let (from, first) = ("the evidence in OP and PV", true);
+    // What the verdict says is where the weights begin.
+    let fault = weighing.probability.clamp(LEAST_WEIGHT, 1.0 - LEAST_WEIGHT);
+    all.push(Possible {
+        model: Model::Ideal,
+        bands: ideal,
+        weight: 1.0 - fault,
+        path: follows,
+        cell: (0.0, 0.0),
+        first,
+        from,
+    });
+    let spread = ((s.high / s.low).ln() / (2.0 * 1.645)).clamp(0.05, 1.0);
+    let total: f64 = PLACES.iter().map(|z| (-0.5 * z * z).exp()).sum::<f64>() * JUMPS.len() as f64;
+    for z in PLACES {
+        let width = s.value * (spread * z).exp();
+        for jump in JUMPS {
+            let over = (share.low + (share.high - share.low) * jump).clamp(0.0, 1.0);
+            let Ok(bands) = Bands::from_s_j(width, over * width) else { continue };
+            let Some(path) = path(model, bands, op) else { continue };
+            let weight = fault * (-0.5 * z * z).exp() / total;
+            // Half of the way to its neighbours.
+            let cell = (0.25 * spread * width, 0.17 * (share.high - share.low) * width);
+            all.push(Possible { model, bands, weight, path, cell, first: false, from });
+        }
+    }
+    // Of the paths that move at all, the one nearest to the middle.
+    let moves =
+        |one: &&mut Possible| one.model != Model::Ideal && crate::series::span(&one.path) > 0.0;
+    let jump = 0.5 * (share.low + share.high.min(1.0));
+    let apart = |one: &Possible| {
+        let of_j = one.bands.j() / one.bands.s().max(f64::MIN_POSITIVE) - jump;
+        (one.bands.s() / s.value).ln().abs() + 0.1 * of_j.abs()
+    };
+    if let Some(one) = all.iter_mut().filter(moves).min_by(|a, b| apart(a).total_cmp(&apart(b))) {
+        one.first = true;
+    }
+    Ok(all)
+}
+
+/// The model that explains the PV best, of those that the evidence tried.
+fn model_of(weighing: &Weighing) -> Model {
+    let evidence = weighing.typical();
+    let fits = evidence.dense.as_ref().or(evidence.model.as_ref());
+    fits.map_or(Model::TwoPhase, |fits| fits.best().model)
+}
+
+/// Every valve before every process, by how well the PV follows.
+pub(super) fn weighed(
+    valves: Vec<Possible>,
+    process: &FittedProcess,
+    pv: &[f64],
+    step: f64,
+) -> Vec<Weighed> {
+    let mut all: Vec<(Weighed, f64)> = vec![];
+    for valve in &valves {
+        for (candidate, likelihood) in process.behind(&valve.path, pv, step, TRIED) {
+            if candidate.gain == 0.0 || !likelihood.is_finite() {
+                continue;
+            }
+            let Possible { model, bands, weight, cell, from, .. } = *valve;
+            all.push((
+                Weighed { model, bands, process: candidate, weight, cell, from },
+                likelihood,
+            ));
+        }
+    }
+    let top = all.iter().map(|(_, l)| *l).fold(f64::NEG_INFINITY, f64::max);
+    let mut all: Vec<Weighed> = all
+        .into_iter()
+        .map(|(one, l)| Weighed { weight: one.weight * ((l - top) / TEMPER).exp(), ..one })
+        .filter(|one| one.weight > 1e-9)
+        .collect();
+    let total: f64 = all.iter().map(|one| one.weight).sum();
+    all.iter_mut().for_each(|one| one.weight /= total);
+    all
+}
+
+/// The weighted valves, as numbers with intervals.
+pub(super) fn told(all: &[Weighed]) -> FittedValve {
+    let sticks: Vec<&Weighed> = all.iter().filter(|one| one.model != Model::Ideal).collect();
+    let ideal = all.iter().filter(|one| one.model == Model::Ideal).map(|one| one.weight);
+    // A sum of nothing is -0.
+    let follows = 0.0 + ideal.sum::<f64>();
+    // Every value of the grid stands for its surroundings: a normal distribution of its cell, in three points.
+    let of = |what: fn(&Weighed) -> (f64, f64)| {
+        let around = |one: &&Weighed| {
+            let (value, cell) = what(one);
+            [(-1.0, 0.3), (0.0, 0.4), (1.0, 0.3)]
+                .map(|(z, share)| (value + z * cell, share * one.weight))
+        };
+        let mut values: Vec<(f64, f64)> = sticks.iter().flat_map(around).collect();
+        let all = quantiles(&mut values);
+        Estimate { low: all.low.max(0.0), ..all }
+    };
+    let likeliest = sticks.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+    FittedValve {
+        model: likeliest.map(|one| one.model.describe().name.to_owned()),
+        s: of(|one| (one.bands.s(), one.cell.0)),
+        j: of(|one| (one.bands.j(), one.cell.1)),
+        follows,
+        from: all.first().map_or("nothing", |one| one.from),
+    }
+}
+
+/// S and J by the evidence alone, where no process is known to weigh them by.
+pub(super) fn alone(diagnosis: &Diagnosis) -> Result<FittedValve, String> {
+    let weighing = diagnosis.evidence.as_ref().ok_or("nothing could be weighed in OP and PV")?;
+    let (s, share) = (weighing.s, weighing.j_over_s);
+    let j = |of: f64, s: f64| of.clamp(0.0, 1.0) * s;
+    Ok(FittedValve {
+        model: Some(model_of(weighing).describe().name.to_owned()),
+        s,
+        j: Estimate {
+            value: j(share.value, s.value),
+            low: j(share.low, s.low),
+            high: j(share.high, s.high),
+        },
+        follows: 1.0 - weighing.probability,
+        from: "the evidence in OP and PV",
+    })
+}
+
+/// Median and the 5 and 95 % points of weighted values, each spread to the middles between it and its neighbours.
+pub(super) fn quantiles(values: &mut [(f64, f64)]) -> Estimate {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = values.iter().map(|(_, w)| w).sum();
+    if !(total > 0.0) {
+        return Estimate { value: 0.0, low: 0.0, high: 0.0 };
+    }
+    // Every value stands for its weight, half of it before and half of it after.
+    let mut sum = 0.0;
+    let places: Vec<(f64, f64)> = values
+        .iter()
+        .map(|(v, w)| {
+            let at = (sum + 0.5 * w) / total;
+            sum += w;
+            (at, *v)
+        })
+        .collect();
+    let at = |p: f64| {
+        let after = places.iter().position(|(at, _)| *at >= p).unwrap_or(places.len() - 1);
+        let (b, v) = places[after];
+        match after.checked_sub(1).map(|i| places[i]) {
+            Some((a, u)) if b > a && b >= p => u + (v - u) * (p - a) / (b - a),
+            _ => v,
+        }
+    };
+    Estimate { value: at(0.5), low: at(0.05), high: at(0.95) }
+}

@@ -1,0 +1,539 @@
+//! Which controller made the OP: its structure, gain, integral and derivative time, from OP, PV and SP as recorded.
+//!
+//! # What it measures
+//! Whether the OP is the output of a P, PI or PID controller that saw the recorded PV and SP, and with which
+//! settings; how often it executes; where its limits are; and where none of these fits, that none does. It
+//! holds whatever the valve and the process do, for it looks at the controller alone.
+//!
+//! # Assumptions
+//! The controller sees the PV that is recorded, at the time of the sample or one sample before. It executes once a
+//! sample, every few samples, or several times within one. Without an SP the set point is taken to be constant, and is
+//! found.
+//!
+//! # Equations
+//! Within every run of samples off the limits,
+//! ```text
+//! op(k) = level + kp e(k) + ki W(k) + kd D(k) + n(k)          e = sp - pv, or what of it is beyond a gap
+//! W(k) = Ts sum_{i<=k} e(i)
+//! D(k) = a D(k-1) + (1 - a) (w(k) - w(k-1)) / Ts              w = -pv, or e
+//! n(k) = rho n(k-1) + innovation                              Student's t with four degrees of freedom
+//! ```
+//! `kp`, `ki`, `kd`, the levels and the SP by iterated least squares; `rho`, `a`, the gap and the delay over
+//! grids, by likelihood. With `rho = 0` what is left is the rounding of the OP; with `rho = 1` it wanders, as the sum of
+//! errors of the recorded PV does, or jumps once, as where the controller tracked something: the innovations'
+//! heavy tails make that cheap. `Kc = kp`, `Ti = kp / ki`, `Td = kd / kp`, the filter from `a`. A more complex
+//! structure must be likelier by [`WORTH`] nats. Standard errors from the scores' sums over blocks of
+//! the record, so that what is left may be correlated; to the PV's rounding its share of the variance of `e` is given
+//! back. A controller that executes `m` times a sample sums what the record does not show: then `W` has but
+//! `(m + 1) / 2m` of `e(k)`, which nothing tells from a part of `kp`. It executes once where nothing is left but
+//! what rounding leaves; else `m` is unknown, `kp` is that of the middle, and its range is added to the error.
+//!
+//! # Parameters
+//! None.
+//!
+//! # Limits
+//! A PV that the historian compressed, held or rounded coarsely is not what the controller saw: gains come out too
+//! low. A filter between the recorded PV and the controller is taken for derivative action of the wrong sign, and so not
+//! accepted. What a controller of another kind does (feedforward, override, a gain that depends on the error) is told as
+//! "none fits".
+//!
+//! # References
+//! D. Cochrane, G. H. Orcutt, J. Am. Stat. Assoc. 44 (1949) 32, for `rho`; K. L. Lange, R. J. A. Little,
+//! J. M. G. Taylor, J. Am. Stat. Assoc. 84 (1989) 881, for the t distribution; K.-Y. Liang, S. L. Zeger, Biometrika 73
+//! (1986) 13, for the standard errors (all recalled, not read). The combination is ours.
+
+mod law;
+mod record;
+
+use crate::closed_loop::DerivativeOn;
+use crate::detect::Abstention;
+use crate::fusion::Estimate;
+use crate::numeric::golden::golden;
+use crate::recording::Segment;
+use crate::series::{mean, median, quantile, span, variance};
+use law::{Fit, Settings};
+use record::{Record, Shape, held};
+
+/// Samples below which no controller is fitted.
+pub const FEWEST_SAMPLES: usize = 60;
+/// Samples beyond which only the middle of a segment is looked at.
+pub const MOST_SAMPLES: usize = 6000;
+/// By how many nats a more complex structure must be likelier.
+pub const WORTH: f64 = 12.0;
+/// Share of the OP's innovations that a controller must explain to be one.
+pub const LEAST_EXPLAINED: f64 = 0.5;
+/// Half width of a 90 % interval, standard errors: Student's t of the blocks.
+const WIDE: f64 = 1.72;
+/// By what standard errors are multiplied where more than rounding is left, so that intervals of simulated loops cover.
+const LOOSE: f64 = 2.5;
+/// The least derivative time that counts as one, samples: where only rounding is left, and otherwise.
+const LEAST_TD: [f64; 2] = [0.03, 0.5];
+/// Times [`WORTH`] that derivative action must be likelier where more than rounding is left: what a historian does to a PV
+/// between two samples looks like a little of it.
+const SLOPE_WORTH: f64 = 4.0;
+/// What is left may remember this much of its last value.
+const RHO: [f64; 9] = [0.0, 0.4, 0.7, 0.85, 0.93, 0.97, 0.99, 0.997, 1.0];
+/// The derivative may keep this much of its last value, before it is searched for between two of these.
+const KEEP: [f64; 7] = [0.0, 0.2, 0.4, 0.6, 0.75, 0.88, 0.95];
+
+/// What a controller consists of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Structure {
+    /// Proportional only.
+    P,
+    /// Proportional and integral.
+    Pi,
+    /// Proportional, integral and derivative.
+    Pid,
+}
+
+impl Structure {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::P => "P",
+            Self::Pi => "PI",
+            Self::Pid => "PID",
+        }
+    }
+}
+
+/// A controller as its output shows it.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct FittedController {
+    /// What it consists of.
+    pub structure: Structure,
+    /// Gain, percent of OP per unit of PV; negative of a direct-acting controller.
+    pub kc: Estimate,
+    /// Integral time, s; `None` without integral action.
+    #[cfg_attr(feature = "serde", serde(rename = "ti"))]
+    pub ti_s: Option<Estimate>,
+    /// Derivative time, s; `None` without derivative action.
+    #[cfg_attr(feature = "serde", serde(rename = "td"))]
+    pub td_s: Option<Estimate>,
+    /// Time constant of the derivative's filter, s.
+    #[cfg_attr(feature = "serde", serde(rename = "filter"))]
+    pub filter_s: Option<f64>,
+    /// What the derivative acts on; `None` without it, or where the set point never moves.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub derivative_on: Option<DerivativeOn>,
+    /// Weight of the set point in the proportional part, where the set point moves.
+    pub set_point_weight: Option<f64>,
+    /// The constant set point, in units of the PV, where none is recorded.
+    pub set_point: Option<Estimate>,
+    /// Half the width of the gap within which the error counts for nothing, in units of the PV; 0 for none.
+    pub gap: f64,
+    /// Time between executions, s; `None` where it is shorter than the record can show.
+    #[cfg_attr(feature = "serde", serde(rename = "execution"))]
+    pub execution_s: Option<f64>,
+    /// Samples from a PV to the OP that answers it: 0 or 1.
+    #[cfg_attr(feature = "serde", serde(rename = "delay_samples"))]
+    pub delay: usize,
+    /// The lower limit of the OP, percent, where it was reached.
+    pub low: Option<f64>,
+    /// The upper limit of the OP, percent, where it was reached.
+    pub high: Option<f64>,
+    /// The most that the OP moves, percent per second, where it was reached often.
+    pub rate_limit: Option<f64>,
+    /// Resolution of the recorded OP, percent; 0 where none shows.
+    pub op_quantum: f64,
+    /// Share of the OP's innovations that it explains.
+    pub explained: f64,
+    /// Share of the samples at which something else moved the OP: a hand, tracking, an upset of the record.
+    pub otherwise: f64,
+}
+
+/// The controller whose output the OP of a segment is.
+///
+/// # Errors
+/// In words: why there is none, or why it cannot be told.
+pub fn fit(segment: &Segment) -> Result<FittedController, Abstention> {
+    let pv = segment.pv.as_deref().ok_or_else(|| no("without a PV no controller can be fitted"))?;
+    let n = segment.len();
+    if n < FEWEST_SAMPLES {
+        return Err(Abstention(format!(
+            "a controller is fitted to at least {FEWEST_SAMPLES} samples; there are {n}"
+        )));
+    }
+    let (from, until) = match n > MOST_SAMPLES {
+        true => ((n - MOST_SAMPLES) / 2, (n + MOST_SAMPLES) / 2),
+        false => (0, n),
+    };
+    let cut = |x: &[f64]| x[from..until].to_vec();
+    let (op, pv, sp) = (cut(&segment.op), cut(pv), segment.sp.as_deref().map(cut));
+    if !(span(&op) > 0.0 && span(&pv) > 0.0) {
+        return Err(no("the OP or the PV does not move"));
+    }
+    let every = held(&op);
+    let thin = |x: Vec<f64>| match every {
+        Some((first, every)) => x[first..].iter().step_by(every).copied().collect(),
+        None => x,
+    };
+    let (op, pv, sp) = (thin(op), thin(pv), sp.map(thin));
+    let step = segment.sample_time * every.map_or(1.0, |(_, every)| every as f64);
+    let record = Record::of(&op, pv, sp, step)?;
+    record.controller(every.is_some())
+}
+
+fn no(why: &str) -> Abstention {
+    Abstention(why.to_owned())
+}
+
+impl Record<'_> {
+    fn controller(&self, held: bool) -> Result<FittedController, Abstention> {
+        let nothing = || no("no controller's law fits: OP and PV do not move enough together");
+        let plain = Shape { integral: true, derivative: None, gap: 0.0, weighted: false, delay: 0 };
+        let mut best = self.fitted(plain, &RHO).ok_or_else(nothing)?;
+        let near = |rho: f64| -> Vec<f64> {
+            let at = RHO.iter().position(|r| *r == rho).unwrap_or(0);
+            RHO[at.saturating_sub(1)..(at + 2).min(RHO.len())].to_vec()
+        };
+        if self.sp_moves {
+            let shape = Shape { weighted: true, ..best.shape };
+            let weighted = self.fitted(shape, &near(best.rho));
+            let odd = weighted.as_ref().is_some_and(|fit| {
+                let found = self.settings(fit);
+                let b = found.of_sp.unwrap_or(found.kp) / found.kp;
+                (b - 1.0).abs() > 0.1 && (-0.1..=1.5).contains(&b)
+            });
+            if odd {
+                best = self.better(best, weighted, 2.0 * WORTH);
+            }
+        }
+        if self.sp.is_some() && !best.shape.weighted {
+            best = self.with_gap(best, &near);
+        }
+        // An OP that answers the PV of the sample before is rare.
+        let late = Shape { delay: 1, ..best.shape };
+        best = self.better(best.clone(), self.fitted(late, &RHO), WORTH);
+        let on = match self.sp_moves {
+            true => &[DerivativeOn::Pv, DerivativeOn::Error][..],
+            false => &[DerivativeOn::Pv][..],
+        };
+        let exactly = self.quantum + 1e-4 * span(self.op);
+        for on in on {
+            for keep in KEEP {
+                let shape = Shape { derivative: Some((keep, *on)), ..best.shape };
+                let by = match best.shape.derivative {
+                    Some(_) => 0.0,
+                    None if best.scale <= exactly => WORTH,
+                    None => SLOPE_WORTH * WORTH,
+                };
+                best = self.better(best.clone(), self.fitted(shape, &near(best.rho)), by);
+            }
+        }
+        if let Some((keep, on)) = best.shape.derivative {
+            // Between the values of the grid.
+            let of = |keep: f64| Shape { derivative: Some((keep, on)), ..best.shape };
+            let tried = |keep: f64| self.fitted(of(keep), &[best.rho]);
+            let unlikely = |keep: f64| tried(keep).map_or(f64::INFINITY, |fit| -fit.likelihood);
+            let at = KEEP.iter().position(|k| *k == keep).unwrap_or(0);
+            let (low, high) =
+                (KEEP[at.saturating_sub(1)], KEEP.get(at + 1).copied().unwrap_or(0.99));
+            best = self.better(best.clone(), tried(golden(unlikely, low, high)), 0.0);
+        }
+        let Settings { kp, kd, .. } = self.settings(&best);
+        let exact = best.scale <= exactly;
+        if kd / kp < LEAST_TD[usize::from(!exact)] * self.step && best.shape.derivative.is_some() {
+            best =
+                self.fitted(Shape { derivative: None, ..best.shape }, &RHO).ok_or_else(nothing)?;
+        }
+        // Without integral action, if that explains as much.
+        let shape = Shape { integral: false, derivative: None, ..best.shape };
+        if let Some(proportional) = self.fitted(shape, &RHO) {
+            let found = self.settings(&best);
+            let wrong = found.kp * found.ki <= 0.0;
+            if wrong || proportional.likelihood > best.likelihood - WORTH {
+                best = proportional;
+            }
+        }
+        let all = best.explained.max(self.level_explained(&best));
+        if best.explained < LEAST_EXPLAINED && (all < 0.9 || best.explained < 0.3) {
+            return Err(Abstention(format!(
+                "no controller's law fits: the best explains {:.0} % of what is new in the OP; feedforward, an override, \
+                 a controller of another kind, or a PV that is not the one it sees",
+                100.0 * best.explained.max(0.0)
+            )));
+        }
+        if let Some(why) = self.refuted(&best) {
+            return Err(why);
+        }
+        self.told(&best, held)
+    }
+
+    /// The fit with a gap, if one is likelier.
+    fn with_gap(&self, best: Fit, near: &dyn Fn(f64) -> Vec<f64>) -> Fit {
+        let Some(sp) = &self.sp else { return best };
+        let sizes: Vec<f64> = sp.iter().zip(&self.pv).map(|(s, p)| (s - p).abs()).collect();
+        let mut found = best.clone();
+        for share in [0.1, 0.25, 0.4, 0.55, 0.7, 0.8, 0.88, 0.94, 0.97] {
+            let shape = Shape { gap: quantile(&sizes, share), ..best.shape };
+            let by = if found.shape.gap > 0.0 { 0.0 } else { 2.0 * WORTH };
+            found = self.better(found.clone(), self.fitted(shape, &near(found.rho)), by);
+        }
+        if found.shape.gap > 0.0 {
+            let tried = |gap: f64| self.fitted(Shape { gap, ..found.shape }, &[found.rho]);
+            let unlikely = |gap: f64| tried(gap).map_or(f64::INFINITY, |fit| -fit.likelihood);
+            let near = golden(unlikely, 0.7 * found.shape.gap, 1.4 * found.shape.gap);
+            found = self.better(found.clone(), tried(near), 0.0);
+        }
+        found
+    }
+
+    /// Why it is none of these controllers after all: its gain depends on the size of the error, or a set point
+    /// that is not recorded moves.
+    fn refuted(&self, best: &Fit) -> Option<Abstention> {
+        let columns = self.columns(best.shape);
+        let worse_than = |more: Vec<Vec<f64>>| {
+            let all: Vec<Vec<f64>> = columns.iter().cloned().chain(more).collect();
+            let other = self.with_rho(best.shape, &all, best.rho, false)?;
+            let gained = other.likelihood - best.likelihood;
+            Some(gained > 3.0 * WORTH && (best.scale / other.scale).ln() > 0.25)
+        };
+        let error: Vec<f64> = match &self.sp {
+            Some(sp) => sp.iter().zip(&self.pv).map(|(s, p)| s - p).collect(),
+            None => {
+                let Settings { ki, slope, .. } = self.settings(best);
+                let away = slope.filter(|_| ki != 0.0).map_or(0.0, |slope| slope / ki);
+                let set_point = mean(&self.pv) + away;
+                self.pv.iter().map(|v| set_point - v).collect()
+            }
+        };
+        if self.sp.is_none() {
+            // Another set point in every sixth of the record.
+            let n = self.op.len();
+            let inside = |part: usize| -> Vec<f64> {
+                (0..n).map(|k| f64::from(u8::from(6 * k / n == part))).collect()
+            };
+            let sixth = |part: usize| match best.shape.integral {
+                true => self.summed(&inside(part)),
+                false => inside(part),
+            };
+            if worse_than((0..5).map(sixth).collect()) == Some(true) {
+                return Some(no("no SP is recorded, and it moves: export the set point"));
+            }
+        }
+        let sizes: Vec<f64> = error.iter().map(|e| e.abs()).collect();
+        let typical = median(&sizes).max(f64::MIN_POSITIVE);
+        // Bounded, so that a few large errors do not speak for all.
+        let bent = [1.0, 4.0].map(|from| -> Vec<f64> {
+            error.iter().map(|e| e * (e.abs() / (from * typical)).min(1.0)).collect()
+        });
+        let mut more = bent.to_vec();
+        if best.shape.integral {
+            more.extend(bent.iter().map(|bent| self.summed(bent)));
+        }
+        (worse_than(more) == Some(true)).then(|| {
+            no("no P, PI or PID controller fits: the gain depends on the size of the error")
+        })
+    }
+
+    /// Share of the OP itself, in runs, that a fit explains.
+    fn level_explained(&self, fit: &Fit) -> f64 {
+        let columns = self.columns(fit.shape);
+        let (mut left, mut all) = (0.0, 0.0);
+        for run in &self.runs {
+            let made = |k: usize| -> f64 {
+                columns.iter().zip(&fit.coefficients).map(|(column, c)| c * column[k]).sum()
+            };
+            let rest: Vec<f64> = run.clone().map(|k| self.op[k] - made(k)).collect();
+            left += rest.len() as f64 * variance(&rest);
+            all += rest.len() as f64 * variance(&self.op[run.clone()]);
+        }
+        1.0 - left / all.max(f64::MIN_POSITIVE)
+    }
+
+    /// The sum of a signal over time, from the first sample on.
+    fn summed(&self, x: &[f64]) -> Vec<f64> {
+        let mut sum = 0.0;
+        let add = |v: &f64| {
+            sum += self.step * v;
+            sum
+        };
+        x.iter().map(add).collect()
+    }
+
+    /// The fit with its standard errors, as settings.
+    fn told(&self, best: &Fit, held: bool) -> Result<FittedController, Abstention> {
+        let columns = self.columns(best.shape);
+        let lost = || no("the controller's settings could not be told apart");
+        let fit = self.with_rho(best.shape, &columns, best.rho, true).ok_or_else(lost)?;
+        let Settings { kp, of_sp, ki, slope, kd } = self.settings(&fit);
+        let of_kp = 0;
+        let of_ki = 1 + usize::from(fit.shape.weighted);
+        let of_kd = fit.coefficients.len() - 1;
+        let variance = |i: usize, j: usize| fit.covariance[(i, j)];
+        // What is left where it executes once a sample is rounding.
+        let of_pv = (kp.abs() + ki.abs() * self.step) * self.pv_quantum;
+        let rounding = (self.quantum.powi(2) + of_pv.powi(2)) * (1.0 + fit.rho.powi(2)) / 12.0;
+        let fine = if fit.shape.derivative.is_some() { 1e-6 } else { 1e-8 } * span(self.op);
+        let executes = held || fit.scale <= fine;
+        // Rounding hides what would tell.
+        let perhaps = fit.scale <= 1.3 * rounding.sqrt() + fine;
+        let unknown = if executes { 0.0 } else { 0.5 * self.step * ki };
+        let kp = if perhaps { kp } else { kp + 0.5 * unknown };
+        let loose = if executes { 1.15 } else { LOOSE };
+        let spread = if perhaps { 0.0 } else { (unknown / 3.5).powi(2) };
+        let spread = spread + if executes { 0.0 } else { (0.01 * kp).powi(2) };
+        let kc_error = loose * (variance(of_kp, of_kp) + spread).sqrt();
+        let mut kc = interval(kp, kc_error);
+        if perhaps && unknown * kp > 0.0 {
+            let end = if kp > 0.0 { &mut kc.high } else { &mut kc.low };
+            *end += unknown;
+        }
+        let ratio = |v: f64| v.max(0.0).sqrt();
+        let ti = fit.shape.integral.then(|| {
+            let relative = (variance(of_kp, of_kp) + spread) / (kp * kp)
+                + variance(of_ki, of_ki) / (ki * ki)
+                - 2.0 * variance(of_kp, of_ki) / (kp * ki);
+            let mut ti = log_interval(kp / ki, loose * ratio(relative));
+            if perhaps {
+                ti.high += unknown / ki;
+            }
+            ti
+        });
+        let td = fit.shape.derivative.map(|_| {
+            let relative = variance(of_kp, of_kp) / (kp * kp) + variance(of_kd, of_kd) / (kd * kd)
+                - 2.0 * variance(of_kp, of_kd) / (kp * kd);
+            log_interval(kd / kp, loose * ratio(relative))
+        });
+        let structure = match (ti, td) {
+            (_, Some(_)) => Structure::Pid,
+            (Some(_), None) => Structure::Pi,
+            (None, None) => Structure::P,
+        };
+        let filter = fit.shape.derivative.map(|(keep, _)| match keep {
+            keep if keep <= 0.0 => 0.0,
+            keep if executes => self.step * keep / (1.0 - keep),
+            keep => -self.step / keep.ln(),
+        });
+        let middle = mean(&self.pv);
+        let set_point = slope.filter(|_| ki != 0.0).map(|slope| {
+            let of_slope = of_ki + 1;
+            let away = slope / ki;
+            let error = (variance(of_slope, of_slope) / (ki * ki)
+                + variance(of_ki, of_ki) * (away / ki).powi(2)
+                - 2.0 * variance(of_slope, of_ki) * away / (ki * ki))
+                .max(0.0)
+                .sqrt();
+            interval(middle + away, error)
+        });
+        Ok(FittedController {
+            structure,
+            kc,
+            ti_s: ti,
+            td_s: td,
+            filter_s: filter,
+            derivative_on: fit.shape.derivative.map(|(_, on)| on).filter(|_| self.sp_moves),
+            set_point_weight: self.sp_moves.then(|| of_sp.map_or(1.0, |of_sp| of_sp / kp)),
+            set_point,
+            gap: fit.shape.gap,
+            execution_s: executes.then_some(self.step),
+            delay: fit.shape.delay,
+            low: self.low,
+            high: self.high,
+            rate_limit: self.rate,
+            op_quantum: self.quantum,
+            explained: fit.explained,
+            otherwise: fit.outliers,
+        })
+    }
+}
+
+fn interval(value: f64, error: f64) -> Estimate {
+    let reach = WIDE * error + 1e-6 * value.abs();
+    Estimate { value, low: value - reach, high: value + reach }
+}
+
+/// The interval of what is above 0 by its relative error.
+fn log_interval(value: f64, relative: f64) -> Estimate {
+    let factor = (WIDE * relative + 1e-6).min(20.0).exp();
+    Estimate { value, low: value / factor, high: value * factor }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::{ClosedLoop, Controller, Process, Signal};
+    use crate::valve::{Assembly, Model};
+    use crate::{Bands, series};
+
+    /// A sticking loop under this controller, its set point stepping.
+    fn recorded(controller: Controller, gain: f64) -> Segment {
+        let bands = Bands::from_s_j(4.0, 2.0).unwrap();
+        let valve = Assembly::new(Model::TwoPhase.build(bands).unwrap());
+        let process = Process::first_order(gain, 8.0, 2.0).unwrap();
+        let mut plant = ClosedLoop::new(controller, valve, process);
+        plant.set_point = Signal::Steps(vec![(0.0, 3.0), (500.0, -2.0)]);
+        plant.measurement = vec![Signal::Noise { sd: 0.05, tau_s: 0.0, seed: 3 }];
+        (plant.sample_time, plant.samples) = (1.0, 1200);
+        let run = plant.run().unwrap();
+        Segment {
+            from: 0.0,
+            sample_time: 1.0,
+            op: run.op,
+            pv: Some(run.pv),
+            sp: Some(run.sp),
+            vp: None,
+            bridged: 0,
+        }
+    }
+
+    fn near(found: f64, truth: f64, within: f64) -> bool {
+        (found / truth - 1.0).abs() <= within
+    }
+
+    #[test]
+    fn settings_are_exact_where_every_execution_is_recorded() {
+        let pi = fit(&recorded(Controller::pi(0.6, 9.0).unwrap(), 1.2)).unwrap();
+        assert_eq!((pi.structure, pi.execution_s, pi.delay), (Structure::Pi, Some(1.0), 0));
+        assert!(near(pi.kc.value, 0.6, 1e-6) && near(pi.ti_s.unwrap().value, 9.0, 1e-6), "{pi:?}");
+        assert!(pi.explained > 0.999_999 && pi.low.is_none() && pi.gap == 0.0);
+        let p = fit(&recorded(Controller::p(1.5).unwrap(), 0.5)).unwrap();
+        assert!(p.structure == Structure::P && near(p.kc.value, 1.5, 1e-6), "{p:?}");
+        let pid = fit(&recorded(Controller::pid(0.6, 9.0, 2.0).unwrap(), 1.2)).unwrap();
+        assert_eq!(pid.structure, Structure::Pid);
+        assert!(near(pid.td_s.unwrap().value, 2.0, 1e-2), "{pid:?}");
+        let direct = fit(&recorded(Controller::pi(-0.6, 9.0).unwrap(), -1.2)).unwrap();
+        assert!(near(direct.kc.value, -0.6, 1e-6), "{direct:?}");
+    }
+
+    #[test]
+    fn a_constant_set_point_is_found_and_one_that_moves_is_missed() {
+        let segment = Segment { sp: None, ..recorded(Controller::pi(0.6, 9.0).unwrap(), 1.2) };
+        let why = fit(&segment).unwrap_err();
+        assert!(why.0.contains("no SP is recorded, and it moves"), "{why}");
+        let found = fit(&segment.part(550, 650)).unwrap();
+        assert!(near(found.set_point.unwrap().value, -2.0, 1e-4), "{found:?}");
+    }
+
+    #[test]
+    fn units_do_not_matter_and_rounding_widens() {
+        let segment = recorded(Controller::pi(0.6, 9.0).unwrap(), 1.2);
+        let scaled = Segment {
+            pv: segment.pv.as_ref().map(|x| x.iter().map(|v| 40.0 * v + 7.0).collect()),
+            sp: segment.sp.as_ref().map(|x| x.iter().map(|v| 40.0 * v + 7.0).collect()),
+            ..segment.clone()
+        };
+        let found = fit(&scaled).unwrap();
+        assert!(near(found.kc.value * 40.0, 0.6, 1e-6), "{found:?}");
+        let round = |x: &[f64]| x.iter().map(|v| (v / 0.1).round() * 0.1).collect::<Vec<f64>>();
+        let rounded = fit(&Segment { op: round(&segment.op), ..segment.clone() }).unwrap();
+        assert!(rounded.kc.low < 0.6 && 0.6 < rounded.kc.high, "{rounded:?}");
+        assert!(near(rounded.op_quantum, 0.1, 1e-9));
+    }
+
+    #[test]
+    fn what_is_no_controller_is_none() {
+        let segment = recorded(Controller::pi(0.6, 9.0).unwrap(), 1.2);
+        let mut stream = crate::closed_loop::NormalStream::new(9);
+        let op: Vec<f64> = (0..segment.len()).map(|_| stream.draw()).collect();
+        assert!(fit(&Segment { op, ..segment.clone() }).is_err());
+        let still = Segment { op: vec![50.0; segment.len()], ..segment.clone() };
+        assert!(fit(&still).unwrap_err().0.contains("does not move"));
+        assert!(fit(&Segment { pv: None, ..segment.clone() }).is_err());
+        assert!(fit(&segment.part(0, 20)).unwrap_err().0.contains("at least"));
+        assert_eq!(series::span(&still.op), 0.0);
+    }
+}

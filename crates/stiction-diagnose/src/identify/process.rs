@@ -1,0 +1,638 @@
+//! The process between valve position and PV: gain, lag and dead time, in closed loop, under disturbances that have a
+//! memory.
+//!
+//! # What it measures
+//! First order plus dead time, or an integrator plus dead time, with everything that the data do not tell apart: not
+//! one best process but all that explain the PV nearly as well, each with its weight.
+//!
+//! # Assumptions
+//! A linear process about one operating point. The input is known: a recorded valve position, or what a valve
+//! model makes of the OP. What disturbs the PV is an autoregression of the order [`ORDER`] of white noise, as long as
+//! it lasts.
+//!
+//! # Equations
+//! ```text
+//! z(k) = a z(k-1) + (1 - a) x(k-1),  a = exp(-Ts/tau)          self-regulating
+//! z(k) = z(k-1) + Ts x(k-1)                                    integrating
+//! A(q) (y(k) - K z(k-d) - c - w a^k) = e(k)                    integrating: w k in place of w a^k
+//! ```
+//! `A` comes from a regression of y on its own past and on past x; then from what the best process leaves, twice. For
+//! each tau and d of a grid K, c and w are those of least squares, and the grid is made finer about the likeliest.
+//! With the variance of e profiled out the log-likelihood is `-m/2 ln SSE`; a process has the weight
+//! `exp((likelihood - best) / `[`TEMPER`]`)`, because no process is of first order and no disturbance that simple.
+//! Intervals are the 5 and 95 % points of the weighted processes, K's own error included.
+//!
+//! # Limits
+//! * What moves the input must be more than what the PV's own noise makes the controller do: else the fit tends to the
+//!   inverse of the controller, and the interval is wide.
+//! * Second lags are told as part of the dead time.
+//! * A lag beyond a third of the record is told from an integrator by nothing: then gain and lag are not identified
+//!   one by one, but their ratio is.
+//!
+//! # References
+//! L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall (1999), for direct identification in
+//! closed loop with a noise model (recalled, not read). The weighting is ours.
+
+use super::fopdt::ProcessKind;
+use crate::detect::Abstention;
+use crate::fusion::Estimate;
+use crate::numeric::least_squares::{dot, least_squares};
+use crate::series::{centred, std};
+
+/// Samples below which nothing is fitted.
+pub const FEWEST_SAMPLES: usize = 80;
+/// Samples beyond which only the middle is looked at.
+pub const MOST_SAMPLES: usize = 4000;
+/// Order of the disturbance.
+pub const ORDER: usize = 4;
+/// By what log-likelihoods are divided.
+pub const TEMPER: f64 = 12.0;
+/// Relative standard deviation of gain and dead time, and two thirds of that of the lag, that no record takes away: a
+/// process is linear about one point only, and its lags are more than one.
+pub const NEVER_KNOWN: f64 = 0.13;
+/// By how many nats the input must explain the PV better than its own past.
+pub const LEAST: f64 = 20.0;
+/// Share of what is new in the input that the PV must leave unexplained: below it the controller does nothing but
+/// answer, and the process cannot be told from the controller's inverse.
+pub const LEAST_EXCITED: f64 = 0.2;
+/// Ratio of the ends of an interval beyond which a number is not identified.
+pub const WIDEST: f64 = 6.0;
+/// Past inputs of the regression from which the first noise model comes, samples.
+const PAST: [usize; 9] = [1, 2, 3, 5, 8, 13, 21, 34, 55];
+/// Lags and, at most, delays of the first grid.
+const LAGS: usize = 14;
+const DELAYS: usize = 26;
+
+/// One process that explains the PV, and how well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Units of PV per percent; of one that integrates, per percent and second.
+    pub gain: f64,
+    /// Standard error of the gain.
+    pub error: f64,
+    /// Time constant, s; infinite of one that integrates.
+    pub lag_s: f64,
+    /// Dead time, s.
+    pub dead_time_s: f64,
+    /// All weights add up to 1.
+    pub weight: f64,
+}
+
+impl Candidate {
+    /// How fast the PV first moves after a step of one percent, units of PV per second.
+    pub fn slope(&self) -> f64 {
+        if self.lag_s.is_finite() { self.gain / self.lag_s } else { self.gain }
+    }
+}
+
+/// A process as OP, or valve position, and PV show it.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct FittedProcess {
+    /// What it does under a constant input.
+    pub kind: ProcessKind,
+    /// Units of PV per percent; `None` of one that integrates, and where it is not known apart from the lag.
+    pub gain: Option<Estimate>,
+    /// Time constant, s; `None` likewise.
+    #[cfg_attr(feature = "serde", serde(rename = "tau"))]
+    pub lag_s: Option<Estimate>,
+    /// How fast the PV first moves after a step of one percent, units of PV per second: gain over lag, which is
+    /// known where the two are not.
+    pub slope: Estimate,
+    /// Dead time with all small lags, s.
+    #[cfg_attr(feature = "serde", serde(rename = "delay"))]
+    pub dead_time_s: Estimate,
+    /// Share of the PV's innovations that the input explains.
+    pub explained: f64,
+    /// What the data do not tell apart, in a sentence; `None` where they do.
+    pub jointly: Option<String>,
+    /// Standard deviation of what disturbs the PV, in its units.
+    pub disturbance_sd: f64,
+    /// Standard deviation of what is new in it from sample to sample.
+    pub innovation_sd: f64,
+    /// The processes that explain the PV nearly as well, the likeliest first.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub candidates: Vec<Candidate>,
+    /// The noise model of the PV: how it follows from its own last [`ORDER`] samples.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub noise: Vec<f64>,
+    /// Log-likelihood of the best over that of no input at all, nats.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub gained: f64,
+}
+
+/// Fits the process between `input`, percent, and `pv`, sampled every `step` seconds. `sign` is that of its gain, where
+/// it is known, such as from the controller's.
+///
+/// # Errors
+/// In words: why it cannot be told.
+pub fn fit(
+    input: &[f64],
+    pv: &[f64],
+    step: f64,
+    sign: Option<f64>,
+) -> Result<FittedProcess, Abstention> {
+    let n = input.len();
+    if n != pv.len() || n < FEWEST_SAMPLES {
+        return Err(Abstention(format!(
+            "a process is fitted to at least {FEWEST_SAMPLES} samples of OP and PV; there are {n}"
+        )));
+    }
+    let still = || Abstention("the OP or the PV does not move".to_owned());
+    let (x, of_x) = of_variance_one(input).ok_or_else(still)?;
+    let (y, of_y) = of_variance_one(pv).ok_or_else(still)?;
+    let bench = Bench { x: &x, y: &y, sign };
+    let mut found = bench.best()?;
+    found.scale(of_y / of_x, of_y, step);
+    Ok(found.told(step))
+}
+
+/// The middle of a signal, at most [`MOST_SAMPLES`] of it, with mean 0 and variance 1, and its standard deviation;
+/// `None` if it does not move.
+fn of_variance_one(x: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let spare = x.len().saturating_sub(MOST_SAMPLES);
+    let mut middle = centred(&x[spare / 2..x.len() - spare.div_ceil(2)]);
+    let sd = std(&middle);
+    middle.iter_mut().for_each(|v| *v /= sd);
+    (sd > 0.0).then_some((middle, sd))
+}
+
+impl FittedProcess {
+    /// How well the likeliest of its processes, at most so many, explain the PV behind another `input`, such as
+    /// the path of another valve: each with the gain that suits it, and its log-likelihood, nats over any constant.
+    /// None behind one that does not move.
+    pub fn behind(
+        &self,
+        input: &[f64],
+        pv: &[f64],
+        step: f64,
+        most: usize,
+    ) -> Vec<(Candidate, f64)> {
+        let (Some((x, of_x)), Some((y, of_y))) = (of_variance_one(input), of_variance_one(pv))
+        else {
+            return vec![];
+        };
+        let bench = Bench { x: &x, y: &y, sign: None };
+        let last = most_delay(&bench.delays());
+        let one = |candidate: &Candidate| {
+            let delays = [candidate.dead_time_s / step, last];
+            let point = bench.at(candidate.lag_s / step, &delays, &self.noise)[0];
+            let per = of_y / of_x / if candidate.lag_s.is_finite() { 1.0 } else { step };
+            let m = y.len() as f64 - ORDER as f64 - last;
+            let error = TEMPER.sqrt() * point.error * per;
+            let found = Candidate { gain: point.gain * per, error, ..*candidate };
+            (found, -0.5 * m * point.sse.ln())
+        };
+        self.candidates.iter().take(most).map(one).collect()
+    }
+}
+
+/// Signals of variance one.
+struct Bench<'a> {
+    x: &'a [f64],
+    y: &'a [f64],
+    sign: Option<f64>,
+}
+
+/// A process on the grid; times in samples.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    /// Infinite of an integrator.
+    lag: f64,
+    delay: f64,
+    gain: f64,
+    error: f64,
+    sse: f64,
+}
+
+/// What was found.
+struct Found {
+    points: Vec<Candidate>,
+    kind: ProcessKind,
+    explained: f64,
+    noise: Vec<f64>,
+    gained: f64,
+    disturbance_sd: f64,
+    innovation_sd: f64,
+}
+
+/// The coefficients of a regression of the series on its own past: `x(k) = sum a(i) x(k - i)`.
+fn regression(x: &[f64], inputs: &[Vec<f64>], from: usize) -> Option<Vec<f64>> {
+    let columns: Vec<&[f64]> = (1..=ORDER)
+        .map(|i| &x[from - i..x.len() - i])
+        .chain(inputs.iter().map(|column| &column[..]))
+        .collect();
+    let solved = least_squares(&columns, &x[from..])?;
+    Some(solved.coefficients[..ORDER].to_vec())
+}
+
+/// `A x`, from the sample [`ORDER`] on.
+fn whitened(x: &[f64], a: &[f64]) -> Vec<f64> {
+    (ORDER..x.len())
+        .map(|k| x[k] - a.iter().enumerate().map(|(i, a)| a * x[k - 1 - i]).sum::<f64>())
+        .collect()
+}
+
+/// The answer of a process with this lag and without delay, its gain 1.
+fn answer(x: &[f64], lag: f64) -> Vec<f64> {
+    let mut z = Vec::with_capacity(x.len());
+    let (keep, add) = if lag.is_finite() {
+        let keep = (-1.0 / lag).exp();
+        (keep, 1.0 - keep)
+    } else {
+        (1.0, 1.0)
+    };
+    let (mut state, mut before) = (0.0, 0.0);
+    for v in x {
+        state = keep * state + add * before;
+        before = *v;
+        z.push(state);
+    }
+    z
+}
+
+/// Orthonormal columns, those that are nearly in the span of others left out.
+fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = vec![];
+    for mut column in columns {
+        let size = dot(&column, &column);
+        for unit in &basis {
+            let share = dot(&column, unit);
+            column.iter_mut().zip(unit).for_each(|(c, u)| *c -= share * u);
+        }
+        let left = dot(&column, &column);
+        if left > 1e-9 * size && left > 0.0 {
+            let scale = left.sqrt().recip();
+            column.iter_mut().for_each(|c| *c *= scale);
+            basis.push(column);
+        }
+    }
+    basis
+}
+
+impl Bench<'_> {
+    /// Lags of a grid, samples: from a third of a sample to a third of the record.
+    fn lags(&self) -> Vec<f64> {
+        let (low, high) = (0.35_f64, self.x.len() as f64 / 3.0);
+        (0..LAGS).map(|i| low * (high / low).powf(i as f64 / (LAGS - 1) as f64)).collect()
+    }
+
+    /// Delays of a grid, samples: all of the first, then further apart.
+    fn delays(&self) -> Vec<f64> {
+        let longest = (self.x.len() / 8).max(4);
+        let mut delays = vec![0];
+        while delays.len() < DELAYS && delays[delays.len() - 1] < longest {
+            let last = delays[delays.len() - 1];
+            delays.push(last + 1 + last / 6);
+        }
+        delays.into_iter().map(|delay| delay as f64).collect()
+    }
+
+    /// Gain and what is left for a lag, at these delays.
+    fn at(&self, lag: f64, delays: &[f64], a: &[f64]) -> Vec<Point> {
+        let n = self.y.len();
+        let w = whitened(self.y, a);
+        let all = whitened(&answer(self.x, lag), a);
+        let along: Vec<f64> = match lag.is_finite() {
+            true => (0..n).map(|k| (-(k as f64) / lag).exp()).collect(),
+            false => (0..n).map(|k| k as f64 / n as f64).collect(),
+        };
+        let basis = orthonormal(vec![whitened(&vec![1.0; n], a), whitened(&along, a)]);
+        // Of all delays the same samples.
+        let skip = (most_delay(delays) as usize).min(w.len() / 2);
+        let basis: Vec<Vec<f64>> = orthonormal(basis.iter().map(|b| b[skip..].to_vec()).collect());
+        let w = &w[skip..];
+        let of_w: Vec<f64> = basis.iter().map(|b| dot(b, w)).collect();
+        let free = dot(w, w) - dot(&of_w, &of_w);
+        let m = w.len() as f64;
+        let mut moved = vec![0.0; w.len()];
+        let one = |delay: &f64| {
+            let whole = (delay.floor() as usize).min(skip);
+            let share = delay - delay.floor();
+            let mut z = &all[skip - whole..][..w.len()];
+            if share > 0.0 && whole < skip {
+                // Between two samples the held input is that of either for its share.
+                let later = &all[skip - whole - 1..][..w.len()];
+                for (m, (now, later)) in moved.iter_mut().zip(z.iter().zip(later)) {
+                    *m = (1.0 - share) * now + share * later;
+                }
+                z = &moved;
+            }
+            let of_z: Vec<f64> = basis.iter().map(|b| dot(b, z)).collect();
+            let square = dot(z, z) - dot(&of_z, &of_z);
+            let product = dot(z, w) - dot(&of_z, &of_w);
+            let mut gain = if square > 0.0 { product / square } else { 0.0 };
+            if self.sign.is_some_and(|sign| sign * gain < 0.0) {
+                gain = 0.0;
+            }
+            let sse = (free - gain * (2.0 * product - gain * square)).max(1e-12 * m);
+            let error = (sse / m / square.max(1e-300)).sqrt();
+            Point { lag, delay: *delay, gain, error, sse }
+        };
+        delays.iter().map(one).collect()
+    }
+
+    /// What a process leaves of the PV.
+    fn left(&self, point: &Point) -> Vec<f64> {
+        let z = answer(self.x, point.lag);
+        let whole = point.delay.floor() as usize;
+        let share = point.delay - point.delay.floor();
+        let before = |k: usize, by: usize| if k < by { 0.0 } else { z[k - by] };
+        let made = |k: usize| (1.0 - share) * before(k, whole) + share * before(k, whole + 1);
+        let rest: Vec<f64> = (0..self.y.len()).map(|k| self.y[k] - point.gain * made(k)).collect();
+        crate::series::detrended(&rest)
+    }
+
+    fn best(&self) -> Result<Found, Abstention> {
+        let lost = || Abstention("the PV cannot be regressed on its past".to_owned());
+        let n = self.y.len();
+        let from = PAST.iter().copied().filter(|lag| lag * 8 < n).max().unwrap_or(1).max(ORDER);
+        let inputs: Vec<Vec<f64>> = PAST
+            .iter()
+            .filter(|lag| **lag <= from)
+            .map(|lag| self.x[from - lag..n - lag].to_vec())
+            .collect();
+        let mut a = regression(self.y, &inputs, from).ok_or_else(lost)?;
+        let (lags, delays) = (self.lags(), self.delays());
+        let mut best: Option<Point> = None;
+        let mut all = vec![];
+        for round in 0..3 {
+            all.clear();
+            if round == 0 {
+                for lag in lags.iter().copied().chain([f64::INFINITY]) {
+                    all.extend(self.at(lag, &delays, &a));
+                }
+            } else if let Some(point) = best {
+                all = self.finer(&point, &lags, &delays, &a);
+            }
+            best = all.iter().copied().min_by(|p, q| p.sse.total_cmp(&q.sse));
+            if let Some(point) = &best
+                && round < 2
+            {
+                a = regression(&self.left(point), &[], ORDER).ok_or_else(lost)?;
+            }
+        }
+        let best = best.filter(|point| point.gain != 0.0).ok_or_else(|| {
+            Abstention("its gain would have the sign of the controller's inverse".to_owned())
+        })?;
+        let skip = most_delay(&delays) as usize;
+        let m = (n - ORDER - skip.min((n - ORDER) / 2)) as f64;
+        let without = {
+            let a = regression(self.y, &[], ORDER).ok_or_else(lost)?;
+            let w = whitened(&crate::series::detrended(self.y), &a);
+            dot(&w, &w) / w.len() as f64
+        };
+        let likelihood = |sse: f64| -0.5 * m * (sse / m).ln();
+        let top = likelihood(best.sse);
+        let gained = top + 0.5 * m * without.ln();
+        if gained < LEAST {
+            return Err(Abstention(
+                "OP, or valve, explain nothing of the PV that its own past does not; a \
+                 set-point step, or a record in which more happens, would tell"
+                    .to_owned(),
+            ));
+        }
+        let weigh = |point: &Point| ((likelihood(point.sse) - top) / TEMPER).exp();
+        // On a grid even in the logarithm of the lag, an integrator stands for all that are slower.
+        let mut points: Vec<Candidate> = all
+            .iter()
+            .map(|point| Candidate {
+                gain: point.gain,
+                error: point.error * TEMPER.sqrt(),
+                lag_s: point.lag,
+                dead_time_s: point.delay,
+                weight: weigh(point),
+            })
+            .filter(|candidate| candidate.weight > 1e-4 && candidate.gain != 0.0)
+            .collect();
+        let total: f64 = points.iter().map(|point| point.weight).sum();
+        points.iter_mut().for_each(|point| point.weight /= total);
+        points.sort_by(|p, q| q.weight.total_cmp(&p.weight));
+        let integrates: f64 =
+            points.iter().filter(|p| p.lag_s.is_infinite()).map(|p| p.weight).sum();
+        if self.excited() < LEAST_EXCITED {
+            return Err(Abstention(
+                "OP, or valve, do nothing but answer the PV, so that process and \
+                 controller cannot be told apart; a set-point step would tell"
+                    .to_owned(),
+            ));
+        }
+        let left = self.left(&best);
+        Ok(Found {
+            kind: match integrates > 0.5 {
+                true => ProcessKind::Integrating,
+                false => ProcessKind::SelfRegulating,
+            },
+            points,
+            explained: 1.0 - best.sse / m / without,
+            noise: a,
+            gained,
+            disturbance_sd: std(&left),
+            innovation_sd: (best.sse / m).sqrt(),
+        })
+    }
+
+    /// The grid about a point: between the lags, and delays near by.
+    fn finer(&self, point: &Point, lags: &[f64], delays: &[f64], a: &[f64]) -> Vec<Point> {
+        let near: Vec<f64> = match point.lag.is_finite() {
+            true => (-14..=14).map(|i| point.lag * 1.14_f64.powi(i)).collect(),
+            false => lags[lags.len() - 3..].to_vec(),
+        };
+        let longest = self.x.len() as f64;
+        let near = near.into_iter().filter(|lag| (0.25..longest).contains(lag));
+        let reach = 2.0 + 0.5 * point.delay;
+        let apart = (reach / 10.0).max(0.25);
+        // The samples compared are those of the coarse grid.
+        let last = delays[delays.len() - 1];
+        let mut around: Vec<f64> = (-10..=10)
+            .map(|i| point.delay + f64::from(i) * apart)
+            .filter(|delay| (0.0..last).contains(delay))
+            .collect();
+        around.push(last);
+        near.chain([f64::INFINITY]).flat_map(|lag| self.at(lag, &around, a)).collect()
+    }
+
+    /// How much of what is new in the input the PV does not explain: where a linear controller answers nothing but
+    /// the PV, next to nothing.
+    fn excited(&self) -> f64 {
+        let from = ORDER;
+        let n = self.x.len();
+        let past: Vec<&[f64]> = (1..=ORDER).map(|i| &self.x[from - i..n - i]).collect();
+        let seen = (0..=ORDER).map(|i| &self.y[from - i..n - i]);
+        let both: Vec<&[f64]> = past.iter().copied().chain(seen).collect();
+        let left = |columns: &[&[f64]]| least_squares(columns, &self.x[from..]).map(|s| s.sse);
+        match (left(&past), left(&both)) {
+            (Some(alone), Some(with)) if alone > 0.0 => with / alone,
+            _ => 1.0,
+        }
+    }
+}
+
+/// The longest of some delays, whole samples.
+fn most_delay(delays: &[f64]) -> f64 {
+    delays.iter().fold(0.0, |most: f64, delay| most.max(*delay)).ceil()
+}
+
+impl Found {
+    /// From samples and standard deviations to seconds and units.
+    fn scale(&mut self, gain: f64, of_y: f64, step: f64) {
+        for point in &mut self.points {
+            let per = if point.lag_s.is_finite() { 1.0 } else { step };
+            point.gain *= gain / per;
+            point.error *= gain / per;
+            point.lag_s *= step;
+            point.dead_time_s *= step;
+        }
+        self.disturbance_sd *= of_y;
+        self.innovation_sd *= of_y;
+    }
+
+    fn told(self, step: f64) -> FittedProcess {
+        let settles: Vec<Candidate> =
+            self.points.iter().copied().filter(|p| p.lag_s.is_finite()).collect();
+        let slope = weighted(&self.points, |p| {
+            (p.slope(), (p.error * p.slope() / p.gain).hypot(NEVER_KNOWN * p.slope()))
+        });
+        let mut dead = weighted(&self.points, |p| {
+            (p.dead_time_s, (0.5 * step).hypot(NEVER_KNOWN * p.dead_time_s))
+        });
+        dead.low = dead.low.max(0.0);
+        let share: f64 = settles.iter().map(|p| p.weight).sum();
+        let (mut gain, mut lag, mut jointly) = (None, None, None);
+        if self.kind == ProcessKind::SelfRegulating && !settles.is_empty() {
+            let of_gain = weighted(&settles, |p| (p.gain, p.error.hypot(NEVER_KNOWN * p.gain)));
+            let of_lag = weighted(&settles, |p| (p.lag_s, 1.5 * NEVER_KNOWN * p.lag_s));
+            let wide = |e: &Estimate| {
+                !(e.low * e.high > 0.0 && (e.high / e.low).max(e.low / e.high) < WIDEST)
+            };
+            if share < 0.95 || wide(&of_gain) || wide(&of_lag) {
+                jointly = Some(
+                    "gain and lag are known together only: the PV's first slope after a step is, where it would end is \
+                     not; the record shows no settled step"
+                        .to_owned(),
+                );
+            }
+            if share >= 0.95 && !wide(&of_gain) {
+                gain = Some(of_gain);
+            }
+            if share >= 0.95 && !wide(&of_lag) {
+                lag = Some(of_lag);
+            }
+        }
+        FittedProcess {
+            kind: self.kind,
+            gain,
+            lag_s: lag,
+            slope,
+            dead_time_s: dead,
+            explained: self.explained,
+            jointly,
+            disturbance_sd: self.disturbance_sd,
+            innovation_sd: self.innovation_sd,
+            candidates: self.points,
+            gained: self.gained,
+            noise: self.noise,
+        }
+    }
+}
+
+/// Median and the 5 and 95 % points of what candidates say, each a normal distribution of this mean and standard
+/// deviation.
+fn weighted(points: &[Candidate], of: impl Fn(&Candidate) -> (f64, f64)) -> Estimate {
+    let all: Vec<(f64, f64, f64)> = points
+        .iter()
+        .map(|p| {
+            let (mean, sd) = of(p);
+            (mean, sd.abs(), p.weight)
+        })
+        .collect();
+    let total: f64 = all.iter().map(|(.., weight)| weight).sum();
+    let low = all.iter().map(|(m, s, _)| m - 5.0 * s).fold(f64::INFINITY, f64::min);
+    let high = all.iter().map(|(m, s, _)| m + 5.0 * s).fold(f64::NEG_INFINITY, f64::max);
+    let below = |v: f64| -> f64 {
+        let share = |(m, s, w): &(f64, f64, f64)| w * normal((v - m) / s.max(1e-300));
+        all.iter().map(share).sum::<f64>() / total
+    };
+    let at = |p: f64| {
+        let (mut low, mut high) = (low, high);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if below(middle) < p { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    };
+    Estimate { value: at(0.5), low: at(0.05), high: at(0.95) }
+}
+
+/// The normal distribution's cumulative function.
+fn normal(z: f64) -> f64 {
+    0.5 * statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::{DeadTime, NormalStream, Process, ProcessBank};
+    use crate::simd::Lane;
+
+    /// An input that moves in steps, and what a process makes of it under noise that has a memory.
+    fn recorded(process: &Process, noise: f64) -> (Vec<f64>, Vec<f64>) {
+        let sampled = process.sampled(1.0, DeadTime::Nearest).unwrap();
+        let mut bank = ProcessBank::<1, 2>::new([&sampled]);
+        let mut stream = NormalStream::new(4);
+        let (mut input, mut disturbance) = (0.0, 0.0);
+        let mut line = std::collections::VecDeque::from(vec![0.0; sampled.delay()]);
+        (0..1500)
+            .map(|k| {
+                let y = bank.output(0);
+                disturbance = 0.9 * disturbance + noise * stream.draw();
+                if k % 23 == 0 {
+                    input = 2.0 * stream.draw();
+                }
+                line.push_back(input);
+                bank.advance(Lane([line.pop_front().unwrap_or(input)]));
+                (input, y + disturbance)
+            })
+            .unzip()
+    }
+
+    #[test]
+    fn a_lag_is_found_with_its_gain_and_dead_time() {
+        let (x, y) = recorded(&Process::first_order(1.5, 12.0, 4.0).unwrap(), 0.05);
+        let found = fit(&x, &y, 1.0, Some(1.0)).unwrap();
+        let within = |e: &Estimate, truth: f64| e.low <= truth && truth <= e.high;
+        assert_eq!(found.kind, ProcessKind::SelfRegulating);
+        assert!(
+            within(&found.gain.unwrap(), 1.5) && within(&found.lag_s.unwrap(), 12.0),
+            "{found:?}"
+        );
+        assert!(within(&found.dead_time_s, 4.0), "{:?}", found.dead_time_s);
+        assert!(found.jointly.is_none() && found.explained > 0.5);
+        let total: f64 = found.candidates.iter().map(|c| c.weight).sum();
+        assert!((total - 1.0).abs() < 1e-9);
+        // In other units, and slower.
+        let y: Vec<f64> = y.iter().map(|v| 30.0 * v - 4.0).collect();
+        let scaled = fit(&x, &y, 10.0, Some(1.0)).unwrap();
+        let ratio = scaled.gain.unwrap().value / found.gain.unwrap().value;
+        assert!((ratio - 30.0).abs() < 1e-6, "{ratio}");
+        assert!((scaled.lag_s.unwrap().value / found.lag_s.unwrap().value - 10.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_integrator_has_a_slope() {
+        let (x, y) = recorded(&Process::integrator(0.02, 3.0).unwrap(), 0.02);
+        let found = fit(&x, &y, 1.0, None).unwrap();
+        assert!(found.slope.low <= 0.02 && 0.02 <= found.slope.high, "{found:?}");
+        assert!(found.gain.is_none());
+    }
+
+    #[test]
+    fn what_explains_nothing_is_not_identified() {
+        let (x, _) = recorded(&Process::first_order(1.0, 5.0, 1.0).unwrap(), 0.1);
+        let mut stream = NormalStream::new(12);
+        let noise: Vec<f64> = x.iter().map(|_| stream.draw()).collect();
+        assert!(fit(&x, &noise, 1.0, None).unwrap_err().0.contains("would tell"));
+        assert!(fit(&x[..40], &noise[..40], 1.0, None).unwrap_err().0.contains("at least"));
+        assert!(fit(&vec![1.0; 200], &noise[..200], 1.0, None).is_err());
+    }
+}

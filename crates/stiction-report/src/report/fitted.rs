@@ -1,0 +1,166 @@
+//! Whether the loop that was fitted explains what was recorded, and what an action would bring.
+
+use super::layout::{Block, Section, Table, number};
+use super::views::WIDTH;
+use stiction_diagnose::diagnose::{Diagnosis, VerdictClass};
+use stiction_diagnose::fit::cycle::{Predicted, Recorded};
+use stiction_diagnose::fit::{Fit, FitOptions, Prospects, fit, prospects};
+use stiction_diagnose::fusion::Estimate;
+use stiction_figure::figure::{Annotation, Figure, Panel, Scale, Series, colour};
+
+/// Names of the rows of the figure.
+const ROWS: &[&str] = &["", "PV swing", "OP swing", "period", ""];
+
+/// Adds what the fitted loop says of a valve that is accused; of others nobody has asked.
+pub(super) fn blocks(section: Section, diagnosis: &Diagnosis) -> Section {
+    if diagnosis.verdict.class != VerdictClass::Sticks {
+        return section;
+    }
+    match fit(diagnosis, &FitOptions::default()) {
+        Ok(fit) => told(section, &fit),
+        Err(_) => section,
+    }
+}
+
+fn told(mut section: Section, fit: &Fit) -> Section {
+    section = section.heading("Does the loop itself explain the swing?");
+    match (fit.cycle.known(), fit.cycle.why_not()) {
+        (Some(cycle), _) => {
+            section = section.with(Block::Paragraph(cycle.sentence.clone()));
+            if let (Some(recorded), Some(predicted)) = (&cycle.recorded, &cycle.predicted) {
+                section = section.with(figure(recorded, predicted));
+            }
+        }
+        (None, why) => {
+            let why = why.unwrap_or("it was not tested");
+            section = section.with(Block::Paragraph(format!("Not tested: {why}.")));
+        }
+    }
+    section = section.with(parts(fit));
+    match prospects(fit) {
+        Ok(found) => {
+            section = section.heading("What would it bring?").with(actions(&found));
+            if !found.advice.is_empty() {
+                section = section.with(Block::List { ordered: false, items: found.advice });
+            }
+        }
+        Err(why) => {
+            section = section.with(Block::Paragraph(format!(
+                "What an action would bring is not told: {why}. The verdict rests on more than this fit: carry out the \
+                 manual test first."
+            )));
+        }
+    }
+    section
+}
+
+fn range(of: &Estimate) -> String {
+    format!("{} to {}", number(of.low), number(of.high))
+}
+
+/// The parts of the loop with their intervals.
+fn parts(fit: &Fit) -> Table {
+    let caption = "The loop, identified from the recording: best values with 90 % intervals.";
+    let mut table = Table::new(caption).words("part").words("value").words("interval");
+    let mut row = |name: &str, of: &Estimate, unit: &str| {
+        let value = format!("{} {unit}", number(of.value));
+        let cells = [name.to_owned(), value.trim_end().to_owned(), range(of)];
+        table = std::mem::take(&mut table).row(cells);
+    };
+    if let Some(c) = fit.controller.known() {
+        row(&format!("controller ({}): Kc", c.structure.name()), &c.kc, "% per PV unit");
+        c.ti_s.iter().for_each(|ti| row("Ti", ti, "s"));
+        c.td_s.iter().for_each(|td| row("Td", td, "s"));
+        c.set_point.iter().for_each(|sp| row("set point, not recorded", sp, ""));
+    }
+    if let Some(valve) = fit.valve.known() {
+        row("valve: S", &valve.s, "%");
+        row("J", &valve.j, "%");
+    }
+    if let Some(p) = fit.process.known() {
+        match &p.gain {
+            Some(gain) => row("process: gain", gain, "PV units per %"),
+            None => row("process: first slope", &p.slope, "PV units per % and s"),
+        }
+        p.lag_s.iter().for_each(|lag| row("lag", lag, "s"));
+        row("dead time", &p.dead_time_s, "s");
+    }
+    let missing = [
+        ("controller", fit.controller.why_not()),
+        ("valve", fit.valve.why_not()),
+        ("process", fit.process.why_not()),
+    ];
+    for (name, why) in missing {
+        if let Some(why) = why {
+            table = table.row([name.to_owned(), "not identified".to_owned(), why.to_owned()]);
+        }
+    }
+    table
+}
+
+/// What was recorded beside what was predicted, each over what was recorded.
+fn figure(recorded: &Recorded, predicted: &Predicted) -> Figure {
+    let all = [
+        (3.0, recorded.period_s, &predicted.period_s),
+        (2.0, recorded.op, &predicted.op),
+        (1.0, recorded.pv, &predicted.pv),
+    ];
+    let (mut x, mut y, mut middle, mut at) = (vec![], vec![], vec![], vec![]);
+    let mut most: f64 = 1.2;
+    for (place, is, of) in all {
+        if !(is > 0.0) {
+            continue;
+        }
+        let (low, high) = (of.low / is, (of.high / is).min(4.0));
+        x.extend([low, high]);
+        y.extend([place, place]);
+        middle.push((of.value / is).min(4.0));
+        at.push(place);
+        most = most.max(1.1 * high);
+    }
+    let breaks: Vec<usize> = (2..x.len()).step_by(2).collect();
+    let panel = Panel::new("predicted over recorded", "")
+        .x_range(0.0, most)
+        .y_range(0.3, 3.7)
+        .y_scale(Scale::Names(ROWS))
+        .with(Series::line("90 % of the loops drawn", x, y).colour(colour::BLUE).breaks(breaks))
+        .with(Series::points("median", middle, at).colour(colour::VERMILION))
+        .note(Annotation::vertical_line(1.0, "as recorded"))
+        .height(130.0);
+    Figure::new("The limit cycle of the fitted loop beside the recorded swing")
+        .caption(
+            "Where the bars reach the line, the fitted loop cycles by itself as the recording does. Noise and loads make \
+             a stem slip sooner than it would by itself.",
+        )
+        .with(panel)
+        .width(WIDTH)
+}
+
+/// What the actions would bring.
+fn actions(found: &Prospects) -> Table {
+    let caption = format!(
+        "What each action would bring, on {} loops that the recording leaves possible: 5 and 95 % points, ranked by the \
+         upper end of the control error.",
+        found.loops
+    );
+    let table = Table::new(caption)
+        .words("action")
+        .words("PV swing, times now")
+        .words("PV swing, ±")
+        .words("valve travel, % per hour")
+        .words("benefit");
+    found.actions.iter().fold(table, |table, row| {
+        let benefit = match row.sure {
+            sure if sure >= 0.95 => "certain",
+            sure if sure > 0.5 => "probable",
+            _ => "not certain",
+        };
+        table.row([
+            row.action.name().to_owned(),
+            range(&row.pv_swing_ratio),
+            range(&row.pv_swing),
+            range(&row.travel),
+            if row.action.name() == "as it is" { String::new() } else { benefit.to_owned() },
+        ])
+    })
+}
