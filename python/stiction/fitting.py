@@ -212,7 +212,7 @@ class PredictedSwing(Result):
 
 @result
 class FittedCycle(Result):
-    """The limit cycle of a fitted loop beside the swing that was recorded.
+    """The swing that was recorded beside what the fitted loop does by itself, and would do behind a valve that follows.
 
     Attributes
     ----------
@@ -222,8 +222,12 @@ class FittedCycle(Result):
         What the loop does by itself; None where hardly a loop that is possible cycles.
     cycling : float
         Share of the loops drawn that cycle at all, from 0 to 1.
+    pv_swing_left : Estimate or None
+        Share of the PV's swing that would be left, had the valve followed its OP; None where nothing oscillates, and
+        where it could not be computed.
     explained : bool or None
-        Whether the one explains the other; None where nothing oscillates.
+        Whether the valve explains the swing: the fitted loop cycles as the recording does, or so much of the swing would
+        be gone without the valve's sticking. None where nothing oscillates.
     sentence : str
         The same in words.
     """
@@ -231,6 +235,7 @@ class FittedCycle(Result):
     recorded: RecordedSwing | None
     predicted: PredictedSwing | None
     cycling: float
+    pv_swing_left: Estimate | None
     explained: bool | None
     sentence: str
 
@@ -274,6 +279,8 @@ class Prospect(Result):
         The same over that of the loop as it is, loop by loop.
     error : Estimate
         Mean absolute control error, in units of the PV.
+    error_ratio : Estimate
+        The same over that of the loop as it is, loop by loop.
     travel : Estimate
         Travel of the valve, percent of span per hour.
     settling_s : Estimate or None
@@ -289,6 +296,7 @@ class Prospect(Result):
     pv_swing: Estimate
     pv_swing_ratio: Estimate
     error: Estimate
+    error_ratio: Estimate
     travel: Estimate
     settling_s: Estimate | None
     sure: float
@@ -302,7 +310,7 @@ class Prospects(Result):
     Attributes
     ----------
     actions : list of Prospect
-        The actions, the best first: by the upper end of the control error.
+        The actions, the best first: by the upper end of the ratio of the control error, then by effort.
     loops : int
         How many loops that the recording leaves possible were simulated.
     advice : list of str

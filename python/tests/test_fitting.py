@@ -75,8 +75,9 @@ def test_prospects_are_ranked_with_intervals(fitted):
     prospects = fitted.prospects()
     actions = {row.action: row for row in prospects.actions}
     assert {"as it is", "valve repaired", "repaired and retuned"} <= actions.keys() and prospects.loops > 2
-    errors = [row.error.high for row in prospects.actions]
-    assert errors == sorted(errors)
+    # Ranked by the pessimistic end; those as good as each other by effort.
+    worst = [row.error_ratio.high for row in prospects.actions]
+    assert all(first <= 1.15 * later for k, first in enumerate(worst) for later in worst[k:])
     repaired, present = actions["valve repaired"], actions["as it is"]
     assert repaired.pv_swing_ratio.value < 0.5 and repaired.sure >= 0.95 and repaired.tuning is None
     assert present.pv_swing_ratio.to_dict() == {"value": 1, "low": 1, "high": 1} and present.sure == 0

@@ -291,7 +291,8 @@ fn not(why: Option<&str>) -> String {
 
 /// What actions would bring, as text.
 pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
-    let head = ["action", "PV swing ±", "times now", "error", "travel %/h", "load s", "sure"];
+    let head =
+        ["action", "PV swing ±", "times now", "error", "times now", "travel %/h", "load s", "sure"];
     let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).to_vec()];
     let range = |of: &Estimate| format!("{} to {}", number(of.low), number(of.high));
     for row in &found.actions {
@@ -300,6 +301,7 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
             range(&row.pv_swing),
             range(&row.pv_swing_ratio),
             range(&row.error),
+            range(&row.error_ratio),
             range(&row.travel),
             row.settling_s.as_ref().map_or("-".to_owned(), range),
             format!("{:.0} %", 100.0 * row.sure),
@@ -308,9 +310,9 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
     let mut out = format!(
         "{name}: what could be done, on {} loops that the recording leaves possible\n\n{}\n",
         found.loops,
-        text::columns(&rows, &[false, true, true, true, true, true, true])
+        text::columns(&rows, &[false, true, true, true, true, true, true, true])
     );
-    let words = "5 and 95 % points; ranked by the upper end of the control error. PV swing: half of its peak-to-peak \
+    let words = "5 and 95 % points; ranked by the upper end of the control error, times now. PV swing: half of its peak-to-peak \
                  value; times now: over that of the loop as it is; error: mean absolute control error; load: time to \
                  settle after a load step, - if it does not; sure: share of the loops that swing clearly less.";
     for line in text::wrapped(words, 96) {

@@ -81,6 +81,7 @@ fn what_swings_from_outside_is_not_explained() {
         let json = run(&folder, &["fit", &sample(file), "--json"]).json();
         let cycle = &json["loops"][0]["fit"]["cycle"];
         assert_eq!(cycle["explained"], false, "{file}: {cycle}");
+        assert!(at(cycle, "pv_swing_left/high") > 0.9, "{file}: {cycle}");
     }
 }
 
@@ -95,8 +96,11 @@ fn what_an_action_would_bring_and_what_came() {
     assert!(at(named("valve repaired"), "pv_swing_ratio/value") < 0.6);
     assert!(at(named("valve repaired"), "sure") >= 0.95);
     assert_eq!(at(named("as it is"), "pv_swing_ratio/value"), 1.0);
-    let worst: Vec<f64> = actions.iter().map(|a| at(a, "error/high")).collect();
-    assert!(worst.is_sorted(), "{worst:?}");
+    // Ranked by the pessimistic end; those as good as each other by effort.
+    let worst: Vec<f64> = actions.iter().map(|a| at(a, "error_ratio/high")).collect();
+    for (k, first) in worst.iter().enumerate() {
+        assert!(worst[k..].iter().all(|later| *first <= 1.15 * later), "{worst:?}");
+    }
     assert!(at(named("retuned"), "tuning/Ms/high") > 1.0);
     let words = run(&folder, &["what-if", &file]).quiet_success();
     assert!(words.contains("- Repair the valve: the PV would swing less by"), "{words}");

@@ -1,7 +1,15 @@
-//! Whether the loop that was fitted cycles as the recording does.
+//! Whether the valve that was fitted makes the swing that was recorded.
+//!
+//! # What it computes
+//! Two answers, each over all loops drawn; one of them is enough:
+//! * The exact limit cycle: the loop would swing so by itself, without any disturbance. Noise and loads make a stem slip
+//!   sooner, and a recorded swing may be faster than that.
+//! * What the PV would have done behind a valve that follows ([`without`](super::without)): if a
+//!   good part of the swing were gone, the valve makes it, whatever else moves the loop.
 
 use super::Draw;
 use super::valve::quantiles;
+use super::without::left;
 use crate::diagnose::Diagnosis;
 use crate::fusion::Estimate;
 use crate::limit_cycle::exact;
@@ -16,6 +24,10 @@ pub const PERIOD_WITHIN: [f64; 2] = [1.15, 1.6];
 pub const SWING_WITHIN: f64 = 1.5;
 /// Share of the loops drawn that must cycle for the recording's swing to be explained by its valve.
 pub const LEAST_CYCLING: f64 = 0.5;
+
+/// The most of the swing that may be left by a valve that follows, in the median of the draws; in hardly a draw may it
+/// grow.
+pub const MOST_LEFT: f64 = 0.7;
 
 /// What was recorded of a swing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +63,11 @@ pub struct Cycle {
     pub predicted: Option<Predicted>,
     /// Share of the loops drawn that cycle at all.
     pub cycling: f64,
-    /// Whether the one explains the other; `None` where nothing oscillates.
+    /// Share of the PV's swing that would be left, had the valve followed its OP; `None` where nothing oscillates, and
+    /// where it could not be computed.
+    pub pv_swing_left: Option<Estimate>,
+    /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or at most
+    /// [`MOST_LEFT`] of the swing would be left without it. `None` where nothing oscillates.
     pub explained: Option<bool>,
     /// The same in words.
     pub sentence: String,
@@ -94,18 +110,22 @@ pub(super) fn tested(
         op: of(|c| c.1),
         pv: of(|c| c.2),
     });
+    let pv_swing_left = recorded.and_then(|recorded| left(draws, segment, recorded.period_s));
     let explained = recorded.map(|recorded| {
         let near = |value: f64, of: Estimate, [above, below]: [f64; 2]| {
             of.low / below <= value && value <= of.high * above
         };
-        cycling >= LEAST_CYCLING
-            && predicted.is_some_and(|predicted| {
-                near(recorded.period_s, predicted.period_s, PERIOD_WITHIN)
-                    && near(recorded.op, predicted.op, [SWING_WITHIN; 2])
-            })
+        let as_predicted = predicted.is_some_and(|predicted| {
+            near(recorded.period_s, predicted.period_s, PERIOD_WITHIN)
+                && near(recorded.op, predicted.op, [SWING_WITHIN; 2])
+        });
+        (cycling >= LEAST_CYCLING && as_predicted)
+            || pv_swing_left.is_some_and(|left| left.value < MOST_LEFT && left.high < 1.0)
     });
-    let sentence = sentence(recorded, predicted, cycling, explained);
-    Ok(Cycle { recorded, predicted, cycling, explained, sentence })
+    let mut cycle =
+        Cycle { recorded, predicted, cycling, pv_swing_left, explained, sentence: String::new() };
+    cycle.sentence = sentence(&cycle);
+    Ok(cycle)
 }
 
 /// The oscillation that was found, as numbers.
@@ -125,14 +145,9 @@ fn swing_of(x: &[f64], period_s: f64, sample_time: f64) -> Option<f64> {
     (!swings.is_empty()).then(|| 0.5 * crate::series::median(&swings))
 }
 
-fn sentence(
-    recorded: Option<Recorded>,
-    predicted: Option<Predicted>,
-    cycling: f64,
-    explained: Option<bool>,
-) -> String {
+fn sentence(cycle: &Cycle) -> String {
     let digits = |v: f64| crate::diagnose::digits(v);
-    let said = match (&predicted, cycling) {
+    let said = match (&cycle.predicted, cycle.cycling) {
         (Some(p), c) if c >= LEAST_CYCLING => format!(
             "the loop so fitted cycles by itself every {} to {} s, its OP by ±{} to ±{} %",
             digits(p.period_s.low),
@@ -148,17 +163,24 @@ fn sentence(
         }
         _ => "the loop so fitted does not cycle by itself".to_owned(),
     };
-    match (recorded, explained) {
-        (Some(r), Some(true)) => format!(
-            "Recorded: every {} s, OP by ±{} %; {said}: explained.",
-            digits(r.period_s),
-            digits(r.op)
-        ),
-        (Some(r), _) => format!(
-            "Recorded: every {} s, OP by ±{} %; {said}: its valve does not explain the swing.",
-            digits(r.period_s),
-            digits(r.op)
-        ),
-        _ => format!("Nothing oscillates in the recording; {said}."),
-    }
+    let Some(recorded) = cycle.recorded else {
+        return format!("Nothing oscillates in the recording; {said}.");
+    };
+    let left = cycle.pv_swing_left.map_or(String::new(), |left| {
+        let percent = |share: f64| format!("{:.0}", 100.0 * share.min(9.99));
+        format!(
+            ", and had the valve followed its OP, {} to {} % of the PV's swing would be left",
+            percent(left.low),
+            percent(left.high)
+        )
+    });
+    let so = match cycle.explained {
+        Some(true) => "its valve explains the swing",
+        _ => "its valve does not explain the swing",
+    };
+    format!(
+        "Recorded: every {} s, OP by ±{} %; {said}{left}: {so}.",
+        digits(recorded.period_s),
+        digits(recorded.op)
+    )
 }

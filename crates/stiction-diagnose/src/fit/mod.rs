@@ -8,8 +8,9 @@
 //! * [`process`]: gain, lag and dead time between valve and PV, with everything that the
 //!   data do not tell apart.
 //! * [`Draws`](Draw): loops drawn from all that is possible, seeded.
-//! * [`Cycle`]: the exact limit cycle of each of these loops beside the swing that was recorded. If they cycle as the
-//!   recording does, a sticking valve explains it; if not, something else swings the loop, however sticky it looks.
+//! * [`Cycle`]: the exact limit cycle of each of these loops beside the swing that was recorded, and the share of the
+//!   swing that would be left behind a valve that follows. If they cycle as the recording does, or little would be
+//!   left, a sticking valve explains it; if not, something else swings the loop, however sticky it looks.
 //!
 //! # Limits
 //! Those of the parts. What cannot be identified is said so, and then the explanation is not tested.
@@ -19,6 +20,7 @@ mod draw;
 pub mod prospects;
 pub mod ring;
 pub mod valve;
+mod without;
 
 pub use cycle::{Cycle, Recorded};
 pub use draw::Draw;
@@ -28,7 +30,11 @@ pub use valve::FittedValve;
 use crate::diagnose::Diagnosis;
 use crate::identify::controller::{self, FittedController};
 use crate::identify::process::{self, FittedProcess};
+use crate::recording::Segment;
 use crate::series::{line, mean};
+
+/// How often at most the process is fitted again behind the valve that explains the PV best.
+const ROUNDS: usize = 3;
 
 /// How many loops are drawn, and from which stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,6 +121,9 @@ pub struct Fit {
     /// Loops drawn from what is possible; none where a part is missing.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub draws: Vec<Draw>,
+    /// What it was fitted to.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub segment: Segment,
 }
 
 /// The loop behind a diagnosed recording.
@@ -156,8 +165,17 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
                     (Err(first), Err(other)) => Err(if first.is_empty() { other } else { first }),
                 };
             }
-            if let Ok(process) = &process {
-                let weighed = valve::weighed(valves, process, pv, step);
+            if let Ok(process) = &mut process {
+                let mut weighed = valve::weighed(&valves, process, pv, step);
+                // The process behind the likeliest valve of all, and again all valves before that process.
+                for _ in 0..ROUNDS {
+                    let Some(best) = valve::likeliest(&weighed, &valves) else { break };
+                    match process::fit(&best.path, pv, step, sign) {
+                        Ok(again) if again.gained > process.gained + 1.0 => *process = again,
+                        _ => break,
+                    }
+                    weighed = valve::weighed(&valves, process, pv, step);
+                }
                 chosen = Ok(valve::told(&weighed));
                 if let Ok(controller) = &controller {
                     draws = draw::drawn(controller, &weighed, step, options);
@@ -189,5 +207,6 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
         valve: Part::of(chosen),
         cycle: Part::of(cycle),
         draws,
+        segment: segment.clone(),
     })
 }

@@ -2,8 +2,8 @@
 //! intervals.
 //!
 //! # What it computes
-//! Every action is simulated on loops drawn from all that the recording leaves possible ([`Draw`]), with the disturbances
-//! that were recorded, through one protocol: left alone, measured, a set-point step, a load step. An action is
+//! Every action is simulated on loops drawn from all that the recording leaves possible ([`Draw`]), with noise like the
+//! recorded one if the valve explains the swing, else with all that the drawn loop leaves of the recording, through one protocol: left alone, measured, a set-point step, a load step. An action is
 //! chosen once, for the likeliest loop, as somebody would who has nothing but the recording; so it meets valves and
 //! processes it was not chosen for.
 //!
@@ -17,10 +17,10 @@
 //!   lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
 //!
 //! # The ranking
-//! By the upper end of the control error's interval: an action that may be worse is not recommended for what it may
-//! bring. The benefit of an action is *certain* if at least 95 % of the loops swing less than 0.8 times as much by it.
+//! By the upper end of the interval of the control error over that of the same loop left alone: an action that may be
+//! worse is not recommended for what it may bring. Of those that are as good, the one of the least effort. The benefit of an action is *certain* if at least 95 % of the loops swing less than 0.8 times as much by it.
 
-use super::{Draw, Fit};
+use super::{Draw, Fit, without};
 use crate::bands::Bands;
 use crate::closed_loop::{AntiWindup, ClosedLoop, Controller, Handover, Signal};
 use crate::compensate::{CompareOptions, Knowledge, Method, compare};
@@ -28,6 +28,7 @@ use crate::fusion::Estimate;
 use crate::limit_cycle::tuning::simc;
 use crate::limit_cycle::{ContinuousLoop, FrequencyResponse};
 use crate::parallel::*;
+use crate::series::detrended;
 use crate::valve::{Assembly, Model};
 use crate::what_if::positioned;
 
@@ -38,6 +39,13 @@ const PLAYED: usize = 20;
 /// Cycles of a part of the protocol, and the most samples of one.
 const CYCLES: f64 = 8.0;
 const MOST_SAMPLES: f64 = 20_000.0;
+/// By what factor the control error of a drawn loop that is left alone may differ from the recorded one.
+const ALIKE: f64 = 2.0;
+/// Standard deviation of the logarithm of what an action changes, that no fitted loop takes away: its process is of
+/// first order, its stem has one S and J.
+const NEVER_KNOWN: f64 = 0.25;
+/// Actions are as good as each other if the upper ends of their error ratios differ by no more than this factor.
+const AS_GOOD: f64 = 1.15;
 /// A swing so many times the present one is a benefit.
 const LESS: f64 = 0.8;
 
@@ -68,6 +76,18 @@ impl Remedy {
             Self::RepairAndRetune => "repaired and retuned",
             Self::Positioner => "positioner",
             Self::Compensate(method) => method.describe().name,
+        }
+    }
+
+    /// What it takes, the least first: nothing, a setting, a block of the control system, a repair, a new part.
+    fn effort(self) -> usize {
+        match self {
+            Self::AsItIs => 0,
+            Self::Retune => 1,
+            Self::Compensate(_) => 2,
+            Self::Repair => 3,
+            Self::RepairAndRetune => 4,
+            Self::Positioner => 5,
         }
     }
 
@@ -123,6 +143,8 @@ pub struct Prospect {
     pub pv_swing_ratio: Estimate,
     /// Mean absolute control error, in units of the PV.
     pub error: Estimate,
+    /// The same over that of the loop as it is, loop by loop.
+    pub error_ratio: Estimate,
     /// Valve travel, percent per hour.
     pub travel: Estimate,
     /// Time to settle after a load step, s; `None` where half of the loops do not settle.
@@ -149,7 +171,7 @@ impl Prospect {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Prospects {
-    /// The actions, by the upper end of the control error.
+    /// The actions, by the upper end of the ratio of the control error, then by effort.
     pub actions: Vec<Prospect>,
     /// How many loops were simulated.
     pub loops: usize,
@@ -210,18 +232,29 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
             execution,
         )
     };
+    let recorded = fit.segment.pv.as_deref().map_or(0.0, |pv| {
+        let off = detrended(pv);
+        off.iter().map(|v| v.abs()).sum::<f64>() / off.len() as f64
+    });
+    let alike = |error: f64| error < ALIKE * recorded && error > recorded / ALIKE;
     let play = |draw: &&Draw| -> Option<Vec<Option<Played>>> {
+        let [.., end] = protocol.times();
+        let disturbance = disturbance(fit, draw, end)?;
         let all: Vec<Option<Played>> = remedies
             .iter()
-            .map(|remedy| played(fit, draw, *remedy, tuned.as_ref(), &known, &protocol))
+            .map(|remedy| {
+                played(fit, draw, *remedy, tuned.as_ref(), &known, &protocol, &disturbance)
+            })
             .collect();
-        // A loop that cannot even be left alone says nothing.
-        all[0].is_some().then_some(all)
+        // A loop that, left alone, does not do what was recorded says nothing.
+        all[0].as_ref().is_some_and(|alone| alike(alone.error)).then_some(all)
     };
     let table: Vec<Vec<Option<Played>>> = draws.par_iter().filter_map(play).collect();
     if table.len() < 3 {
         return Err(
-            "the loops that the recording leaves possible could not be simulated".to_owned()
+            "the loops that the recording leaves possible do not do, left alone, what was recorded; a set-point step in \
+             the record would tell more of the process"
+                .to_owned()
         );
     }
     let mut actions: Vec<Prospect> = vec![];
@@ -232,6 +265,12 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
             continue;
         }
         let of = |what: fn(&Played, &Played) -> f64| spread(pairs.iter().map(|(a, b)| what(a, b)));
+        let ratio = |what: fn(&Played) -> f64| {
+            let of = spread(pairs.iter().map(|(a, b)| what(a) / what(b).max(f64::MIN_POSITIVE)));
+            // The loop as it is, is known best.
+            let more = if *remedy == Remedy::AsItIs { 1.0 } else { (1.645 * NEVER_KNOWN).exp() };
+            Estimate { value: of.value, low: of.low / more, high: of.high * more }
+        };
         let settled: Vec<f64> = pairs.iter().filter_map(|(a, _)| a.settling).collect();
         let less = pairs.iter().filter(|(a, b)| a.swing < LESS * b.swing).count();
         let sound = matches!(remedy, Remedy::Retune | Remedy::RepairAndRetune);
@@ -239,17 +278,33 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
         actions.push(Prospect {
             action: *remedy,
             pv_swing: of(|a, _| a.swing),
-            pv_swing_ratio: of(|a, b| a.swing / b.swing.max(f64::MIN_POSITIVE)),
+            pv_swing_ratio: ratio(|of| of.swing),
             error: of(|a, _| a.error),
+            error_ratio: ratio(|of| of.error),
             travel: of(|a, _| a.travel),
             settling_s: (2 * settled.len() > pairs.len()).then(|| spread(settled.iter().copied())),
             sure: less as f64 / table.len() as f64,
             tuning,
         });
     }
-    actions.sort_by(|a, b| a.error.high.total_cmp(&b.error.high));
+    ranked(&mut actions);
     let advice = advice(fit, &actions);
     Ok(Prospects { actions, loops: table.len(), advice })
+}
+
+/// Sorts actions: the smaller the upper end of the error's ratio the better; of those as good as the best that is left,
+/// the one of the least effort.
+fn ranked(actions: &mut [Prospect]) {
+    for from in 0..actions.len() {
+        let rest = &mut actions[from..];
+        let best = rest.iter().map(|row| row.error_ratio.high).fold(f64::INFINITY, f64::min);
+        let as_good = |row: &&(usize, &Prospect)| row.1.error_ratio.high <= AS_GOOD * best;
+        let next = rest.iter().enumerate().collect::<Vec<_>>();
+        let least = next.iter().filter(as_good).min_by_key(|(_, row)| row.action.effort());
+        if let Some(k) = least.map(|(k, _)| *k) {
+            rest[..=k].rotate_right(1);
+        }
+    }
 }
 
 /// The draw whose S is the median.
@@ -306,6 +361,7 @@ fn played(
     tuned: Option<&Controller>,
     known: &Knowledge,
     protocol: &CompareOptions,
+    disturbance: &Signal,
 ) -> Option<Played> {
     let healthy = Bands::from_s_j(draw.bands.s().min(0.4), draw.bands.j().min(0.1)).ok()?;
     let bands = match remedy {
@@ -328,8 +384,7 @@ fn played(
     // Pushed once: a loop that starts at rest within its stick band stays there.
     let push = protocol.set_point_step;
     plant.set_point = Signal::Steps(vec![(0.0, push), (0.3 * protocol.from_s, 0.0)]);
-    let process = fit.process.known()?;
-    plant.measurement = vec![disturbance(process.disturbance_sd, process.innovation_sd, fit)];
+    plant.measurement = vec![disturbance.clone()];
     let methods: &[Method] = match &remedy {
         Remedy::Compensate(method) => std::slice::from_ref(method),
         _ => &[],
@@ -346,16 +401,29 @@ fn played(
     })
 }
 
-/// What disturbs the PV, as noise of its standard deviation and memory.
-fn disturbance(sd: f64, innovation: f64, fit: &Fit) -> Signal {
-    let keep = (1.0 - (innovation / sd.max(f64::MIN_POSITIVE)).powi(2)).clamp(0.0, 0.999).sqrt();
-    let tau_s = if keep > 0.05 { -fit.sample_time_s / keep.ln() } else { 0.0 };
-    // What is slower than the record's cycles is a load, and is answered by the controller.
-    Signal::Noise {
-        sd: innovation.max(0.3 * sd),
-        tau_s: tau_s.min(20.0 * fit.sample_time_s),
-        seed: 7,
+/// What disturbs the PV of a drawn loop. Where the valve explains the swing, noise of the deviation and memory that the
+/// fit leaves: of a swing that the valve makes, what it leaves at that period is its own error. Else all that was
+/// recorded and that the drawn loop does not make by itself, there and back again.
+fn disturbance(fit: &Fit, draw: &Draw, seconds: f64) -> Option<Signal> {
+    if fit.cycle.known().is_some_and(|cycle| cycle.explained == Some(true)) {
+        let process = fit.process.known()?;
+        let (sd, innovation) = (process.disturbance_sd, process.innovation_sd);
+        let share = innovation / sd.max(f64::MIN_POSITIVE);
+        let keep = (1.0 - share * share).clamp(0.0, 0.999).sqrt();
+        let tau_s = if keep > 0.05 { -fit.sample_time_s / keep.ln() } else { 0.0 };
+        // What is slower than that is a load, and is answered by the controller.
+        let tau_s = tau_s.min(20.0 * fit.sample_time_s);
+        return Some(Signal::Noise { sd: innovation.max(0.3 * sd), tau_s, seed: 7 });
     }
+    let recorded = without::disturbance(draw, &fit.segment)?;
+    let last = recorded.len() - 1;
+    let samples = (seconds / draw.execution_s).ceil() as usize + 1;
+    let at = |k: usize| {
+        let place = (k as f64 * draw.execution_s / fit.sample_time_s * (1.0 + 1e-12)) as usize;
+        let turn = place % (2 * last).max(1);
+        recorded[turn.min(2 * last - turn)]
+    };
+    Some(Signal::Samples((0..samples).map(at).collect()))
 }
 
 fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
@@ -370,7 +438,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         && cycle.explained == Some(false)
     {
         all.push(
-            "The loop so fitted does not cycle as recorded: look upstream for what swings it before anything is done to \
+            "The valve so fitted does not explain the swing: look upstream for what swings it before anything is done to \
              the valve."
                 .to_owned(),
         );

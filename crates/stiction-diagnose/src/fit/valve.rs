@@ -9,8 +9,12 @@ use crate::valve::{Model, Start, Valve};
 
 /// S at these standard deviations of its logarithm, and how many times that of the middle.
 const PLACES: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
-/// Shares of J, in the interval of J over S.
-const JUMPS: [f64; 3] = [0.15, 0.5, 0.85];
+/// J over S.
+const JUMPS: [f64; 6] = [0.02, 0.2, 0.4, 0.6, 0.8, 1.0];
+/// The least standard deviation of J over S, before the PV is looked at.
+const LEAST_SPREAD: f64 = 0.2;
+/// Places at which a stem is at first, stick bands from the OP.
+const STARTS: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
 /// The least weight of a valve that follows, and of one that does not, before the PV is looked at.
 const LEAST_WEIGHT: f64 = 0.03;
 /// Processes that are tried behind each valve.
@@ -61,12 +65,22 @@ pub(super) struct Weighed {
     pub from: &'static str,
 }
 
-/// Where a valve goes that follows this OP.
-fn path(model: Model, bands: Bands, op: &[f64]) -> Option<Vec<f64>> {
-    let mut valve = model.build(bands).ok()?;
+/// Where a valve goes that follows this OP. Where it was at first is not recorded, and a stem that begins in the wrong
+/// place may never reach its slip: of several places, the first behind which it slips most often.
+pub(super) fn path(model: Model, bands: Bands, op: &[f64]) -> Option<Vec<f64>> {
     let first = op.first().copied()?;
-    valve.restart(Start::at_rest(first));
-    Some(op.iter().map(|u| valve.step(*u)).collect())
+    let mut best: Option<(usize, Vec<f64>)> = None;
+    let places = if model == Model::Ideal { &STARTS[..1] } else { &STARTS };
+    for place in places {
+        let mut valve = model.build(bands).ok()?;
+        valve.restart(Start { op: first, ..Start::at_rest(first + place * bands.fs()) });
+        let path: Vec<f64> = op.iter().map(|u| valve.step(*u)).collect();
+        let slips = path.windows(3).filter(|w| w[0] == w[1] && w[1] != w[2]).count();
+        if best.as_ref().is_none_or(|(most, _)| slips > *most) {
+            best = Some((slips, path));
+        }
+    }
+    best.map(|(_, path)| path)
 }
 
 /// All valves that the evidence leaves possible.
@@ -101,19 +115,29 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
         first,
         from,
     });
-    let spread = ((s.high / s.low).ln() / (2.0 * 1.645)).clamp(0.05, 1.0);
-    let total: f64 = PLACES.iter().map(|z| (-0.5 * z * z).exp()).sum::<f64>() * JUMPS.len() as f64;
+    let spread = ((s.high / s.low).ln() / (2.0 * 1.645)).clamp(0.2, 1.0);
+    let bell = |z: f64| (-0.5 * z * z).exp();
+    let of_share = ((share.high - share.low) / (2.0 * 1.645)).max(LEAST_SPREAD);
+    let of_jump = JUMPS.map(|jump| bell((jump - share.value) / of_share));
+    let total = PLACES.iter().map(|z| bell(*z)).sum::<f64>() * of_jump.iter().sum::<f64>();
     for z in PLACES {
         let width = s.value * (spread * z).exp();
-        for jump in JUMPS {
-            let over = (share.low + (share.high - share.low) * jump).clamp(0.0, 1.0);
+        for (over, of_jump) in JUMPS.into_iter().zip(of_jump) {
             let Ok(bands) = Bands::from_s_j(width, over * width) else { continue };
             let Some(path) = path(model, bands, op) else { continue };
-            let weight = fault * (-0.5 * z * z).exp() / total;
+            let weight = fault * bell(z) * of_jump / total;
             // Half of the way to its neighbours.
-            let cell = (0.25 * spread * width, 0.17 * (share.high - share.low) * width);
+            let cell = (0.25 * spread * width, 0.1 * width);
             all.push(Possible { model, bands, weight, path, cell, first: false, from });
         }
+    }
+    // Those that explained the PV best when the evidence was gathered.
+    for (model, s, j) in found_best(weighing) {
+        let Ok(bands) = Bands::from_s_j(s, j.min(s)) else { continue };
+        let Some(path) = path(model, bands, op) else { continue };
+        let weight = fault * bell(2.0) / total;
+        let cell = (0.25 * spread.min(0.2) * s, 0.1 * s);
+        all.push(Possible { model, bands, weight, path, cell, first: true, from });
     }
     // Of the paths that move at all, the one nearest to the middle.
     let moves =
@@ -129,6 +153,22 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
     Ok(all)
 }
 
+/// Model, S and J, percent, of the valves that explain the PV best, one for each way in which it was looked at.
+fn found_best(weighing: &Weighing) -> Vec<(Model, f64, f64)> {
+    let evidence = weighing.typical();
+    let fits = [&evidence.model, &evidence.dense].into_iter().flatten().map(|fits| {
+        let (best, s) = (fits.best(), fits.best().s_over_span * evidence.op_span);
+        (best.model, s, best.j_over_s * s)
+    });
+    let told = evidence.information.iter().map(|told| {
+        let (model, s, j, _) = told.best;
+        (model, s * told.op_range, j * s * told.op_range)
+    });
+    let mut all: Vec<(Model, f64, f64)> = fits.chain(told).filter(|(_, s, _)| *s > 0.0).collect();
+    all.dedup();
+    all
+}
+
 /// The model that explains the PV best, of those that the evidence tried.
 fn model_of(weighing: &Weighing) -> Model {
     let evidence = weighing.typical();
@@ -138,13 +178,13 @@ fn model_of(weighing: &Weighing) -> Model {
 
 /// Every valve before every process, by how well the PV follows.
 pub(super) fn weighed(
-    valves: Vec<Possible>,
+    valves: &[Possible],
     process: &FittedProcess,
     pv: &[f64],
     step: f64,
 ) -> Vec<Weighed> {
     let mut all: Vec<(Weighed, f64)> = vec![];
-    for valve in &valves {
+    for valve in valves {
         for (candidate, likelihood) in process.behind(&valve.path, pv, step, TRIED) {
             if candidate.gain == 0.0 || !likelihood.is_finite() {
                 continue;
@@ -165,6 +205,12 @@ pub(super) fn weighed(
     let total: f64 = all.iter().map(|one| one.weight).sum();
     all.iter_mut().for_each(|one| one.weight /= total);
     all
+}
+
+/// The valve of the greatest weight.
+pub(super) fn likeliest<'a>(all: &[Weighed], valves: &'a [Possible]) -> Option<&'a Possible> {
+    let best = all.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))?;
+    valves.iter().find(|one| one.model == best.model && one.bands == best.bands)
 }
 
 /// The weighted valves, as numbers with intervals.

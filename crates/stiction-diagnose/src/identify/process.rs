@@ -49,7 +49,7 @@ pub const ORDER: usize = 4;
 pub const TEMPER: f64 = 12.0;
 /// Relative standard deviation of gain and dead time, and two thirds of that of the lag, that no record takes away: a
 /// process is linear about one point only, and its lags are more than one.
-pub const NEVER_KNOWN: f64 = 0.13;
+pub const NEVER_KNOWN: f64 = 0.23;
 /// By how many nats the input must explain the PV better than its own past.
 pub const LEAST: f64 = 20.0;
 /// Share of what is new in the input that the PV must leave unexplained: below it the controller does nothing but

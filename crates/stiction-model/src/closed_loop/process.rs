@@ -253,6 +253,20 @@ impl SampledProcess {
     pub fn delay(&self) -> usize {
         self.delay
     }
+
+    /// What it makes of an input, sample by sample, from rest at zero on.
+    pub fn answer(&self, input: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let mut process = ProcessBank::<1, { Process::MAX_ORDER }>::new([self]);
+        let mut late = DelayLine::new([self.delay]);
+        input
+            .into_iter()
+            .map(|v| {
+                let output = process.output(0);
+                process.advance(late.push::<true>(Lane([v])));
+                output
+            })
+            .collect()
+    }
 }
 
 /// `N` sampled processes of at most `M` states side by side.

@@ -1,4 +1,4 @@
-//! Whether the loop that was fitted explains what was recorded, and what an action would bring.
+//! Whether the valve that was fitted explains what was recorded, and what an action would bring.
 
 use super::layout::{Block, Section, Table, number};
 use super::views::WIDTH;
@@ -23,7 +23,7 @@ pub(super) fn blocks(section: Section, diagnosis: &Diagnosis) -> Section {
 }
 
 fn told(mut section: Section, fit: &Fit) -> Section {
-    section = section.heading("Does the loop itself explain the swing?");
+    section = section.heading("Does the valve explain the swing?");
     match (fit.cycle.known(), fit.cycle.why_not()) {
         (Some(cycle), _) => {
             section = section.with(Block::Paragraph(cycle.sentence.clone()));
@@ -140,11 +140,12 @@ fn figure(recorded: &Recorded, predicted: &Predicted) -> Figure {
 fn actions(found: &Prospects) -> Table {
     let caption = format!(
         "What each action would bring, on {} loops that the recording leaves possible: 5 and 95 % points, ranked by the \
-         upper end of the control error.",
+         upper end of the control error, times now.",
         found.loops
     );
     let table = Table::new(caption)
         .words("action")
+        .words("control error, times now")
         .words("PV swing, times now")
         .words("PV swing, ±")
         .words("valve travel, % per hour")
@@ -157,6 +158,7 @@ fn actions(found: &Prospects) -> Table {
         };
         table.row([
             row.action.name().to_owned(),
+            range(&row.error_ratio),
             range(&row.pv_swing_ratio),
             range(&row.pv_swing),
             range(&row.travel),
