@@ -7,7 +7,7 @@ use crate::output;
 use crate::overrule;
 use crate::progress;
 use crate::reading_args::Reading;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
 use std::io::Write;
@@ -30,7 +30,7 @@ use stiction_report::report;
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction diagnose samples/FIC101-sticky.csv --report report.html
-  stiction diagnose plant/*.csv --csv ranking.csv
+  stiction diagnose plant/*.csv --report plant-report --csv ranking.csv
   stiction diagnose export.csv --loop FIC101 --type flow --json
   stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {
@@ -46,8 +46,9 @@ pub struct Args {
     /// Dead time of the loop, in s, for the Harris index
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     dead_time: Option<f64>,
-    /// Write a report to this file: one self-contained HTML page
-    #[arg(long, value_name = "OUT.html")]
+    /// Write a report to this file, one self-contained HTML page; or, if it does not end in .html, to this
+    /// folder: a page for each loop, and index.html, a table of all that can be sorted and searched
+    #[arg(long, value_name = "OUT.html|FOLDER")]
     report: Option<PathBuf>,
     /// Print the results as JSON
     #[arg(long, conflicts_with = "schema")]
@@ -111,7 +112,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
     let found: Vec<Loop<'_>> = loops.iter().map(Diagnosed::found).collect();
 
     if let Some(path) = &args.report {
-        output::write(Some(path), report::html(&tool(), &found)?.as_bytes())?;
+        reported(path, &found)?;
     }
     let done = || -> Result<()> {
         if let Some(path) = &args.csv {
@@ -131,7 +132,11 @@ pub fn run(args: Args) -> Result<ExitCode> {
             && path != Path::new("-")
             && args.csv.as_deref() != Some(Path::new("-"))
         {
-            output::note(format!("the report is in {}", path.display()));
+            let page = match is_folder(path) {
+                true => path.join(report::folder::INDEX),
+                false => path.clone(),
+            };
+            output::note(format!("the report is in {}", page.display()));
         }
         Ok(())
     };
@@ -140,6 +145,27 @@ pub fn run(args: Args) -> Result<ExitCode> {
     }
     ended(failures)?;
     Ok(if fails(&loops, &args.fail_on) { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+/// Whether a report goes to a folder: no page, nor standard output.
+fn is_folder(path: &Path) -> bool {
+    let page =
+        |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm");
+    path != Path::new("-") && !path.extension().is_some_and(page)
+}
+
+/// Writes the report: a page, or a folder of pages.
+fn reported(path: &Path, found: &[Loop<'_>]) -> Result<()> {
+    if !is_folder(path) {
+        return output::write(Some(path), report::html(&tool(), found)?.as_bytes());
+    }
+    let folder = report::Folder::new(tool(), found);
+    let pages = path.join("loops");
+    std::fs::create_dir_all(&pages).with_context(|| pages.display().to_string())?;
+    (0..folder.len()).into_par_iter().try_for_each(|place| {
+        output::write(Some(&path.join(folder.path(place))), folder.page(place)?.as_bytes())
+    })?;
+    output::write(Some(&path.join(report::folder::INDEX)), folder.index().as_bytes())
 }
 
 /// The last of some failures, after a message for each of the others.

@@ -59,6 +59,7 @@ stiction_model::written_by_name!(
     detect::Family,
     diagnose::Basis,
     diagnose::Cause,
+    diagnose::Grade,
     diagnose::Mismatch,
     diagnose::RepairOutcome,
     diagnose::Silence,

@@ -395,19 +395,24 @@
     if (own.some(canZoom)) figure.classList.add("zoomable");
   }
 
-  // Print shows everything, unzoomed.
+  // Buttons that show the last cycles of the figure after them.
+  for (const spans of document.querySelectorAll("[data-cycle]")) {
+    const svg = spans.nextElementSibling.querySelector("svg");
+    const panel = panels.find((each) => each.svg === svg);
+    const buttons = [...spans.querySelectorAll("button")];
+    for (const button of buttons) {
+      button.addEventListener("click", () => {
+        const { lo, hi } = panel.x;
+        const cycles = Number(button.dataset.cycles) || Infinity;
+        zoom(panel, Math.max(lo, hi - cycles * Number(spans.dataset.cycle)), hi);
+        for (const each of buttons) each.setAttribute("aria-pressed", each === button);
+      });
+    }
+  }
+
+  // On paper figures are unzoomed; what is folded stays so.
   addEventListener("beforeprint", () => {
     clear();
     for (const panel of panels) if (canZoom(panel)) reset(panel);
-    for (const details of document.querySelectorAll("details:not([open])")) {
-      details.open = true;
-      details.dataset.closed = "";
-    }
-  });
-  addEventListener("afterprint", () => {
-    for (const details of document.querySelectorAll("details[data-closed]")) {
-      details.open = false;
-      delete details.dataset.closed;
-    }
   });
 })();

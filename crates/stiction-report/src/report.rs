@@ -30,6 +30,8 @@
 mod diagnosis;
 pub mod evidence;
 mod fitted;
+pub mod folder;
+mod head;
 mod history;
 pub mod layout;
 mod over_time;
@@ -38,6 +40,7 @@ mod verdict;
 pub mod views;
 
 pub use diagnosis::html;
+pub use folder::Folder;
 pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
 pub use views::Context;

@@ -45,7 +45,7 @@ impl Cells {
 }
 
 /// All columns, in their order.
-pub const COLUMNS: [LoopColumn; 26] = {
+pub const COLUMNS: [LoopColumn; 27] = {
     use Cells::{Counts, Flags, Numbers, Texts};
     const fn column(name: &'static str, cells: Cells) -> LoopColumn {
         LoopColumn { name, cells }
@@ -62,6 +62,7 @@ pub const COLUMNS: [LoopColumn; 26] = {
         column("regularity", Numbers(|l| oscillation(l)?.regularity)),
         column("amplitude", Numbers(|l| oscillation(l)?.amplitude)),
         column("verdict", Texts(|l| name(l.diagnosis.verdict.class.name()))),
+        column("grade", Texts(|l| name(l.diagnosis.verdict.grade.name()))),
         column("probability", Numbers(|l| l.diagnosis.verdict.probability)),
         column("basis", Texts(|l| name(l.diagnosis.verdict.basis.name()))),
         column("votes_sticks", Counts(|l| Some(l.diagnosis.verdict.votes.sticks))),

@@ -8,7 +8,8 @@
 
   function sort(body, column, direction) {
     const keyed = [...body.rows].map((row, at) => {
-      const text = row.cells[column].textContent.trim();
+      const cell = row.cells[column];
+      const text = cell.dataset.value ?? cell.textContent.trim();
       return { row, at, text, value: number(text) };
     });
     const compare = (a, b) => {
@@ -47,16 +48,30 @@
     // Cells are told apart, so that words do not run from one into the next.
     const text = (row) => [...row.cells].map((cell) => cell.textContent.toLowerCase()).join(" | ");
     const rows = [...body.rows].map((row) => ({ row, text: text(row) }));
+    // Buttons of grades: none pressed shows all. A box shows the first row of each valve only.
+    const chips = document.querySelector("[data-chips]");
+    const buttons = [...(chips?.querySelectorAll("[data-only]") ?? [])];
+    const first = chips?.querySelector("[data-first]");
     const filter = () => {
       const wanted = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+      const only = buttons.filter((each) => each.getAttribute("aria-pressed") === "true").map((each) => each.dataset.only);
       let shown = 0;
       for (const { row, text } of rows) {
-        row.hidden = !wanted.every((word) => text.includes(word));
+        row.hidden = !wanted.every((word) => text.includes(word))
+          || (only.length > 0 && !only.includes(row.dataset.grade))
+          || (first?.checked && "later" in row.dataset);
         if (!row.hidden) shown += 1;
       }
       count.textContent = `${shown} of ${rows.length}`;
     };
     field.addEventListener("input", filter);
+    first?.addEventListener("change", filter);
+    for (const button of buttons) {
+      button.addEventListener("click", () => {
+        button.setAttribute("aria-pressed", button.getAttribute("aria-pressed") !== "true");
+        filter();
+      });
+    }
     filter();
     (table.closest(".rows") ?? table).before(label);
   }

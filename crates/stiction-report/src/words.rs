@@ -4,8 +4,8 @@ use crate::report::evidence::sentence;
 use crate::report::layout::number;
 use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
-    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Override, Ruling,
-    Silence, VerdictClass,
+    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Grade, Override,
+    Ruling, Silence, VerdictClass,
 };
 use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
@@ -85,7 +85,7 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
 }
 
 /// The name of a cause in a sentence.
-fn cause(name: &str) -> String {
+pub(crate) fn cause(name: &str) -> String {
     match name {
         "no response" => "a valve that does not respond".to_owned(),
         "external oscillation" => "an oscillation that comes in from outside".to_owned(),
@@ -182,20 +182,28 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
     if verdict.basis == Basis::OpAlone {
         return op_alone(diagnosis);
     }
-    match verdict.probability {
-        Some(p) if p <= CLEARED_UP_TO => format!(
-            "Whether the valve sticks cannot be told: the evidence makes it {}, but does not clear it; {why}.",
+    match (verdict.grade, verdict.probability) {
+        (Grade::ProbablySticks, Some(p)) => join([
+            format!(
+                "The valve probably sticks: {}, which this recording alone does not prove: {why}.",
+                percent(p)
+            ),
+            band(diagnosis),
+        ]),
+        (Grade::ProbablyFine, Some(p)) => format!(
+            "The valve is probably fine: the probability that it sticks is {}; this recording does not clear it: {why}.",
             percent(p)
         ),
-        Some(p) if p >= ACCUSED_FROM => format!(
-            "Whether the valve sticks cannot be told: the evidence makes it {}, but does not accuse it; {why}.",
-            percent(p)
-        ),
-        Some(p) => format!(
-            "Whether the valve sticks cannot be told: the evidence leaves it at {}; {why}.",
-            percent(p)
-        ),
-        None => format!("Whether the valve sticks cannot be told: {why}."),
+        (_, Some(p)) => {
+            let says = match p {
+                p if p <= CLEARED_UP_TO => "makes it {}, but does not clear it",
+                p if p >= ACCUSED_FROM => "makes it {}, but does not accuse it",
+                _ => "leaves it at {}",
+            };
+            let says = says.replace("{}", &percent(p));
+            format!("Whether the valve sticks is unclear: the evidence {says}; {why}.")
+        }
+        (_, None) => format!("Whether the valve sticks is unclear: {why}."),
     }
 }
 

@@ -138,8 +138,8 @@ fn every_class_and_basis_has_its_words() {
         (DoesNotRespond, Evidence, Some(0.2), "The valve does not respond: ".into()),
         (Sticks, OpAlone, Some(0.95), "The pattern of the controller output is compatible with stiction; without the PV nothing more can be said.".into()),
         (CannotTell, OpAlone, None, "The pattern of the controller output".into()),
-        (CannotTell, Evidence, Some(0.5), "Whether the valve sticks cannot be told: the evidence leaves it at 50 %; ".into()),
-        (CannotTell, Basis::None, None, "Whether the valve sticks cannot be told: the PV has corners".into()),
+        (CannotTell, Evidence, Some(0.5), "Whether the valve sticks is unclear: the evidence leaves it at 50 %; ".into()),
+        (CannotTell, Basis::None, None, "Whether the valve sticks is unclear: the PV has corners".into()),
         (Sticks, Majority, None, "Preliminary: the loop behaves like one with a sticking valve, say 3 of 4".into()),
         (DoesNotStick, Majority, None, "Preliminary: the loop does not behave".into()),
     ] {
@@ -178,16 +178,16 @@ fn a_report_tells_all_that_a_model_can_say() {
         "What else it could be",
         "sticking valve",
         "external oscillation",
-        "How to confirm it",
+        "The test",
         "<ol>",
         "Put the controller in manual.",
         "1.2\u{a0}m3/h",
+        "Over time",
+        "The numbers of all 6 windows",
+        "Data quality",
         "How much it sticks",
         "The intervals are meant to hold with 90 %.",
         "apparent stiction",
-        "Over time",
-        "The numbers of all 6 windows",
-        "Do the data suffice?",
     ] {
         let at =
             rest.find(wanted).unwrap_or_else(|| panic!("\"{wanted}\" is missing or misplaced"));

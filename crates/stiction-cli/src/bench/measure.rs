@@ -113,7 +113,7 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     }
     let report = match plan.reports {
         Some(folder) => {
-            let name = file_name(place, &diagnosis.name);
+            let name = report::folder::file_name(place, &diagnosis.name);
             let html =
                 report::html(output::TOOL, &[Loop { diagnosis: &diagnosis, source: &source }])?;
             output::write(Some(&folder.join(&name)), html.as_bytes())?;
@@ -145,12 +145,4 @@ fn times_of_methods(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> V
 
 fn microseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e6
-}
-
-/// The name of a report's file: the place of the loop, which no other has, and what of its name every
-/// file system can hold.
-fn file_name(place: usize, name: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    let name: String = name.chars().take(60).map(plain).collect();
-    format!("{:05}-{name}.html", place + 1)
 }

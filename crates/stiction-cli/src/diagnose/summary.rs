@@ -5,7 +5,7 @@ use crate::text::{columns, number, seconds, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
-use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, VerdictClass, Votes};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
 use stiction_report::document::Loop;
 use stiction_report::table::{COLUMNS, Cells};
@@ -61,8 +61,8 @@ fn verdict(diagnosis: &Diagnosis) -> String {
         Basis::None => String::new(),
         basis => format!(" Rests on: {}.", basis.name()),
     };
-    let class = verdict.class.name().to_uppercase();
-    format!("{class}: {}{basis}", words::verdict(diagnosis))
+    let grade = verdict.grade.name().to_uppercase();
+    format!("{grade}: {}{basis}", words::verdict(diagnosis))
 }
 
 /// What speaks for the verdict and against it, what else it could be, and how to find out.
@@ -252,7 +252,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
         rows.push([
             diagnosis.name.clone(),
             diagnosis.loop_type.name().to_owned(),
-            diagnosis.verdict.class.name().to_owned(),
+            diagnosis.verdict.grade.name().to_owned(),
             diagnosis.verdict.probability.map_or("-".to_owned(), words::percent),
             format!("{sticks}:{does_not_stick}"),
             band(diagnosis),
@@ -270,15 +270,12 @@ pub fn several(loops: &[Diagnosed]) -> String {
     }
     let right = [false, false, false, true, true, true, false, true, true, false];
     let mut out = columns(&rows, &right);
-    let count = |class| loops.iter().filter(|l| l.diagnosis.verdict.class == class).count();
-    let mut parts = vec![
-        format!("{} stick", count(VerdictClass::Sticks)),
-        format!("{} do not", count(VerdictClass::DoesNotStick)),
-        format!("{} cannot be told", count(VerdictClass::CannotTell)),
-    ];
-    if count(VerdictClass::DoesNotRespond) > 0 {
-        parts.insert(1, format!("{} do not respond", count(VerdictClass::DoesNotRespond)));
-    }
+    let count = |grade| loops.iter().filter(|l| l.diagnosis.verdict.grade == grade).count();
+    let counted = Grade::ALL.into_iter().map(|grade| (count(grade), grade));
+    let mut parts: Vec<String> = counted
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, grade)| format!("{count} {grade}"))
+        .collect();
     let overruled = loops.iter().filter(|each| each.diagnosis.verdict.overruled.is_some()).count();
     if overruled > 0 {
         parts.push(format!("{overruled} overruled by people"));
@@ -350,8 +347,9 @@ mod tests {
     type Seen = Result<&'static str, &'static str>;
 
     /// By what a field of the verdict is seen, in the text on one loop and on the page.
-    const SHOWN: [(&str, Seen, Seen); 10] = [
-        ("class", Ok("DOES NOT RESPOND"), Ok("does not respond")),
+    const SHOWN: [(&str, Seen, Seen); 11] = [
+        ("class", Err("is what the grade says where it decides"), Err("is so, too")),
+        ("grade", Ok("DOES NOT RESPOND"), Ok("does not respond")),
         ("probability", Err("is in the words, where it means something"), Ok("that it sticks")),
         ("basis", Ok("Rests on: evidence in OP and PV"), Ok("evidence in OP and PV")),
         ("S_below", Err("is in the words on a cleared valve"), Err("is in the words, too")),
@@ -366,6 +364,7 @@ mod tests {
     fn verdict() -> Verdict {
         Verdict {
             class: VerdictClass::DoesNotRespond,
+            grade: Grade::DoesNotRespond,
             probability: Some(0.7),
             basis: Basis::Evidence,
             reasons: vec!["spoken for".to_owned()],

@@ -6,6 +6,7 @@ use super::confirm::confirming_test;
 use super::definitions::definitions;
 use super::few_slips::{FewSlips, few_slips};
 use super::fit_windows::fit_windows;
+use super::grade::Grade;
 use super::history::Observation;
 use super::measured::{ByPosition, by_position};
 use super::no_response::{NoResponse, Silence};
@@ -435,7 +436,7 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
     notes.extend(relation.filter(|_| followed).and_then(mistake_beside));
-    Ok(Diagnosis {
+    let mut diagnosis = Diagnosis {
         name: recording.name.clone(),
         loop_type,
         start: recording.start,
@@ -455,7 +456,9 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
         evidence: weighing.and_then(std::result::Result::ok),
         notes,
         grid,
-    })
+    };
+    diagnosis.verdict.grade = Grade::of(&diagnosis);
+    Ok(diagnosis)
 }
 
 /// What the methods that are asked say; without a subject, that there is none.

@@ -14,6 +14,7 @@ mod diagnosis;
 mod display;
 pub mod few_slips;
 mod fit_windows;
+mod grade;
 pub mod history;
 mod kpis;
 mod measured;
@@ -33,6 +34,7 @@ pub use diagnosis::{
     Detectors, DiagnoseOptions, Diagnosis, Judged, Oscillations, Window, diagnose, fitness, subject,
 };
 pub use few_slips::{FewSlips, few_slips};
+pub use grade::Grade;
 pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};

@@ -2,6 +2,7 @@
 
 use super::belonging::Belonging;
 use super::by_evidence::by_evidence;
+use super::grade::Grade;
 use super::reasons::{alternatives, percent, sayings};
 use super::weighing::Weighing;
 use crate::detect::Counts;
@@ -146,6 +147,8 @@ impl Votes {
 pub struct Verdict {
     /// The conclusion.
     pub class: VerdictClass,
+    /// The same in one graded word, which tells "probably sticks" from "probably fine" where the class cannot tell.
+    pub grade: Grade,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
     /// What it rests on.

@@ -158,6 +158,20 @@ impl Canvas {
         });
     }
 
+    /// Fills and outlines rectangles, all as one path each.
+    pub fn bars(&mut self, bars: &[Rect], opacity: f64, edge: &Stroke) {
+        let outlines: Vec<Vec<Point>> = bars.iter().map(|bar| corners(bar, 5)).collect();
+        self.scene.add(Primitive::Path(Box::new(PathData {
+            d: path(&outlines),
+            fill: Some(paint(edge.colour)),
+            stroke: Color::None,
+            stroke_width: 0.0,
+            opacity: Some(opacity),
+            stroke_dasharray: None,
+        })));
+        self.lines(&outlines, edge);
+    }
+
     /// Fills rectangles that lie side by side, each in its colour.
     pub fn tiles(&mut self, tiles: &[(Rect, Rgb)]) {
         // As much as paper would otherwise shine through between two of them, px.
@@ -165,11 +179,7 @@ impl Canvas {
         let mut colours: BTreeMap<Rgb, Vec<Vec<Point>>> = BTreeMap::new();
         for (rect, colour) in tiles {
             let rect = rect.grown(OVERLAP);
-            let corners = [(rect.x, rect.y), (rect.right(), rect.y), (rect.right(), rect.bottom())]
-                .into_iter()
-                .chain([(rect.x, rect.bottom())])
-                .map(|(x, y)| Point::new(x, y));
-            colours.entry(*colour).or_default().push(corners.collect());
+            colours.entry(*colour).or_default().push(corners(&rect, 4));
         }
         for (colour, corners) in colours {
             self.scene.add(Primitive::Path(Box::new(PathData {
@@ -185,11 +195,7 @@ impl Canvas {
 
     /// Outlines a rectangle.
     pub fn outline(&mut self, rect: &Rect, stroke: &Stroke) {
-        let corners = [(rect.x, rect.y), (rect.right(), rect.y), (rect.right(), rect.bottom())]
-            .into_iter()
-            .chain([(rect.x, rect.bottom()), (rect.x, rect.y)])
-            .map(|(x, y)| Point::new(x, y));
-        self.lines(&[corners.collect()], stroke);
+        self.lines(&[corners(rect, 5)], stroke);
     }
 
     /// Draws a marker of about the given radius at each point.
@@ -307,7 +313,7 @@ impl Canvas {
         let body = body.trim_end().trim_end_matches("</svg>");
         let document = html! {
             svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(height)
-                viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(printable(title))
+                viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(printable(if title.is_empty() { description } else { title }))
                 font-family=(FONTS) {
                 desc { (printable(description)) }
                 (PreEscaped(body))
@@ -355,6 +361,13 @@ fn printable(text: &str) -> String {
     let clean =
         |c: char| if c.is_control() || c == '\u{fffe}' || c == '\u{ffff}' { ' ' } else { c };
     text.chars().map(clean).collect()
+}
+
+/// The first corners of a rectangle, clockwise; the fifth is the first again.
+fn corners(rect: &Rect, count: usize) -> Vec<Point> {
+    let (right, bottom) = (rect.right(), rect.bottom());
+    let all = [(rect.x, rect.y), (right, rect.y), (right, bottom), (rect.x, bottom)];
+    all.iter().cycle().take(count).map(|(x, y)| Point::new(*x, *y)).collect()
 }
 
 /// SVG path data of runs of points, in tenths of px.

@@ -140,10 +140,7 @@ fn paint_curve(canvas: &mut Canvas, curve: &Curve, look: &Look) {
         Curve::Points(points, marker) => canvas.markers(points, *marker, RADIUS, look.colour),
         Curve::Bars(bars) => {
             let edge = Stroke { colour: look.colour, width: 0.8, dash: SOLID };
-            for bar in bars {
-                canvas.fill(bar, look.colour, 0.35);
-                canvas.outline(bar, &edge);
-            }
+            canvas.bars(bars, 0.35, &edge);
         }
     }
 }

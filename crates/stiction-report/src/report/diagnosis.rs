@@ -4,7 +4,7 @@ use super::evidence::{self, sentence};
 use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
 use super::time_axis::duration;
 use super::views::{self, Context};
-use super::{fitted, verdict};
+use super::{fitted, head, verdict};
 use crate::Error;
 use crate::document::{self, Loop, Source};
 use crate::words;
@@ -21,13 +21,23 @@ use stiction_figure::figure::instant;
 /// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not
 /// expected.
 pub fn html(tool: &str, loops: &[Loop<'_>]) -> Result<String, Error> {
+    report(tool, &by_rank(loops)).html()
+}
+
+/// Loops in the order of [`Diagnosis::rank`], the worst first.
+pub(super) fn by_rank<'a>(loops: &[Loop<'a>]) -> Vec<Loop<'a>> {
     let mut ranked = loops.to_vec();
     ranked.sort_by(|a, b| {
         a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
             (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
         })
     });
-    let title = match &ranked[..] {
+    ranked
+}
+
+/// The report on loops, in their order.
+pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
+    let title = match ranked {
         [one] => format!("Diagnosis of {}", one.diagnosis.name),
         several => format!("Diagnosis of {} control loops", several.len()),
     };
@@ -35,10 +45,10 @@ pub fn html(tool: &str, loops: &[Loop<'_>]) -> Result<String, Error> {
     let voted = ranked.iter().any(|case| case.diagnosis.verdict.basis == Basis::Majority);
     let introduction = if voted { format!("{INTRODUCTION} {VOTES}") } else { INTRODUCTION.into() };
     let mut report = Report::new(title, tool).introduction(introduction);
-    for case in &ranked {
+    for case in ranked {
         report = report.source(case.source).with(section(case));
     }
-    report.html()
+    report
 }
 
 const INTRODUCTION: &str = "Whether the valve of a control loop sticks, by what was recorded of it in \
@@ -49,36 +59,85 @@ const VOTES: &str = "A verdict that rests on a majority is a preliminary one: pu
 
 fn section(case: &Loop<'_>) -> Section {
     let Loop { diagnosis, source } = *case;
-    let badge = Badge::from(diagnosis.verdict.class);
+    let badge = Badge::from(diagnosis.verdict.grade);
     let mut section = Section::new(&diagnosis.name, badge, words::verdict(diagnosis));
     let overruled = diagnosis.verdict.overruled.as_ref();
     section.reasons = overruled.map(words::overruled).into_iter().collect();
-    section.reasons.extend(reasons(diagnosis));
-    section.facts = facts(diagnosis);
-    section = verdict::blocks(section, diagnosis);
-
+    let fitted = fitted::of_accused(diagnosis);
     let context = Context {
         start: diagnosis.start,
         pv_unit: diagnosis.pv_unit.as_deref(),
         modes: diagnosis.mode.as_ref(),
         period_s: diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s),
     };
-    section = section.heading("Do the data suffice?").with(fitness(diagnosis));
-    if let Some(judged) = &diagnosis.judged {
-        section = section.heading("What was recorded");
-        // What is beyond all that can be drawn is not worth the whole report.
-        let views = views::all(&diagnosis.grid.segments, judged.segment, &context);
-        for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
-            section = section.with(figure);
-        }
+    let prospects = fitted.as_ref().and_then(|fitted| fitted.prospects.as_ref().ok());
+    section.head = Some(head::head(diagnosis, source, &context, prospects));
+
+    section = section
+        .fold("Why", |inside| verdict::why(why(inside, diagnosis), diagnosis))
+        .fold("The test", |inside| verdict::confirm(inside, diagnosis))
+        .fold("What would it bring?", |inside| match &fitted {
+            Some(fitted) => fitted::told(inside, fitted),
+            None => inside,
+        })
+        .fold("Over time", |inside| verdict::windows(inside, diagnosis))
+        .fold("The signals: map, correlation, spectrum", |inside| {
+            recorded(inside, diagnosis, &context)
+        })
+        .fold("Data quality", |inside| quality(inside, diagnosis))
+        .fold("How much it sticks, and by other definitions", |inside| {
+            verdict::size(inside, diagnosis)
+        });
+    let votes = diagnosis.findings.len();
+    section
+        .fold(format!("Every method ({votes}), with its evidence"), |inside| {
+            let inside = evidence(methods(inside, diagnosis), diagnosis, &context);
+            inside.with(parameters(diagnosis))
+        })
+        .fold("Oscillation", |inside| oscillations(inside, diagnosis))
+        .fold("Key figures", |inside| inside.with(key_figures(diagnosis)))
+        .fold("Where the data come from", |inside| data(inside, diagnosis, source))
+}
+
+/// What the verdict rests on, and what was left out of the head.
+fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
+    let reasons = reasons(diagnosis);
+    if !reasons.is_empty() {
+        section = section.with(Block::List { ordered: false, items: reasons });
     }
-    section = fitted::blocks(section, diagnosis);
-    section = methods(section, diagnosis);
-    section = evidence(section, diagnosis, &context);
-    section = oscillations(section, diagnosis);
-    section = section.heading("Key figures").with(key_figures(diagnosis));
-    section = data(section, diagnosis, source);
-    section.with(parameters(diagnosis))
+    section.with(Block::Facts(facts(diagnosis)))
+}
+
+/// Figures of what was recorded.
+fn recorded(mut section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> Section {
+    let Some(judged) = &diagnosis.judged else { return section };
+    // What is beyond all that can be drawn is not worth the whole report.
+    let views = views::all(&diagnosis.grid.segments, judged.segment, context);
+    for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
+        section = section.with(figure);
+    }
+    section
+}
+
+/// What is not fit; all of the measures on demand.
+fn quality(section: Section, diagnosis: &Diagnosis) -> Section {
+    let measures = &diagnosis.fitness.measures;
+    let lacking = measures.iter().filter(|measure| measure.class != Class::Fit);
+    let items: Vec<String> = lacking
+        .map(|measure| {
+            format!(
+                "{}: {}",
+                sentence(measure.id.name()).trim_end_matches('.'),
+                sentence(&measure.reason)
+            )
+        })
+        .collect();
+    let section = match items.is_empty() {
+        true => section.with(Block::Paragraph(format!("All {} measures are fit.", measures.len()))),
+        false => section.with(Block::List { ordered: false, items }),
+    };
+    let summary = "All measures, with their limits".to_owned();
+    section.with(Block::Details { summary, blocks: vec![fitness(diagnosis).into()] })
 }
 
 fn reasons(diagnosis: &Diagnosis) -> Vec<String> {

@@ -11,18 +11,24 @@ use stiction_figure::figure::{Annotation, Figure, Panel, Scale, Series, colour};
 /// Names of the rows of the figure.
 const ROWS: &[&str] = &["", "PV swing", "OP swing", "period", ""];
 
-/// Adds what the fitted loop says of a valve that is accused; of others nobody has asked.
-pub(super) fn blocks(section: Section, diagnosis: &Diagnosis) -> Section {
-    if diagnosis.verdict.class != VerdictClass::Sticks {
-        return section;
-    }
-    match fit(diagnosis, &FitOptions::default()) {
-        Ok(fit) => told(section, &fit),
-        Err(_) => section,
-    }
+/// The loop behind a recording, and what an action would bring.
+pub(super) struct Fitted {
+    pub fit: Fit,
+    pub prospects: Result<Prospects, String>,
 }
 
-fn told(mut section: Section, fit: &Fit) -> Section {
+/// The loop behind a valve that is accused; of others nobody has asked.
+pub(super) fn of_accused(diagnosis: &Diagnosis) -> Option<Fitted> {
+    if diagnosis.verdict.class != VerdictClass::Sticks {
+        return None;
+    }
+    let fit = fit(diagnosis, &FitOptions::default()).ok()?;
+    let prospects = prospects(&fit);
+    Some(Fitted { fit, prospects })
+}
+
+/// Adds what the fitted loop says.
+pub(super) fn told(mut section: Section, Fitted { fit, prospects }: &Fitted) -> Section {
     section = section.heading("Does the valve explain the swing?");
     match (fit.cycle.known(), fit.cycle.why_not()) {
         (Some(cycle), _) => {
@@ -37,11 +43,11 @@ fn told(mut section: Section, fit: &Fit) -> Section {
         }
     }
     section = section.with(parts(fit));
-    match prospects(fit) {
+    match prospects {
         Ok(found) => {
-            section = section.heading("What would it bring?").with(actions(&found));
+            section = section.heading("What would it bring?").with(actions(found));
             if !found.advice.is_empty() {
-                section = section.with(Block::List { ordered: false, items: found.advice });
+                section = section.with(Block::List { ordered: false, items: found.advice.clone() });
             }
         }
         Err(why) => {

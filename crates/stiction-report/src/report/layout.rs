@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::document::Source;
+use crate::words::percent;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stiction_diagnose::detect::Decision;
 use stiction_diagnose::diagnose::VerdictClass;
@@ -9,9 +10,9 @@ use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::figure::Figure;
 use stiction_figure::page::relative;
 
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("../interactive.js");
-const TABLES: &str = include_str!("../tables.js");
+pub(super) const TABLES: &str = include_str!("../tables.js");
 
 /// A report on one loop or several.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +29,8 @@ pub struct Report {
     pub tool: String,
     /// The files it was made from.
     pub sources: Vec<Source>,
+    /// The page that lists it among others, by its relative path; `None` of a report that stands alone.
+    pub home: Option<String>,
 }
 
 /// What a report says of one loop.
@@ -39,12 +42,37 @@ pub struct Section {
     pub badge: Badge,
     /// The conclusion as a sentence.
     pub headline: String,
+    /// What the first screen shows; `None` for the name, the conclusion and the facts alone.
+    pub head: Option<Head>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
     /// The numbers that go with the conclusion.
     pub facts: Vec<Fact>,
     /// All the rest.
     pub blocks: Vec<Block>,
+}
+
+/// The first screen of a loop.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Head {
+    /// Type, time and file.
+    pub line: String,
+    /// The probability that the valve sticks, where there is one.
+    pub probability: Option<f64>,
+    /// How bad it is.
+    pub facts: Vec<Fact>,
+    /// What to do, first things first.
+    pub actions: Vec<String>,
+    /// What else it could be, with the likelihood of each.
+    pub causes: Vec<(String, f64)>,
+    /// What is to be known of the data.
+    pub remarks: Vec<String>,
+    /// PV and OP over time.
+    pub trend: Option<Figure>,
+    /// A cycle as long as it is on the axis of the trend.
+    pub cycle: Option<f64>,
+    /// PV over OP.
+    pub map: Option<Figure>,
 }
 
 /// A word with a symbol; in colour on the screen, but not told by colour alone.
@@ -63,6 +91,8 @@ pub struct Badge {
 pub enum Tone {
     /// Something is wrong.
     Bad,
+    /// Something is probably wrong.
+    Warning,
     /// Nothing is wrong.
     Good,
     /// It is not known.
@@ -189,6 +219,7 @@ impl Report {
             sections: Vec::new(),
             tool: tool.into(),
             sources: Vec::new(),
+            home: None,
         }
     }
 
@@ -196,6 +227,13 @@ impl Report {
     #[must_use]
     pub fn introduction(mut self, introduction: impl Into<String>) -> Self {
         self.introduction = introduction.into();
+        self
+    }
+
+    /// Names the page that lists it among others, by its relative path.
+    #[must_use]
+    pub fn home(mut self, home: impl Into<String>) -> Self {
+        self.home = Some(home.into());
         self
     }
 
@@ -238,18 +276,23 @@ impl Report {
                     style { (PreEscaped(STYLE)) }
                 }
                 body {
-                    header {
-                        h1 { (self.title) }
-                        @if !self.introduction.is_empty() { p { (self.introduction) } }
+                    @if let Some(home) = &self.home { nav.home { a href=(relative(home)) { "All loops" } } }
+                    @let alone = matches!(&self.sections[..], [one] if one.head.is_some());
+                    @if !alone {
+                        header {
+                            h1 { (self.title) }
+                            @if !self.introduction.is_empty() { p { (self.introduction) } }
+                        }
                     }
                     @if self.sections.len() > 1 { (contents(&self.sections)) }
                     main {
                         (page.blocks(&self.blocks)?)
                         @for (number, section) in (1..).zip(&self.sections) {
-                            (page.section(number, section)?)
+                            (page.section(number, section, alone)?)
                         }
                     }
                     footer {
+                        @if alone { p { (self.introduction) } }
                         p { (self.tool) }
                         @for source in &self.sources {
                             p { (source.file) ": SHA-256 " code { (source.sha256) } }
@@ -271,6 +314,7 @@ impl Section {
             name: name.into(),
             badge,
             headline: headline.into(),
+            head: None,
             reasons: Vec::new(),
             facts: Vec::new(),
             blocks: Vec::new(),
@@ -296,6 +340,17 @@ impl Section {
     pub fn with(mut self, block: impl Into<Block>) -> Self {
         self.blocks.push(block.into());
         self
+    }
+
+    /// Adds what `fill` adds to an empty section, shown on demand; nothing if that is nothing.
+    #[must_use]
+    pub fn fold(self, summary: impl Into<String>, fill: impl FnOnce(Self) -> Self) -> Self {
+        let empty = Self::new("", self.badge, "");
+        let blocks = fill(empty).blocks;
+        match blocks.is_empty() {
+            true => self,
+            false => self.with(Block::Details { summary: summary.into(), blocks }),
+        }
     }
 
     /// Adds a heading.
@@ -470,16 +525,65 @@ struct Page {
 }
 
 impl Page {
-    fn section(&mut self, number: usize, section: &Section) -> Result<Markup, Error> {
+    fn section(&mut self, number: usize, section: &Section, alone: bool) -> Result<Markup, Error> {
         Ok(html! {
-            section.loop #{ "loop-" (number) } data-scope {
-                h2 { (section.name) }
-                div.banner {
+            section.loop.alone[alone] #{ "loop-" (number) } data-scope {
+                @if alone { h1 { (section.name) } } @else { h2 { (section.name) } }
+                @if let Some(head) = &section.head { (self.head(section, head)?) } @else { div.banner {
                     p.verdict { (badge(&section.badge)) " " (section.headline) }
                     (facts(&section.facts))
                     @if !section.reasons.is_empty() { ul.reasons { (listed(&section.reasons)) } }
-                }
+                } }
                 (self.blocks(&section.blocks)?)
+            }
+        })
+    }
+
+    fn head(&mut self, section: &Section, head: &Head) -> Result<Markup, Error> {
+        Ok(html! {
+            p.line { (head.line) }
+            div.head {
+                div.said {
+                    p.verdict { (badge(&section.badge)) }
+                    @if let Some((share, words)) = head.likelihood() {
+                        p.probability { (bar(share)) " sticks: " (words) }
+                    }
+                    p.headline { (section.headline) }
+                    @if !section.reasons.is_empty() { ul.reasons { (listed(&section.reasons)) } }
+                    (facts(&head.facts))
+                    @if !head.actions.is_empty() {
+                        p.do { "What to do" }
+                        ol { (listed(&head.actions)) }
+                    }
+                }
+                div.seen {
+                    @if let Some(trend) = &head.trend {
+                        @if let Some(cycle) = head.cycle {
+                            p.spans data-cycle=(cycle) {
+                                @for (cycles, word) in [("1", "1 cycle"), ("10", "10 cycles"), ("", "all")] {
+                                    button type="button" data-cycles=(cycles) aria-pressed=(cycles.is_empty()) { (word) }
+                                }
+                            }
+                        }
+                        (self.figure(trend)?)
+                    }
+                    div.beside {
+                        @if let Some(map) = &head.map { (self.figure(map)?) }
+                        div {
+                            @if !head.causes.is_empty() {
+                                p.do { "What else it could be" }
+                                ul.causes {
+                                    @for (name, likelihood) in &head.causes {
+                                        li {
+                                            (bar(*likelihood)) " " (name) ", " (percent(*likelihood))
+                                        }
+                                    }
+                                }
+                            }
+                            ul.remarks { (listed(&head.remarks)) }
+                        }
+                    }
+                }
             }
         })
     }
@@ -512,16 +616,32 @@ impl Page {
                 h4 { (card.heading) @if let Some(word) = &card.badge { " " (badge(word)) } }
                 p { (card.sentence) }
                 @if !card.caveats.is_empty() { ul.caveats { (listed(&card.caveats)) } }
-                @if let Some(figure) = &card.figure { (self.figure(figure)?) }
+                @if let Some(figure) = &card.figure { (self.still(figure)?) }
                 (facts(&card.facts))
                 @if let Some(table) = &card.table { (self.table(table)) }
             }
         })
     }
 
-    fn figure(&mut self, figure: &Figure) -> Result<Markup, Error> {
+    /// A figure without what a script needs: a page of many would weigh half as much again.
+    fn still(&mut self, figure: &Figure) -> Result<Markup, Error> {
+        let svg = figure.live(&self.id())?.svg;
+        Ok(html! {
+            figure {
+                div.sheet { (PreEscaped(svg)) }
+                @if !figure.caption.is_empty() { figcaption { (figure.caption) } }
+            }
+        })
+    }
+
+    /// A name that no other figure of the page has.
+    fn id(&mut self) -> String {
         self.figures += 1;
-        let id = format!("figure-{}", self.figures);
+        format!("figure-{}", self.figures)
+    }
+
+    fn figure(&mut self, figure: &Figure) -> Result<Markup, Error> {
+        let id = self.id();
         let live = figure.live(&id)?;
         Ok(html! {
             figure #(id) data-live {
@@ -589,13 +709,21 @@ fn contents(sections: &[Section]) -> Markup {
     }
 }
 
-fn badge(badge: &Badge) -> Markup {
+pub(super) fn badge(badge: &Badge) -> Markup {
     let tone = match badge.tone {
         Tone::Bad => "bad",
+        Tone::Warning => "warning",
         Tone::Good => "good",
         Tone::Open => "open",
     };
     html! { span.badge.(tone) { span aria-hidden="true" { (badge.symbol) } " " (badge.word) } }
+}
+
+/// A share of one as a bar.
+fn bar(share: f64) -> Markup {
+    html! {
+        span.bar aria-hidden="true" { i style={ "width:" (format!("{:.0}", 100.0 * share)) "%" } {} }
+    }
 }
 
 fn facts(facts: &[Fact]) -> Markup {

@@ -18,17 +18,14 @@ const ROWS: &[&str] = &["", "J", "S", "a", "b", "c", "d", "e", "f", "g", "h", ""
 /// Where the definitions begin in [`ROWS`].
 const DEFINITIONS: usize = 3;
 
-/// Adds what is concluded to a section.
-pub(super) fn blocks(mut section: Section, diagnosis: &Diagnosis) -> Section {
+/// Adds why it was concluded, and what else it could be.
+pub(super) fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
     if let Some(advice) = words::what_would_answer(diagnosis) {
         section = section.with(Block::Paragraph(advice));
     }
     section = faults(section, diagnosis);
     section = evidence(section, diagnosis);
-    section = alternatives(section, diagnosis);
-    section = confirm(section, diagnosis);
-    section = size(section, diagnosis);
-    windows(section, diagnosis)
+    alternatives(section, diagnosis)
 }
 
 /// Why nothing responds, and how to tell the faults apart.
@@ -125,9 +122,9 @@ fn bar(share: f64) -> String {
 
 /// How to settle it: the steps that the data allow to size, else general advice, which knows nothing of
 /// the plant.
-fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
+pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
     if let Some(test) = &diagnosis.verdict.confirm {
-        return confirming_test(section.heading("How to confirm it"), test, diagnosis);
+        return confirming_test(section, test, diagnosis);
     }
     match diagnosis.verdict.class {
         VerdictClass::Sticks if diagnosis.verdict.basis != Basis::ValvePosition => {
@@ -137,7 +134,7 @@ fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
                  sticks does not follow the first steps after each turn.",
             ];
             let items = items.map(str::to_owned).to_vec();
-            section.heading("How to confirm it").with(Block::List { ordered: true, items })
+            section.with(Block::List { ordered: true, items })
         }
         VerdictClass::DoesNotStick if diagnosis.verdict.alternatives.is_empty() => section.with(
             Block::Paragraph(
@@ -167,12 +164,12 @@ fn confirming_test(section: Section, test: &ConfirmingTest, diagnosis: &Diagnosi
 }
 
 /// S and J with their intervals, beside the competing definitions.
-fn size(section: Section, diagnosis: &Diagnosis) -> Section {
+pub(super) fn size(section: Section, diagnosis: &Diagnosis) -> Section {
     let stiction = &diagnosis.stiction;
     if stiction.s.is_none() && stiction.j.is_none() && stiction.definitions.is_empty() {
         return section;
     }
-    let mut section = section.heading("How much it sticks");
+    let mut section = section;
     let coverage = stiction.coverage.map_or(String::new(), |share| {
         format!(" The intervals are meant to hold with {:.0} %.", 100.0 * share)
     });
@@ -251,7 +248,7 @@ fn size_figure(diagnosis: &Diagnosis) -> Option<Figure> {
     Some(figure).filter(|figure| figure.check().is_ok())
 }
 
-fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
+pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
     // One window is the whole, of which all has been said.
     if diagnosis.windows.len() < 2 {
         return section;
@@ -266,7 +263,7 @@ fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
             s: w.s,
         })
         .collect();
-    let mut section = section.heading("Over time");
+    let mut section = section;
     if let Some(figure) = over_time::figure(&points, diagnosis.start, &[]) {
         section = section.with(figure);
     }

@@ -24,8 +24,15 @@ pub(super) const WIDTH: f64 = 860.0;
 const REDUCED_FROM: usize = 3_000;
 /// The panels of this group share the time axis.
 const TIME: &str = "time";
-/// The panels of this group share the time axis of the end of a segment.
-const DETAIL: &str = "detail";
+
+/// The panels of this group share the time axis of the first screen.
+const HEAD: &str = "head";
+/// Height of its panels, and width of its map, px.
+const HEAD_HEIGHT: f64 = 118.0;
+const HEAD_MAP_WIDTH: f64 = 430.0;
+/// Names of the series of a map.
+const ELLIPSE: &str = "fitted ellipse";
+const SAMPLES: &str = "samples";
 
 /// What is known about a loop beside its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -141,6 +148,67 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     Some(panels.into_iter().fold(figure, Figure::with))
 }
 
+/// Trends for the first screen: those of [`trends`], lower.
+pub(super) fn head_trend(
+    segments: &[Segment],
+    judged: usize,
+    context: &Context<'_>,
+) -> Option<Figure> {
+    let mut figure = trends(segments, judged, context)?;
+    for panel in &mut figure.panels {
+        if context.pv_unit.is_none() && panel.y_label.starts_with("PV") {
+            // There is no room for saying that the unit is not known.
+            panel.y_label.truncate(panel.y_label.find(" (").unwrap_or(panel.y_label.len()));
+        }
+        panel.height = Some(HEAD_HEIGHT);
+        panel.group = Some(HEAD.to_owned());
+    }
+    if let (Some(period), Some(segment)) = (context.period_s, segments.get(judged)) {
+        let axis = axis_of(segments, context)?;
+        let end = segment.from + segment.duration();
+        if period < segment.duration() {
+            let cycle = Annotation::x_band(axis.at(end - period), axis.at(end), "");
+            let panels = figure.panels.into_iter();
+            figure.panels = panels.map(|panel| panel.note(cycle.clone())).collect();
+            figure.caption += " Shaded at the end: one cycle.";
+        }
+    }
+    Some(figure)
+}
+
+/// A cycle in the units of the axis of the trend; `None` where none is known.
+pub(super) fn cycle_on_axis(segments: &[Segment], context: &Context<'_>) -> Option<f64> {
+    let axis = axis_of(segments, context)?;
+    context.period_s.map(|period| axis.at(period) - axis.at(0.0))
+}
+
+fn axis_of(segments: &[Segment], context: &Context<'_>) -> Option<TimeAxis> {
+    let last = segments.iter().rfind(|segment| !segment.is_empty())?;
+    Some(TimeAxis::of_times(context.start, last.from + last.duration()))
+}
+
+/// PV over OP for the first screen, with S drawn on it.
+pub(super) fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Option<Figure> {
+    let mut figure = pv_op_map(segment, context)?;
+    let panel = figure.panels.first_mut()?;
+    let from = last_periods(segment, context);
+    let (op, pv) = (&segment.op[from..], &segment.pv.as_deref()?[from..]);
+    // The ellipse is a researcher's; it stands with the other definitions.
+    panel.series.retain(|series| ![ELLIPSE, SAMPLES].contains(&&*series.label));
+    panel.annotations.retain(|note| !matches!(note, Annotation::Dimension { .. }));
+    panel.height = Some(2.0 * HEAD_HEIGHT - 40.0);
+    let lasting = duration((segment.len() - from) as f64 * segment.sample_time);
+    figure.caption = format!("PV over OP in the last {lasting}; arrows point forward in time.");
+    if let Some(s) = s.filter(|s| *s > 0.0 && *s < 2.0 * span(op)) {
+        let (middle, low) = (mean(op), stiction_diagnose::series::min(pv));
+        let bar = Annotation::dimension((middle - s / 2.0, low), (middle + s / 2.0, low), "S", 0.0);
+        *panel = panel.clone().note(bar);
+        figure.caption += " The bar is as long as S.";
+    }
+    (figure.width, figure.panel_height) = (HEAD_MAP_WIDTH, None);
+    Some(figure)
+}
+
 /// The modes between two times.
 fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Strip> {
     let starts = modes.time.iter().zip(&modes.modes);
@@ -170,36 +238,10 @@ fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Stri
     (!spans.is_empty()).then(|| Strip { name: "mode".to_owned(), spans })
 }
 
-/// The last few periods of a segment, those on the map, with every sample.
-///
-/// `None` if the segment has not twice as many.
-pub fn detail(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
-    let from = last_periods(segment, context);
-    if 2 * from < segment.len() {
-        return None;
-    }
-    let part = |signal: &Option<Vec<f64>>| signal.as_ref().map(|x| x[from..].to_vec());
-    let end = Segment {
-        from: segment.from + from as f64 * segment.sample_time,
-        sample_time: segment.sample_time,
-        op: segment.op[from..].to_vec(),
-        pv: part(&segment.pv),
-        sp: part(&segment.sp),
-        vp: part(&segment.vp),
-        bridged: 0,
-    };
-    let mut figure = trends(&[end], 0, context)?;
-    figure.caption = format!("The end of the segment. {}", figure.caption);
-    for panel in &mut figure.panels {
-        panel.group = Some(DETAIL.to_owned());
-    }
-    Some(figure)
-}
-
-/// Where the last six periods of a segment begin; without a period, its last 1,000 samples.
+/// Where the last four periods of a segment begin; without a period, its last 1,000 samples.
 pub(super) fn last_periods(segment: &Segment, context: &Context<'_>) -> usize {
     let period = context.period_of(segment);
-    let samples = period.map_or(1_000, |p| (6.0 * p / segment.sample_time).ceil() as usize);
+    let samples = period.map_or(1_000, |p| (4.0 * p / segment.sample_time).ceil() as usize);
     segment.len() - samples.max(50).min(segment.len())
 }
 
@@ -226,7 +268,7 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     let mut panel = Panel::new("OP (% of span)", context.pv_label("PV"))
         .legend(Legend::Above)
         .with(Series::line("PV over OP", &op[..], &pv[..]).colour(colour::SKY).along(time))
-        .with(Series::points("samples", &op[..], &pv[..]).colour(colour::BLUE));
+        .with(Series::points(SAMPLES, &op[..], &pv[..]).colour(colour::BLUE));
     for (tail, tip) in directions(&op, &pv) {
         panel = panel.note(Annotation::arrow("", tail, tip));
     }
@@ -240,7 +282,7 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     if let Some(ellipse) = ellipse {
         let (x, y) = outline(&ellipse);
         let (width, [middle, level]) = (ellipse.op_width(), ellipse.centre);
-        panel = panel.with(Series::dashed("fitted ellipse", x, y).colour(colour::VERMILION)).note(
+        panel = panel.with(Series::dashed(ELLIPSE, x, y).colour(colour::VERMILION)).note(
             Annotation::dimension(
                 (middle - width / 2.0, level),
                 (middle + width / 2.0, level),
@@ -553,8 +595,6 @@ fn oscillations(values: &[f64], lines: &Periodogram, sample_time: f64) -> Vec<(u
 pub fn all(segments: &[Segment], judged: usize, context: &Context<'_>) -> Vec<Figure> {
     let Some(segment) = segments.get(judged) else { return Vec::new() };
     [
-        trends(segments, judged, context),
-        detail(segment, context),
         pv_op_map(segment, context),
         op_pv_correlation(segment, context),
         autocorrelations(segment, context),

@@ -1,0 +1,101 @@
+//! A verdict in one graded word: what an engineer reads first.
+//!
+//! # Rule
+//! | grade | where |
+//! |---|---|
+//! | sticks | the verdict accuses the valve |
+//! | probably sticks | the evidence makes it [likely](PROBABLY_FROM), but does not accuse: no line of evidence bears it out alone, or play elsewhere would look the same; or families of published methods say so, or the OP alone does |
+//! | unclear | the evidence lies between, contradicts itself, or is unlike the training |
+//! | probably fine | the evidence makes sticking as unlikely as where it clears, but the recording would not show a large enough S; or what sticks is too little to be a fault |
+//! | fine | the verdict clears the valve |
+//! | does not respond | the output travels, the flow or the stem does not |
+//! | data cannot answer | the data are unfit, or their columns look mistaken |
+//!
+//! # Limits
+//! "Probably" is no verdict: [`VerdictClass`] stays "cannot tell" there, and a test is the next step. How often each
+//! grade is right on simulated loops stands in `docs/accuracy.md`.
+
+use super::{Basis, Diagnosis, Ruling, VerdictClass};
+use crate::recording::fitness::Class;
+use std::fmt;
+
+/// The probability from which a valve that is not accused probably sticks.
+pub const PROBABLY_FROM: f64 = 0.8;
+
+/// The verdict in one graded word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Grade {
+    /// It sticks.
+    Sticks,
+    /// It does not respond.
+    DoesNotRespond,
+    /// It probably sticks; a test would tell.
+    ProbablySticks,
+    /// The evidence is divided, or lies between.
+    Unclear,
+    /// It is probably fine, which this recording does not prove.
+    ProbablyFine,
+    /// It does not stick.
+    Fine,
+    /// The data cannot answer.
+    #[default]
+    CannotAnswer,
+}
+
+impl Grade {
+    /// All of them, the worst first.
+    pub const ALL: [Self; 7] = [
+        Self::Sticks,
+        Self::DoesNotRespond,
+        Self::ProbablySticks,
+        Self::Unclear,
+        Self::ProbablyFine,
+        Self::Fine,
+        Self::CannotAnswer,
+    ];
+
+    /// Its name, as in `probably sticks`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sticks => "sticks",
+            Self::DoesNotRespond => "does not respond",
+            Self::ProbablySticks => "probably sticks",
+            Self::Unclear => "unclear",
+            Self::ProbablyFine => "probably fine",
+            Self::Fine => "fine",
+            Self::CannotAnswer => "data cannot answer",
+        }
+    }
+
+    /// What is said of a loop; see the [rule](self).
+    pub(super) fn of(diagnosis: &Diagnosis) -> Self {
+        let verdict = &diagnosis.verdict;
+        match (verdict.class, verdict.basis) {
+            (VerdictClass::DoesNotRespond, _) => Self::DoesNotRespond,
+            (VerdictClass::Sticks, Basis::Majority | Basis::OpAlone) => Self::ProbablySticks,
+            (VerdictClass::Sticks, _) => Self::Sticks,
+            (VerdictClass::DoesNotStick, Basis::Majority | Basis::OpAlone) => Self::ProbablyFine,
+            (VerdictClass::DoesNotStick, _) => Self::Fine,
+            _ if diagnosis.mistaken().is_some() || diagnosis.segment().is_none() => {
+                Self::CannotAnswer
+            }
+            (_, Basis::ValvePosition) => Self::Unclear,
+            _ if diagnosis.fitness.class == Class::Unfit => Self::CannotAnswer,
+            _ => match diagnosis.undecided_by() {
+                Some(Ruling::Mistaken) => Self::CannotAnswer,
+                Some(Ruling::Unsupported | Ruling::DeadZone) => Self::ProbablySticks,
+                Some(Ruling::Open) if verdict.probability >= Some(PROBABLY_FROM) => {
+                    Self::ProbablySticks
+                }
+                Some(Ruling::Blind | Ruling::Harmless) => Self::ProbablyFine,
+                _ => Self::Unclear,
+            },
+        }
+    }
+}
+
+impl fmt::Display for Grade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}

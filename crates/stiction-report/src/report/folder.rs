@@ -1,0 +1,283 @@
+//! Many loops as a folder of pages: an index that can be sorted, searched and narrowed down, and a page a loop.
+
+use super::diagnosis::{by_rank, report};
+use super::layout::{Badge, STYLE, TABLES, badge, number};
+use super::time_axis::spoken;
+use crate::Error;
+use crate::document::{self, Loop};
+use crate::words::{self, percent, rough};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use stiction_diagnose::diagnose::{Diagnosis, Grade};
+use stiction_diagnose::recording::{Segment, fitness::Class};
+use stiction_diagnose::series::{max, min};
+use stiction_figure::page::relative;
+
+/// Name of the index.
+pub const INDEX: &str = "index.html";
+/// Folder of the loops' pages, beside it.
+const LOOPS: &str = "loops";
+/// Columns of a small trend, and its size, px.
+const COLUMNS: usize = 48;
+const SMALL: (f64, f64) = (120.0, 24.0);
+/// Periods that it shows.
+const PERIODS: f64 = 6.0;
+
+/// Reports on many loops, a page each, and an index of them.
+#[derive(Debug, Clone)]
+pub struct Folder<'a> {
+    tool: String,
+    /// The worst first.
+    loops: Vec<Loop<'a>>,
+}
+
+impl<'a> Folder<'a> {
+    /// A folder of some loops.
+    pub fn new(tool: impl Into<String>, loops: &[Loop<'a>]) -> Self {
+        Self { tool: tool.into(), loops: by_rank(loops) }
+    }
+
+    /// How many loops there are.
+    pub fn len(&self) -> usize {
+        self.loops.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.loops.is_empty()
+    }
+
+    /// Path of the page of a loop, from the folder on, with `/` between folders.
+    pub fn path(&self, place: usize) -> String {
+        let name = self.loops.get(place).map_or("", |each| &each.diagnosis.name);
+        format!("{LOOPS}/{}", file_name(place, name))
+    }
+
+    /// The page of a loop.
+    ///
+    /// # Errors
+    /// As [`html`](super::html).
+    pub fn page(&self, place: usize) -> Result<String, Error> {
+        let one = &self.loops[place..(place + 1).min(self.loops.len())];
+        report(&self.tool, one).home(format!("../{INDEX}")).html()
+    }
+
+    /// The index.
+    pub fn index(&self) -> String {
+        let title = match self.loops.len() {
+            1 => "One control loop".to_owned(),
+            n => format!("{n} control loops"),
+        };
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body.index {
+                    header { h1 { (title) } }
+                    main { (self.chips()) (self.table()) }
+                    footer { p { (self.tool) ", results of form " (document::VERSION) } }
+                    script { (PreEscaped(TABLES)) }
+                }
+            }
+        };
+        page.into_string()
+    }
+
+    /// A button for each grade that there is, with its count, and one for a row a valve.
+    fn chips(&self) -> Markup {
+        let mut counts: BTreeMap<Grade, usize> = BTreeMap::new();
+        for each in &self.loops {
+            *counts.entry(each.diagnosis.verdict.grade).or_default() += 1;
+        }
+        let several = self.later().contains(&true);
+        html! {
+            p.chips data-chips {
+                @for (grade, count) in counts {
+                    button type="button" data-only=(grade.name()) aria-pressed="false" {
+                        (badge(&Badge::from(grade))) " " (count)
+                    }
+                }
+                @if several {
+                    label { input type="checkbox" data-first; " one row a valve, its worst" }
+                }
+            }
+        }
+    }
+
+    /// Of each loop, whether another one of the same name stands before it.
+    fn later(&self) -> Vec<bool> {
+        let mut seen = std::collections::BTreeSet::new();
+        self.loops.iter().map(|each| !seen.insert(&each.diagnosis.name)).collect()
+    }
+
+    fn table(&self) -> Markup {
+        let heads = [
+            ("loop", false),
+            ("type", false),
+            ("verdict", false),
+            ("p that it sticks", true),
+            ("S, %", true),
+            ("period", true),
+            ("PV swings ±", true),
+            ("output travels, %/h", true),
+            ("data", false),
+            ("trend", false),
+            ("file", false),
+        ];
+        let later = self.later();
+        html! {
+            div.rows {
+                table data-sortable {
+                    thead {
+                        tr {
+                            @for (name, is_number) in heads {
+                                th scope="col" class=[is_number.then_some("number")] { (name) }
+                            }
+                        }
+                    }
+                    tbody {
+                        @for (place, each) in self.loops.iter().enumerate() {
+                            (row(each, &self.path(place), later[place]))
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn row(Loop { diagnosis, source }: &Loop<'_>, path: &str, later: bool) -> Markup {
+    let verdict = &diagnosis.verdict;
+    let data = match diagnosis.fitness.class {
+        Class::Fit => "fit",
+        Class::Caveats => "caveats",
+        Class::Unfit => "not fit",
+    };
+    let oscillation = diagnosis.oscillation().map(|(_, found)| found);
+    let period = oscillation.and_then(|found| found.period_s).filter(|p| p.is_finite());
+    let swing = oscillation.and_then(|found| found.amplitude).filter(|a| a.is_finite());
+    let unit = diagnosis.pv_unit.as_deref().unwrap_or("");
+    let travel = diagnosis.kpis.get("OP travel").and_then(|kpi| kpi.value);
+    let s = match (diagnosis.stiction.s, verdict.s_below) {
+        (Some(s), _) => Some((s.value, rough(s.value))),
+        (None, Some(limit)) => Some((limit.value, format!("<\u{a0}{}", rough(limit.value)))),
+        (None, None) => None,
+    };
+    let said = verdict.overruled.as_ref().map(words::overruled);
+    html! {
+        tr data-grade=(verdict.grade.name()) data-later[later] {
+            td { a href=(relative(path)) { (diagnosis.name) } }
+            td { (diagnosis.loop_type.name()) }
+            td data-value=(place_of(verdict.grade)) title=[said] {
+                (badge(&Badge::from(verdict.grade)))
+                @if verdict.overruled.is_some() { " overruled" }
+            }
+            (cell(verdict.probability.map(|p| (p, percent(p)))))
+            (cell(s))
+            (cell(period.map(|p| (p, spoken(p)))))
+            (cell(swing.map(|a| (a, format!("{} {unit}", rough(a)).trim_end().to_owned()))))
+            (cell(travel.map(|t| (t, rough(t)))))
+            td { (data) }
+            td { (small_trend(diagnosis)) }
+            td.soft { (source.file) }
+        }
+    }
+}
+
+/// Where a grade stands among all of them, the worst first.
+fn place_of(grade: Grade) -> usize {
+    Grade::ALL.iter().position(|each| *each == grade).unwrap_or(Grade::ALL.len())
+}
+
+/// A number by which rows are sorted, with what is shown of it.
+fn cell(of: Option<(f64, String)>) -> Markup {
+    match of {
+        Some((value, text)) => html! { td.number data-value=(number(value)) { (text) } },
+        None => html! { td.number { "–" } },
+    }
+}
+
+/// The last periods of the PV, or of the OP where there is none, as a line.
+fn small_trend(diagnosis: &Diagnosis) -> Markup {
+    let Some(segment) = diagnosis.segment() else { return html! {} };
+    let (name, signal) = match &segment.pv {
+        Some(pv) => ("PV", pv),
+        None => ("OP", &segment.op),
+    };
+    let samples = last_periods(diagnosis, segment);
+    let shown = &signal[signal.len() - samples..];
+    let (low, high) = (min(shown), max(shown));
+    if !(high > low) {
+        return html! {};
+    }
+    let label = format!("{name}, last {}", spoken(samples as f64 * segment.sample_time));
+    let (width, height) = SMALL;
+    html! {
+        svg.small viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(label) {
+            path d=(line(shown, low, high)) {}
+        }
+    }
+}
+
+fn last_periods(diagnosis: &Diagnosis, segment: &Segment) -> usize {
+    let period = diagnosis.oscillation().and_then(|(_, found)| found.period_s);
+    let samples =
+        period.map_or(segment.len(), |p| (PERIODS * p / segment.sample_time).ceil() as usize);
+    samples.clamp(1, segment.len())
+}
+
+/// Path data of a line in tenths of a px, with the extremes of each column.
+fn line(x: &[f64], low: f64, high: f64) -> String {
+    let (width, height) = SMALL;
+    let columns = COLUMNS.min(x.len());
+    let mut d = String::new();
+    let mut put = |at: f64, v: f64| {
+        let y = 1.0 + (height - 2.0) * (1.0 - (v - low) / (high - low));
+        // Writing to a string cannot fail.
+        let _ = write!(d, "{}{:.0} {y:.0}", if d.is_empty() { "M" } else { "L" }, at);
+    };
+    for column in 0..columns {
+        let part = &x[column * x.len() / columns..(column + 1) * x.len() / columns];
+        let at = width * (column as f64 + 0.5) / columns as f64;
+        let (least, most) = (min(part), max(part));
+        // In the order in which they came.
+        let rising = part.first() <= part.last();
+        put(at, if rising { least } else { most });
+        if most > least {
+            put(at + 0.5, if rising { most } else { least });
+        }
+    }
+    d
+}
+
+/// The name of a page's file: the place of its loop, which no other has, and what of its name every file system
+/// can hold.
+pub fn file_name(place: usize, name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    let name: String = name.chars().take(60).map(plain).collect();
+    format!("{:05}-{name}.html", place + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_have_names_that_any_system_holds() {
+        assert_eq!(file_name(0, "FIC-101"), "00001-FIC-101.html");
+        assert_eq!(file_name(11, "../Ü/a b"), "00012-_____a_b.html");
+    }
+
+    #[test]
+    fn a_small_trend_is_small() {
+        let x: Vec<f64> = (0..5_000).map(|k| (0.01 * f64::from(k)).sin()).collect();
+        let d = line(&x, -1.0, 1.0);
+        assert!(d.starts_with('M') && d.len() < 700, "{}", d.len());
+    }
+}

@@ -1,0 +1,196 @@
+//! The first screen of a loop: does it stick, how bad, what to do, and the trend that shows it.
+
+use super::evidence::sentence;
+use super::layout::{Badge, Fact, Head, Tone};
+use super::time_axis::spoken;
+use super::views::{self, Context};
+use crate::document::Source;
+use crate::words::{self, percent, rough};
+use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade};
+use stiction_diagnose::fit::Prospects;
+use stiction_diagnose::fit::prospects::Remedy;
+use stiction_diagnose::recording::fitness::Class;
+use stiction_figure::figure::instant;
+
+/// Other causes that are named.
+const CAUSES: usize = 3;
+/// Causes less likely than this are not worth a line.
+const LEAST_LIKELY: f64 = 0.01;
+
+/// What an engineer with three minutes must see.
+pub(super) fn head(
+    diagnosis: &Diagnosis,
+    source: &Source,
+    context: &Context<'_>,
+    prospects: Option<&Prospects>,
+) -> Head {
+    let segments = &diagnosis.grid.segments;
+    let drawn = |figure: &stiction_figure::Figure| figure.check().is_ok();
+    let trend = diagnosis
+        .judged
+        .as_ref()
+        .and_then(|judged| views::head_trend(segments, judged.segment, context).filter(drawn));
+    let s = diagnosis.stiction.s.map(|s| s.value);
+    let map =
+        diagnosis.segment().and_then(|segment| views::head_map(segment, s, context).filter(drawn));
+    Head {
+        line: line(diagnosis, source),
+        probability: diagnosis.verdict.probability,
+        facts: facts(diagnosis),
+        actions: actions(diagnosis, prospects),
+        causes: causes(diagnosis),
+        remarks: remarks(diagnosis),
+        cycle: trend.as_ref().and_then(|_| views::cycle_on_axis(segments, context)),
+        trend,
+        map,
+    }
+}
+
+/// Type, time, sample time and file.
+fn line(diagnosis: &Diagnosis, source: &Source) -> String {
+    let mut parts = vec![diagnosis.loop_type.name().to_owned()];
+    if let Some(segment) = diagnosis.segment() {
+        let (from, to) = (segment.from, segment.from + segment.duration());
+        let date = |at: f64| diagnosis.start.and_then(|start| instant(start + at));
+        let lasting = spoken(segment.duration());
+        parts.push(match (date(from), date(to)) {
+            (Some(from), Some(to)) => format!("{from} to {to} ({lasting})"),
+            _ => lasting,
+        });
+        parts.push(format!("every {}", spoken(segment.sample_time)));
+    }
+    parts.push(source.file.clone());
+    parts.join(" | ")
+}
+
+fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
+    let mut facts = vec![];
+    let stiction = &diagnosis.stiction;
+    facts.extend(
+        stiction.s.map(|s| Fact::new("S, stick band plus dead band", words::interval(s), "")),
+    );
+    facts.extend(stiction.j.map(|j| Fact::new("J, slip jump", words::interval(j), "")));
+    if let Some(limit) = diagnosis.verdict.s_below {
+        let name =
+            format!("had it stuck by more, it would show ({:.0} %)", 100.0 * limit.confidence);
+        facts.push(Fact::new(name, rough(limit.value), "%"));
+    }
+    if let Some((signal, found)) = diagnosis.oscillation()
+        && let Some(period) = found.period_s.filter(|p| p.is_finite())
+    {
+        let unit = match signal {
+            "OP" => "%".to_owned(),
+            _ => diagnosis.pv_unit.clone().unwrap_or_else(|| "PV units".to_owned()),
+        };
+        // The error swings as the PV does about its set point.
+        let signal = if signal == "error" { "PV" } else { signal };
+        let swings = found.amplitude.filter(|a| a.is_finite());
+        let by = swings.map_or(String::new(), |a| format!("±{} {unit} ", rough(a)));
+        facts.push(Fact::new(
+            format!("{signal} swings"),
+            format!("{by}every {}", spoken(period)),
+            "",
+        ));
+    }
+    let travel = diagnosis.kpis.get("OP travel").and_then(|kpi| kpi.value);
+    facts.extend(travel.map(|t| Fact::new("the output travels", rough(t), "%/h")));
+    facts
+}
+
+/// What to do, first things first.
+fn actions(diagnosis: &Diagnosis, prospects: Option<&Prospects>) -> Vec<String> {
+    let verdict = &diagnosis.verdict;
+    let test = || {
+        match &verdict.confirm {
+        Some(test) => {
+            let steps = 2 * test.steps;
+            format!(
+                "Test the valve: {steps} steps of {} % in manual, about {} in all (below)",
+                rough(test.step),
+                spoken(steps as f64 * test.wait_s)
+            )
+        }
+        None => "Test the valve: in manual, small steps of the output up, then down; watch the flow or the stem"
+            .to_owned(),
+    }
+    };
+    let repair = || {
+        let row = prospects.and_then(|found| {
+            found.actions.iter().find(|row| row.action == Remedy::Repair && row.certain())
+        });
+        match row {
+            Some(row) => format!(
+                "If confirmed, repair it (packing, actuator, positioner): the PV would swing {} to {} times as much as now",
+                rough(row.pv_swing_ratio.low),
+                rough(row.pv_swing_ratio.high)
+            ),
+            None => "If confirmed, have packing, actuator and positioner looked at".to_owned(),
+        }
+    };
+    let first = verdict.alternatives.first().map(|other| other.cause);
+    let elsewhere = || match first {
+        Some(Cause::StickingValve) | None => None,
+        Some(cause) => Some(format!("Look first for {}", words::cause(cause.name()))),
+    };
+    match verdict.grade {
+        Grade::Sticks if verdict.basis == Basis::ValvePosition => vec![repair()],
+        Grade::Sticks => vec![test(), repair()],
+        Grade::ProbablySticks => vec![test(), repair()],
+        Grade::DoesNotRespond => vec!["See below what it may be, and how to tell".to_owned()],
+        Grade::Unclear => {
+            let mut all: Vec<String> = elsewhere().into_iter().collect();
+            all.extend(words::what_would_answer(diagnosis));
+            all
+        }
+        Grade::ProbablyFine | Grade::Fine => match elsewhere() {
+            Some(look) => vec![look],
+            None => vec!["Leave the valve alone".to_owned()],
+        },
+        Grade::CannotAnswer => words::what_would_answer(diagnosis).into_iter().collect(),
+    }
+}
+
+/// The likeliest causes beside a sticking valve, with their likelihood.
+fn causes(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
+    let others = diagnosis.verdict.alternatives.iter();
+    let named = others
+        .filter(|other| other.cause != Cause::StickingValve && other.likelihood >= LEAST_LIKELY);
+    named.take(CAUSES).map(|other| (other.cause.name().to_owned(), other.likelihood)).collect()
+}
+
+/// What is to be known of the data.
+fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
+    let fitness = &diagnosis.fitness;
+    let caveats = fitness.measures.iter().filter(|m| m.class != Class::Fit).count();
+    let mut all = vec![match fitness.class {
+        Class::Fit => "Data: fit".to_owned(),
+        Class::Caveats if caveats == 1 => "Data: fit, one caveat".to_owned(),
+        Class::Caveats => format!("Data: fit, {caveats} caveats"),
+        Class::Unfit => "Data: not fit".to_owned(),
+    }];
+    all.extend(fitness.reasons.iter().map(|reason| sentence(reason)));
+    all
+}
+
+impl Head {
+    /// The probability as a bar tells it, and in words.
+    pub(super) fn likelihood(&self) -> Option<(f64, String)> {
+        let p = self.probability?;
+        Some((p.clamp(0.01, 0.99), percent(p)))
+    }
+}
+
+impl From<Grade> for Badge {
+    fn from(grade: Grade) -> Self {
+        let (symbol, tone) = match grade {
+            Grade::Sticks => ("●", Tone::Bad),
+            Grade::DoesNotRespond => ("■", Tone::Bad),
+            Grade::ProbablySticks => ("◐", Tone::Warning),
+            Grade::Unclear => ("?", Tone::Open),
+            Grade::ProbablyFine => ("◌", Tone::Good),
+            Grade::Fine => ("○", Tone::Good),
+            Grade::CannotAnswer => ("–", Tone::Open),
+        };
+        Self { symbol, word: grade.name(), tone }
+    }
+}
