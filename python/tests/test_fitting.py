@@ -52,7 +52,7 @@ def test_the_loop_behind_the_sample_is_found(fitted):
     assert valve.model == "two-phase" and abs(valve.S.value - 4) < 0.5 and valve.follows < 0.05
     assert valve.from_ == "the evidence in OP and PV"
     assert process.kind == "self-regulating" and process.gain.value > 0 and process.jointly is None
-    assert cycle.explained is True and cycle.cycling > 0.9 and cycle.sentence.endswith(": explained.")
+    assert cycle.explained is True and cycle.cycling > 0.9 and cycle.sentence.endswith("its valve explains the swing.")
     assert abs(cycle.recorded.period_s - 73.86) < 0.01
     assert cycle.predicted.period_s.low < cycle.predicted.period_s.value < cycle.predicted.period_s.high
     found = list(intervals(fitted))
