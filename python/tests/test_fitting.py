@@ -162,7 +162,7 @@ def test_plots(fitted):
 
 LOOP = stiction.recording(50 + np.sin(np.arange(300) / 7), np.cos(np.arange(300) / 7), sample_time=1)
 BAD = [
-    (lambda: stiction.fit("FIC101.csv"), TypeError, "recording must be a Recording, but its type is str"),
+    (lambda: stiction.fit("FIC101.csv"), TypeError, "recording must be a Recording or a table, but its type is str"),
     (lambda: stiction.fit(LOOP, draws=0), ValueError, "draws is 0, but must be at least 1"),
     (lambda: stiction.fit(LOOP, draws=10_001), ValueError, "draws is 10001, but must be at most 10000"),
     (lambda: stiction.fit(LOOP, draws=1.5), TypeError, "draws must be a whole number"),
@@ -172,7 +172,7 @@ BAD = [
     (lambda: stiction.fit(LOOP, loop_type=3), TypeError, "loop_type must be a string"),
     (lambda: stiction.fit(LOOP, sample_time="1"), TypeError, "sample_time must be a number"),
     (lambda: stiction.fit(LOOP, sample_time=0), ValueError, "loop loop: the sample time is 0"),
-    (lambda: stiction.fit(LOOP).ring(3), TypeError, "after must be a Recording, but its type is int"),
+    (lambda: stiction.fit(LOOP).ring(3), TypeError, "after must be a Recording or a table, but its type is int"),
     (lambda: stiction.fit(LOOP).ring(LOOP, "mend"), ValueError, "action is 'mend', but must be one of 'nothing', 'repair'"),
     (lambda: stiction.fit(LOOP).ring(LOOP, 3), TypeError, "action must be a string"),
 ]
