@@ -43,6 +43,14 @@ def dates(start: float | None, time_s: Array) -> tuple[Any, str]:
     return (time_s, "time (s)") if start is None else (moments(start, time_s), "time (UTC)")
 
 
+def short_dates(ax: Any) -> None:
+    """Label dates on the x axis without repeating what they share."""
+    from matplotlib.dates import ConciseDateFormatter
+
+    formatter: Any = ConciseDateFormatter
+    ax.xaxis.set_major_formatter(formatter(ax.xaxis.get_major_locator()))
+
+
 def legend(ax: Any) -> None:
     """Put the legend above the axes, where it hides nothing; titles are put to the left."""
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)

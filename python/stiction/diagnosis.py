@@ -691,7 +691,8 @@ class Diagnosis(Result):
             raise ValueError(f"loop {self.name} has no segment in automatic to draw")
         made = _plots.axes(ax, 3, sharex=False, height=3.0)
         above, middle, below = made
-        time, label = _plots.dates(self.__dict__["_made_of"][0].start, segment.time_s)
+        start = self.__dict__["_made_of"][0].start
+        time, label = _plots.dates(start, segment.time_s)
         if segment.pv is not None:
             above.plot(time, segment.pv, label="PV")
             if segment.sp is not None:
@@ -706,6 +707,9 @@ class Diagnosis(Result):
         above.set_title(f"{self.name}: {self.verdict.class_}{says}")
         above.set(xlabel=label, ylabel="PV (its units)")
         middle.set(xlabel=label, ylabel="OP (% of span)")
+        for each in (above, middle):
+            if start is not None and each.lines:
+                _plots.short_dates(each)
         below.set(xlabel="OP (% of span)", ylabel="PV (its units)" if segment.pv is not None else "VP (% of span)")
         for each in made:
             if each.get_legend_handles_labels()[0]:
@@ -1107,8 +1111,9 @@ def _first_step(diagnosis: Diagnosis) -> str:
         return verdict.confirm.instructions[0]
     if diagnosis.no_response is not None and diagnosis.no_response.faults:
         return diagnosis.no_response.faults[0].told_by
-    causes = [other.because for other in verdict.alternatives if other.cause != "normal operation"]
-    return causes[0] if causes else ""
+    if not verdict.alternatives or verdict.alternatives[0].cause == "normal operation":
+        return ""
+    return verdict.alternatives[0].because
 
 
 def _trend(diagnosis: Diagnosis) -> str:

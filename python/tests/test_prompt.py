@@ -97,6 +97,13 @@ def test_a_card_tells_verdict_numbers_and_the_first_step(found):
     assert f"{found.stiction.S.value:.2g} % of span" in text
 
 
+def test_without_a_test_the_first_step_is_about_the_likeliest_cause(samples):
+    disturbed, wandering = samples[1], samples[3]
+    [cause, *_] = disturbed.verdict.alternatives
+    assert cause.because[1:] in " ".join(parsed(disturbed._repr_html_()).texts)
+    assert wandering.verdict.alternatives[0].cause == "normal operation" and "First:" not in wandering._repr_html_()
+
+
 def test_the_trend_is_a_picture_with_units_and_a_label(found):
     [picture] = re.findall(r"<svg.*</svg>", found._repr_html_())
     root = ElementTree.fromstring(picture)
