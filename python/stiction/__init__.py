@@ -17,6 +17,7 @@ from stiction import (
     closed_loop,
     compensation,
     cycles,
+    datasets,
     detection,
     diagnosis,
     fitting,

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from stiction._arrays import Array
+from stiction._dates import moments
+
 __all__: list[str] = []
 
 
@@ -33,6 +36,19 @@ def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) ->
     if len(given) != rows:
         raise ValueError(f"ax holds {len(given)} axes, but {rows} are needed")
     return given
+
+
+def dates(start: float | None, time_s: Array) -> tuple[Any, str]:
+    """Give what to plot over, and the label of its axis: dates where the start of the clock is known, else seconds."""
+    return (time_s, "time (s)") if start is None else (moments(start, time_s), "time (UTC)")
+
+
+def short_dates(ax: Any) -> None:
+    """Label dates on the x axis without repeating what they share."""
+    from matplotlib.dates import ConciseDateFormatter
+
+    formatter: Any = ConciseDateFormatter
+    ax.xaxis.set_major_formatter(formatter(ax.xaxis.get_major_locator()))
 
 
 def legend(ax: Any) -> None:

@@ -23,6 +23,9 @@ __all__: list[str] = []
 
 T = TypeVar("T")
 
+LONGEST = 400
+"""Characters that a prompt shows of a result: five lines."""
+
 
 class Result:
     """A result: named attributes that unpack in their order."""
@@ -50,9 +53,19 @@ class Result:
     def __iter__(self) -> Iterator[Any]:
         return (value for _, value in _items(self))
 
+    def _summary(self) -> list[str]:
+        """What a prompt shows of a large result, at most five lines; of others nothing, so that it shows the attributes."""
+        return []
+
     def __repr__(self) -> str:
-        inside = ", ".join(f"{name}={_short(value)}" for name, value in _items(self))
-        return f"{type(self).__name__}({inside})"
+        lines = self._summary()
+        if lines:
+            return "<" + "\n ".join(lines) + ">"
+        whole = f"{type(self).__name__}({', '.join(f'{name}={_short(value)}' for name, value in _items(self))})"
+        if len(whole) <= LONGEST and "\n" not in whole:
+            return whole
+        parts = [f"{name}={_shorter(value)}" for name, value in _items(self)]
+        return _within(LONGEST, f"{type(self).__name__}(", parts, ")")
 
 
 @dataclass_transform(frozen_default=True, eq_default=False, kw_only_default=True)
@@ -117,6 +130,14 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _within(most: int, begin: str, items: list[str], end: str) -> str:
+    """Join items, leaving out the last ones where it would be longer."""
+    kept = list(items)
+    while kept and len(begin) + len(end) + sum(len(item) + 2 for item in kept) > most:
+        kept.pop()
+    return begin + ", ".join(kept if len(kept) == len(items) else [*kept, "..."]) + end
+
+
 def _short(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"<{value.dtype} array of {' x '.join(map(str, value.shape))}>"
@@ -125,3 +146,15 @@ def _short(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     return repr(value)
+
+
+def _shorter(value: Any) -> str:
+    """Give what stands for a value where there are many."""
+    shown = _short(value)
+    if len(shown) <= 40:
+        return shown
+    if isinstance(value, str):
+        return repr(f"{value[:30]}...")
+    if isinstance(value, (list, tuple, dict)):
+        return f"<{len(value)} item{'s' if len(value) != 1 else ''}>"
+    return f"<{type(value).__name__}>"

@@ -12,6 +12,7 @@ from stiction import _core
 from stiction._arguments import callback, instance, number
 from stiction._arrays import Array
 from stiction._core import Scenario, Table
+from stiction._frames import frame
 from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, result
 from stiction.own import OwnController, OwnProcess, OwnValve
@@ -129,6 +130,21 @@ class Run(Result):
         """
         return _core.number_table(_signals(self))
 
+    def to_pandas(self) -> Any:
+        """Give the signals as a data frame of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The columns of `to_table`, with ``time_s`` as the index.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame(dict(_signals(self)), "time_s")
+
     def plot(self, ax: Any = None) -> Any:
         """Plot SP and PV, and OP and VP, over time.
 
@@ -176,7 +192,22 @@ class CascadeRun(Result):
         Table
             Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp`` of the slave, and ``master_sp``, ``master_pv``.
         """
-        return _core.number_table([*_signals(self.slave), ("master_sp", self.sp), ("master_pv", self.pv)])
+        return _core.number_table(_cascade_signals(self))
+
+    def to_pandas(self) -> Any:
+        """Give the signals as a data frame of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The columns of `to_table`, with ``time_s`` as the index.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame(dict(_cascade_signals(self)), "time_s")
 
     def plot(self, ax: Any = None) -> Any:
         """Plot set points and PVs of master and slave, and OP and VP, over time.
@@ -233,7 +264,22 @@ class OpenLoopRun(Result):
         Table
             Columns ``time_s``, ``op``, ``vp``.
         """
-        return _core.number_table([("time_s", self.time_s), ("op", self.op), ("vp", self.vp)])
+        return _core.number_table(_open_loop_signals(self))
+
+    def to_pandas(self) -> Any:
+        """Give the signals as a data frame of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The columns of `to_table`, with ``time_s`` as the index.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame(dict(_open_loop_signals(self)), "time_s")
 
     def plot(self, ax: Any = None) -> Any:
         """Plot OP and VP over time, and the VP against the OP.
@@ -523,6 +569,14 @@ def _times(signal: Array, sample_time: float) -> Array:
 
 def _signals(run: Run) -> list[tuple[str, Array]]:
     return [("time_s", run.time_s), ("sp", run.sp), ("pv", run.pv), ("op", run.op), ("vp", run.vp)]
+
+
+def _cascade_signals(run: CascadeRun) -> list[tuple[str, Array]]:
+    return [*_signals(run.slave), ("master_sp", run.sp), ("master_pv", run.pv)]
+
+
+def _open_loop_signals(run: OpenLoopRun) -> list[tuple[str, Array]]:
+    return [("time_s", run.time_s), ("op", run.op), ("vp", run.vp)]
 
 
 # Under another name where a parameter is called `scenario`.

@@ -377,6 +377,13 @@ class CompensatorComparison(Result):
     rows: list[CompensatorRow]
     protocol: Protocol
 
+    def _summary(self) -> list[str]:
+        best = self.rows[0]
+        return [
+            f"CompensatorComparison of {len(self.rows)} rows",
+            f"least control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
+        ]
+
     def to_table(self) -> Table:
         """Give a row for every compensator and case.
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import datetime
 from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stiction import _core, _plots
+from stiction import _core, _html, _plots
 from stiction._arguments import number, optional, text
+from stiction._arrays import Samples
 from stiction._core import Recording, Table
 from stiction._result import Result, result, result_of
 from stiction.detection import Finding, MethodEvidence, _evidence
 from stiction.oscillations import Oscillation
-from stiction.recordings import Fitness, Segment, _checked
+from stiction.recordings import Fitness, RecordingLike, Segment, _checked, _is_table
+from stiction.recordings import recording as _recording
 
 __all__ = [
     "Alternative",
@@ -591,6 +594,12 @@ class Diagnosis(Result):
         return None if found is None else Segment(**found)
 
     @property
+    def start_time(self) -> datetime | None:
+        """Time zero of its recording's clock in UTC; None if it is not known."""
+        start_time: datetime | None = self.__dict__["_made_of"][0].start_time
+        return start_time
+
+    @property
     def observation(self) -> Observation | None:
         """What it says of its valve in the middle of the segment, s since 1970 if the start is known."""
         seen = _kept(self).observation()
@@ -624,6 +633,17 @@ class Diagnosis(Result):
         dict
         """
         return document([self])
+
+    def _summary(self) -> list[str]:
+        facts = _facts(self)
+        sizes = ", ".join(f"{name} {facts.pop(name)}" for name in ("S", "J") if name in facts)
+        rest = [f"{name}: {fact}" for name, fact in facts.items()]
+        return [f"Diagnosis of {self.name} ({self.loop_type}): {_headline(self)}", *([sizes] if sizes else []), *rest]
+
+    def _repr_html_(self) -> str:
+        return _html.card(
+            f"{self.name} ({self.loop_type})", _headline(self), _facts(self), _first_step(self), _trend(self)
+        )
 
     def to_html(self) -> str:
         """Give the report: one self-contained HTML page.
@@ -671,20 +691,25 @@ class Diagnosis(Result):
             raise ValueError(f"loop {self.name} has no segment in automatic to draw")
         made = _plots.axes(ax, 3, sharex=False, height=3.0)
         above, middle, below = made
+        start = self.__dict__["_made_of"][0].start
+        time, label = _plots.dates(start, segment.time_s)
         if segment.pv is not None:
-            above.plot(segment.time_s, segment.pv, label="PV")
+            above.plot(time, segment.pv, label="PV")
             if segment.sp is not None:
-                above.plot(segment.time_s, segment.sp, "--", label="SP")
+                above.plot(time, segment.sp, "--", label="SP")
             below.plot(segment.op, segment.pv, linewidth=0.8, label="PV")
-        middle.plot(segment.time_s, segment.op, color="C2", label="OP")
+        middle.plot(time, segment.op, color="C2", label="OP")
         if segment.vp is not None:
-            middle.plot(segment.time_s, segment.vp, color="C3", label="VP")
+            middle.plot(time, segment.vp, color="C3", label="VP")
             if segment.pv is None:
                 below.plot(segment.op, segment.vp, linewidth=0.8, label="VP")
         says = "" if self.verdict.probability is None else f", {100 * self.verdict.probability:.1f} %"
         above.set_title(f"{self.name}: {self.verdict.class_}{says}")
-        above.set(xlabel="time (s)", ylabel="PV (its units)")
-        middle.set(xlabel="time (s)", ylabel="OP (% of span)")
+        above.set(xlabel=label, ylabel="PV (its units)")
+        middle.set(xlabel=label, ylabel="OP (% of span)")
+        for each in (above, middle):
+            if start is not None and each.lines:
+                _plots.short_dates(each)
         below.set(xlabel="OP (% of span)", ylabel="PV (its units)" if segment.pv is not None else "VP (% of span)")
         for each in made:
             if each.get_legend_handles_labels()[0]:
@@ -697,7 +722,10 @@ class Diagnosis(Result):
 
 
 def diagnose(
-    recording: Recording,
+    recording: RecordingLike,
+    pv: Samples | None = None,
+    sp: Samples | None = None,
+    vp: Samples | None = None,
     *,
     loop_type: str | None = None,
     detectors: str | Sequence[str] = "all",
@@ -708,15 +736,21 @@ def diagnose(
 
     Parameters
     ----------
-    recording : Recording
-        The recording, see `read`, `recording` and `recording_from`.
+    recording : Recording, table or array_like
+        The recording, see `read`; a table with the columns of one loop, see `recording_from`; or with `pv` or `vp` the
+        controller output, percent of span.
+    pv, sp : array_like, optional
+        With the controller output: process value and set point, in units of the PV.
+    vp : array_like, optional
+        With the controller output: measured valve position, percent of span.
     loop_type : str, optional
         What the loop controls, see `loop_types`; by default what the recording says.
     detectors : {"all", "none"} or sequence of str, default "all"
         Which published methods are asked. They cost most of the time; those that read a measured valve position
         are always asked.
     sample_time : float, optional
-        Time between samples of the grid, s; by default the commonest one of the recording.
+        Time between samples of the grid, s; by default the commonest one of the recording. Arrays, and tables without
+        times, have their samples at this distance.
     dead_time : float, optional
         Dead time of process and valve together, s, for the Harris index.
 
@@ -727,8 +761,11 @@ def diagnose(
 
     Raises
     ------
+    TypeError
+        If it is neither a recording nor a table nor arrays.
     ValueError
-        If the recording cannot be brought onto a grid, or an option is out of its range.
+        If a table or arrays make no recording, the recording cannot be brought onto a grid, or an option is out of its
+        range.
 
     Notes
     -----
@@ -745,9 +782,24 @@ def diagnose(
     'sticks'
     >>> found.stiction.S.low < 4 < found.stiction.S.high
     True
+
+    Of arrays, without a recording:
+
+    >>> stiction.diagnose(run.op, run.pv, run.sp, sample_time=1, detectors="none").verdict.class_
+    'sticks'
     """
+    signals = {name: signal for name, signal in (("pv", pv), ("sp", sp), ("vp", vp)) if signal is not None}
+    if signals:
+        if isinstance(recording, Recording) or _is_table(recording):
+            kind = type(recording).__name__
+            raise TypeError(f"{next(iter(signals))} is given with a {kind}, which has its own signals")
+        if sample_time is None:
+            raise ValueError("sample_time must be given with arrays; where they have times, diagnose a stiction.recording")
+        made = _recording(recording, **signals, sample_time=sample_time)
+    else:
+        made = _checked(recording, sample_time=sample_time)
     [diagnosis] = diagnose_all(
-        [_checked(recording)],
+        [made],
         loop_type=loop_type,
         detectors=detectors,
         sample_time=sample_time,
@@ -757,7 +809,7 @@ def diagnose(
 
 
 def diagnose_all(
-    recordings: Iterable[Recording],
+    recordings: Iterable[RecordingLike],
     *,
     loop_type: str | None = None,
     detectors: str | Sequence[str] = "all",
@@ -769,8 +821,8 @@ def diagnose_all(
 
     Parameters
     ----------
-    recordings : iterable of Recording
-        The recordings.
+    recordings : iterable of Recording or table
+        The recordings, or tables with the columns of one loop each.
     loop_type, detectors, sample_time, dead_time : optional
         As in `diagnose`.
     progress : callable, optional
@@ -786,7 +838,9 @@ def diagnose_all(
     ValueError
         If a recording cannot be brought onto a grid, or an option is out of its range.
     """
-    checked = [_checked(each, f"recordings[{place}]") for place, each in enumerate(recordings)]
+    if _is_table(recordings):
+        raise TypeError("recordings must be several in a list, but is one table; stiction.recordings_from divides it")
+    checked = [_checked(each, f"recordings[{place}]", sample_time) for place, each in enumerate(recordings)]
     if isinstance(detectors, str) and detectors not in {"all", "none"}:
         raise ValueError(f"detectors is {detectors!r}, but must be 'all', 'none' or a sequence of names")
     asked = {"all": None, "none": []}[detectors] if isinstance(detectors, str) else list(detectors)
@@ -1008,6 +1062,75 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
         If the time is not finite, or as for `combine`.
     """
     return result_of(RepairEffect, _core.observations_repair(_seen(observations), number("time_s", time_s)))
+
+
+def _percent(share: float) -> str:
+    """Give a share as reports do: no surer than 99 %."""
+    if share > 0.99:
+        return "more than 99 %"
+    return "less than 1 %" if share < 0.01 else f"{100 * share:.0f} %"
+
+
+def _headline(diagnosis: Diagnosis) -> str:
+    verdict = diagnosis.verdict
+    if verdict.probability is None:
+        return verdict.class_
+    return f"{verdict.class_} (probability of sticking: {_percent(verdict.probability)})"
+
+
+def _facts(diagnosis: Diagnosis) -> dict[str, str]:
+    """Give what a prompt shows of a diagnosis besides the verdict."""
+    facts = {}
+    for name in ("S", "J"):
+        found = getattr(diagnosis.stiction, name)
+        if found is not None:
+            facts[name] = f"{found.value:.2g} % of span ({found.low:.2g} to {found.high:.2g})"
+        elif diagnosis.verdict.class_ == "sticks":
+            facts[name] = "not quantified"
+    limit = diagnosis.verdict.S_below
+    if "S" not in facts and limit is not None:
+        facts["S"] = f"below {limit.value:.2g} % of span"
+    swing = diagnosis.oscillation
+    if swing is not None:
+        every = "" if swing.period_s is None else f"every {swing.period_s:.3g} s"
+        facts["swing"] = every or "found" if swing.found else "none found"
+    if diagnosis.verdict.alternatives:
+        other = diagnosis.verdict.alternatives[0]
+        facts["likeliest other cause"] = f"{other.cause} ({_percent(other.likelihood)})"
+    return facts
+
+
+def _first_step(diagnosis: Diagnosis) -> str:
+    """Give what to do first: mend the data, then record for longer, then test, then look for the other cause."""
+    verdict = diagnosis.verdict
+    if diagnosis.relation is not None:
+        return diagnosis.relation.remedy
+    if diagnosis.few_slips is not None:
+        return diagnosis.few_slips.words
+    if verdict.confirm is not None and verdict.confirm.instructions:
+        return verdict.confirm.instructions[0]
+    if diagnosis.no_response is not None and diagnosis.no_response.faults:
+        return diagnosis.no_response.faults[0].told_by
+    if not verdict.alternatives or verdict.alternatives[0].cause == "normal operation":
+        return ""
+    return verdict.alternatives[0].because
+
+
+def _trend(diagnosis: Diagnosis) -> str:
+    """Give PV and SP above OP, with the VP where it is measured, as a picture."""
+    segment = diagnosis.segment
+    if segment is None:
+        return ""
+    recording = diagnosis.__dict__["_made_of"][0]
+    above = [(name, signal) for name, signal in (("PV", segment.pv), ("SP", segment.sp)) if signal is not None]
+    below = [(name, signal) for name, signal in (("OP", segment.op), ("VP", segment.vp)) if signal is not None]
+    unit = recording.pv_unit or "its units"
+    rows = [(f"{' and '.join(name for name, _ in above)} ({unit})", above)] if above else []
+    rows.append((f"{' and '.join(name for name, _ in below)} (% of span)", below))
+    start = diagnosis.start_time
+    since = "" if start is None else f" since {start:%Y-%m-%d %H:%M:%S} UTC"
+    label = f"Trend of {diagnosis.name}: {', '.join(axis for axis, _ in rows)} over time{since}"
+    return _html.trend(label, segment.time_s, rows, since)
 
 
 def _interval(found: tuple[float, float, float]) -> Estimate:

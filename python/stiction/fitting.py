@@ -12,7 +12,7 @@ from stiction._result import Result, result, result_of
 from stiction.closed_loop import simulate
 from stiction.compensation import compensators
 from stiction.diagnosis import Estimate
-from stiction.recordings import Segment, _checked
+from stiction.recordings import RecordingLike, Segment, _checked
 
 __all__ = [
     "Fit",
@@ -321,6 +321,14 @@ class Prospects(Result):
     loops: int
     advice: list[str]
 
+    def _summary(self) -> list[str]:
+        best = self.actions[0]
+        return [
+            f"Prospects of {len(self.actions)} actions, by {self.loops} loops that the recording leaves possible",
+            f"best: {best.action}, PV swing {best.pv_swing.value:.2g} PV units ({best.pv_swing.low:.2g} to"
+            f" {best.pv_swing.high:.2g})",
+        ]
+
     def plot(self, ax: Any = None) -> Any:
         """Draw the swing of the PV and the control error with every action, with their intervals.
 
@@ -413,6 +421,18 @@ class Fit(Result):
         why = {part: document[part].get("not_identified") for part in PARTS}
         missing = {part: reason for part, reason in why.items() if reason is not None}
         return {**document, **dict.fromkeys(missing), "why_not": missing}
+
+    def _summary(self) -> list[str]:
+        parts = []
+        if self.controller is not None:
+            parts.append(f"controller: {self.controller.structure}, kc {self.controller.kc.value:.3g}")
+        if self.valve is not None:
+            parts.append(f"valve: S {self.valve.S.value:.2g} % of span, J {self.valve.J.value:.2g} %")
+        if self.cycle is not None:
+            explained = {True: "yes", False: "no", None: "there is none"}[self.cycle.explained]
+            parts.append(f"swing explained by the valve: {explained}")
+        missing = ", ".join(self.why_not)
+        return [f"Fit of {self.name}", *parts, *([f"not identified: {missing}"] if missing else [])]
 
     @property
     def segment(self) -> Segment:
@@ -556,7 +576,7 @@ class Fit(Result):
 
 
 def fit(
-    recording: Recording,
+    recording: RecordingLike,
     *,
     loop_type: str | None = None,
     sample_time: float | None = None,
@@ -572,8 +592,8 @@ def fit(
 
     Parameters
     ----------
-    recording : Recording
-        The recording, see `read`, `recording` and `recording_from`. It must have a PV.
+    recording : Recording or table
+        The recording, see `read` and `recording`, or a table with the columns of one loop. It must have a PV.
     loop_type : str, optional
         What the loop controls, see `loop_types`; by default what the recording says.
     sample_time : float, optional
@@ -624,9 +644,9 @@ def fit(
         "sample_time": optional("sample_time", sample_time),
         "dead_time": None,
     }
-    made_of = (_checked(recording), told, asked, chosen)
+    made_of = (_checked(recording, sample_time=told["sample_time"]), told, asked, chosen)
     handle = _core.fit_recording(*made_of)
-    found = result_of(Fit, {"name": recording.name, **handle.document()})
+    found = result_of(Fit, {"name": made_of[0].name, **handle.document()})
     # Not fields: what scenario, prospects and plot need, and what that can be made of again.
     object.__setattr__(found, "_handle", handle)
     object.__setattr__(found, "_made_of", made_of)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -27,6 +27,10 @@ __all__ = [
     "recordings_from",
     "segments",
 ]
+
+
+RecordingLike: TypeAlias = Any
+"""What is taken: a recording, or whatever `recording_from` takes without being told more."""
 
 
 def loop_types() -> list[str]:
@@ -374,13 +378,13 @@ class Fitness(Result):
     measures: list[Measure]
 
 
-def fitness(recording: Recording, *, sample_time: float | None = None) -> Fitness:
+def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fitness:
     """Tell whether a recording can answer.
 
     Parameters
     ----------
-    recording : Recording
-        The recording.
+    recording : Recording or table
+        The recording, or a table with the columns of one loop.
     sample_time : float, optional
         Time between samples of the grid, s; by default the commonest one of the recording.
 
@@ -402,7 +406,7 @@ def fitness(recording: Recording, *, sample_time: float | None = None) -> Fitnes
     'fit'
     """
     sample_time = optional("sample_time", sample_time)
-    return result_of(Fitness, _core.recording_fitness(_checked(recording), sample_time))
+    return result_of(Fitness, _core.recording_fitness(_checked(recording, sample_time=sample_time), sample_time))
 
 
 @result
@@ -434,15 +438,15 @@ class Segment(Result):
     bridged: int
 
 
-def segments(recording: Recording, *, sample_time: float | None = None) -> list[Segment]:
+def segments(recording: RecordingLike, *, sample_time: float | None = None) -> list[Segment]:
     """Bring a recording onto a regular grid.
 
     It is cut where the controller was not in command, and where more than three samples in a row are missing.
 
     Parameters
     ----------
-    recording : Recording
-        The recording.
+    recording : Recording or table
+        The recording, or a table with the columns of one loop.
     sample_time : float, optional
         Time between samples of the grid, s; by default the commonest one of the recording.
 
@@ -456,15 +460,32 @@ def segments(recording: Recording, *, sample_time: float | None = None) -> list[
     ValueError
         If the times make no sense.
     """
-    found = _core.recording_segments(_checked(recording), optional("sample_time", sample_time))
+    sample_time = optional("sample_time", sample_time)
+    found = _core.recording_segments(_checked(recording, sample_time=sample_time), sample_time)
     return [Segment(**segment) for segment in found]
 
 
-def _checked(recording: Any, name: str = "recording") -> Recording:
-    """Give `recording` if it is one."""
-    if not isinstance(recording, Recording):
-        raise TypeError(f"{name} must be a Recording, but its type is {type(recording).__name__}")
-    return recording
+def _checked(recording: Any, name: str = "recording", sample_time: float | None = None) -> Recording:
+    """Give `recording` if it is one, or make one of it if it is a table; `sample_time` is for one without times."""
+    if isinstance(recording, Recording):
+        return recording
+    if _is_table(recording):
+        try:
+            return recording_from(recording)
+        except ValueError as error:
+            if sample_time is None or "no column of times" not in str(error):
+                raise
+        return recording_from(recording, sample_time=sample_time)
+    makers = "stiction.read makes recordings of a file, stiction.recording one of arrays"
+    raise TypeError(
+        f"{name} must be a Recording or a table, but its type is {type(recording).__name__}; {makers}"
+    )
+
+
+def _is_table(value: Any) -> bool:
+    """Tell a table from a column and from all else."""
+    known = ("columns", "column_names", "schema")
+    return isinstance(value, Mapping) or any(hasattr(value, name) for name in known)
 
 
 def _told(

@@ -1,7 +1,11 @@
 """Estimators for scikit-learn: diagnoses of recordings as a classifier and as a regressor.
 
-The model behind a verdict is frozen, so that fitting learns nothing: it only checks what it is given. These
-estimators are for scoring, comparing and chaining. The package does not import this module by itself.
+The model behind a verdict is frozen, so that fitting learns nothing: it only checks what it is given, and the
+probabilities are those of the verdicts. These estimators are for scoring, comparing and chaining. The package does not
+import this module by itself.
+
+Cases come as recordings, as tables of one loop each, or as an array of the shape ``(n_cases, n_channels, n_timepoints)``
+with OP in percent of span, PV and, if there are three channels, SP; NaN is missing.
 """
 
 from __future__ import annotations
@@ -16,7 +20,7 @@ from stiction._arguments import choice, number
 from stiction._arrays import Array
 from stiction._core import Recording
 from stiction.diagnosis import Diagnosis, diagnose_all
-from stiction.recordings import _checked
+from stiction.recordings import RecordingLike, _checked, _is_table, recording
 
 try:
     from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin
@@ -38,6 +42,9 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         Probability where a diagnosis has none and its verdict is that it cannot tell.
     loop_type : str, optional
         What the loops control; by default what the recordings say.
+    sample_time : float, optional
+        Time between samples, s. Needed of arrays and tables without times; of others it is that of the grid, by default
+        the commonest one.
 
     Attributes
     ----------
@@ -46,28 +53,40 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
     Examples
     --------
+    >>> import numpy as np
     >>> import stiction
     >>> from stiction.sklearn import StictionDetector
     >>> run = stiction.simulate("samples/sticky-flow")
     >>> loops = [stiction.recording(run.op, run.pv, run.sp, sample_time=1)]
     >>> StictionDetector().fit(loops).predict(loops)
     array([ True])
+
+    Of an array of one case:
+
+    >>> case = [[run.op, run.pv, run.sp]]
+    >>> StictionDetector(sample_time=1).fit(np.array(case)).predict(np.array(case))
+    array([ True])
     """
 
     def __init__(
-        self, threshold: float = 0.5, undecided: float = 0.5, loop_type: str | None = None
+        self,
+        threshold: float = 0.5,
+        undecided: float = 0.5,
+        loop_type: str | None = None,
+        sample_time: float | None = None,
     ) -> None:
         self.threshold = threshold
         self.undecided = undecided
         self.loop_type = loop_type
+        self.sample_time = sample_time
 
-    def fit(self, X: Iterable[Recording], y: npt.ArrayLike | None = None) -> StictionDetector:
+    def fit(self, X: Iterable[RecordingLike], y: npt.ArrayLike | None = None) -> StictionDetector:
         """Check recordings and labels; nothing is learnt.
 
         Parameters
         ----------
-        X : iterable of Recording
-            The recordings.
+        X : iterable of Recording or table, or array_like
+            The cases.
         y : array_like, optional
             Whether their valves stick: truth values, or 0 and 1.
 
@@ -79,7 +98,7 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If `X` holds something else than recordings.
+            If `X` holds something else than recordings and tables.
         ValueError
             If a parameter is out of its range, or a label is neither true nor false, or they are not as many.
         """
@@ -87,19 +106,19 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             given = number(name, getattr(self, name))
             if not 0 <= given <= 1:
                 raise ValueError(f"{name} is {given:g}, but must be between 0 and 1")
-        labels = _same_length(_recordings(X), y)
+        labels = _same_length(_recordings(X, self.sample_time), y)
         if labels is not None and not np.isin(labels, [0, 1]).all():
             raise ValueError("y must hold truth values, or 0 and 1, only")
         self.classes_ = np.array([False, True])
         return self
 
-    def predict_proba(self, X: Iterable[Recording]) -> Array:
+    def predict_proba(self, X: Iterable[RecordingLike]) -> Array:
         """Give the probabilities of both classes.
 
         Parameters
         ----------
-        X : iterable of Recording
-            The recordings.
+        X : iterable of Recording or table, or array_like
+            The cases.
 
         Returns
         -------
@@ -108,16 +127,17 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             it counts as sure, or as `undecided` if it cannot tell.
         """
         check_is_fitted(self)
-        p = np.array([self._probability(each) for each in _diagnoses(X, self.loop_type)], dtype=np.float64)
+        found = _diagnoses(X, self.loop_type, self.sample_time)
+        p = np.array([self._probability(each) for each in found], dtype=np.float64)
         return np.column_stack([1 - p, p])
 
-    def predict(self, X: Iterable[Recording]) -> npt.NDArray[np.bool_]:
+    def predict(self, X: Iterable[RecordingLike]) -> npt.NDArray[np.bool_]:
         """Tell whether valves stick.
 
         Parameters
         ----------
-        X : iterable of Recording
-            The recordings.
+        X : iterable of Recording or table, or array_like
+            The cases.
 
         Returns
         -------
@@ -142,6 +162,9 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         What is predicted: stick band plus dead band, or slip jump.
     loop_type : str, optional
         What the loops control; by default what the recordings say.
+    sample_time : float, optional
+        Time between samples, s. Needed of arrays and tables without times; of others it is that of the grid, by default
+        the commonest one.
 
     Attributes
     ----------
@@ -159,17 +182,20 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     True
     """
 
-    def __init__(self, quantity: str = "S", loop_type: str | None = None) -> None:
+    def __init__(
+        self, quantity: str = "S", loop_type: str | None = None, sample_time: float | None = None
+    ) -> None:
         self.quantity = quantity
         self.loop_type = loop_type
+        self.sample_time = sample_time
 
-    def fit(self, X: Iterable[Recording], y: npt.ArrayLike | None = None) -> StictionQuantifier:
+    def fit(self, X: Iterable[RecordingLike], y: npt.ArrayLike | None = None) -> StictionQuantifier:
         """Check recordings and values; nothing is learnt.
 
         Parameters
         ----------
-        X : iterable of Recording
-            The recordings.
+        X : iterable of Recording or table, or array_like
+            The cases.
         y : array_like, optional
             Their true S or J, percent of span.
 
@@ -181,22 +207,22 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If `X` holds something else than recordings.
+            If `X` holds something else than recordings and tables.
         ValueError
             If there is no such quantity, or recordings and values are not as many.
         """
         choice("quantity", self.quantity, ("S", "J"))
-        _same_length(_recordings(X), y)
+        _same_length(_recordings(X, self.sample_time), y)
         self.is_fitted_ = True
         return self
 
-    def predict(self, X: Iterable[Recording]) -> Array:
+    def predict(self, X: Iterable[RecordingLike]) -> Array:
         """Estimate S or J.
 
         Parameters
         ----------
-        X : iterable of Recording
-            The recordings.
+        X : iterable of Recording or table, or array_like
+            The cases.
 
         Returns
         -------
@@ -205,13 +231,13 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """
         return self._estimates(X)[:, 0]
 
-    def predict_interval(self, X: Iterable[Recording]) -> Array:
+    def predict_interval(self, X: Iterable[RecordingLike]) -> Array:
         """Give the intervals of the estimates.
 
         Parameters
         ----------
-        X : iterable of Recording
-            The recordings.
+        X : iterable of Recording or table, or array_like
+            The cases.
 
         Returns
         -------
@@ -220,19 +246,30 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """
         return self._estimates(X)[:, 1:]
 
-    def _estimates(self, X: Iterable[Recording]) -> Array:
+    def _estimates(self, X: Iterable[RecordingLike]) -> Array:
         check_is_fitted(self)
-        found = [getattr(each.stiction, self.quantity) for each in _diagnoses(X, self.loop_type)]
+        found = [getattr(each.stiction, self.quantity) for each in _diagnoses(X, self.loop_type, self.sample_time)]
         rows = [(np.nan,) * 3 if each is None else (each.value, each.low, each.high) for each in found]
         return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
-def _recordings(X: Any) -> list[Recording]:
-    return [_checked(each, f"X[{place}]") for place, each in enumerate(X)]
+def _recordings(X: Any, sample_time: float | None) -> list[Recording]:
+    """Give the cases as recordings."""
+    if _is_table(X):
+        raise TypeError("X must be several recordings or tables in a list, but is one table")
+    if getattr(X, "ndim", None) != 3:
+        return [_checked(each, f"X[{place}]", sample_time) for place, each in enumerate(X)]
+    cases = np.asarray(X)
+    if cases.shape[1] not in (2, 3):
+        raise ValueError(f"X has the shape {cases.shape}, but must have 2 or 3 channels: OP, PV and SP")
+    if sample_time is None:
+        raise ValueError("sample_time must be given with an array: the time between its samples, s")
+    return [recording(*case, sample_time=sample_time, name=f"X[{place}]") for place, case in enumerate(cases)]
 
 
-def _diagnoses(X: Any, loop_type: str | None) -> list[Diagnosis]:
-    return diagnose_all(_recordings(X), loop_type=loop_type, detectors="none")
+def _diagnoses(X: Any, loop_type: str | None, sample_time: float | None) -> list[Diagnosis]:
+    recordings = _recordings(X, sample_time)
+    return diagnose_all(recordings, loop_type=loop_type, detectors="none", sample_time=sample_time)
 
 
 def _same_length(recordings: list[Recording], y: Any) -> npt.NDArray[Any] | None:

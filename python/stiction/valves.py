@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,6 +16,14 @@ __all__ = ["Bands", "Table", "Valve", "ValveModel", "valve", "valve_models", "va
 
 class Valve(_core.Valve):
     __doc__ = _core.Valve.__doc__
+
+    def __getstate__(self) -> tuple[dict[str, Any], list[float]]:
+        return self.__dict__, self._memory()
+
+    def __setstate__(self, state: tuple[dict[str, Any], list[float]]) -> None:
+        attributes, memory = state
+        self.__dict__.update(attributes)
+        self._recall(memory)
 
     def follow(self, op: Samples) -> Array:
         """Follow a series of OP from the present state on.

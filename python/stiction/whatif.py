@@ -115,6 +115,15 @@ class WhatIf(Result):
     no_retuning: str | None
     protocol: Protocol
 
+    def _summary(self) -> list[str]:
+        best = self.rows[0]
+        [as_it_is] = [row for row in self.rows if row.action == "as it is"]
+        return [
+            f"WhatIf of {len(self.rows)} actions, recommended meanwhile: {self.interim or 'none'}",
+            f"least control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
+            f"{as_it_is.action}: {as_it_is.worst_error:.3g}" if as_it_is is not best else "nothing is better",
+        ]
+
     def to_table(self) -> Table:
         """Give a row for every action and case.
 

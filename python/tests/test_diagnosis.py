@@ -5,6 +5,7 @@ import os
 import pickle
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime, timezone
 from pathlib import Path
 
 import matplotlib
@@ -242,7 +243,7 @@ def test_no_field_of_a_document_is_forgotten():
 
 
 def test_results_show_unpack_and_pickle(sticky):
-    assert repr(sticky).startswith("Diagnosis(name='FIC101-sticky', loop_type='flow', verdict=Verdict(")
+    assert repr(sticky).startswith("<Diagnosis of FIC101-sticky (flow): sticks (")
     name, loop_type, verdict, *_ = sticky
     assert (name, loop_type, verdict) == (sticky.name, sticky.loop_type, sticky.verdict)
     again = pickle.loads(pickle.dumps(sticky))
@@ -306,7 +307,7 @@ def test_histories(recordings):
 
 LOOP = stiction.recording(50 + np.sin(np.arange(300) / 7), np.cos(np.arange(300) / 7), sample_time=1)
 BAD = [
-    (lambda: stiction.diagnose("FIC101.csv"), TypeError, r"recording must be a Recording, but its type is str"),
+    (lambda: stiction.diagnose("FIC101.csv"), TypeError, r"recording must be a Recording or a table, but its type is str"),
     (lambda: stiction.diagnose_all([LOOP, 3]), TypeError, r"recordings\[1\] must be a Recording"),
     (lambda: stiction.diagnose(LOOP, detectors="some"), ValueError, "detectors is 'some', but must be 'all'"),
     (lambda: stiction.diagnose(LOOP, detectors=["x"]), ValueError, 'no detector named "x"'),
@@ -333,3 +334,48 @@ BAD = [
 def test_bad_arguments_are_refused_by_name(call, error, words):
     with pytest.raises(error, match=words):
         call()
+
+
+def test_tables_and_arrays_are_diagnosed_as_they_are(sticky):
+    frame = pd.read_csv(STICKY)
+    signals = [frame[name] for name in ("op", "pv", "sp")]
+    untimed = frame.drop(columns="t")
+    tables = [frame, pl.from_pandas(frame), pa.Table.from_pandas(frame), frame.to_dict(orient="list")]
+    made = [stiction.diagnose(table, loop_type="flow") for table in tables]
+    made.append(stiction.diagnose(untimed, sample_time=1, loop_type="flow"))
+    made.append(stiction.diagnose(*signals, sample_time=1, loop_type="flow"))
+    for diagnosis in made:
+        assert _said(diagnosis) == _said(sticky)
+    # Of a table with times it is the grid's.
+    assert stiction.diagnose(frame, sample_time=2, detectors="none").judged.sample_time_s == 2
+    assert stiction.fitness(frame).class_ == "fit" and len(stiction.segments(untimed, sample_time=1)) == 1
+    assert stiction.diagnose_all([frame], detectors="none")[0].verdict.class_ == "sticks"
+
+
+@pytest.mark.parametrize(
+    "call, error, words",
+    [
+        (lambda op, frame: stiction.diagnose(op), TypeError, "Recording or a table, .*stiction.recording one of arrays"),
+        (lambda op, frame: stiction.diagnose(str(STICKY)), TypeError, "stiction.read makes recordings of a file"),
+        (lambda op, frame: stiction.diagnose(op, op), ValueError, "sample_time must be given with arrays"),
+        (lambda op, frame: stiction.diagnose(frame, sp=op), TypeError, "sp is given with a DataFrame"),
+        (lambda op, frame: stiction.diagnose(frame.drop(columns="t")), ValueError, "sample_time=1"),
+        (lambda op, frame: stiction.diagnose_all(frame), TypeError, "recordings must be several in a list"),
+    ],
+)
+def test_what_is_no_recording_is_refused_with_what_to_call(call, error, words):
+    frame = pd.read_csv(STICKY)
+    with pytest.raises(error, match=words):
+        call(frame["op"].to_numpy(), frame)
+
+
+def test_where_dates_are_known_plots_have_them():
+    frame = pd.read_csv(STICKY)
+    loop = stiction.recording(frame["op"], frame["pv"], frame["sp"], sample_time=1, start=1714550400.0)
+    found = stiction.diagnose(loop, detectors="none")
+    assert loop.start_time == found.start_time == datetime(2024, 5, 1, 8, tzinfo=timezone.utc)
+    above, *_ = found.plot()
+    assert above.get_xlabel() == "time (UTC)" and above.lines[0].get_xdata()[60] == np.datetime64("2024-05-01T08:01")
+    plt.close("all")
+    undated = stiction.read(STICKY)[0]
+    assert undated.start_time is None and pickle.loads(pickle.dumps(found)).start_time == found.start_time

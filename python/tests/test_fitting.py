@@ -52,7 +52,7 @@ def test_the_loop_behind_the_sample_is_found(fitted):
     assert valve.model == "two-phase" and abs(valve.S.value - 4) < 0.5 and valve.follows < 0.05
     assert valve.from_ == "the evidence in OP and PV"
     assert process.kind == "self-regulating" and process.gain.value > 0 and process.jointly is None
-    assert cycle.explained is True and cycle.cycling > 0.9 and cycle.sentence.endswith(": explained.")
+    assert cycle.explained is True and cycle.cycling > 0.9 and cycle.sentence.endswith("its valve explains the swing.")
     assert abs(cycle.recorded.period_s - 73.86) < 0.01
     assert cycle.predicted.period_s.low < cycle.predicted.period_s.value < cycle.predicted.period_s.high
     found = list(intervals(fitted))
@@ -162,7 +162,7 @@ def test_plots(fitted):
 
 LOOP = stiction.recording(50 + np.sin(np.arange(300) / 7), np.cos(np.arange(300) / 7), sample_time=1)
 BAD = [
-    (lambda: stiction.fit("FIC101.csv"), TypeError, "recording must be a Recording, but its type is str"),
+    (lambda: stiction.fit("FIC101.csv"), TypeError, "recording must be a Recording or a table, but its type is str"),
     (lambda: stiction.fit(LOOP, draws=0), ValueError, "draws is 0, but must be at least 1"),
     (lambda: stiction.fit(LOOP, draws=10_001), ValueError, "draws is 10001, but must be at most 10000"),
     (lambda: stiction.fit(LOOP, draws=1.5), TypeError, "draws must be a whole number"),
@@ -172,7 +172,7 @@ BAD = [
     (lambda: stiction.fit(LOOP, loop_type=3), TypeError, "loop_type must be a string"),
     (lambda: stiction.fit(LOOP, sample_time="1"), TypeError, "sample_time must be a number"),
     (lambda: stiction.fit(LOOP, sample_time=0), ValueError, "loop loop: the sample time is 0"),
-    (lambda: stiction.fit(LOOP).ring(3), TypeError, "after must be a Recording, but its type is int"),
+    (lambda: stiction.fit(LOOP).ring(3), TypeError, "after must be a Recording or a table, but its type is int"),
     (lambda: stiction.fit(LOOP).ring(LOOP, "mend"), ValueError, "action is 'mend', but must be one of 'nothing', 'repair'"),
     (lambda: stiction.fit(LOOP).ring(LOOP, 3), TypeError, "action must be a string"),
 ]

@@ -217,7 +217,7 @@ BAD = [
     (lambda: stiction.recording_from(pl.DataFrame({"t": [1.0], "op": [[1.0]]})), TypeError, 'column "op" holds'),
     (lambda: stiction.recording_from(pl.DataFrame({"t": [], "op": []})), ValueError, "OP|rows|empty|sample"),
     (lambda: stiction.recordings_from(FRAME, time_format="day-first"), ValueError, "leave time_format out"),
-    (lambda: stiction.fitness(FRAME), TypeError, "recording must be a Recording, but its type is DataFrame"),
+    (lambda: stiction.fitness(FRAME["op"]), TypeError, "recording must be a Recording or a table, but its type is Series"),
     (lambda: stiction.fitness(stiction.recording([1.0], sample_time=1)), ValueError, "OP"),
     (lambda: stiction.segments(stiction.recording(OP, sample_time=1), sample_time=-1), ValueError, "sample time"),
     (lambda: stiction.recording(OP, sample_time=1).split(0), ValueError, "window"),

@@ -1,5 +1,6 @@
 """The valve models, against the reference and against each other."""
 
+import copy
 import pickle
 
 import numpy as np
@@ -117,3 +118,36 @@ def test_bands_are_values():
 def test_bad_arguments_are_refused_by_name(call, error, words):
     with pytest.raises(error, match=words):
         call()
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        *({"model": model.name} for model in stiction.valve_models()),
+        {"model": "he-wang", "K": 1.5},
+        {"rest_tolerance": 0.4, "sample_time": 0.5},
+        {"lag_s": 2.0, "sample_time": 0.5, "limits": (30.0, 70.0), "model": "choudhury"},
+        {"direction": -1, "moving": True, "op": 51.0},
+    ],
+    ids=str,
+)
+def test_a_valve_goes_on_where_it_was_pickled(settings):
+    op = 50 + np.cumsum(np.random.default_rng(2).normal(size=600))
+    valve = stiction.Valve(S=5, J=2, position=50, **settings)
+    for k in range(len(op) // 100):
+        valve.follow(op[100 * k : 100 * k + 50])
+        twins = [pickle.loads(pickle.dumps(valve)), copy.deepcopy(valve), copy.copy(valve)]
+        rest = op[100 * k + 50 : 100 * (k + 1)]
+        went = valve.follow(rest).tolist()
+        for twin in twins:
+            assert twin.follow(rest).tolist() == went and repr(twin) == repr(valve)
+    valve.restart()
+    for twin in twins:
+        twin.restart()
+        assert twin.follow(op).tolist() == stiction.Valve(S=5, J=2, position=50, **settings).follow(op).tolist()
+
+
+def test_a_valve_keeps_attributes_of_its_own_when_it_is_copied():
+    valve = stiction.Valve(S=5, J=2)
+    valve.tag = "FV101"
+    assert copy.deepcopy(valve).tag == pickle.loads(pickle.dumps(valve)).tag == "FV101"

@@ -57,6 +57,13 @@ impl Recording {
         self.recording.start
     }
 
+    /// Time zero of its clock as a `datetime` in UTC; None if it is not known.
+    #[getter]
+    fn start_time<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let moment = py.import("stiction._dates")?.getattr("moment")?;
+        self.recording.start.map(|start| moment.call1((start,))).transpose()
+    }
+
     /// The file it was read from, as it was named.
     #[getter]
     fn file(&self) -> &str {

@@ -36,8 +36,15 @@ pub fn flags(name: &'static str, values: impl IntoIterator<Item = Option<bool>>)
 
 /// A table of named columns, for any library that speaks the Arrow capsule interface.
 ///
-/// ``polars.DataFrame(table)``, ``pyarrow.table(table)`` and, from pandas 3, ``pandas.DataFrame.from_arrow(table)``
-/// take it as it is.
+/// ``polars.DataFrame(table)`` and ``pyarrow.table(table)`` take it as it is, ``table.to_pandas()`` gives a data frame.
+/// It iterates over its rows, each a dictionary. In a notebook it shows its first rows.
+///
+/// Examples
+/// --------
+/// >>> import stiction
+/// >>> table = stiction.valve_table()
+/// >>> [row["name"] for row in table if not row["uses_s"]]
+/// ['stenman', 'ideal']
 #[pyclass(frozen, module = "stiction", name = "Table", mapping)]
 #[derive(Debug)]
 pub struct ArrowTable(RecordBatch);
@@ -101,6 +108,30 @@ impl ArrowTable {
             all.set_item(&name, self.__getitem__(py, &name)?)?;
         }
         Ok(all)
+    }
+
+    /// Give it as a data frame of pandas.
+    ///
+    /// Returns
+    /// -------
+    /// pandas.DataFrame
+    ///     A row a row, with the columns as they are named here.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     If pandas is not installed.
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("stiction._frames")?.call_method1("frame", (self.to_dict(py)?,))
+    }
+
+    /// The rows, each a dictionary.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("stiction._frames")?.call_method1("rows", (self.to_dict(py)?,))
+    }
+
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("stiction._html")?.call_method1("table", (self.to_dict(py)?,))
     }
 
     #[pyo3(signature = (requested_schema = None))]

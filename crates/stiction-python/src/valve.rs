@@ -62,6 +62,7 @@ pub struct Valve {
     assembly: Assembly,
     start: Start,
     spec: ValveSpec,
+    sample_time: Option<f64>,
 }
 
 /// What the library refused of a valve, with the keywords that are meant.
@@ -121,7 +122,8 @@ impl Valve {
             limits: limits.map(pair).transpose()?,
             lag_s: given("lag_s", lag_s)?.unwrap_or(0.0),
         };
-        let mut assembly = spec.build(given("sample_time", sample_time)?).map_err(worded)?;
+        let sample_time = given("sample_time", sample_time)?;
+        let mut assembly = spec.build(sample_time).map_err(worded)?;
         let direction = match direction.map_or(Ok(1.0), |value| number("direction", value))? {
             1.0 => Direction::Up,
             -1.0 => Direction::Down,
@@ -134,7 +136,7 @@ impl Valve {
         let op = op.map_or(Ok(position), |value| finite("op", value))?;
         let start = Start { position, op, direction, moving };
         assembly.restart(start);
-        Ok(Self { assembly, start, spec })
+        Ok(Self { assembly, start, spec, sample_time })
     }
 
     /// S and J.
@@ -186,6 +188,37 @@ impl Valve {
     fn _state(&self) -> Option<(f64, f64, f64, bool)> {
         let Start { position, op, direction, moving } = self.assembly.state()?;
         Some((position, op, direction.sign(), moving))
+    }
+
+    /// All that it remembers between samples.
+    fn _memory(&self) -> [f64; 7] {
+        self.assembly.memory()
+    }
+
+    /// Goes on from what a valve that was made alike remembered.
+    fn _recall(&mut self, memory: [f64; 7]) {
+        self.assembly.recall(&memory);
+    }
+
+    /// How to make it again as it was made.
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((f64, f64), Bound<'py, PyDict>)> {
+        let Self { start, spec, sample_time, .. } = self;
+        let keywords = dict!(py,
+            "model": self.model(),
+            "position": start.position,
+            "op": start.op,
+            "direction": start.direction.sign(),
+            "moving": start.moving,
+            "K": spec.overshoot,
+            "rest_tolerance": spec.rest_tolerance,
+            "limits": spec.limits,
+            "lag_s": spec.lag_s,
+            "sample_time": sample_time,
+        );
+        Ok(((spec.bands.s(), spec.bands.j()), keywords))
     }
 
     /// Follows all of `op`, writing the position to `vp`, which is of its length. NumPy has allocated it: its memory

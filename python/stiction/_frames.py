@@ -1,0 +1,23 @@
+"""Data frames. Pandas is imported when one is asked for, not before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+__all__: list[str] = []
+
+
+def frame(columns: Mapping[str, Any], index: str | None = None) -> Any:
+    """Give columns as a data frame of pandas; the column `index` as its index."""
+    try:
+        import pandas  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        raise ImportError("data frames need pandas: pip install stiction[pandas]") from None
+    made = pandas.DataFrame(dict(columns))
+    return made if index is None else made.set_index(index)
+
+
+def rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+    """Give the rows of columns, each as a dictionary."""
+    return (dict(zip(columns, row)) for row in zip(*columns.values()))

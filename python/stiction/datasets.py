@@ -1,0 +1,168 @@
+"""The sample recordings that come with the package: simulated loops as a historian exports them, with known truth.
+
+They are under the licence of the package.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from stiction._arguments import choice
+from stiction._core import Recording
+from stiction._result import Result, result
+from stiction.recordings import read
+
+__all__ = ["SampleTruth", "load", "names", "path", "truth"]
+
+
+@result
+class SampleTruth(Result):
+    """What is true of a sample recording.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    sticks : bool
+        Whether its valve sticks.
+    model : str
+        Its valve model, see `valve_models`.
+    S : float
+        Stick band plus dead band, percent of span.
+    J : float
+        Slip jump, percent of span.
+    cause : str
+        What makes the loop swing.
+    scenario : str
+        The built-in scenario that it comes from, see `scenarios`.
+    """
+
+    name: str
+    sticks: bool
+    model: str
+    S: float
+    J: float
+    cause: str
+    scenario: str
+
+
+def names() -> list[str]:
+    """List the sample recordings.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.datasets.names()[0]
+    'FIC101-sticky'
+    """
+    return list(_truths())
+
+
+def path(name: str) -> Path:
+    """Tell where the file of a sample recording is.
+
+    Parameters
+    ----------
+    name : str
+        Its name, see `names`.
+
+    Returns
+    -------
+    Path
+        A CSV file with the columns t, sp, pv and op.
+
+    Raises
+    ------
+    ValueError
+        If there is no such sample.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.datasets.path("FIC101-sticky").name
+    'FIC101-sticky.csv'
+    """
+    return _folder() / f"{choice('name', name, names())}.csv"
+
+
+def load(name: str) -> Recording:
+    """Read a sample recording.
+
+    Parameters
+    ----------
+    name : str
+        Its name, see `names`.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    ValueError
+        If there is no such sample.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.datasets.load("FIC101-sticky")
+    <Recording "FIC101-sticky" (flow) of 2400 samples: OP, PV, SP>
+    """
+    [recording] = read(path(name))
+    return recording
+
+
+def truth(name: str) -> SampleTruth:
+    """Tell what is true of a sample recording.
+
+    Parameters
+    ----------
+    name : str
+        Its name, see `names`.
+
+    Returns
+    -------
+    SampleTruth
+
+    Raises
+    ------
+    ValueError
+        If there is no such sample.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> stiction.datasets.truth("FIC101-sticky").S
+    4.0
+    """
+    known = _truths()
+    return known[choice("name", name, known)]
+
+
+def _folder() -> Path:
+    """Give the folder of the samples: that of the wheel, or that of the clone which the package is imported from."""
+    here = Path(__file__).parent
+    packaged = here / "samples"
+    return packaged if packaged.is_dir() else here.parents[1] / "samples"
+
+
+def _truths() -> dict[str, SampleTruth]:
+    with (_folder() / "truth.csv").open(encoding="utf-8", newline="") as file:
+        known = [
+            SampleTruth(
+                name=row["file"].removesuffix(".csv"),
+                sticks=row["label"] == "stiction",
+                model=row["model"],
+                S=float(row["S"]),
+                J=float(row["J"]),
+                cause=row["cause"],
+                scenario=row["scenario"],
+            )
+            for row in csv.DictReader(file)
+        ]
+    return {each.name: each for each in known}
