@@ -159,6 +159,8 @@ class Verdict(Result):
     ----------
     class_ : {"sticks", "does not stick", "does not respond", "cannot tell"}
         What was concluded.
+    grade : {"sticks", "does not respond", "probably sticks", "unclear", "probably fine", "fine", "data cannot answer"}
+        The same in one graded word, which tells more where the class cannot tell.
     probability : float or None
         The probability that the valve sticks; None where there is none.
     basis : str
@@ -179,6 +181,7 @@ class Verdict(Result):
     """
 
     class_: str
+    grade: str
     probability: float | None
     basis: str
     S_below: Limit | None
@@ -704,7 +707,7 @@ class Diagnosis(Result):
             if segment.pv is None:
                 below.plot(segment.op, segment.vp, linewidth=0.8, label="VP")
         says = "" if self.verdict.probability is None else f", {100 * self.verdict.probability:.1f} %"
-        above.set_title(f"{self.name}: {self.verdict.class_}{says}")
+        above.set_title(f"{self.name}: {self.verdict.grade}{says}")
         above.set(xlabel=label, ylabel="PV (its units)")
         middle.set(xlabel=label, ylabel="OP (% of span)")
         for each in (above, middle):
@@ -1074,8 +1077,8 @@ def _percent(share: float) -> str:
 def _headline(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
     if verdict.probability is None:
-        return verdict.class_
-    return f"{verdict.class_} (probability of sticking: {_percent(verdict.probability)})"
+        return verdict.grade
+    return f"{verdict.grade} (probability of sticking: {_percent(verdict.probability)})"
 
 
 def _facts(diagnosis: Diagnosis) -> dict[str, str]:

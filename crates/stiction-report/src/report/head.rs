@@ -129,7 +129,7 @@ fn actions(diagnosis: &Diagnosis, prospects: Option<&Prospects>) -> Vec<String> 
     };
     let first = verdict.alternatives.first().map(|other| other.cause);
     let elsewhere = || match first {
-        Some(Cause::StickingValve) | None => None,
+        Some(Cause::StickingValve | Cause::NormalOperation) | None => None,
         Some(cause) => Some(format!("Look first for {}", words::cause(cause.name()))),
     };
     match verdict.grade {
