@@ -30,6 +30,8 @@ loop FIC1, flow
   OP    3 good, 50 to 52.5
   PV    2 good, 1 bad, 1.5 to 1.7 m3/h
   mode  2 automatic, 1 manual
+note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP; if one is such a signal, say so, \
+as in --map \"sp=Room\"
 note: from row 2 on, the hour that Europe/Berlin has twice in autumn: 2 rows are taken as its first \
 pass and 1 as its second, by the order of the rows
 ";

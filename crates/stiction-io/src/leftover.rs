@@ -1,0 +1,72 @@
+//! Columns and tags that are not used, but may be a signal that a loop lacks: they are named, not taken.
+
+use crate::instrument::Instrument;
+use crate::layout::{LoopPlan, list};
+use crate::remedy::{Remedy, Wording};
+use crate::role::Signal;
+
+/// The signals without which a diagnosis knows less.
+const WANTED: [Signal; 3] = [Signal::Pv, Signal::Sp, Signal::Mode];
+
+/// The role by which the user gives `signal` of a loop, the only one or one of several.
+fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
+    let signal = signal.name().to_lowercase();
+    match &each.name {
+        Some(name) if !is_only => format!("{name}.{signal}"),
+        _ => signal,
+    }
+}
+
+/// Notes on the PV of a transmitter whose tag has the number of a controller without PV, and the places in
+/// `candidates` that they name.
+pub fn offer_pairs(
+    loops: &[LoopPlan],
+    candidates: &[&str],
+    wording: Wording,
+) -> (Vec<String>, Vec<usize>) {
+    let (mut notes, mut offered) = (vec![], vec![]);
+    for each in loops.iter().filter(|each| each.signal(Signal::Pv).is_none()) {
+        let Some(name) = &each.name else { continue };
+        let Some(controller) = Instrument::of(name) else { continue };
+        let measures =
+            |name: &str| Instrument::of(name).is_some_and(|tag| tag.measures_for(&controller));
+        for (place, candidate) in candidates.iter().enumerate() {
+            if measures(candidate) {
+                notes.push(format!(
+                    "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which \
+                     has none; if it is, give {}",
+                    wording.of(Remedy::map(role(each, Signal::Pv, false), candidate))
+                ));
+                offered.push(place);
+            }
+        }
+    }
+    (notes, offered)
+}
+
+/// The note on numeric columns or tags that are not used while a loop lacks a signal that they could be.
+pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<String> {
+    let first = unused.first()?;
+    let lacks = |each: &LoopPlan, signal: Signal| each.signal(signal).is_none();
+    let missing: Vec<Signal> =
+        WANTED.into_iter().filter(|signal| loops.iter().any(|each| lacks(each, *signal))).collect();
+    let signal = *missing.first()?;
+    let poor = loops.iter().find(|each| lacks(each, signal))?;
+    let holds = match unused.len() {
+        1 => "holds numbers and is not used",
+        _ => "hold numbers and are not used",
+    };
+    let whose = match (loops.len(), &poor.name) {
+        (1, None) => "the loop has".to_owned(),
+        (1, Some(name)) => format!("loop {name} has"),
+        (_, _) => "loops are here that have".to_owned(),
+    };
+    let missing: Vec<String> =
+        missing.iter().map(|signal| format!("no {}", signal.name())).collect();
+    Some(format!(
+        "{} {holds}, while {whose} {}; if one is such a signal, say so, as in {}",
+        list(unused),
+        missing.join(", "),
+        wording.of(Remedy::map(role(poor, signal, loops.len() == 1), first))
+    ))
+}
