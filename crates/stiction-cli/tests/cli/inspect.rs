@@ -105,3 +105,13 @@ fn what_cannot_be_read_is_refused() {
         assert!(message.contains(expected), "{arguments:?} must say {expected}: {message}");
     }
 }
+
+#[test]
+fn a_missing_file_is_reported_once() {
+    let folder = folder("inspect-missing-file");
+    for command in ["diagnose", "history", "inspect"] {
+        let refused = run(&folder, &[command, "none.csv"]).refusal();
+        assert_eq!(refused.matches("os error 2").count(), 1, "{refused}");
+        assert!(refused.starts_with("stiction: none.csv: "), "{refused}");
+    }
+}
