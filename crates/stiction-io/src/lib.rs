@@ -15,6 +15,7 @@ mod error;
 mod fields;
 pub mod fitted;
 mod instrument;
+pub mod join;
 pub mod layout;
 mod leftover;
 mod mapping;
