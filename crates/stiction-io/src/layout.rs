@@ -578,7 +578,7 @@ fn assign(
 }
 
 /// Columns of 0 and 1 that tell whether a loop is in automatic, or in manual, where nothing else tells its
-/// mode. MAN goes before AUTO: a loop in cascade may be in neither.
+/// mode. MAN goes before AUTO, which is not taken beside CAS: a loop in cascade may be in neither.
 fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: &Content<'_>) {
     let mut found: Vec<(usize, role::Split, Mode)> = (0..names.len())
         .filter(|i| candidates[*i].is_none())
@@ -586,7 +586,16 @@ fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: 
         .filter(|(i, ..)| content.is_switch(*i))
         .collect();
     found.sort_by_key(|(_, _, mode)| *mode != Mode::Manual);
+    let key = |split: &role::Split| split.loop_name.as_ref().map(|name| name.to_lowercase());
+    let cascades: Vec<Option<String>> = found
+        .iter()
+        .filter(|(_, _, mode)| *mode == Mode::Cascade)
+        .map(|(_, split, _)| key(split))
+        .collect();
     for (i, split, mode) in found {
+        if mode == Mode::Cascade || (mode == Mode::Automatic && cascades.contains(&key(&split))) {
+            continue;
+        }
         let same = |c: &&Candidate| {
             c.role == Role::Signal(Signal::Mode)
                 && match (&c.loop_name, &split.loop_name) {
@@ -604,8 +613,8 @@ fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: 
     }
 }
 
-/// A flow, level, pressure or temperature is the PV where it is the only one, of the only loop, and nothing
-/// else is the PV.
+/// A flow, level, pressure or temperature is the PV where no other column that is left speaks of one, there is
+/// only one loop, and nothing else is the PV.
 fn take_quantity(
     candidates: &mut [Option<Candidate>],
     names: &[&str],
@@ -617,7 +626,7 @@ fn take_quantity(
         candidates.iter().flatten().filter(move |c| c.role == Role::Signal(signal))
     };
     let is_quantity = |i: &usize| {
-        candidates[*i].is_none() && role::is_quantity(names[*i]) && content.is_numeric(*i)
+        candidates[*i].is_none() && role::has_quantity(names[*i]) && content.is_numeric(*i)
     };
     let quantities: Vec<usize> = (0..names.len()).filter(is_quantity).collect();
     let ops: Vec<&Candidate> = of(Signal::Op).collect();
@@ -625,6 +634,9 @@ fn take_quantity(
         return;
     };
     let (name, loop_name) = (names[*quantity], op.loop_name.clone());
+    if !role::is_quantity(name) {
+        return;
+    }
     notes.push(format!(
         "\"{name}\" is taken as the PV, because nothing else can be it; if it is not, give {}",
         wording.of(Remedy::map("ignore", name))

@@ -59,7 +59,7 @@ pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<Str
     let whose = match (loops.len(), &poor.name) {
         (1, None) => "the loop has".to_owned(),
         (1, Some(name)) => format!("loop {name} has"),
-        (_, _) => "loops are here that have".to_owned(),
+        (_, _) => "some loops have".to_owned(),
     };
     let missing: Vec<String> =
         missing.iter().map(|signal| format!("no {}", signal.name())).collect();

@@ -624,7 +624,9 @@ impl<'a> Builder<'a> {
         }
         let (on, off) = match mode {
             Mode::Manual => ("manual", "automatic"),
-            _ => ("automatic", "manual"),
+            Mode::Automatic => ("automatic", "manual"),
+            // What is not in cascade may be in either of the others.
+            _ => return None,
         };
         notes.push(format!(
             "\"{}\" is read as the mode: 1 {on}, 0 {off}; if it is something else, give {}",

@@ -399,6 +399,12 @@ pub fn is_quantity(name: &str) -> bool {
     QUANTITIES.contains(&&*plain(without_unit(name).0))
 }
 
+/// Whether a name speaks of what is measured, as `Flow 2` does.
+pub fn has_quantity(name: &str) -> bool {
+    let name = plain(name);
+    QUANTITIES.iter().any(|word| name.contains(word))
+}
+
 /// Takes a name such as `FIC101.AUTO` apart: one that tells, by 0 and 1, whether a mode is on.
 pub fn split_switch(name: &str) -> Option<(Split, Mode)> {
     let name = without_unit(name).0;

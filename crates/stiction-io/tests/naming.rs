@@ -166,6 +166,7 @@ fn what_people_call_signals() {
         ("Time,Level,Set,Out", "f: PV 1 SP 2 OP 3"),
         ("t,Pressure [bar],Set point,Output", "f: PV 1 SP 2 OP 3"),
         ("t,Temperature,SP,FIC101.OP", "FIC101: PV 1 SP 2 OP 3"),
+        ("t,Flow (m3/h),Flow setpoint (m3/h),Valve output (%)", "Flow: PV 1 SP 2 OP 3"),
         ("Zeit,Istwert (m3/h),Sollwert (m3/h),Stellwert (%)", "f: PV 1 SP 2 OP 3"),
         ("Zeit,Regelgröße,Führungsgröße,Stellgröße", "f: PV 1 SP 2 OP 3"),
         ("Zeit,Regelgroesse,Fuehrungsgroesse,Stellgroesse", "f: PV 1 SP 2 OP 3"),
@@ -187,6 +188,8 @@ fn what_could_be_two_things_is_not_taken() {
     let note = "\"Flow\", \"Level\" hold numbers and are not used, while the loop has no PV, no SP, \
                 no mode; if one is such a signal, say so, as in map pv=Flow";
     assert!(said(&reading).contains(note), "{}", said(&reading));
+    let reading = parse("t,Flow,Flow 2,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
     let refused = parse("t,Sollwert,Setpoint,Out\n0,1,5,50\n", "").unwrap_err();
     let expected =
         "\"Sollwert\" and \"Setpoint\" can both be the SP; say which, as in map sp=Sollwert";
@@ -248,6 +251,10 @@ fn switches_tell_the_mode() {
     assert!(note.contains("map ignore=FIC1.MAN"), "{note}");
     let (found, _) = modes("t,op,hand\n0,50,FALSE\n1,51,TRUE\n");
     assert_eq!(found, Some(vec![Mode::Automatic, Mode::Manual]));
+    // What is not in automatic may be in cascade.
+    let (found, note) = modes("t,FIC1.OP,FIC1.AUTO,FIC1.CAS\n0,50,0,1\n1,51,0,1\n");
+    assert_eq!(found, None);
+    assert!(note.contains("\"FIC1.AUTO\", \"FIC1.CAS\" hold numbers"), "{note}");
     // A column of modes goes before, and one of other numbers is no switch.
     let (found, _) = modes("t,FIC1.OP,FIC1.AUTO,FIC1.MODE\n0,50,1,CAS\n");
     assert_eq!(found, Some(vec![Mode::Cascade]));
