@@ -240,9 +240,9 @@ pub fn find_all(
         }
     }
     // What one file lacks another may have; what none has is misspelt or was forgotten.
-    elsewhere.retain(|name| !known.iter().any(|read| read.to_lowercase() == name.to_lowercase()));
     elsewhere.sort();
     elsewhere.dedup();
+    elsewhere.retain(|name| !known.iter().any(|read| read.to_lowercase() == name.to_lowercase()));
     for name in elsewhere {
         failures.push(anyhow!(
             "loop {name}: the mapping names its columns or tags, but no file that could be read has them"

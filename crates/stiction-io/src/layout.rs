@@ -7,7 +7,7 @@ use crate::options::{Mapped, ReadOptions};
 use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Role, SEPARATORS, Signal};
 use crate::sheet::{Cells, Sheet};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use stiction_diagnose::recording::Mode;
 
 /// How a sheet holds its loops.
@@ -570,7 +570,8 @@ fn assign(
     let candidates: Vec<usize> = lone.into_iter().chain(unused.iter().copied()).collect();
     let named: Vec<&str> = candidates.iter().map(|i| names[*i]).collect();
     let (pairs, offered) = leftover::offer_pairs(&assigned.loops, &named, options.wording);
-    let is_offered = |i: &usize| offered.iter().any(|place| candidates[*place] == *i);
+    let offered: HashSet<usize> = offered.into_iter().map(|place| candidates[place]).collect();
+    let is_offered = |i: &usize| offered.contains(i);
     let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     assigned.notes.extend(pairs);
     assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
@@ -592,18 +593,16 @@ fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: 
         .filter(|(_, _, mode)| *mode == Mode::Cascade)
         .map(|(_, split, _)| key(split))
         .collect();
+    let modes = candidates.iter().flatten().filter(|c| c.role == Role::Signal(Signal::Mode));
+    let mut told: HashSet<Option<String>> =
+        modes.map(|c| c.loop_name.as_ref().map(|name| name.to_lowercase())).collect();
     for (i, split, mode) in found {
-        if mode == Mode::Cascade || (mode == Mode::Automatic && cascades.contains(&key(&split))) {
+        let key = key(&split);
+        if mode == Mode::Cascade || (mode == Mode::Automatic && cascades.contains(&key)) {
             continue;
         }
-        let same = |c: &&Candidate| {
-            c.role == Role::Signal(Signal::Mode)
-                && match (&c.loop_name, &split.loop_name) {
-                    (Some(a), Some(b)) => is_loop(a, b),
-                    _ => true,
-                }
-        };
-        let told = candidates.iter().flatten().any(|c| same(&c));
+        // A mode of no loop in particular may be that of any.
+        let told = told.contains(&None) || !told.insert(key);
         let (role, why) = match (told, mode) {
             (true, _) => (Role::Ignored, "the mode is told elsewhere"),
             (false, Mode::Manual) => (split.role, "it tells by 0 and 1 whether it is in manual"),
@@ -771,10 +770,15 @@ fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
 
 /// Loops of the mapping that lack a column or tag are not read by half.
 fn leave_out_missing(assigned: &mut Assigned) {
+    let loops = assigned.recognised.iter().filter_map(|each| each.loop_name.as_ref());
+    let here: HashSet<String> = loops.map(|name| name.to_lowercase()).collect();
     for missing in &mut assigned.missing {
+        missing.is_partly_here = here.contains(&missing.name.to_lowercase());
+        if !missing.is_partly_here {
+            continue;
+        }
         let is_it =
             |name: &Option<String>| name.as_ref().is_some_and(|name| is_loop(name, &missing.name));
-        missing.is_partly_here = assigned.recognised.iter().any(|each| is_it(&each.loop_name));
         assigned.loops.retain(|each| !is_it(&each.name));
         for each in assigned.recognised.iter_mut().filter(|each| is_it(&each.loop_name)) {
             each.role = Role::Ignored;

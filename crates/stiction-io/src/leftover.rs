@@ -25,13 +25,14 @@ pub fn offer_pairs(
     wording: Wording,
 ) -> (Vec<String>, Vec<usize>) {
     let (mut notes, mut offered) = (vec![], vec![]);
+    let tags: Vec<Option<Instrument>> =
+        candidates.iter().map(|name| Instrument::of(name)).collect();
     for each in loops.iter().filter(|each| each.signal(Signal::Pv).is_none()) {
         let Some(name) = &each.name else { continue };
         let Some(controller) = Instrument::of(name) else { continue };
-        let measures =
-            |name: &str| Instrument::of(name).is_some_and(|tag| tag.measures_for(&controller));
-        for (place, candidate) in candidates.iter().enumerate() {
-            if measures(candidate) {
+        for (place, tag) in tags.iter().enumerate() {
+            if tag.as_ref().is_some_and(|tag| tag.measures_for(&controller)) {
+                let candidate = candidates[place];
                 notes.push(format!(
                     "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which \
                      has none; if it is, give {}",
