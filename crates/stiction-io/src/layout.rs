@@ -63,6 +63,8 @@ pub struct MissingLoop {
 pub struct LoopPlan {
     /// Its name; none if nothing tells one.
     pub name: Option<String>,
+    /// What the user should know of it alone.
+    pub notes: Vec<String>,
     signals: [Option<usize>; 5],
     qualities: [Option<usize>; 5],
     quality: Option<usize>,
@@ -569,11 +571,10 @@ fn assign(
 
     let candidates: Vec<usize> = lone.into_iter().chain(unused.iter().copied()).collect();
     let named: Vec<&str> = candidates.iter().map(|i| names[*i]).collect();
-    let (pairs, offered) = leftover::offer_pairs(&assigned.loops, &named, options.wording);
+    let offered = leftover::offer_pairs(&mut assigned.loops, &named, options.wording);
     let offered: HashSet<usize> = offered.into_iter().map(|place| candidates[place]).collect();
     let is_offered = |i: &usize| offered.contains(i);
     let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
-    assigned.notes.extend(pairs);
     assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
     Ok(assigned)
 }
@@ -752,10 +753,9 @@ fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
         controller.signals[pv] = Some(column);
         controller.qualities[pv] = controller.qualities[pv].or(quality);
         let name = controller.name.clone();
-        assigned.notes.push(format!(
-            "\"{}\" is taken as the PV of {}, which is of the same point",
-            names[column],
-            name.as_deref().unwrap_or_default()
+        controller.notes.push(format!(
+            "\"{}\" is taken as the PV, because it is of the same point",
+            names[column]
         ));
         for moved in [Some(column), quality].into_iter().flatten() {
             assigned.recognised[moved].loop_name.clone_from(&name);

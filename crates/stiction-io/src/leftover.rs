@@ -17,32 +17,29 @@ fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
     }
 }
 
-/// Notes on the PV of a transmitter whose tag has the number of a controller without PV, and the places in
-/// `candidates` that they name.
-pub fn offer_pairs(
-    loops: &[LoopPlan],
-    candidates: &[&str],
-    wording: Wording,
-) -> (Vec<String>, Vec<usize>) {
-    let (mut notes, mut offered) = (vec![], vec![]);
+/// Notes for loops without PV the transmitters among `candidates` whose tags have the number of their
+/// controllers, and gives the places of these.
+pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording) -> Vec<usize> {
+    let mut offered = vec![];
     let tags: Vec<Option<Instrument>> =
         candidates.iter().map(|name| Instrument::of(name)).collect();
-    for each in loops.iter().filter(|each| each.signal(Signal::Pv).is_none()) {
-        let Some(name) = &each.name else { continue };
-        let Some(controller) = Instrument::of(name) else { continue };
+    for each in loops.iter_mut().filter(|each| each.signal(Signal::Pv).is_none()) {
+        let Some(name) = each.name.clone() else { continue };
+        let Some(controller) = Instrument::of(&name) else { continue };
         for (place, tag) in tags.iter().enumerate() {
             if tag.as_ref().is_some_and(|tag| tag.measures_for(&controller)) {
                 let candidate = candidates[place];
-                notes.push(format!(
+                let note = format!(
                     "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which \
                      has none; if it is, give {}",
                     wording.of(Remedy::map(role(each, Signal::Pv, false), candidate))
-                ));
+                );
+                each.notes.push(note);
                 offered.push(place);
             }
         }
     }
-    (notes, offered)
+    offered
 }
 
 /// The note on numeric columns or tags that are not used while a loop lacks a signal that they could be.

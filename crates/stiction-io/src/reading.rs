@@ -445,7 +445,7 @@ impl<'a> Builder<'a> {
             origin: self.sheet.origin.clone(),
             message: format!("loop {name}: {e}"),
         };
-        let mut notes = vec![];
+        let mut notes = plan.notes.clone();
         let mut channel = |signal: Signal| {
             plan.signal(signal)
                 .map(|place| self.channel(plan, signal, place, &mut notes))
