@@ -1,5 +1,6 @@
 //! `stiction diagnose`: recordings of real loops.
 
+pub mod joined;
 mod methods;
 mod summary;
 
@@ -7,8 +8,9 @@ use crate::output;
 use crate::overrule;
 use crate::progress;
 use crate::reading_args::Reading;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
+use joined::Found;
 use rayon::prelude::*;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,7 +24,7 @@ use stiction_report::report;
 ///
 /// Reads SP, PV, OP (and, where they are recorded, valve position and mode) from CSV, Parquet or MATLAB
 /// files; `stiction inspect` shows what is recognised in them. Of each loop the longest segment in
-/// automatic is judged. What a person concluded, kept by `stiction override`, is shown beside the
+/// automatic is judged. Recordings of one tag with dates are one, in whatever files they are. What a person concluded, kept by `stiction override`, is shown beside the
 /// computed verdict.
 ///
 /// Exit codes: 0, all files were diagnosed; 1, they were, and a loop is of a class that --fail-on names;
@@ -30,7 +32,12 @@ use stiction_report::report;
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction diagnose samples/FIC101-sticky.csv --report report.html
+<<<<<<< HEAD
   stiction diagnose plant/*.csv --report plant-report --csv ranking.csv
+=======
+  stiction diagnose plant/*.csv --csv ranking.csv
+  stiction diagnose FIC101-monday.csv FIC101-tuesday.csv --join
+>>>>>>> wt-io
   stiction diagnose export.csv --loop FIC101 --type flow --json
   stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {
@@ -40,6 +47,9 @@ pub struct Args {
     /// Diagnose this loop only; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
+    /// Take all files as recordings of one loop, one after the other; a gap between them stays a gap
+    #[arg(long)]
+    join: bool,
     /// Bring the recording onto a grid of this step, in s, in place of its own commonest one
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     grid: Option<f64>,
@@ -105,7 +115,8 @@ pub fn run(args: Args) -> Result<ExitCode> {
         evidence: args.report.is_some(),
         ..DiagnoseOptions::default()
     };
-    let (recordings, mut failures) = read_all(&args.files, &args.loops, &args.reading)?;
+    let (found, mut failures) = find_all(&args.files, &args.loops, &args.reading)?;
+    let recordings = if args.join { joined::all(found)? } else { joined::by_tag(found) };
     let (mut loops, refused) = diagnose_all(&recordings, &options);
     failures.extend(refused);
     overrule::apply(&mut loops)?;
@@ -198,13 +209,23 @@ pub fn tool() -> String {
     concat!("stiction ", env!("CARGO_PKG_VERSION")).to_owned()
 }
 
-/// The wanted recordings of all files with their sources, and what could not be read.
+/// The wanted recordings of all files with their sources, each for itself, and what could not be read.
 #[allow(clippy::type_complexity)]
 pub fn read_all(
     files: &[PathBuf],
     loops: &[String],
     reading: &Reading,
 ) -> Result<(Vec<(Source, Recording)>, Vec<anyhow::Error>)> {
+    let (found, failures) = find_all(files, loops, reading)?;
+    Ok((found.into_iter().map(|each| (each.source, each.recording)).collect(), failures))
+}
+
+/// The wanted recordings of all files, each for itself, and what could not be read.
+pub fn find_all(
+    files: &[PathBuf],
+    loops: &[String],
+    reading: &Reading,
+) -> Result<(Vec<Found>, Vec<anyhow::Error>)> {
     let options = reading.options()?;
     let progress = progress::bar("reading", files.len());
     let readings: Vec<_> = files
@@ -216,8 +237,10 @@ pub fn read_all(
         })
         .collect();
     progress.finish_and_clear();
-    let (mut recordings, mut failures) = (vec![], vec![]);
-    let mut known = vec![];
+    let is_wanted =
+        |name: &str| loops.is_empty() || loops.iter().any(|tag| tag.eq_ignore_ascii_case(name));
+    let (mut all, mut failures) = (vec![], vec![]);
+    let (mut known, mut elsewhere): (Vec<String>, Vec<String>) = (vec![], vec![]);
     for reading in readings {
         let reading = match reading {
             Ok(reading) => reading,
@@ -228,22 +251,39 @@ pub fn read_all(
         };
         for mut recording in reading.recordings {
             known.push(recording.name.clone());
-            if !loops.is_empty()
-                && !loops.iter().any(|tag| tag.eq_ignore_ascii_case(&recording.name))
-            {
+            if !is_wanted(&recording.name) {
                 continue;
             }
             recording.notes.splice(0..0, reading.notes.iter().cloned());
             let source = Source { file: reading.origin.clone(), sha256: reading.sha256.clone() };
-            recordings.push((source, recording));
+            let is_tagged = !reading.untagged.contains(&recording.name);
+            all.push(Found { source, recording, is_tagged });
         }
+        for missing in reading.missing.into_iter().filter(|each| is_wanted(&each.name)) {
+            if missing.is_partly_here {
+                let (file, name) = (&reading.origin, &missing.name);
+                failures.push(anyhow!("{file}, loop {name}: the file {}", missing.reason));
+                known.push(missing.name);
+            } else {
+                elsewhere.push(missing.name);
+            }
+        }
+    }
+    // What one file lacks another may have; what none has is misspelt or was forgotten.
+    elsewhere.sort();
+    elsewhere.dedup();
+    elsewhere.retain(|name| !known.iter().any(|read| read.to_lowercase() == name.to_lowercase()));
+    for name in elsewhere {
+        failures.push(anyhow!(
+            "loop {name}: the mapping names its columns or tags, but no file that could be read has them"
+        ));
     }
     for tag in loops {
         if failures.is_empty() && !known.iter().any(|name| name.eq_ignore_ascii_case(tag)) {
             bail!("--loop {tag}: there is no such loop; there are {}", known.join(", "));
         }
     }
-    Ok((recordings, failures))
+    Ok((all, failures))
 }
 
 /// Diagnoses all recordings, in their order.

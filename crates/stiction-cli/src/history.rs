@@ -1,6 +1,6 @@
 //! `stiction history`: several recordings, or a long one, of the same valves.
 
-use crate::diagnose::{Diagnosed, diagnose_all, ended, read_all, tool};
+use crate::diagnose::{Diagnosed, diagnose_all, ended, find_all, joined, tool};
 use crate::output;
 use crate::reading_args::Reading;
 use crate::text::{columns, number, seconds, wrapped};
@@ -23,13 +23,13 @@ const CYCLES: f64 = 10.0;
 
 /// Show how valves went over time: each window on its own, all together, drift, before and after a repair.
 ///
-/// Recordings of one tag belong together, in whatever files they are. Each is cut into windows of a day, or
+/// Recordings of one tag belong together, in whatever files they are; files without tags do with --join. Each is cut into windows of a day, or
 /// of ten periods of its oscillation if that is longer; what is shorter than one and a half windows stays
 /// whole. Every window is diagnosed on its own, then they are combined; with --repair those after it, for the
 /// valve as it is now.
 #[derive(Parser)]
 #[command(after_help = "Examples:
-  stiction history FIC101-january.csv FIC101-february.csv --report history.html
+  stiction history FIC101-january.csv FIC101-february.csv --join --report history.html
   stiction history export.parquet --loop FIC101 --window 8h --repair 2026-03-01T08:00
   stiction history plant/*.csv --csv windows.csv")]
 pub struct Args {
@@ -39,6 +39,9 @@ pub struct Args {
     /// Show the valve of this loop only; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
+    /// Take all files as recordings of one valve, one after the other; a gap between them stays a gap
+    #[arg(long)]
+    join: bool,
     /// Length of a window, such as 8h, 90min, 2d or 3600 (s)
     #[arg(long, value_name = "DURATION", value_parser = a_duration)]
     window: Option<f64>,
@@ -78,7 +81,13 @@ fn a_duration(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let (recordings, mut failures) = read_all(&args.files, &args.loops, &args.reading)?;
+    let (found, mut failures) = find_all(&args.files, &args.loops, &args.reading)?;
+    let recordings = if args.join {
+        joined::all(found)?
+    } else {
+        joined::offer(&found);
+        found.into_iter().map(|each| (each.source, each.recording)).collect()
+    };
     let mut windows = vec![];
     for (source, recording) in recordings {
         let window = args.window.unwrap_or_else(|| default_window(&recording));
@@ -156,7 +165,7 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     if !dated && sources.len() > 1 {
         bail!(
             "loop {tag} is in {} files, and some have no dates, so they cannot be put in order; give the \
-             files with dates, or one file",
+             files with dates, or --join if they follow each other as given",
             sources.len()
         );
     }

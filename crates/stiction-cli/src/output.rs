@@ -60,7 +60,8 @@ pub fn note(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "note: {text}");
 }
 
-/// A failure in a line: what was tried, and why it did not work, with the options of this command.
+/// A failure in a line: what was tried, and why it did not work, with the options of this command. Some causes
+/// say what the error above them says too; they are not repeated.
 pub fn failure(error: &anyhow::Error) -> String {
     let words = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
         Some(stiction_io::Error::Setting { settings, message }) => {
@@ -68,7 +69,15 @@ pub fn failure(error: &anyhow::Error) -> String {
         }
         _ => cause.to_string(),
     };
-    error.chain().map(words).collect::<Vec<_>>().join(": ")
+    let mut line = String::new();
+    for cause in error.chain().map(words) {
+        match line.as_str() {
+            "" => line = cause,
+            said if said.ends_with(&cause) => {}
+            _ => line += &format!(": {cause}"),
+        }
+    }
+    line
 }
 
 /// Whether the reader of our output has gone.

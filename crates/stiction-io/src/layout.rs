@@ -1,11 +1,14 @@
 //! Which columns or tags of a sheet are which signals of which loops.
 
+use crate::content::Content;
 use crate::error::{Error, Result};
+use crate::leftover;
 use crate::options::{Mapped, ReadOptions};
 use crate::remedy::{Remedy, Wording};
-use crate::role::{self, Role, Signal};
+use crate::role::{self, Role, SEPARATORS, Signal};
 use crate::sheet::{Cells, Sheet};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use stiction_diagnose::recording::Mode;
 
 /// How a sheet holds its loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,11 +47,24 @@ pub struct Recognised {
     pub why: String,
 }
 
+/// A loop that a mapping names, and that is not read because a column or tag is not there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MissingLoop {
+    /// Its name.
+    pub name: String,
+    /// Why it is not read, with what would help.
+    pub reason: String,
+    /// Whether other signals of it are there; if not, it may be in another file.
+    pub is_partly_here: bool,
+}
+
 /// A loop: which names hold its signals and qualities, as indices of the names.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoopPlan {
     /// Its name; none if nothing tells one.
     pub name: Option<String>,
+    /// What the user should know of it alone.
+    pub notes: Vec<String>,
     signals: [Option<usize>; 5],
     qualities: [Option<usize>; 5],
     quality: Option<usize>,
@@ -124,6 +140,8 @@ pub struct Plan {
     pub loops: Vec<LoopPlan>,
     /// Every column and tag.
     pub recognised: Vec<Recognised>,
+    /// The loops of the mapping that lack a column or tag.
+    pub missing: Vec<MissingLoop>,
     /// What the user should know.
     pub notes: Vec<String>,
 }
@@ -131,7 +149,8 @@ pub struct Plan {
 /// Recognises what `sheet` holds.
 ///
 /// # Errors
-/// If a column that was named is not there, or two columns are the same signal of the same loop.
+/// If a column that was named for no loop in particular is not there, or two columns are the same signal of
+/// the same loop.
 pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
     let columns: Vec<&str> = sheet.columns.iter().map(|column| &*column.name).collect();
     let about_rows = AboutRows::find(sheet, &columns, options)?;
@@ -152,8 +171,15 @@ pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
 
 fn wide(sheet: &Sheet, options: &ReadOptions, about_rows: &AboutRows) -> Result<Plan> {
     let names: Vec<&str> = sheet.columns.iter().map(|column| &*column.name).collect();
-    check_known(sheet, &names, options, "column")?;
-    let mut assigned = assign(sheet, &names, options)?;
+    let missing = missing(sheet, &names, options, "column")?;
+    let content = Content { sheet, place: &Place::Columns };
+    let rows: Vec<usize> = about_rows
+        .roles
+        .iter()
+        .filter(|(_, role)| matches!(role, Role::Time | Role::Date))
+        .map(|(column, _)| *column)
+        .collect();
+    let mut assigned = assign(&content, &names, &rows, missing, options)?;
     for (column, role) in &about_rows.roles {
         // A column that only its name makes one about rows may be a signal or quality all the same.
         if matches!(role, Role::Time | Role::Date) {
@@ -168,6 +194,7 @@ fn wide(sheet: &Sheet, options: &ReadOptions, about_rows: &AboutRows) -> Result<
         date: None,
         loops: assigned.loops,
         recognised: assigned.recognised,
+        missing: assigned.missing,
         notes: assigned.notes,
     })
 }
@@ -183,10 +210,11 @@ fn long(
         about_rows.check_single(sheet, role, options.wording)?;
     }
     let tags = tags(sheet, tag, options.wording)?;
-    let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
-    check_known(sheet, &names, options, "tag")?;
-    let assigned = assign(sheet, &names, options)?;
     let quality = about_rows.of(Role::Quality(None));
+    let place = Place::Rows { tags: tags.clone(), value, quality };
+    let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
+    let missing = missing(sheet, &names, options, "tag")?;
+    let assigned = assign(&Content { sheet, place: &place }, &names, &[], missing, options)?;
     let mut recognised: Vec<Recognised> = sheet
         .columns
         .iter()
@@ -196,11 +224,12 @@ fn long(
     recognised.extend(assigned.recognised);
     Ok(Plan {
         layout: Layout::Long,
-        place: Place::Rows { tags, value, quality },
+        place,
         time: None,
         date: None,
         loops: assigned.loops,
         recognised,
+        missing: assigned.missing,
         notes: assigned.notes,
     })
 }
@@ -316,25 +345,40 @@ fn is_same(given: &str, name: &str) -> bool {
     given == name.to_lowercase() || given == role::without_unit(name).0.to_lowercase()
 }
 
-/// That every name the user gave is there.
-fn check_known(sheet: &Sheet, names: &[&str], options: &ReadOptions, what: &str) -> Result<()> {
+/// The loops for which the user names what is not there; what is named for no loop must be.
+fn missing(
+    sheet: &Sheet,
+    names: &[&str],
+    options: &ReadOptions,
+    what: &str,
+) -> Result<Vec<MissingLoop>> {
     let columns = || sheet.columns.iter().map(|column| &*column.name);
+    let mut missing: Vec<MissingLoop> = vec![];
     for mapped in &options.map {
         let known =
             names.iter().copied().chain(columns()).any(|name| is_same(&mapped.column, name));
-        if !known {
-            return Err(Error::Table {
-                origin: sheet.origin.clone(),
-                message: format!(
-                    "has no {what} \"{}\", which is given as {}; its {what}s are {}",
-                    mapped.column,
-                    mapped.role,
-                    list(names)
-                ),
-            });
+        if known {
+            continue;
+        }
+        let reason = format!(
+            "has no {what} \"{}\", which is given as {}; its {what}s are {}",
+            mapped.column,
+            mapped.role,
+            list(names)
+        );
+        let Some(name) = &mapped.loop_name else {
+            return Err(Error::Table { origin: sheet.origin.clone(), message: reason });
+        };
+        if !missing.iter().any(|each| is_loop(&each.name, name)) {
+            missing.push(MissingLoop { name: name.clone(), reason, is_partly_here: false });
         }
     }
-    Ok(())
+    Ok(missing)
+}
+
+/// Whether two names are of one loop.
+fn is_loop(a: &str, b: &str) -> bool {
+    a.to_lowercase() == b.to_lowercase()
 }
 
 /// Names in quotes, not endlessly many.
@@ -369,6 +413,7 @@ fn conflict(
 struct Assigned {
     loops: Vec<LoopPlan>,
     recognised: Vec<Recognised>,
+    missing: Vec<MissingLoop>,
     notes: Vec<String>,
 }
 
@@ -379,6 +424,12 @@ struct Candidate {
     given: bool,
     is_mv: bool,
     why: String,
+}
+
+impl Candidate {
+    fn recognised(loop_name: Option<String>, role: Role, why: impl Into<String>) -> Self {
+        Self { loop_name, role, given: false, is_mv: false, why: why.into() }
+    }
 }
 
 fn candidate(name: &str, options: &ReadOptions) -> Option<Candidate> {
@@ -415,31 +466,42 @@ fn candidate(name: &str, options: &ReadOptions) -> Option<Candidate> {
     if let Some((split, why)) = split(&why) {
         let is_mv = split.role == Role::Signal(Signal::Op) && role::is_mv(&split.word);
         return Some(Candidate {
-            loop_name: split.loop_name,
-            role: split.role,
-            given: false,
             is_mv,
-            why,
+            ..Candidate::recognised(split.loop_name, split.role, why)
         });
     }
     match role::of_rows(name) {
-        Some(role @ Role::Quality(None)) => Some(Candidate {
-            loop_name: None,
+        Some(role @ Role::Quality(None)) => Some(Candidate::recognised(
+            None,
             role,
-            given: false,
-            is_mv: false,
-            why: "its name is a word for the quality of all signals".to_owned(),
-        }),
+            "its name is a word for the quality of all signals",
+        )),
         _ => None,
     }
 }
 
-/// Tells which signal of which loop each of the `names` is.
-fn assign(sheet: &Sheet, names: &[&str], options: &ReadOptions) -> Result<Assigned> {
+/// Tells which signal of which loop each of the `names` is, but for the columns that are about `rows`.
+fn assign(
+    content: &Content<'_>,
+    names: &[&str],
+    rows: &[usize],
+    missing: Vec<MissingLoop>,
+    options: &ReadOptions,
+) -> Result<Assigned> {
+    let sheet = content.sheet;
     let mut candidates: Vec<Option<Candidate>> =
         names.iter().map(|name| candidate(name, options)).collect();
     let mut notes = vec![];
     settle_mv(&mut candidates, names, options.wording, &mut notes);
+    take_switches(&mut candidates, names, content);
+    take_quantity(&mut candidates, names, content, options.wording, &mut notes);
+    let is_unused = |i: &usize| {
+        candidates[*i].is_none()
+            && !rows.contains(i)
+            && content.is_numeric(*i)
+            && !content.is_about_rows(*i)
+    };
+    let unused: Vec<usize> = (0..names.len()).filter(is_unused).collect();
 
     let mut loops: Vec<LoopPlan> = vec![];
     let mut places: HashMap<Option<String>, usize> = HashMap::new();
@@ -501,10 +563,86 @@ fn assign(sheet: &Sheet, names: &[&str], options: &ReadOptions) -> Result<Assign
             why: "no signal of a loop is called so".to_owned(),
         },
     });
-    let mut assigned = Assigned { loops, recognised: recognised.collect(), notes };
+    let mut assigned = Assigned { loops, recognised: recognised.collect(), missing, notes };
     join_the_nameless(&mut assigned);
-    keep_those_with_op(&mut assigned);
+    join_acquisition(&mut assigned, names);
+    leave_out_missing(&mut assigned);
+    let lone = keep_those_with_op(&mut assigned);
+
+    let candidates: Vec<usize> = lone.into_iter().chain(unused.iter().copied()).collect();
+    let named: Vec<&str> = candidates.iter().map(|i| names[*i]).collect();
+    let offered = leftover::offer_pairs(&mut assigned.loops, &named, options.wording);
+    let offered: HashSet<usize> = offered.into_iter().map(|place| candidates[place]).collect();
+    let is_offered = |i: &usize| offered.contains(i);
+    let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
+    assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
     Ok(assigned)
+}
+
+/// Columns of 0 and 1 that tell whether a loop is in automatic, or in manual, where nothing else tells its
+/// mode. MAN goes before AUTO, which is not taken beside CAS: a loop in cascade may be in neither.
+fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: &Content<'_>) {
+    let mut found: Vec<(usize, role::Split, Mode)> = (0..names.len())
+        .filter(|i| candidates[*i].is_none())
+        .filter_map(|i| role::split_switch(names[i]).map(|(split, mode)| (i, split, mode)))
+        .filter(|(i, ..)| content.is_switch(*i))
+        .collect();
+    found.sort_by_key(|(_, _, mode)| *mode != Mode::Manual);
+    let key = |split: &role::Split| split.loop_name.as_ref().map(|name| name.to_lowercase());
+    let cascades: Vec<Option<String>> = found
+        .iter()
+        .filter(|(_, _, mode)| *mode == Mode::Cascade)
+        .map(|(_, split, _)| key(split))
+        .collect();
+    let modes = candidates.iter().flatten().filter(|c| c.role == Role::Signal(Signal::Mode));
+    let mut told: HashSet<Option<String>> =
+        modes.map(|c| c.loop_name.as_ref().map(|name| name.to_lowercase())).collect();
+    for (i, split, mode) in found {
+        let key = key(&split);
+        if mode == Mode::Cascade || (mode == Mode::Automatic && cascades.contains(&key)) {
+            continue;
+        }
+        // A mode of no loop in particular may be that of any.
+        let told = told.contains(&None) || !told.insert(key);
+        let (role, why) = match (told, mode) {
+            (true, _) => (Role::Ignored, "the mode is told elsewhere"),
+            (false, Mode::Manual) => (split.role, "it tells by 0 and 1 whether it is in manual"),
+            (false, _) => (split.role, "it tells by 0 and 1 whether it is in automatic"),
+        };
+        candidates[i] = Some(Candidate::recognised(split.loop_name, role, why));
+    }
+}
+
+/// A flow, level, pressure or temperature is the PV where no other column that is left speaks of one, there is
+/// only one loop, and nothing else is the PV.
+fn take_quantity(
+    candidates: &mut [Option<Candidate>],
+    names: &[&str],
+    content: &Content<'_>,
+    wording: Wording,
+    notes: &mut Vec<String>,
+) {
+    let of = |signal: Signal| {
+        candidates.iter().flatten().filter(move |c| c.role == Role::Signal(signal))
+    };
+    let is_quantity = |i: &usize| {
+        candidates[*i].is_none() && role::has_quantity(names[*i]) && content.is_numeric(*i)
+    };
+    let quantities: Vec<usize> = (0..names.len()).filter(is_quantity).collect();
+    let ops: Vec<&Candidate> = of(Signal::Op).collect();
+    let ([quantity], [op], None) = (&quantities[..], &ops[..], of(Signal::Pv).next()) else {
+        return;
+    };
+    let (name, loop_name) = (names[*quantity], op.loop_name.clone());
+    if !role::is_quantity(name) {
+        return;
+    }
+    notes.push(format!(
+        "\"{name}\" is taken as the PV, because nothing else can be it; if it is not, give {}",
+        wording.of(Remedy::map("ignore", name))
+    ));
+    let why = "it is the only quantity that is measured";
+    candidates[*quantity] = Some(Candidate::recognised(loop_name, Role::Signal(Signal::Pv), why));
 }
 
 fn given(options: &ReadOptions, name: &str) -> bool {
@@ -587,8 +725,77 @@ fn join_the_nameless(assigned: &mut Assigned) {
     one.quality = one.quality.or(nameless.quality);
 }
 
-/// Without an OP there is no loop to look at.
-fn keep_those_with_op(assigned: &mut Assigned) {
+/// The PV of a data acquisition block, `FC101.DACA`, is that of the control block of the same point,
+/// `FC101.PIDA`, if that has none.
+fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
+    let point = |each: &LoopPlan| {
+        let (point, block) = each.name.as_ref()?.rsplit_once(SEPARATORS)?;
+        Some((point.to_lowercase(), block.to_lowercase()))
+    };
+    for k in 0..assigned.loops.len() {
+        let Some((of, _)) = point(&assigned.loops[k]).filter(|(_, block)| block == "daca") else {
+            continue;
+        };
+        let pv = Signal::Pv as usize;
+        let (Some(column), false) = (assigned.loops[k].signals[pv], assigned.loops[k].has_op())
+        else {
+            continue;
+        };
+        let controls = |each: &&mut LoopPlan| {
+            each.has_op()
+                && each.signals[pv].is_none()
+                && (point(each).is_some_and(|(point, _)| point == of)
+                    || each.name.as_ref().is_some_and(|name| is_loop(name, &of)))
+        };
+        let quality = assigned.loops[k].quality(Signal::Pv);
+        let mut controllers = assigned.loops.iter_mut().filter(controls);
+        let (Some(controller), None) = (controllers.next(), controllers.next()) else { continue };
+        controller.signals[pv] = Some(column);
+        controller.qualities[pv] = controller.qualities[pv].or(quality);
+        let name = controller.name.clone();
+        controller.notes.push(format!(
+            "\"{}\" is taken as the PV, because it is of the same point",
+            names[column]
+        ));
+        for moved in [Some(column), quality].into_iter().flatten() {
+            assigned.recognised[moved].loop_name.clone_from(&name);
+            assigned.recognised[moved].why += "; the controller of that point has none";
+        }
+        let acquisition = &mut assigned.loops[k];
+        (acquisition.signals[pv], acquisition.qualities[pv]) = (None, None);
+        acquisition.quality = acquisition.quality.filter(|own| Some(*own) != quality);
+    }
+    assigned.loops.retain(|each| each.names().next().is_some());
+}
+
+/// Loops of the mapping that lack a column or tag are not read by half.
+fn leave_out_missing(assigned: &mut Assigned) {
+    let loops = assigned.recognised.iter().filter_map(|each| each.loop_name.as_ref());
+    let here: HashSet<String> = loops.map(|name| name.to_lowercase()).collect();
+    for missing in &mut assigned.missing {
+        missing.is_partly_here = here.contains(&missing.name.to_lowercase());
+        if !missing.is_partly_here {
+            continue;
+        }
+        let is_it =
+            |name: &Option<String>| name.as_ref().is_some_and(|name| is_loop(name, &missing.name));
+        assigned.loops.retain(|each| !is_it(&each.name));
+        for each in assigned.recognised.iter_mut().filter(|each| is_it(&each.loop_name)) {
+            each.role = Role::Ignored;
+            "another column or tag of its loop is not there".clone_into(&mut each.why);
+        }
+    }
+    for missing in assigned.missing.iter().filter(|each| each.is_partly_here) {
+        assigned
+            .notes
+            .push(format!("loop {} is not read: the file {}", missing.name, missing.reason));
+    }
+}
+
+/// Without an OP there is no loop to look at; gives the PVs that are left without one.
+fn keep_those_with_op(assigned: &mut Assigned) -> Vec<usize> {
+    let lone = assigned.loops.iter().filter(|each| !each.has_op());
+    let lone = lone.filter_map(|each| each.signal(Signal::Pv)).collect();
     let without: Vec<&LoopPlan> = assigned.loops.iter().filter(|each| !each.has_op()).collect();
     if without.len() < assigned.loops.len() {
         for each in without {
@@ -602,4 +809,5 @@ fn keep_those_with_op(assigned: &mut Assigned) {
     } else {
         assigned.loops.clear();
     }
+    lone
 }

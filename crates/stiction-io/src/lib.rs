@@ -8,12 +8,16 @@
 #[cfg(any(feature = "matlab", feature = "parquet"))]
 mod budget;
 mod built_in;
+mod content;
 pub mod csv_sheet;
 mod encoding;
 mod error;
 mod fields;
 pub mod fitted;
+mod instrument;
+pub mod join;
 pub mod layout;
+mod leftover;
 mod mapping;
 #[cfg(feature = "matlab")]
 pub mod matlab_file;

@@ -61,6 +61,38 @@ pub fn of_code(number: f64) -> Option<Said> {
         .map(|(_, mode)| Said::Code(mode))
 }
 
+/// The mode that a switch called `word` turns on, without separators and in lower case. Words that could
+/// mean something else count only `behind_a_tag`.
+pub fn of_switch(word: &str, behind_a_tag: bool) -> Option<Mode> {
+    match word {
+        "auto" | "aut" | "automatic" | "inauto" | "automatik" => Some(Mode::Automatic),
+        "man" | "manual" | "inman" | "hand" => Some(Mode::Manual),
+        "cas" | "casc" | "cascade" | "rcas" => Some(Mode::Cascade),
+        // Foxboro's: 1 is automatic.
+        "ma" if behind_a_tag => Some(Mode::Automatic),
+        _ => None,
+    }
+}
+
+/// The other position of a switch of `mode`.
+pub fn switched_off(mode: Mode) -> Mode {
+    if mode == Mode::Manual { Mode::Automatic } else { Mode::Manual }
+}
+
+/// Whether a switch is on, if `cell` is a position of one.
+pub fn is_on(cell: &str) -> Option<bool> {
+    match &*cell.to_ascii_lowercase() {
+        "true" | "on" => Some(true),
+        "false" | "off" => Some(false),
+        // A whole number reads the same with either decimal mark.
+        _ => match number::parse(cell, DecimalMark::Point) {
+            Some(1.0) => Some(true),
+            Some(0.0) => Some(false),
+            _ => None,
+        },
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

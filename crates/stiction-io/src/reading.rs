@@ -1,8 +1,9 @@
 //! Recordings from files of any format.
 
+use crate::content::Content;
 use crate::csv_sheet::{self, Dialect};
 use crate::error::{Error, Result};
-use crate::layout::{self, Layout, LoopPlan, Place, Plan, Recognised};
+use crate::layout::{self, Layout, LoopPlan, MissingLoop, Place, Plan, Recognised};
 use crate::number::{self, DecimalMark};
 use crate::options::ReadOptions;
 use crate::range;
@@ -12,6 +13,7 @@ use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{self, Clock, Times};
 use crate::{mode, quality};
 use sha2::{Digest, Sha256};
+use std::collections::HashSet;
 use std::path::Path;
 use stiction_diagnose::recording::{
     Channel, LoopType, Mode, Modes, Quality, Range, RangeSource, Recording,
@@ -70,6 +72,11 @@ pub struct Reading {
     pub recordings: Vec<Recording>,
     /// What every column and tag was recognised as.
     pub recognised: Vec<Recognised>,
+    /// The loops of the mapping that are not among the recordings, because the file lacks a column or tag of
+    /// theirs; the notes name those of which it has others.
+    pub missing: Vec<MissingLoop>,
+    /// Names of recordings that nothing in the file names, so that the file's own name stands in.
+    pub untagged: Vec<String>,
     /// What the user should know of the file as a whole; each recording has notes of its own.
     pub notes: Vec<String>,
 }
@@ -122,9 +129,11 @@ fn build(
     };
     let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
+    let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
     for sheet in sheets {
         let plan = layout::recognise(sheet, options)?;
         recognised.extend(plan.recognised.iter().cloned());
+        missing.extend(plan.missing.iter().cloned());
         let about = |note: &String| match &*sheet.part {
             "" => note.clone(),
             part => format!("{part}: {note}"),
@@ -139,15 +148,47 @@ fn build(
         let builder = Builder::new(sheet, &plan, options, mark)?;
         notes.extend(builder.times.notes.iter().map(about));
         for each in &plan.loops {
-            recordings.push(builder.recording(each, &names)?);
+            let (name, tells) = names.of(each, sheet);
+            if !tells {
+                untagged.push(name.clone());
+            }
+            recordings.push(builder.recording(each, name)?);
         }
         first.get_or_insert((plan.layout, builder.time_column()));
     }
     let Some((layout, time)) = first else {
-        return Err(no_op(origin, &recognised, options.wording));
+        let lacking = missing.iter().max_by_key(|each| each.is_partly_here);
+        let Some(lacking) = lacking else {
+            return Err(no_op(origin, &recognised, options.wording));
+        };
+        return Err(Error::Table { origin: origin.to_owned(), message: lacking.reason.clone() });
     };
-    let origin = origin.to_owned();
-    Ok(Reading { origin, sha256, format, layout, time, recordings, recognised, notes })
+    // What one part of the file lacks another may have.
+    let is_read = |name: &str| {
+        let mut names =
+            recordings.iter().map(|recording: &Recording| recording.name.to_lowercase());
+        names.any(|read| read == name.to_lowercase())
+    };
+    missing.sort_by_key(|each| !each.is_partly_here);
+    let mut seen = HashSet::new();
+    missing.retain(|each| !is_read(&each.name) && seen.insert(each.name.to_lowercase()));
+    let elsewhere: Vec<&str> =
+        missing.iter().filter(|each| !each.is_partly_here).map(|each| &*each.name).collect();
+    if !elsewhere.is_empty() {
+        notes.push(format!("of the mapping, this file does not hold {}", layout::list(&elsewhere)));
+    }
+    Ok(Reading {
+        origin: origin.to_owned(),
+        sha256,
+        format,
+        layout,
+        time,
+        recordings,
+        recognised,
+        missing,
+        untagged,
+        notes,
+    })
 }
 
 /// The refusal of a format that this library was built without.
@@ -223,20 +264,23 @@ struct Names<'a> {
 }
 
 impl Names<'_> {
-    fn of(&self, plan: &LoopPlan, sheet: &Sheet) -> String {
+    /// The name of a loop, and whether the file tells it.
+    fn of(&self, plan: &LoopPlan, sheet: &Sheet) -> (String, bool) {
         let part = sheet.part.get(self.parts..).unwrap_or("");
-        match (&plan.name, part) {
+        let name = match (&plan.name, part) {
             (Some(name), part) if part.is_empty() || !self.several => name.clone(),
             (Some(name), part) => format!("{part}.{name}"),
             (None, part) if !part.is_empty() && self.several => part.to_owned(),
-            (None, _) => told(sheet, &["tag", "loop", "name"]).map_or_else(
-                || {
+            (None, _) => match told(sheet, &["tag", "loop", "name"]) {
+                Some(told) => told.to_owned(),
+                None => {
                     let stem = Path::new(self.origin).file_stem();
-                    stem.map_or(self.origin.to_owned(), |stem| stem.to_string_lossy().into_owned())
-                },
-                str::to_owned,
-            ),
-        }
+                    let stem = stem.map(|stem| stem.to_string_lossy().into_owned());
+                    return (stem.unwrap_or(self.origin.to_owned()), false);
+                }
+            },
+        };
+        (name, true)
     }
 }
 
@@ -395,14 +439,13 @@ impl<'a> Builder<'a> {
         Error::Cell { origin: self.sheet.origin.clone(), row: self.sheet.row(row), column, message }
     }
 
-    fn recording(&self, plan: &LoopPlan, names: &Names<'_>) -> Result<Recording> {
-        let name = names.of(plan, self.sheet);
+    fn recording(&self, plan: &LoopPlan, name: String) -> Result<Recording> {
         let settings = self.options.settings(plan.name.as_deref().unwrap_or(&name));
         let refused = |e: stiction_model::Error| Error::Table {
             origin: self.sheet.origin.clone(),
             message: format!("loop {name}: {e}"),
         };
-        let mut notes = vec![];
+        let mut notes = plan.notes.clone();
         let mut channel = |signal: Signal| {
             plan.signal(signal)
                 .map(|place| self.channel(plan, signal, place, &mut notes))
@@ -449,7 +492,7 @@ impl<'a> Builder<'a> {
         }
         let loop_type = match settings.loop_type {
             Some(given) => given,
-            None => self.told_type(&mut notes).unwrap_or_else(|| LoopType::of_tag(&name)),
+            None => self.told_type(&mut notes).unwrap_or_else(|| role::loop_type(&name)),
         };
         Ok(Recording { name, loop_type, start: self.times.start, op, pv, sp, vp, mode, notes })
     }
@@ -571,9 +614,32 @@ impl<'a> Builder<'a> {
         Ok(Some(read.qualities))
     }
 
+    /// The mode that a column of modes turns on, if its name and all its cells say that it is a switch and
+    /// the user does not say what its cells mean.
+    fn switch(&self, place: usize, source: &Source<'_>, notes: &mut Vec<String>) -> Option<Mode> {
+        let (_, mode) = role::split_switch(source.name)?;
+        let content = Content { sheet: self.sheet, place: &self.plan.place };
+        if !self.options.modes.is_empty() || !content.is_switch(place) {
+            return None;
+        }
+        let (on, off) = match mode {
+            Mode::Manual => ("manual", "automatic"),
+            Mode::Automatic => ("automatic", "manual"),
+            // What is not in cascade may be in either of the others.
+            _ => return None,
+        };
+        notes.push(format!(
+            "\"{}\" is read as the mode: 1 {on}, 0 {off}; if it is something else, give {}",
+            source.name,
+            self.options.wording.of(Remedy::map("ignore", source.name))
+        ));
+        Some(mode)
+    }
+
     fn modes(&self, plan: &LoopPlan, place: usize, notes: &mut Vec<String>) -> Result<Modes> {
         let source = self.source(place);
         let said = self.qualities(plan, Signal::Mode, &source, notes)?;
+        let switch = self.switch(place, &source, notes);
         let (mut modes, mut codes, mut nothing) = (Vec::with_capacity(source.rows.len()), false, 0);
         for (k, row) in source.rows.iter().enumerate() {
             if said.as_ref().is_some_and(|said| !said[k].is_usable()) {
@@ -589,6 +655,10 @@ impl<'a> Builder<'a> {
                     (&*number, DecimalMark::Point)
                 }
             };
+            if let Some((mode, is_on)) = switch.zip(mode::is_on(cell)) {
+                modes.push(if is_on { mode } else { mode::switched_off(mode) });
+                continue;
+            }
             modes.push(match mode::of_cell(cell, &self.options.modes, mark) {
                 Some(mode::Said::Mode(mode)) => mode,
                 Some(mode::Said::Code(mode)) => {

@@ -1,6 +1,8 @@
 //! What a column is, by its name.
 
+use crate::mode;
 use std::fmt;
+use stiction_diagnose::recording::{LoopType, Mode};
 
 /// A signal of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -57,6 +59,11 @@ impl Signal {
                 "manipulatedvalue",
                 "valvedemand",
                 "valvecommand",
+                "valveoutput",
+                "cveu",
+                "stellwert",
+                "stellgrösse",
+                "stellgroesse",
             ],
             Self::Pv => &[
                 "pv",
@@ -68,6 +75,9 @@ impl Signal {
                 "measuredvalue",
                 "controlledvariable",
                 "pvin",
+                "istwert",
+                "regelgrösse",
+                "regelgroesse",
             ],
             Self::Sp => &[
                 "sp",
@@ -80,6 +90,10 @@ impl Signal {
                 "wsp",
                 "workingsetpoint",
                 "reference",
+                "spint",
+                "sollwert",
+                "führungsgrösse",
+                "fuehrungsgroesse",
             ],
             Self::Vp => &[
                 "vp",
@@ -194,7 +208,24 @@ impl fmt::Display for Role {
 }
 
 /// What separates the parts of a tag.
-const SEPARATORS: [char; 7] = ['.', '_', '/', ':', '\\', ' ', '-'];
+pub(crate) const SEPARATORS: [char; 9] = ['.', '_', '/', ':', '\\', ' ', '-', '|', '#'];
+/// Words for signals that, behind a tag, could mean much else: they count as a whole name only.
+const WHOLE: [(&str, Signal); 1] = [("set", Signal::Sp)];
+/// Signals that may stand before their tag, as in `PV_FIC101`.
+const PREFIXES: [&str; 7] = ["pv", "sp", "op", "vp", "mv", "sv", "mode"];
+/// What a process value measures, as a whole name.
+const QUANTITIES: [&str; 10] = [
+    "flow",
+    "flowrate",
+    "level",
+    "pressure",
+    "temperature",
+    "temp",
+    "durchfluss",
+    "füllstand",
+    "druck",
+    "temperatur",
+];
 
 const TIMES: [&str; 26] = [
     "t",
@@ -245,9 +276,9 @@ const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "
 /// The words by which signals are known beside the common ones: `(signal, words)`.
 pub type Words = [(Signal, Vec<String>)];
 
-/// A name without separators, in lower case.
+/// A name without separators, in lower case; ß, which has no common capital, is ss.
 fn plain(name: &str) -> String {
-    name.to_lowercase().replace(SEPARATORS, "")
+    name.to_lowercase().replace(SEPARATORS, "").replace('ß', "ss")
 }
 
 /// A name and the unit in brackets at its end.
@@ -301,24 +332,31 @@ pub struct Split {
 pub fn split(name: &str, more: &Words) -> Option<Split> {
     let name = without_unit(name).0;
     let last = name.rfind(SEPARATORS).map(|at| (&name[..at], plain(&name[at + 1..])));
-    if let Some((before, end)) = &last {
-        if (QUALITIES.contains(&&**end) || matches!(&**end, "q" | "st"))
-            && let Some(split) = split_end(before, more)
-        {
-            let Role::Signal(signal) = split.role else { return None };
-            return Some(Split {
-                role: Role::Quality(Some(signal)),
-                word: name.to_owned(),
-                ..split
-            });
-        }
-        if VALUE_ENDS.contains(&&**end)
-            && let Some(split) = split_end(before, more)
-        {
-            return Some(split);
-        }
+    let whole = plain(name);
+    if let Some((_, signal)) = WHOLE.iter().find(|(word, _)| *word == whole) {
+        let role = Role::Signal(*signal);
+        return Some(Split { loop_name: None, role, word: name.to_owned() });
+    }
+    // The longest end that only says that it is a value, such as F_CV.
+    let mut ends = name.match_indices(SEPARATORS).map(|(at, _)| (&name[..at], &name[at + 1..]));
+    let value = ends.find(|(_, end)| VALUE_ENDS.contains(&&*plain(end)));
+    if let Some((before, end)) = &last
+        && (QUALITIES.contains(&&**end) || matches!(&**end, "q" | "st"))
+        && let Some(split) = split_end(before, more)
+    {
+        let Role::Signal(signal) = split.role else { return None };
+        return Some(Split { role: Role::Quality(Some(signal)), word: name.to_owned(), ..split });
+    }
+    if let Some((before, _)) = value
+        && let Some(split) = split_end(before, more).or_else(|| split_start(before, more))
+    {
+        return Some(split);
     }
     if let Some(split) = split_end(name, more) {
+        // F_CV is the value of whatever stands before it, not a CV.
+        return Some(split).filter(|s| value.is_none_or(|(_, end)| end.len() <= s.word.len()));
+    }
+    if let Some(split) = split_start(name, more) {
         return Some(split);
     }
     let (before, end) = last?;
@@ -344,6 +382,42 @@ fn split_end(name: &str, more: &Words) -> Option<Split> {
     None
 }
 
+/// Takes a name such as `PV_FIC101` apart: a signal before a tag, which has letters and then a number.
+fn split_start(name: &str, more: &Words) -> Option<Split> {
+    let (word, tag) = name.split_once(SEPARATORS)?;
+    let signal = signal_of(word, more).filter(|_| PREFIXES.contains(&&*plain(word)))?;
+    let letters = tag.find(|c: char| c.is_ascii_alphabetic())?;
+    tag[letters..].contains(|c: char| c.is_ascii_digit()).then(|| Split {
+        loop_name: Some(tag.to_owned()),
+        role: Role::Signal(signal),
+        word: word.to_owned(),
+    })
+}
+
+/// Whether a name as a whole says what is measured, such as `Flow (m3/h)`.
+pub fn is_quantity(name: &str) -> bool {
+    QUANTITIES.contains(&&*plain(without_unit(name).0))
+}
+
+/// Whether a name speaks of what is measured, as `Flow 2` does.
+pub fn has_quantity(name: &str) -> bool {
+    let name = plain(name);
+    QUANTITIES.iter().any(|word| name.contains(word))
+}
+
+/// Takes a name such as `FIC101.AUTO` apart: one that tells, by 0 and 1, whether a mode is on.
+pub fn split_switch(name: &str) -> Option<(Split, Mode)> {
+    let name = without_unit(name).0;
+    let (loop_name, word) = match name.rfind(SEPARATORS) {
+        Some(at) => (Some(name[..at].trim_end_matches(SEPARATORS)), &name[at + 1..]),
+        None => (None, name),
+    };
+    let mode = mode::of_switch(&plain(word), loop_name.is_some())?;
+    let loop_name = loop_name.filter(|name| !name.is_empty()).map(str::to_owned);
+    let role = Role::Signal(Signal::Mode);
+    Some((Split { loop_name, role, word: word.to_owned() }, mode))
+}
+
 fn signal_of(word: &str, more: &Words) -> Option<Signal> {
     let word = plain(word);
     let given = more.iter().find(|(_, words)| words.iter().any(|each| plain(each) == word));
@@ -353,6 +427,13 @@ fn signal_of(word: &str, more: &Words) -> Option<Signal> {
 /// Whether a word for OP has two meanings: MV is the manipulated variable, or a measured valve.
 pub fn is_mv(word: &str) -> bool {
     plain(word) == "mv"
+}
+
+/// What a loop controls, by its tag: in a path the last part that tells counts, so that `[PLC1]FIC101` is a
+/// flow, not what the letters of the PLC would be.
+pub fn loop_type(name: &str) -> LoopType {
+    let parts = name.rsplit(['/', '\\', ':', ']', '|', '#']).map(LoopType::of_tag);
+    parts.into_iter().find(|kind| *kind != LoopType::Unknown).unwrap_or(LoopType::Unknown)
 }
 
 /// How tags are built, such as `{loop}.{signal}`.
@@ -440,6 +521,14 @@ mod tests {
             ("FIC101.CV", Some("FIC101"), Op),
             ("FIC101.MODE.ACTUAL", Some("FIC101"), Mode),
             ("FIC101.TRAVEL", Some("FIC101"), Vp),
+            ("Valve output (%)", None, Op),
+            ("Set", None, Sp),
+            ("STELLGRÖSSE", None, Op),
+            ("Stellgröße", None, Op),
+            ("Führungsgröße [m³/h]", None, Sp),
+            ("FIC101.Sollwert", Some("FIC101"), Sp),
+            ("PV_FIC101", Some("FIC101"), Pv),
+            ("FIX.FIC101_PV.F_CV", Some("FIX.FIC101"), Pv),
         ] {
             let expected = Some((loop_name.map(str::to_owned), Role::Signal(signal)));
             assert_eq!(told(name), expected, "{name}");
@@ -451,8 +540,47 @@ mod tests {
         ] {
             assert_eq!(told(name), Some((loop_name.map(str::to_owned), role)), "{name}");
         }
-        for name in ["flow", "FIC101", "FI101.X", "", ".", "Temp", "p1"] {
+        for name in [
+            "flow",
+            "FIC101",
+            "FI101.X",
+            "",
+            ".",
+            "Temp",
+            "p1",
+            "data_set",
+            "pv_1",
+            "out_temp2",
+            "FIX.FIC101.F_CV",
+        ] {
             assert_eq!(told(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn switches_of_a_mode() {
+        for (name, expected) in [
+            ("FIC101.AUTO", Some((Some("FIC101"), Mode::Automatic))),
+            ("FIC101_MAN", Some((Some("FIC101"), Mode::Manual))),
+            ("Hand", Some((None, Mode::Manual))),
+            ("CP01:FIC101.MA", Some((Some("CP01:FIC101"), Mode::Automatic))),
+            ("mA", None),
+            ("FIC101.PV", None),
+        ] {
+            let found = split_switch(name).map(|(split, mode)| (split.loop_name, mode));
+            assert_eq!(found, expected.map(|(tag, mode)| (tag.map(str::to_owned), mode)), "{name}");
+        }
+    }
+
+    #[test]
+    fn types_of_paths() {
+        for (name, expected) in [
+            ("[PLC1]FIC101", LoopType::Flow),
+            ("TC1/LIC7/PID1", LoopType::Level),
+            ("PLC1", LoopType::Pressure),
+            ("area", LoopType::Unknown),
+        ] {
+            assert_eq!(loop_type(name), expected, "{name}");
         }
     }
 

@@ -193,8 +193,8 @@ const CASES: &[Case] = &[
     case!(
         "given-but-missing.csv",
         "[loop.FIC1]\npv = \"10FT1\"",
-        Err(()),
-        &["has no column \"10FT1\", which is given as PV; its columns are \"t\", \"op\""]
+        Ok("f op 0:50"),
+        &["of the mapping, this file does not hold \"FIC1\""]
     ),
     case!(
         "wide.csv",

@@ -30,6 +30,8 @@ loop FIC1, flow
   OP    3 good, 50 to 52.5
   PV    2 good, 1 bad, 1.5 to 1.7 m3/h
   mode  2 automatic, 1 manual
+note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP; if one is such a signal, say so, \
+as in --map \"sp=Room\"
 note: from row 2 on, the hour that Europe/Berlin has twice in autumn: 2 rows are taken as its first \
 pass and 1 as its second, by the order of the rows
 ";
@@ -101,5 +103,15 @@ fn what_cannot_be_read_is_refused() {
     ] {
         let message = run(&folder, &[&["inspect"], arguments].concat()).refusal();
         assert!(message.contains(expected), "{arguments:?} must say {expected}: {message}");
+    }
+}
+
+#[test]
+fn a_missing_file_is_reported_once() {
+    let folder = folder("inspect-missing-file");
+    for command in ["diagnose", "history", "inspect"] {
+        let refused = run(&folder, &[command, "none.csv"]).refusal();
+        assert_eq!(refused.matches("os error 2").count(), 1, "{refused}");
+        assert!(refused.starts_with("stiction: none.csv: "), "{refused}");
     }
 }

@@ -8,6 +8,7 @@ mod fit;
 mod fmu;
 mod history;
 mod inspect;
+mod join;
 mod limit_cycle;
 mod malformed;
 mod overrule;

@@ -1,0 +1,203 @@
+//! Recordings of one loop that are in several files, as one.
+
+use crate::output;
+use anyhow::{Result, bail};
+use std::path::Path;
+use stiction::recording::Recording;
+use stiction_io::Overrides;
+use stiction_io::join::{self, join};
+use stiction_io::overrides::{Override, Scope};
+use stiction_report::document::Source;
+
+/// A recording and where it is from.
+pub struct Found {
+    pub source: Source,
+    pub recording: Recording,
+    /// Whether the file tells what loop it is of; otherwise the file's name does.
+    pub is_tagged: bool,
+}
+
+impl Found {
+    fn pair(self) -> (Source, Recording) {
+        (self.source, self.recording)
+    }
+}
+
+/// One recording of those in `files`, of which there are two or more.
+fn one(files: &[Found]) -> stiction_io::Result<(Source, Recording)> {
+    let parts: Vec<join::Part<'_>> =
+        files.iter().map(|each| (&*each.source.file, &each.recording)).collect();
+    let mut recording = join(&parts)?;
+    recording.notes.extend(not_of_the_whole(files)?);
+    // Of a folder by its first part, as overrides look for theirs.
+    let file = format!("{} and {} more", files[0].source.file, files.len() - 1);
+    let sha256 = join::sha256(files.iter().map(|each| &*each.source.sha256));
+    Ok((Source { file, sha256 }, recording))
+}
+
+/// Notes on what a person concluded of one of `files` alone: it is not said of all together.
+fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
+    let mut notes = vec![];
+    for Found { source, recording, .. } in files {
+        let path = Path::new(&source.file);
+        let kept = Overrides::read(&Overrides::path_beside(path))?;
+        let of_file = |each: &&Override| {
+            each.loop_name == recording.name
+                && matches!(&each.scope, Scope::File { sha256, .. }
+                    if sha256.eq_ignore_ascii_case(&source.sha256))
+        };
+        for each in kept.all.iter().filter(of_file) {
+            notes.push(format!(
+                "an override in {} says that it {} by {}; it is of that file alone, not of all together",
+                kept.origin,
+                each.verdict.name(),
+                source.file
+            ));
+        }
+    }
+    Ok(notes)
+}
+
+/// Joins the recordings of each tag, where files tell tags and dates. What cannot be joined stays as it is, and
+/// the user is told.
+pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
+    let mut groups: Vec<Vec<Found>> = vec![];
+    for each in found {
+        let same = |group: &&mut Vec<Found>| {
+            group[0].is_tagged
+                && each.is_tagged
+                && group[0].recording.name.eq_ignore_ascii_case(&each.recording.name)
+                && group.iter().all(|other| other.source.file != each.source.file)
+        };
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(each),
+            None => groups.push(vec![each]),
+        }
+    }
+    let mut all = vec![];
+    for group in groups {
+        if group.len() > 1 {
+            let (tag, files) = (group[0].recording.name.clone(), group.len());
+            let apart = |why: String| {
+                output::note(format!("{tag} is in {files} files and judged in each: {why}"));
+            };
+            if group.iter().all(|each| each.recording.start.is_none()) {
+                apart(format!(
+                    "they tell no dates; if they follow each other, give --join --loop \"{tag}\""
+                ));
+            } else {
+                match one(&group) {
+                    Ok(joined) => {
+                        all.push(joined);
+                        continue;
+                    }
+                    Err(error) => apart(error.to_string()),
+                }
+            }
+        }
+        all.extend(group.into_iter().map(Found::pair));
+    }
+    all
+}
+
+/// Joins all recordings, which the user says are of one loop.
+pub fn all(found: Vec<Found>) -> Result<Vec<(Source, Recording)>> {
+    for (k, each) in found.iter().enumerate() {
+        let mut own: Vec<&str> = vec![];
+        for other in found.iter().filter(|other| other.source.file == each.source.file) {
+            own.push(&other.recording.name);
+        }
+        own.dedup();
+        if own.len() > 1 {
+            bail!(
+                "--join: {} holds {} loops, {}; say which with --loop",
+                each.source.file,
+                own.len(),
+                own.join(", ")
+            );
+        }
+        let earlier = found[..k].iter().find(|other| other.is_tagged && each.is_tagged);
+        if let Some(earlier) = earlier
+            && !earlier.recording.name.eq_ignore_ascii_case(&each.recording.name)
+        {
+            bail!(
+                "--join: {} is of {}, but {} of {}; join the files of one loop only",
+                earlier.source.file,
+                earlier.recording.name,
+                each.source.file,
+                each.recording.name
+            );
+        }
+    }
+    if found.len() < 2 {
+        return Ok(found.into_iter().map(Found::pair).collect());
+    }
+    let tagged = found.iter().find(|each| each.is_tagged).map(|each| each.recording.name.clone());
+    let stems: Vec<Option<&str>> = found.iter().map(|each| stem(&each.recording.name)).collect();
+    let shared = stems[0].filter(|_| stems.iter().all(|each| *each == stems[0]));
+    let name = tagged.or(shared.map(str::to_owned));
+    let (source, mut recording) = one(&found)?;
+    recording.name = name.unwrap_or(recording.name);
+    Ok(vec![(source, recording)])
+}
+
+/// Offers --join where names of files without tags begin with the same tag.
+pub fn offer(found: &[Found]) {
+    let untagged = || found.iter().filter(|each| !each.is_tagged);
+    let mut offered: Vec<&str> = vec![];
+    for each in untagged() {
+        let Some(tag) = stem(&each.recording.name) else { continue };
+        let same = |other: &&Found| stem(&other.recording.name) == Some(tag);
+        let files: Vec<&str> = untagged().filter(same).map(|each| &*each.source.file).collect();
+        if files.len() < 2 || offered.contains(&tag) {
+            continue;
+        }
+        offered.push(tag);
+        output::note(format!(
+            "{} tell no tag and are taken as {} valves; if they are recordings of {tag}, one after the \
+             other, give --join",
+            files.join(", "),
+            files.len()
+        ));
+    }
+}
+
+/// The tag that the name of a file begins with, such as `FIC101` of `FIC101-january` or `FIC101_2026-01-31`.
+fn stem(name: &str) -> Option<&str> {
+    let is_number = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
+    let is_tag = |name: &str| {
+        let number = name.strip_suffix(|c: char| c.is_ascii_alphabetic()).unwrap_or(name);
+        number.ends_with(|c: char| c.is_ascii_digit())
+            && name.contains(|c: char| c.is_ascii_alphabetic())
+    };
+    let cut = |name: &str| name.rfind(['-', '_', ' ', '.']);
+    let mut stem = &name[..cut(name)?];
+    while let Some(at) = cut(stem)
+        && is_number(&stem[at + 1..])
+        && is_tag(&stem[..at])
+    {
+        stem = &stem[..at];
+    }
+    is_tag(stem).then_some(stem)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stem;
+
+    #[test]
+    fn stems_of_files() {
+        for (name, expected) in [
+            ("FIC101-january", Some("FIC101")),
+            ("FIC101_2026-01-31", Some("FIC101")),
+            ("FIC-101-january", Some("FIC-101")),
+            ("U1 FIC101A.2", Some("U1 FIC101A")),
+            ("FIC101", None),
+            ("FIC-101", None),
+            ("10-FIC-101", None),
+            ("january-2", None),
+        ] {
+            assert_eq!(stem(name), expected, "{name}");
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! How control systems and people name signals. The tables are of the vendors' naming as it is commonly known;
+//! none is taken from a file of a plant.
+
+use std::fmt::Write;
+use stiction_diagnose::recording::{LoopType, Mode, Recording};
+use stiction_io::ReadOptions;
+use stiction_io::reading::{self, Reading};
+
+const PAGE: &str = include_str!("../../../docs/recordings.md");
+
+/// The columns of an export of one controller, and the loop that it is read as.
+struct Dialect {
+    /// The vendor, as `docs/recordings.md` names it.
+    name: &'static str,
+    /// Columns of PV, SP, OP and, where there is one, mode.
+    columns: &'static [&'static str],
+    /// Tag of the loop.
+    tag: &'static str,
+}
+
+const DIALECTS: [Dialect; 13] = [
+    Dialect {
+        name: "Honeywell Experion, TDC",
+        columns: &["FC101.DACA.PV", "FC101.PIDA.SP", "FC101.PIDA.OP", "FC101.PIDA.MODE"],
+        tag: "FC101.PIDA",
+    },
+    Dialect {
+        name: "Yokogawa CENTUM",
+        columns: &["FIC101.PV", "FIC101.SV", "FIC101.MV", "FIC101.MODE"],
+        tag: "FIC101",
+    },
+    Dialect {
+        name: "Emerson DeltaV",
+        columns: &[
+            "FIC-101/PID1/PV.CV",
+            "FIC-101/PID1/SP.CV",
+            "FIC-101/PID1/OUT.CV",
+            "FIC-101/PID1/MODE.ACTUAL",
+        ],
+        tag: "FIC-101/PID1",
+    },
+    Dialect {
+        name: "ABB 800xA",
+        columns: &["FIC101:PV", "FIC101:SP", "FIC101:Out", "FIC101:Mode"],
+        tag: "FIC101",
+    },
+    Dialect {
+        name: "Siemens PCS 7, WinCC",
+        columns: &["FIC101/PID.PV_IN", "FIC101/PID.SP_INT", "FIC101/PID.LMN"],
+        tag: "FIC101/PID",
+    },
+    Dialect {
+        name: "Rockwell Logix",
+        columns: &["[PLC1]FIC101.PV", "[PLC1]FIC101.SP", "[PLC1]FIC101.CVEU"],
+        tag: "[PLC1]FIC101",
+    },
+    Dialect {
+        name: "Foxboro I/A",
+        columns: &["CP01:FIC101.MEAS", "CP01:FIC101.SPT", "CP01:FIC101.OUT", "CP01:FIC101.MA"],
+        tag: "CP01:FIC101",
+    },
+    Dialect {
+        name: "AVEVA (Wonderware)",
+        columns: &["FIC101.PV", "FIC101.SP", "FIC101.CO", "FIC101.AUTO"],
+        tag: "FIC101",
+    },
+    Dialect {
+        name: "OSIsoft PI tags",
+        columns: &["FIC101.PV", "FIC101.SP", "FIC101.OP", "FIC101.MODE"],
+        tag: "FIC101",
+    },
+    Dialect {
+        name: "PI AF paths",
+        columns: &[
+            r"\\SERVER\DB\U1\FIC101|PV",
+            r"\\SERVER\DB\U1\FIC101|SP",
+            r"\\SERVER\DB\U1\FIC101|OP",
+            r"\\SERVER\DB\U1\FIC101|Mode",
+        ],
+        tag: r"\\SERVER\DB\U1\FIC101",
+    },
+    Dialect {
+        name: "OPC UA",
+        columns: &["U1/FIC101.PV#Value", "U1/FIC101.SP#Value", "U1/FIC101.OP#Value"],
+        tag: "U1/FIC101",
+    },
+    Dialect {
+        name: "signal first",
+        columns: &["PV_FIC101", "SP_FIC101", "OP_FIC101", "MODE_FIC101"],
+        tag: "FIC101",
+    },
+    Dialect {
+        name: "GE iFIX",
+        columns: &["FIX.FIC101_PV.F_CV", "FIX.FIC101_SP.F_CV", "FIX.FIC101_OP.F_CV"],
+        tag: "FIX.FIC101",
+    },
+];
+
+fn parse(text: &str, mapping: &str) -> Result<Reading, String> {
+    let options = ReadOptions::parse(mapping, "map.toml").expect("a mapping");
+    reading::parse(text.as_bytes(), "f.csv", &options).map_err(|error| error.to_string())
+}
+
+/// Everything that is said beside what is read.
+fn said(reading: &Reading) -> String {
+    let own = reading.recordings.iter().flat_map(|recording| &recording.notes);
+    reading.notes.iter().chain(own).cloned().collect::<Vec<_>>().join("\n")
+}
+
+/// What a recording has, such as `FIC101: PV 1, SP 2, OP 50, manual`.
+fn shown(recording: &Recording) -> String {
+    let mut shown = format!("{}:", recording.name);
+    for (name, channel) in [
+        ("PV", recording.pv.as_ref()),
+        ("SP", recording.sp.as_ref()),
+        ("OP", Some(&recording.op)),
+        ("VP", recording.vp.as_ref()),
+    ] {
+        if let Some(channel) = channel {
+            let _ = write!(shown, " {name} {}", channel.values[0]);
+        }
+    }
+    if let Some(modes) = &recording.mode {
+        let _ = write!(shown, " {:?}", modes.modes[0]);
+    }
+    shown
+}
+
+#[test]
+fn every_dialect_is_read_whole() {
+    let values = ["1.5", "2", "50", "1"];
+    for Dialect { name, columns, tag } in DIALECTS {
+        let cells = values[..columns.len()].join(",");
+        let wide = format!("Timestamp,{}\n2026-03-01 00:00:00,{cells}\n", columns.join(","));
+        let row = |(tag, value): (&&str, &&str)| format!("{tag},2026-03-01 00:00:00,{value}\n");
+        let rows: String = columns.iter().zip(&values).map(row).collect();
+        let long = format!("TagName,Timestamp,Value\n{rows}");
+        let mode = if columns.len() > 3 { " Automatic" } else { "" };
+        for text in [wide, long] {
+            let reading = parse(&text, "").unwrap_or_else(|error| panic!("{name}: {error}"));
+            let [recording] = &reading.recordings[..] else {
+                panic!("{name}: {:?}", reading.recordings)
+            };
+            assert_eq!(shown(recording), format!("{tag}: PV 1.5 SP 2 OP 50{mode}"), "{name}");
+            assert_eq!(recording.loop_type, LoopType::Flow, "{name}");
+            assert!(reading.untagged.is_empty(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_page_lists_every_dialect() {
+    for Dialect { name, columns, tag } in DIALECTS {
+        let row = PAGE.lines().find(|line| line.starts_with(&format!("| {name} |")));
+        let row = row.unwrap_or_else(|| panic!("no row for {name}")).replace("\\|", "|");
+        for column in columns.iter().chain([&tag]) {
+            assert!(row.contains(&format!("`{column}`")), "{name} lacks {column}");
+        }
+    }
+}
+
+#[test]
+fn what_people_call_signals() {
+    for (header, expected) in [
+        ("Date,Flow (m3/h),Setpoint,Valve output (%)", "f: PV 1 SP 2 OP 3"),
+        ("Time,Level,Set,Out", "f: PV 1 SP 2 OP 3"),
+        ("t,Pressure [bar],Set point,Output", "f: PV 1 SP 2 OP 3"),
+        ("t,Temperature,SP,FIC101.OP", "FIC101: PV 1 SP 2 OP 3"),
+        ("t,Flow (m3/h),Flow setpoint (m3/h),Valve output (%)", "Flow: PV 1 SP 2 OP 3"),
+        ("Zeit,Istwert (m3/h),Sollwert (m3/h),Stellwert (%)", "f: PV 1 SP 2 OP 3"),
+        ("Zeit,Regelgröße,Führungsgröße,Stellgröße", "f: PV 1 SP 2 OP 3"),
+        ("Zeit,Regelgroesse,Fuehrungsgroesse,Stellgroesse", "f: PV 1 SP 2 OP 3"),
+    ] {
+        let reading = parse(&format!("{header}\n45000,1,2,3\n45001,1,2,3\n"), "");
+        let reading = reading.unwrap_or_else(|error| panic!("{header}: {error}"));
+        assert_eq!(shown(&reading.recordings[0]), expected, "{header}");
+    }
+    let reading = parse("t,Flow,Out\n0,1,50\n1,2,51\n", "").unwrap();
+    assert!(said(&reading).contains("\"Flow\" is taken as the PV"), "{}", said(&reading));
+    assert!(said(&reading).contains("map ignore=Flow"), "{}", said(&reading));
+}
+
+#[test]
+fn what_could_be_two_things_is_not_taken() {
+    // Two quantities: neither is the PV, and both are named.
+    let reading = parse("t,Flow,Level,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
+    let note = "\"Flow\", \"Level\" hold numbers and are not used, while the loop has no PV, no SP, \
+                no mode; if one is such a signal, say so, as in map pv=Flow";
+    assert!(said(&reading).contains(note), "{}", said(&reading));
+    let reading = parse("t,Flow,Flow 2,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
+    let refused = parse("t,Sollwert,Setpoint,Out\n0,1,5,50\n", "").unwrap_err();
+    let expected =
+        "\"Sollwert\" and \"Setpoint\" can both be the SP; say which, as in map sp=Sollwert";
+    assert!(refused.contains(expected), "{refused}");
+    // With a PV a flow is something else; with two loops nobody can say whose it is.
+    for header in ["t,Flow,PV,OP", "t,Flow,FIC1.OP,LIC2.OP"] {
+        let reading = parse(&format!("{header}\n0,7,1,50\n1,8,2,51\n"), "").unwrap();
+        assert!(said(&reading).contains("\"Flow\" holds numbers and is not used"), "{header}");
+    }
+}
+
+#[test]
+fn what_is_left_over_is_named_while_a_signal_is_missing() {
+    let of = |header: &str| said(&parse(&format!("{header}\n0,1,a,50\n1,5,b,51\n"), "").unwrap());
+    assert!(of("t,Room,Shift,op").contains("\"Room\" holds numbers"), "{}", of("t,Room,Shift,op"));
+    // Texts are no signals, nor is a count of rows; and what the user leaves out is known to him.
+    assert_eq!(of("t,pv,Shift,op"), "");
+    let text = "n,t,pv,op,Room\n0,0,1,50,20\n1,1,2,51,21\n";
+    let note = said(&parse(text, "").unwrap());
+    assert!(note.contains("\"Room\" holds numbers") && !note.contains("\"n\""), "{note}");
+    let whole = "t,pv,sp,op,mode,Room\n0,1,2,50,AUTO,20\n";
+    assert_eq!(said(&parse(whole, "").unwrap()), "");
+    let long = "tag,time,value\nFIC1.OP,0,50\nFIC1.PV,0,1\nTI7,0,20\nFIC1.OP,1,50\n";
+    let note = said(&parse(long, "").unwrap());
+    assert!(note.contains("\"TI7\" holds numbers"), "{note}");
+    assert!(note.contains("loop FIC1 has no SP, no mode"), "{note}");
+}
+
+#[test]
+fn the_transmitter_of_a_loop_is_offered() {
+    let text = "t,10FT101.DACA.PV,10FT102.DACA.PV,10FC101.PIDA.OP,10FC101.PIDA.SP\n0,1,2,50,3\n";
+    let reading = parse(text, "").unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "10FC101.PIDA: SP 3 OP 50");
+    let note = "\"10FT101.DACA.PV\" is not used, but by its number it can be the PV of 10FC101.PIDA, \
+                which has none; if it is, give map 10FC101.PIDA.pv=10FT101.DACA.PV";
+    assert!(said(&reading).contains(note), "{}", said(&reading));
+    assert!(!said(&reading).contains("\"10FT102.DACA.PV\" is not used"), "{}", said(&reading));
+    // What is offered can be taken as it is written there.
+    let mapping = "[loop.\"10FC101.PIDA\"]\npv = \"10FT101.DACA.PV\"\n";
+    let reading = parse(text, mapping).unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "10FC101.PIDA: PV 1 SP 3 OP 50");
+    let bare = parse("t,U1/LIT-7,U1/LIC-7.OP,Room\n0,1,50,20\n1,5,51,20\n", "").unwrap();
+    assert!(said(&bare).contains("map U1/LIC-7.pv=U1/LIT-7"), "{}", said(&bare));
+    assert!(said(&bare).contains("\"Room\" holds numbers"), "{}", said(&bare));
+}
+
+#[test]
+fn switches_tell_the_mode() {
+    let modes = |text: &str| {
+        let reading = parse(text, "").unwrap_or_else(|error| panic!("{text}: {error}"));
+        let modes = reading.recordings[0].mode.as_ref().map(|modes| modes.modes.clone());
+        (modes, said(&reading))
+    };
+    let (found, note) = modes("t,FIC1.OP,FIC1.AUTO\n0,50,1\n1,51,0\n");
+    assert_eq!(found, Some(vec![Mode::Automatic, Mode::Manual]));
+    assert!(note.contains("\"FIC1.AUTO\" is read as the mode: 1 automatic, 0 manual"), "{note}");
+    let (found, note) = modes("t,FIC1.OP,FIC1.AUTO,FIC1.MAN\n0,50,0,1\n1,51,0,0\n2,51,,\n");
+    assert_eq!(found, Some(vec![Mode::Manual, Mode::Automatic, Mode::Other]));
+    assert!(note.contains("map ignore=FIC1.MAN"), "{note}");
+    let (found, _) = modes("t,op,hand\n0,50,FALSE\n1,51,TRUE\n");
+    assert_eq!(found, Some(vec![Mode::Automatic, Mode::Manual]));
+    // What is not in automatic may be in cascade.
+    let (found, note) = modes("t,FIC1.OP,FIC1.AUTO,FIC1.CAS\n0,50,0,1\n1,51,0,1\n");
+    assert_eq!(found, None);
+    assert!(note.contains("\"FIC1.AUTO\", \"FIC1.CAS\" hold numbers"), "{note}");
+    // A column of modes goes before, and one of other numbers is no switch.
+    let (found, _) = modes("t,FIC1.OP,FIC1.AUTO,FIC1.MODE\n0,50,1,CAS\n");
+    assert_eq!(found, Some(vec![Mode::Cascade]));
+    let (found, note) = modes("t,FIC1.OP,FIC1.MAN\n0,50,37.5\n");
+    assert_eq!(found, None);
+    assert!(note.contains("\"FIC1.MAN\" holds numbers and is not used"), "{note}");
+}
+
+#[test]
+fn a_mapping_that_a_file_lacks_concerns_its_loop() {
+    let mapping = "[loop.A]\npv = \"x1\"\nop = \"y1\"\n[loop.B]\npv = \"x2\"\nop = \"y2\"\n\
+                   [loop.C]\npv = \"x3\"\nop = \"y3\"\n";
+    let reading = parse("t,x1,y1,y2\n0,1,50,60\n", mapping).unwrap();
+    assert_eq!(reading.recordings.iter().map(shown).collect::<Vec<_>>(), ["A: PV 1 OP 50"]);
+    let missing: Vec<_> = reading
+        .missing
+        .iter()
+        .map(|each| (&*each.name, each.is_partly_here, each.reason.contains("has no column \"")))
+        .collect();
+    assert_eq!(missing, [("B", true, true), ("C", false, true)]);
+    let note = said(&reading);
+    assert!(note.contains("loop B is not read: the file has no column \"x2\""), "{note}");
+    assert!(note.contains("this file does not hold \"C\""), "{note}");
+    // A file that has nothing else is refused with the reason.
+    let refused = parse("t,y2\n0,60\n", mapping).unwrap_err();
+    assert!(refused.starts_with("f.csv: has no column \"x2\", which is given as PV"), "{refused}");
+}
