@@ -32,12 +32,8 @@ use stiction_report::report;
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction diagnose samples/FIC101-sticky.csv --report report.html
-<<<<<<< HEAD
   stiction diagnose plant/*.csv --report plant-report --csv ranking.csv
-=======
-  stiction diagnose plant/*.csv --csv ranking.csv
   stiction diagnose FIC101-monday.csv FIC101-tuesday.csv --join
->>>>>>> wt-io
   stiction diagnose export.csv --loop FIC101 --type flow --json
   stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {

@@ -5,7 +5,7 @@ mod html;
 use html::{data, well_formed};
 use std::collections::BTreeSet;
 use stiction_diagnose::detect::{self, DamarlaRegression, Decision, Detector, MethodId, Subject};
-use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, diagnose};
+use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, Grade, diagnose};
 use stiction_diagnose::recording::{Channel, LoopType, Recording};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
 use stiction_model::valve::{Assembly, Model};
@@ -222,4 +222,41 @@ fn long_recordings_make_small_reports() {
     let diagnosis = diagnosed(&flow(121_000).unwrap(), LoopType::Flow);
     let html = page(&[(&diagnosis, &source("a.csv"))]).unwrap();
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
+}
+
+/// `pages/check.py` opens it in a browser.
+#[test]
+fn an_index_of_a_thousand_loops_is_light() {
+    let loops: Vec<Diagnosis> = [600, 900, 1_200, 2_000, 3_000]
+        .into_iter()
+        .flat_map(|samples| {
+            [
+                diagnosed(&flow(samples).unwrap(), LoopType::Flow),
+                diagnosed(&level(samples).unwrap(), LoopType::Level),
+            ]
+        })
+        .collect();
+    let many: Vec<Diagnosis> = (0..1_000)
+        .map(|k| {
+            let mut one = loops[k % loops.len()].clone();
+            // Some valves were recorded several times.
+            let valve = k - k % 9 / 8;
+            one.name = format!("U{}-{}C{valve:04}", 1 + valve / 250, ["F", "L"][valve % 2]);
+            one.verdict.grade = Grade::ALL[k % Grade::ALL.len()];
+            one.verdict.probability = Some((k as f64 / 1_000.0).clamp(0.0, 1.0));
+            one
+        })
+        .collect();
+    let source = source("export of march.parquet");
+    let found: Vec<Loop<'_>> =
+        many.iter().map(|diagnosis| Loop { diagnosis, source: &source }).collect();
+    let folder = report::Folder::new("tool", &found);
+    let index = folder.index();
+    assert_eq!(folder.len(), 1_000);
+    assert!(index.len() < 1_500_000, "{} bytes", index.len());
+    assert_eq!(index.matches("<tr data-grade").count(), 1_000);
+    assert!(index.contains("data-later") && index.contains(&folder.path(999)));
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("index-of-1000.html");
+    std::fs::write(path, index).unwrap();
+    assert!(folder.page(3).unwrap().contains("href=\"./../index.html\""));
 }

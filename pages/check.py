@@ -1,0 +1,153 @@
+"""Drives the pages in a real browser: Debian's Chromium, by Playwright.
+
+python3 pages/check.py COMMAND TARGET [FOLDER]
+
+COMMAND is the built `stiction`, TARGET cargo's target folder, in which the tests of the report left an index of 1,000
+loops. With a FOLDER the screenshots that were looked at are kept there.
+"""
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+ROOT = Path(__file__).resolve().parent.parent
+CHROMIUM = "/usr/bin/chromium"
+SAMPLES = sorted(path for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
+#: What opening, sorting or searching an index of 1,000 loops may take, s.
+PATIENCE = 2.0
+
+
+def opened(browser: Browser, path: Path, width: int, height: int, scheme: str = "light") -> Page:
+    """A page that may fetch nothing but itself."""
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.on("pageerror", lambda error: sys.exit(f"{path.name}: {error}"))
+    page.goto(path.as_uri())
+    assert asked == [path.as_uri()], f"{path.name} asks for {asked}"
+    return page
+
+
+def overlap(page: Page, first: str, second: str) -> bool:
+    """Whether two elements lie on each other."""
+    a, b = (page.locator(each).first.bounding_box() for each in (first, second))
+    return not (
+        a["x"] + a["width"] <= b["x"]
+        or b["x"] + b["width"] <= a["x"]
+        or a["y"] + a["height"] <= b["y"]
+        or b["y"] + b["height"] <= a["y"]
+    )
+
+
+def report(browser: Browser, path: Path, kept: Path) -> None:
+    page = opened(browser, path, 1300, 768)
+    page.screenshot(path=kept / f"{path.stem}.png")
+    # Verdict, what to do and the whole trend are on the first screen.
+    for each in (".verdict .badge", ".said ol", ".seen figure"):
+        box = page.locator(each).first.bounding_box()
+        assert box["y"] + box["height"] <= 768, f"{path.name}: {each} is not on the first screen"
+    assert not overlap(page, ".said", ".seen"), path.name
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1300, path.name
+    unnamed = page.evaluate("[...document.querySelectorAll('svg[role=img]')].filter(s => !s.getAttribute('aria-label')).length")
+    assert unnamed == 0, f"{path.name}: {unnamed} figures have no name"
+    # Folds open with keys.
+    folds = page.locator("section.loop > details")
+    assert folds.count() >= 5 and page.locator("details[open]").count() == 0, path.name
+    folds.first.locator("summary").first.focus()
+    page.keyboard.press("Enter")
+    assert page.locator("details[open]").count() == 1, path.name
+    page.keyboard.press("Enter")
+    # The trend shows its last cycle, is read with keys, and shows all again.
+    trend = page.locator(".seen figure svg.live").first
+    if page.locator("[data-cycles='1']").count():
+        page.locator("[data-cycles='1']").click()
+        assert trend.locator(".zoomed").count() > 0, path.name
+        page.locator("[data-cycles='']").click()
+        assert trend.locator(".zoomed").count() == 0, path.name
+    trend.focus()
+    page.keyboard.press("ArrowRight")
+    assert page.locator(".tip").is_visible(), path.name
+    page.keyboard.press("Escape")
+    pages = page.pdf(format="A4").count(b"/Type /Page\n")
+    assert 1 <= pages <= 2, f"{path.name}: {pages} pages of paper"
+    page.close()
+
+    phone = opened(browser, path, 390, 844)
+    assert phone.evaluate("document.documentElement.scrollWidth") <= 390, f"{path.name}: wider than a phone"
+    phone.screenshot(path=kept / f"{path.stem}-phone.png")
+    phone.close()
+    dark = opened(browser, path, 1300, 768, "dark")
+    shade = dark.evaluate("getComputedStyle(document.querySelector('.sheet')).backgroundColor")
+    assert shade == "rgb(23, 24, 27)", f"{path.name}: {shade} in the dark"
+    dark.screenshot(path=kept / f"{path.stem}-dark.png")
+    dark.close()
+
+
+def index(browser: Browser, path: Path, kept: Path) -> None:
+    began = time.monotonic()
+    page = opened(browser, path, 1300, 768)
+    rows = page.locator("tbody tr:not([hidden])")
+
+    def within(what: str, wanted: int) -> None:
+        nonlocal began
+        assert rows.count() == wanted, f"{what}: {rows.count()} rows, not {wanted}"
+        took = time.monotonic() - began
+        print(f"{what} of 1,000 loops: {took:.2f} s")
+        assert took < PATIENCE, f"{what} took {took:.2f} s"
+        began = time.monotonic()
+
+    within("opening an index", 1000)
+    page.screenshot(path=kept / "index.png")
+    began = time.monotonic()
+    head = page.get_by_role("button", name="p that it sticks")
+    head.click()
+    assert "less than 1 %" in rows.first.inner_text()
+    head.click()
+    assert "more than 99 %" in rows.first.inner_text()
+    within("sorting", 1000)
+    page.get_by_placeholder("words in any column").fill("u3-fc")
+    within("searching", 125)
+    page.get_by_placeholder("words in any column").fill("")
+    chip = page.locator("[data-only='probably sticks']")
+    chip.focus()
+    page.keyboard.press("Enter")
+    assert chip.get_attribute("aria-pressed") == "true"
+    within("narrowing down", 143)
+    page.keyboard.press("Enter")
+    page.locator("[data-first]").check()
+    assert 800 < rows.count() < 1000, rows.count()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1300
+    page.close()
+
+
+def main() -> None:
+    command, target = (Path(each).resolve() for each in sys.argv[1:3])
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        folder = Path(folder)
+        kept = Path(sys.argv[3]) if len(sys.argv) > 3 else folder
+        kept.mkdir(parents=True, exist_ok=True)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        for sample in SAMPLES:
+            path = folder / f"{sample.stem}.html"
+            subprocess.run([command, "diagnose", sample, "--report", path], check=True, capture_output=True)
+            report(browser, path, kept)
+            print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB, holds")
+        subprocess.run(
+            [command, "diagnose", *SAMPLES, "--report", folder / "many"], check=True, capture_output=True
+        )
+        many = opened(browser, folder / "many" / "index.html", 1300, 768)
+        many.locator("tbody a").first.click()
+        assert many.locator("nav.home a").get_attribute("href") == "./../index.html"
+        many.locator("nav.home a").click()
+        assert many.locator("tbody tr").count() == len(SAMPLES)
+        many.close()
+        index(browser, target / "tmp" / "index-of-1000.html", kept)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
