@@ -3,7 +3,8 @@
 python3 pages/check.py COMMAND TARGET [FOLDER]
 
 COMMAND is the built `stiction`, TARGET cargo's target folder, in which the tests of the report left an index of 1,000
-loops. With a FOLDER the screenshots that were looked at are kept there.
+loops. With a FOLDER the screenshots are kept there; `FIC101-sticky.png` and `index.png` of them are
+`docs/figures/report.png` and `docs/figures/index.png`.
 """
 
 import subprocess
@@ -16,7 +17,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 ROOT = Path(__file__).resolve().parent.parent
 CHROMIUM = "/usr/bin/chromium"
-SAMPLES = sorted(path for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
+SAMPLES = sorted(path.relative_to(ROOT) for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
 #: What opening, sorting or searching an index of 1,000 loops may take, s.
 PATIENCE = 2.0
 
@@ -101,7 +102,7 @@ def index(browser: Browser, path: Path, kept: Path) -> None:
         began = time.monotonic()
 
     within("opening an index", 1000)
-    page.screenshot(path=kept / "index.png")
+    page.screenshot(path=kept / "index-of-1000.png")
     began = time.monotonic()
     head = page.get_by_role("button", name="p that it sticks")
     head.click()
@@ -124,6 +125,10 @@ def index(browser: Browser, path: Path, kept: Path) -> None:
     page.close()
 
 
+def diagnose(command: Path, files: list[Path], report: Path) -> None:
+    subprocess.run([command, "diagnose", *files, "--report", report], check=True, capture_output=True, cwd=ROOT)
+
+
 def main() -> None:
     command, target = (Path(each).resolve() for each in sys.argv[1:3])
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -133,13 +138,13 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         for sample in SAMPLES:
             path = folder / f"{sample.stem}.html"
-            subprocess.run([command, "diagnose", sample, "--report", path], check=True, capture_output=True)
+            diagnose(command, [sample], path)
             report(browser, path, kept)
             print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB, holds")
-        subprocess.run(
-            [command, "diagnose", *SAMPLES, "--report", folder / "many"], check=True, capture_output=True
-        )
+        diagnose(command, SAMPLES, folder / "many")
         many = opened(browser, folder / "many" / "index.html", 1300, 768)
+        many.set_viewport_size({"width": 1300, "height": 370})
+        many.screenshot(path=kept / "index.png")
         many.locator("tbody a").first.click()
         assert many.locator("nav.home a").get_attribute("href") == "./../index.html"
         many.locator("nav.home a").click()
