@@ -113,6 +113,8 @@ class ConfirmingTest(Result):
 
     Attributes
     ----------
+    kind : {"steps in manual", "pulses in manual", "set-point bumps in automatic", "none in operation"}
+        How it is carried out.
     step : float
         Size of each step of the OP, percent of span.
     steps : int
@@ -120,18 +122,28 @@ class ConfirmingTest(Result):
     up_first : bool
         Whether the first steps go up.
     wait_s : float
-        How long to wait after each step, s.
+        How long to wait after each step, pulse or bump, s.
+    total_s : float
+        How long all of it takes, s; 0 where there is no test in operation.
     pv_change : float or None
         By how much the PV should change with one step if the valve follows, in its units.
+    pv_low : float or None
+        The PV below which the test is stopped, in its units; None without a PV.
+    pv_high : float or None
+        The PV above which it is stopped.
     instructions : list of str
         What to do and what to look for, in order.
     """
 
+    kind: str
     step: float
     steps: int
     up_first: bool
     wait_s: float
+    total_s: float
     pv_change: float | None
+    pv_low: float | None
+    pv_high: float | None
     instructions: list[str]
 
 

@@ -60,6 +60,8 @@ class ManualTest(Result):
 
     Attributes
     ----------
+    kind : {"steps in manual", "pulses in manual", "set-point bumps in automatic", "none in operation"}
+        How it is carried out.
     step : float
         Height of a step of the OP, percent of span.
     steps : int
@@ -67,18 +69,28 @@ class ManualTest(Result):
     direction : str
         ``"up"`` or ``"down"``: where to go first.
     wait_s : float
-        How long to wait after each step, s.
+        How long to wait after each step, pulse or bump, s.
+    total_s : float
+        How long all of it takes, s; 0 where there is no test in operation.
     pv_change : float or None
         By how much the PV answers a step that the valve follows, in its units.
+    pv_low : float or None
+        The PV below which the test is stopped, in its units; None without a PV.
+    pv_high : float or None
+        The PV above which it is stopped.
     instructions : list of str
         What to do, in sentences.
     """
 
+    kind: str
     step: float
     steps: int
     direction: str
     wait_s: float
+    total_s: float
     pv_change: float | None
+    pv_low: float | None
+    pv_high: float | None
     instructions: list[str]
 
 

@@ -177,6 +177,7 @@ def test_what_is_left_out_is_marked():
     long = stiction.diagnosis.Relation(mismatch="x", because="y" * 500, remedy="z")
     assert repr(long) == f"Relation(mismatch='x', because='{'y' * 30}...', remedy='z')"
     many = stiction.diagnosis.ConfirmingTest(
-        step=1.0, steps=2, up_first=True, wait_s=3.0, pv_change=None, instructions=["wait " * 50] * 3
+        kind="steps in manual", step=1.0, steps=2, up_first=True, wait_s=3.0, total_s=12.0, pv_change=None,
+        pv_low=None, pv_high=None, instructions=["wait " * 50] * 3,
     )
     assert repr(many).endswith("instructions=<3 items>)")

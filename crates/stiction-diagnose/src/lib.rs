@@ -63,6 +63,7 @@ stiction_model::written_by_name!(
     diagnose::Mismatch,
     diagnose::RepairOutcome,
     diagnose::Silence,
+    diagnose::TestKind,
     diagnose::VerdictClass,
     evidence::Line,
     identify::controller::Structure,

@@ -74,11 +74,15 @@ fn action_dict<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> 
 
 fn test_dict<'py>(py: Python<'py>, test: &ConfirmingTest) -> PyResult<Bound<'py, PyDict>> {
     Ok(dict!(py,
+        "kind": test.kind.name(),
         "step": test.step,
         "steps": test.steps,
         "direction": if test.up_first { "up" } else { "down" },
         "wait_s": test.wait_s,
+        "total_s": test.total_s,
         "pv_change": test.pv_change,
+        "pv_low": test.pv_low,
+        "pv_high": test.pv_high,
         "instructions": &test.instructions,
     ))
 }

@@ -5,8 +5,8 @@ mod html;
 use html::well_formed;
 use stiction_diagnose::diagnose::{
     Alternative, Basis, Cause, ConfirmingTest, Definition, DiagnoseOptions, Diagnosis, Estimate,
-    FewSlips, Limit, Observation, Override, Stiction, Verdict, VerdictClass, Votes, Window,
-    combine, diagnose, repair,
+    FewSlips, Limit, Observation, Override, Stiction, TestKind, Verdict, VerdictClass, Votes,
+    Window, combine, diagnose, repair,
 };
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::recording::fitness::Class;
@@ -58,6 +58,10 @@ fn full() -> Diagnosis {
             },
         ],
         confirm: Some(ConfirmingTest {
+            kind: TestKind::Steps,
+            total_s: 640.0,
+            pv_low: Some(40.0),
+            pv_high: Some(60.0),
             step: 0.8,
             steps: 8,
             up_first: true,

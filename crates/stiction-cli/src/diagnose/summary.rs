@@ -5,7 +5,7 @@ use crate::text::{columns, number, seconds, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
-use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, VerdictClass, Votes};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, TestKind, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
 use stiction_report::document::Loop;
 use stiction_report::table::{COLUMNS, Cells};
@@ -106,13 +106,23 @@ fn weighed(diagnosis: &Diagnosis) -> String {
             let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
             format!("; the PV should change by {} {unit} with each", words::rough(change))
         });
-        let test = format!(
-            "in manual, {} steps of {} % {} and back, {} apart{change}",
-            test.steps,
-            words::rough(test.step),
-            if test.up_first { "up" } else { "down" },
-            seconds(test.wait_s)
-        );
+        let way = if test.up_first { "up" } else { "down" };
+        let (steps, step) = (test.steps, words::rough(test.step));
+        let (apart, total) = (seconds(test.wait_s), seconds(test.total_s));
+        let test = match test.kind {
+            TestKind::Steps => format!(
+                "in manual, {steps} steps of {step} % {way} and back, {apart} apart, {total} in all{change}"
+            ),
+            TestKind::Pulses => format!(
+                "in manual, {steps} pulses {way} and back, each {step} % higher, {apart} at most, {total} in all"
+            ),
+            TestKind::SetPointBumps => {
+                format!(
+                    "in automatic, bumps of the set point {way} and back, {apart} apart, {total} in all"
+                )
+            }
+            TestKind::NoneInOperation => test.instructions.join(" "),
+        };
         out += &field("confirm", &test);
     }
     if let Some(advice) = words::what_would_answer(diagnosis) {
@@ -337,7 +347,7 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
 mod tests {
     use super::*;
     use stiction::diagnose::{
-        Alternative, Cause, ConfirmingTest, DiagnoseOptions, Override, Verdict, diagnose,
+        Alternative, Cause, ConfirmingTest, DiagnoseOptions, Override, TestKind, Verdict, diagnose,
     };
     use stiction::recording::Recording;
     use stiction_report::document::Source;
@@ -375,6 +385,10 @@ mod tests {
                 because: "looks saturated".to_owned(),
             }],
             confirm: Some(ConfirmingTest {
+                kind: TestKind::Steps,
+                total_s: 640.0,
+                pv_low: None,
+                pv_high: None,
                 step: 0.8,
                 steps: 8,
                 up_first: true,

@@ -44,7 +44,7 @@ pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
 pub use verdict::{
     ACCUSED_FROM, Alternative, Basis, CLEARED_UP_TO, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
-    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Override, Stiction, Verdict, VerdictClass, Votes,
-    preliminary,
+    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Override, Stiction, TestKind, Verdict, VerdictClass,
+    Votes, preliminary,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};

@@ -6,7 +6,7 @@ use super::time_axis::spoken;
 use super::views::{self, Context};
 use crate::document::Source;
 use crate::words::{self, percent, rough};
-use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade};
+use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade, TestKind};
 use stiction_diagnose::fit::Prospects;
 use stiction_diagnose::fit::prospects::Remedy;
 use stiction_diagnose::recording::fitness::Class;
@@ -102,14 +102,15 @@ fn actions(diagnosis: &Diagnosis, prospects: Option<&Prospects>) -> Vec<String> 
     let verdict = &diagnosis.verdict;
     let test = || {
         match &verdict.confirm {
-        Some(test) => {
-            let steps = 2 * test.steps;
-            format!(
-                "Test the valve: {steps} steps of {} % in manual, about {} in all (below)",
-                rough(test.step),
-                spoken(steps as f64 * test.wait_s)
-            )
+        Some(test) if test.kind == TestKind::NoneInOperation => {
+            "It cannot be tested in normal operation (below, why): record the valve position, or stroke it at the next stop"
+                .to_owned()
         }
+        Some(test) => format!(
+            "Test the valve: {}, about {} in all (below)",
+            test.kind.name(),
+            spoken(test.total_s)
+        ),
         None => "Test the valve: in manual, small steps of the output up, then down; watch the flow or the stem"
             .to_owned(),
     }

@@ -4,12 +4,12 @@
 use super::evidence::sentence;
 use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
-use super::time_axis::duration;
+use super::time_axis::{duration, spoken};
 use super::views::WIDTH;
 use crate::words::{self, percent, rough};
 use stiction_diagnose::diagnose::by_evidence::VETO;
 use stiction_diagnose::diagnose::{
-    Basis, Cause, ConfirmingTest, Diagnosis, Fault, VerdictClass, Weighing,
+    Basis, Cause, ConfirmingTest, Diagnosis, Fault, TestKind, VerdictClass, Weighing,
 };
 use stiction_figure::figure::{Figure, Panel, Scale, Series, colour};
 
@@ -148,19 +148,35 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
 }
 
 fn confirming_test(section: Section, test: &ConfirmingTest, diagnosis: &Diagnosis) -> Section {
+    let items = test.instructions.iter().map(|text| sentence(text)).collect();
+    let section = section.with(Block::List { ordered: true, items });
+    if test.kind == TestKind::NoneInOperation {
+        return section;
+    }
     let direction = if test.up_first { "up, then down" } else { "down, then up" };
     let mut facts = vec![
-        Fact::new("each step of the OP", rough(test.step), "%"),
-        Fact::new("steps each way", test.steps, ""),
+        Fact::new("kind of test", test.kind.name(), ""),
+        Fact::new("takes in all about", spoken(test.total_s), ""),
         Fact::new("direction", direction, ""),
-        Fact::new("wait after each", duration(test.wait_s), ""),
+        Fact::new("wait after each", spoken(test.wait_s), ""),
     ];
+    if test.kind != TestKind::SetPointBumps {
+        facts.push(Fact::new("each step of the OP", rough(test.step), "%"));
+        facts.push(Fact::new("steps", test.steps, ""));
+    }
     facts.extend(test.pv_change.map(|change| {
         let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
         Fact::new("change of the PV per step if the valve follows", rough(change), unit)
     }));
-    let items = test.instructions.iter().map(|text| sentence(text)).collect();
-    section.with(Block::List { ordered: true, items }).with(Block::Facts(facts))
+    if let (Some(low), Some(high)) = (test.pv_low, test.pv_high) {
+        let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
+        facts.push(Fact::new(
+            "stop if the PV leaves",
+            format!("{} to {}", rough(low), rough(high)),
+            unit,
+        ));
+    }
+    section.with(Block::Facts(facts))
 }
 
 /// S and J with their intervals, beside the competing definitions.
