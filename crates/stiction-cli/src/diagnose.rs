@@ -35,6 +35,7 @@ use stiction_report::report;
   stiction diagnose plant/*.csv --report plant-report --csv ranking.csv
   stiction diagnose FIC101-monday.csv FIC101-tuesday.csv --join
   stiction diagnose export.csv --loop FIC101 --type flow --json
+  stiction diagnose plant/*.csv --brief
   stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {
     /// CSV, Parquet or MATLAB files
@@ -66,6 +67,9 @@ pub struct Args {
     /// cannot-tell; several with commas or given several times. An override goes before the verdict
     #[arg(long, value_name = "CLASS", value_delimiter = ',', value_parser = VerdictClass::by_name)]
     fail_on: Vec<VerdictClass>,
+    /// Print a line a loop, and nothing else
+    #[arg(long, conflicts_with_all = ["json", "schema", "csv"])]
+    brief: bool,
     /// Print the JSON schema of what --json prints
     #[arg(long)]
     schema: bool,
@@ -131,6 +135,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
         if args.csv.is_none() {
             match &loops[..] {
                 [] => {}
+                several if args.brief => output::write(None, summary::brief(several).as_bytes())?,
                 [one] => output::write(None, summary::one(one).as_bytes())?,
                 several => output::write(None, summary::several(several).as_bytes())?,
             }

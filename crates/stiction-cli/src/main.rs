@@ -4,6 +4,7 @@
 mod actions;
 mod bench;
 mod compensate;
+mod completions;
 mod diagnose;
 mod figures;
 mod fit;
@@ -11,6 +12,7 @@ mod fmu;
 mod history;
 mod inspect;
 mod limit_cycle;
+mod man;
 mod output;
 mod overrule;
 mod paper;
@@ -77,6 +79,8 @@ commands! {
     Shift: shift,
     Figures: figures,
     Schema: schema,
+    Completions: completions,
+    Man: man,
 }
 
 /// What a subcommand that ran gives back: nothing, or what to tell the shell.

@@ -44,7 +44,42 @@ pub fn one(loop_: &Diagnosed) -> String {
     out += &methods(&diagnosis.findings);
     out += "\n";
     out += &key_figures(diagnosis);
+    // What was said first has scrolled away.
+    let _ = writeln!(out, "\n{}", line(diagnosis));
     out
+}
+
+/// A line a loop, the worst first.
+pub fn brief(loops: &[Diagnosed]) -> String {
+    ranked(loops).into_iter().map(|each| format!("{}\n", line(&each.diagnosis))).collect()
+}
+
+/// Name, verdict, probability and S in a line.
+fn line(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
+    let mut out = format!("{}: {}", diagnosis.name, verdict.grade);
+    // Writing to a string cannot fail.
+    let _ = match verdict.probability {
+        Some(p) => write!(out, " ({})", words::percent(p)),
+        None => Ok(()),
+    };
+    let _ = match (diagnosis.stiction.s, verdict.s_below) {
+        (Some(s), _) => write!(out, "; S {}", words::interval(s)),
+        (None, Some(limit)) => write!(out, "; S below {} %", words::rough(limit.value)),
+        (None, None) => Ok(()),
+    };
+    out
+}
+
+/// The worst first.
+fn ranked(loops: &[Diagnosed]) -> Vec<&Diagnosed> {
+    let mut ranked: Vec<&Diagnosed> = loops.iter().collect();
+    ranked.sort_by(|a, b| {
+        a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
+            (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
+        })
+    });
+    ranked
 }
 
 fn field(name: &str, text: &str) -> String {
@@ -237,12 +272,6 @@ fn key_figures(diagnosis: &Diagnosis) -> String {
 
 /// Several loops, the worst first.
 pub fn several(loops: &[Diagnosed]) -> String {
-    let mut ranked: Vec<&Diagnosed> = loops.iter().collect();
-    ranked.sort_by(|a, b| {
-        a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
-            (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
-        })
-    });
     let header = [
         "loop",
         "type",
@@ -256,7 +285,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
         "why",
     ];
     let mut rows = vec![header.map(str::to_owned)];
-    for Diagnosed { diagnosis, .. } in ranked {
+    for Diagnosed { diagnosis, .. } in ranked(loops) {
         let oscillation = diagnosis.oscillation().map(|(_, oscillation)| oscillation);
         let Votes { sticks, does_not_stick, .. } = diagnosis.verdict.votes;
         rows.push([

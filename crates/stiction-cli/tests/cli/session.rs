@@ -1,6 +1,7 @@
 //! What is the same for all commands: help, exit codes, pipes.
 
-use crate::{command, folder, run};
+use crate::diagnose::sample;
+use crate::{command, folder, read, run};
 use std::io::Read;
 use std::process::Stdio;
 
@@ -78,4 +79,41 @@ fn a_closed_standard_error_is_no_panic() {
         .status()
         .expect("the command starts");
     assert_eq!(status.code(), Some(2));
+}
+
+#[test]
+fn shells_complete_and_man_pages_are_written() {
+    let folder = folder("shell");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = run(&folder, &["completions", shell]).quiet_success();
+        assert!(script.contains("what-if") && script.contains("fail-on"), "{shell}: {script}");
+    }
+    let refused = run(&folder, &["completions", "dos"]);
+    assert!(refused.code == 2 && refused.err.contains("bash"), "{}", refused.err);
+    run(&folder, &["man", "pages"]).quiet_success();
+    let page = read(&folder, "pages/stiction-diagnose.1");
+    assert!(
+        page.contains(".TH") && page.contains("fail\\-on") && page.contains("Examples"),
+        "{page}"
+    );
+    assert!(read(&folder, "pages/stiction.1").contains("stiction\\-diagnose"));
+}
+
+#[test]
+fn a_line_a_loop() {
+    let folder = folder("brief");
+    let (sticky, healthy) = (sample("FIC101-sticky.csv"), sample("FIC102-disturbed.csv"));
+    let lines = run(&folder, &["diagnose", &healthy, &sticky, "--brief"]).quiet_success();
+    let lines: Vec<&str> = lines.lines().collect();
+    assert!(
+        lines.len() == 2 && lines[0].starts_with("FIC101-sticky: sticks (more than 99 %); S "),
+        "{lines:?}"
+    );
+    assert!(
+        lines[1].starts_with("FIC102-disturbed: fine (") && lines[1].contains("; S below "),
+        "{lines:?}"
+    );
+    // At the end of a long text, too.
+    let text = run(&folder, &["diagnose", &sticky]).quiet_success();
+    assert!(text.trim_end().ends_with(lines[0]), "{text}");
 }
