@@ -34,7 +34,7 @@ pub use diagnosis::{
     Detectors, DiagnoseOptions, Diagnosis, Judged, Oscillations, Window, diagnose, fitness, subject,
 };
 pub use few_slips::{FewSlips, few_slips};
-pub use grade::Grade;
+pub use grade::{Grade, PROBABLY_FROM};
 pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};

@@ -4,7 +4,7 @@
 //! Two answers, each over all loops drawn; one of them is enough:
 //! * The exact limit cycle: the loop would swing so by itself, without any disturbance. Noise and loads make a stem slip
 //!   sooner, and a recorded swing may be faster than that.
-//! * What the PV would have done behind a valve that follows ([`without`](super::without)): if a
+//! * What the PV would have done behind a valve that follows (`without.rs`): if a
 //!   good part of the swing were gone, the valve makes it, whatever else moves the loop.
 
 use super::Draw;

@@ -26,6 +26,8 @@ use crate::valve::{Assembly, Model};
 const FOLLOWED: usize = 30;
 /// The swing is what lies at these multiples of its frequency.
 const BAND: [f64; 2] = [0.7, 1.4];
+/// A swing so many times the recorded one, or more, is that of a loop that runs away.
+const RUNS_AWAY: f64 = 10.0;
 /// The most executions of the controller between two samples that are followed one by one.
 const MOST_EXECUTIONS: f64 = 20.0;
 
@@ -39,7 +41,8 @@ pub(super) fn left(draws: &[Draw], segment: &Segment, period_s: f64) -> Option<E
     let one = |draw: &&Draw| -> Option<f64> {
         let without = without(draw, segment)?;
         let share = swing(&without) / recorded;
-        share.is_finite().then_some(share)
+        // A loop that runs away as soon as its valve follows is hardly the one that was run, and explains nothing.
+        Some(if share < RUNS_AWAY { share } else { RUNS_AWAY })
     };
     let followed: Vec<&Draw> = draws.iter().step_by(every).collect();
     let mut shares: Vec<(f64, f64)> =
