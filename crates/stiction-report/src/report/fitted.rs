@@ -1,7 +1,8 @@
 //! Whether the valve that was fitted explains what was recorded, and what an action would bring.
 
-use super::layout::{Block, Section, Table, number};
+use super::layout::{Block, Section, Table};
 use super::views::WIDTH;
+use crate::words::rough;
 use stiction_diagnose::diagnose::{Diagnosis, VerdictClass};
 use stiction_diagnose::fit::cycle::{Predicted, Recorded};
 use stiction_diagnose::fit::{Fit, FitOptions, Prospects, fit, prospects};
@@ -45,7 +46,7 @@ pub(super) fn told(mut section: Section, Fitted { fit, prospects }: &Fitted) -> 
     section = section.with(parts(fit));
     match prospects {
         Ok(found) => {
-            section = section.heading("What would it bring?").with(actions(found));
+            section = section.heading("Actions, weighed").with(actions(found));
             if !found.advice.is_empty() {
                 section = section.with(Block::List { ordered: false, items: found.advice.clone() });
             }
@@ -61,7 +62,7 @@ pub(super) fn told(mut section: Section, Fitted { fit, prospects }: &Fitted) -> 
 }
 
 fn range(of: &Estimate) -> String {
-    format!("{} to {}", number(of.low), number(of.high))
+    format!("{} to {}", rough(of.low), rough(of.high))
 }
 
 /// The parts of the loop with their intervals.
@@ -69,7 +70,7 @@ fn parts(fit: &Fit) -> Table {
     let caption = "The loop, identified from the recording: best values with 90 % intervals.";
     let mut table = Table::new(caption).words("part").words("value").words("interval");
     let mut row = |name: &str, of: &Estimate, unit: &str| {
-        let value = format!("{} {unit}", number(of.value));
+        let value = format!("{} {unit}", rough(of.value));
         let cells = [name.to_owned(), value.trim_end().to_owned(), range(of)];
         table = std::mem::take(&mut table).row(cells);
     };
