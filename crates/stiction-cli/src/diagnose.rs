@@ -24,8 +24,8 @@ use stiction_report::report;
 ///
 /// Reads SP, PV, OP (and, where they are recorded, valve position and mode) from CSV, Parquet or MATLAB
 /// files; `stiction inspect` shows what is recognised in them. Of each loop the longest segment in
-/// automatic is judged. Recordings of one tag with dates are one, in whatever files they are. What a person concluded, kept by `stiction override`, is shown beside the
-/// computed verdict.
+/// automatic is judged. Recordings of one tag with dates are one, in whatever files they are. What a
+/// person concluded, kept by `stiction override`, is shown beside the computed verdict.
 ///
 /// Exit codes: 0, all files were diagnosed; 1, they were, and a loop is of a class that --fail-on names;
 /// 2, some could not be, and the messages say why.

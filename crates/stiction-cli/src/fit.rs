@@ -17,11 +17,12 @@ use stiction::recording::LoopType;
 use stiction_io::scenario::{Scenario, System};
 use stiction_report::document::Source;
 
-/// Identify the loop behind a recording: controller, process and valve, with intervals; and test whether that loop
+/// Identify the loop behind a recording: controller, process and valve, with intervals; and test whether that valve
 /// explains what was recorded.
 ///
-/// The fitted loop's own limit cycle is set beside the recorded swing: if they agree, a sticking valve explains it; if
-/// not, something else swings the loop. What cannot be identified is said so, with the reason. -o writes the loop as
+/// The fitted loop's own limit cycle is set beside the recorded swing, and the swing that would be left behind a valve
+/// that follows. If they agree, or little would be left, a sticking valve explains it; if not, something else
+/// swings the loop. What cannot be identified is said so, with the reason. -o writes the loop as
 /// a scenario that simulate, limit-cycle, compensate, what-if and fmu take.
 #[derive(Parser)]
 #[command(after_help = "Examples:

@@ -12,7 +12,7 @@ pub const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     match path {
         Some(path) if path != Path::new("-") => {
-            std::fs::write(path, bytes).with_context(|| path.display().to_string())
+            whole(path, bytes).with_context(|| path.display().to_string())
         }
         _ => {
             let mut out = std::io::stdout().lock();
@@ -20,6 +20,35 @@ pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
             Ok(out.flush()?)
         }
     }
+}
+
+/// Writes a file whole or not at all: a full disk or an end in between leaves what was there before. A device or a pipe,
+/// a file that is reached by a link, one that must not be written and one in a folder that takes no other are written
+/// as they are.
+fn whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let there = std::fs::symlink_metadata(path);
+    let plain =
+        there.as_ref().map_or(true, |there| there.is_file() && !there.permissions().readonly());
+    let Some(name) = path.file_name().filter(|_| plain) else {
+        return std::fs::write(path, bytes);
+    };
+    let mut beside = std::ffi::OsString::from(".");
+    beside.push(name);
+    beside.push(format!(".{}.part", std::process::id()));
+    let beside = path.with_file_name(beside);
+    match std::fs::write(&beside, bytes) {
+        Err(error) if error.kind() == ErrorKind::PermissionDenied && there.is_ok() => {
+            return std::fs::write(path, bytes);
+        }
+        written => written,
+    }
+    .and_then(|()| {
+        there.map_or(Ok(()), |there| std::fs::set_permissions(&beside, there.permissions()))
+    })
+    .and_then(|()| std::fs::rename(&beside, path))
+    .inspect_err(|_| {
+        let _ = std::fs::remove_file(&beside);
+    })
 }
 
 /// Draws `figure` to the file that `option` named, .svg or .png.
@@ -86,4 +115,37 @@ pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
         .chain()
         .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
         .any(|cause| cause.kind() == ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::whole;
+
+    #[test]
+    fn files_are_replaced_whole_and_links_stay() {
+        let folder = std::env::temp_dir().join(format!("stiction-output-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("a.txt");
+        for text in ["first", "second"] {
+            whole(&file, text.as_bytes()).unwrap();
+            assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+        }
+        #[cfg(unix)]
+        {
+            let link = folder.join("link.txt");
+            std::os::unix::fs::symlink(&file, &link).unwrap();
+            whole(&link, b"third").unwrap();
+            assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+            assert_eq!(std::fs::read_to_string(&file).unwrap(), "third");
+        }
+        let hidden = |name: &str| name.ends_with(".part");
+        let left = std::fs::read_dir(&folder).unwrap();
+        assert!(!left.flatten().any(|entry| entry.file_name().to_str().is_some_and(hidden)));
+        // What cannot be put in its place leaves nothing behind.
+        std::fs::create_dir(folder.join("b")).unwrap();
+        assert!(
+            whole(&folder.join("b"), b"x").is_err() && whole(&folder.join("c/d"), b"x").is_err()
+        );
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, diagnose};
 use stiction_diagnose::fit::prospects::Remedy;
+use stiction_diagnose::fit::without::left;
 use stiction_diagnose::fit::{Cycle, Draw, Fit, FitOptions, Prospects, fit, prospects};
 use stiction_diagnose::fusion::Estimate;
 use stiction_diagnose::identify::controller::{self, FittedController, Structure};
@@ -12,6 +13,8 @@ use stiction_diagnose::identify::process::{self, FittedProcess};
 use stiction_diagnose::recording::Grid;
 use stiction_model::Bands;
 use stiction_model::closed_loop::{Controller, Process};
+use stiction_model::limit_cycle::exact;
+use stiction_population::scoreboard::{Ranked, auc, logit};
 use stiction_population::{
     ControllerKind, Facts, LoopKind, ProcessKind, SetPointKind, Simulated, Situation, member,
 };
@@ -287,6 +290,81 @@ fn table_of_the_explanation_as_evidence() {
         let columns = [Some(true), Some(false), None].map(sticking);
         println!("| {from} to {:.2} | {} |", f64::min(to, 1.0), columns.join(" | "));
     }
+    // The best shifts of the logit, by half of the loops, tried on the other half.
+    let (tuned_on, tried_on) = all.split_at(all.len() / 2);
+    let score = |(p, explained, _): &(f64, Option<bool>, bool), shifts: [f64; 2]| {
+        logit(*p)
+            + match explained {
+                Some(true) => shifts[0],
+                Some(false) => shifts[1],
+                None => 0.0,
+            }
+    };
+    let surprise = |shifts: [f64; 2]| -> f64 {
+        let one = |each: &(f64, Option<bool>, bool)| {
+            let sign = if each.2 { -1.0 } else { 1.0 };
+            (sign * score(each, shifts)).exp().ln_1p()
+        };
+        tuned_on.iter().map(one).sum()
+    };
+    let steps = || (-20..=20).map(|k| f64::from(k) / 10.0);
+    let best = steps()
+        .flat_map(|a| steps().map(move |b| [a, b]))
+        .min_by(|a, b| surprise(*a).total_cmp(&surprise(*b)))
+        .unwrap();
+    for (name, shifts) in [("the probability alone", [0.0; 2]), ("with the explanation", best)] {
+        let ranked: Vec<Ranked> = tried_on
+            .iter()
+            .enumerate()
+            .map(|(k, each)| Ranked { valve: k, sticks: each.2, score: Some(score(each, shifts)) })
+            .collect();
+        let decided = tried_on.iter().filter(|each| score(each, shifts).abs() > logit(0.95));
+        println!(
+            "{name}, shifts {shifts:?}: AUC {:.4}, beyond 5 and 95 %: {} of {}",
+            auc(&ranked, 1).unwrap().value,
+            decided.count(),
+            tried_on.len()
+        );
+    }
+}
+
+/// What the loop as it truly is would tell: how far its own exact cycle is from the recorded period, and what is left of
+/// the swing behind a valve that follows.
+#[test]
+#[ignore = "measures, a minute"]
+fn table_of_true_loops() {
+    let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+    let one = |k: u64| {
+        let simulated = member(SEED, k).unwrap();
+        let truth = &simulated.truth;
+        if truth.kind != LoopKind::Sticky || !truth.visible || truth.slips <= 5 {
+            return None;
+        }
+        let found = diagnose(&simulated.recording, &options).unwrap();
+        let period = found.oscillation().filter(|(_, found)| found.found)?.1.period_s?;
+        let draw = truly(&simulated)?;
+        let cycle = match exact::cycle(&draw.continuous()) {
+            Ok(exact::CycleOutcome::Cycles { cycles, .. }) => {
+                cycles.into_iter().find(|cycle| cycle.stable)
+            }
+            _ => None,
+        };
+        let off = cycle.map(|cycle| (cycle.period_s / period).ln().abs());
+        let mut segment = found.segment()?.clone();
+        let whole = segment.len() == truth.vp.len();
+        segment.vp = whole.then(|| truth.vp.clone());
+        let left = whole.then(|| left(&[draw], &segment, period)).flatten();
+        Some((off, left.map(|left| left.value)))
+    };
+    let all: Vec<_> = (0..LOOPS).into_par_iter().filter_map(one).collect();
+    println!("Visible sticking loops that oscillate, by their true loop: {}", all.len());
+    for within in [1.07, 1.15, 1.3] {
+        let near =
+            |(off, _): &(Option<f64>, Option<f64>)| off.is_some_and(|off| off <= f64::ln(within));
+        println!("exact cycle within {within} times the recorded period: {}", count(&all, near));
+    }
+    let lefts: Vec<f64> = all.iter().filter_map(|(_, left)| *left).collect();
+    println!("more than half of the swing is left: {}", count(&lefts, |left| *left > 0.5));
 }
 
 /// The loop as it truly is, as a drawn one.

@@ -7,6 +7,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::cmp::Ordering;
 use stiction_diagnose::diagnose::Diagnosis;
 
 mod history;
@@ -44,6 +45,16 @@ pub struct Source {
     pub file: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
+}
+
+impl Loop<'_> {
+    /// The order in which loops are looked at: that of [`Diagnosis::rank`], the worst first; then by name and file.
+    pub fn in_rank(&self, other: &Self) -> Ordering {
+        let (a, b) = (self.diagnosis, other.diagnosis);
+        a.rank()
+            .total_cmp(&b.rank())
+            .then_with(|| (&a.name, &self.source.file).cmp(&(&b.name, &other.source.file)))
+    }
 }
 
 impl<'a> Document<'a> {

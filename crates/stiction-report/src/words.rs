@@ -32,6 +32,27 @@ pub fn rough(value: f64) -> String {
     number((value / unit).round() * unit)
 }
 
+/// A time as people say it: `74 s`, `12 min 30 s`, `4 h 20 min`, `2 d 3 h`.
+pub fn spoken(seconds: f64) -> String {
+    // The unit, the one below it, and from how many of the upper on the lower says nothing.
+    const UNITS: [(&str, f64, &str, f64, f64); 3] = [
+        ("d", 86_400.0, "h", 3_600.0, 10.0),
+        ("h", 3_600.0, "min", 60.0, 24.0),
+        ("min", 60.0, "s", 1.0, 10.0),
+    ];
+    let unit = UNITS.iter().find(|unit| seconds >= 1.999 * unit.1);
+    let Some((name, size, small, part, most)) = unit else {
+        return format!("{}\u{a0}s", rough(seconds));
+    };
+    let parts = (seconds / part).round();
+    let whole = (parts * part / size).floor();
+    let rest = parts - whole * size / part;
+    if rest < 0.5 || whole >= *most {
+        return format!("{}\u{a0}{name}", (seconds / size).round());
+    }
+    format!("{whole}\u{a0}{name} {rest}\u{a0}{small}")
+}
+
 /// A value with its interval, such as `4.1 % (3.4 to 4.9)`.
 pub fn interval(estimate: Estimate) -> String {
     format!("{} % ({} to {})", rough(estimate.value), rough(estimate.low), rough(estimate.high))

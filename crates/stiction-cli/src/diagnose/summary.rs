@@ -74,11 +74,7 @@ fn line(diagnosis: &Diagnosis) -> String {
 /// The worst first.
 fn ranked(loops: &[Diagnosed]) -> Vec<&Diagnosed> {
     let mut ranked: Vec<&Diagnosed> = loops.iter().collect();
-    ranked.sort_by(|a, b| {
-        a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
-            (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
-        })
-    });
+    ranked.sort_by(|a, b| a.found().in_rank(&b.found()));
     ranked
 }
 
@@ -143,7 +139,7 @@ fn weighed(diagnosis: &Diagnosis) -> String {
         });
         let way = if test.up_first { "up" } else { "down" };
         let (steps, step) = (test.steps, words::rough(test.step));
-        let (apart, total) = (seconds(test.wait_s), seconds(test.total_s));
+        let (apart, total) = (words::spoken(test.wait_s), words::spoken(test.total_s));
         let test = match test.kind {
             TestKind::Steps => format!(
                 "in manual, {steps} steps of {step} % {way} and back, {apart} apart, {total} in all{change}"

@@ -4,8 +4,8 @@
 //! | grade | where |
 //! |---|---|
 //! | sticks | the verdict accuses the valve |
-//! | probably sticks | the evidence makes it [likely](PROBABLY_FROM), but does not accuse: no line of evidence bears it out alone, or play elsewhere would look the same; or families of published methods say so, or the OP alone does |
-//! | unclear | the evidence lies between, contradicts itself, or is unlike the training |
+//! | probably sticks | the evidence makes it [likely](PROBABLY_FROM), but does not accuse: no line of evidence bears it out alone, or play elsewhere would look the same; or families of published methods say so |
+//! | unclear | the evidence lies between, contradicts itself, or is unlike the training; or there is the OP alone |
 //! | probably fine | the evidence makes sticking as unlikely as where it clears, but the recording would not show a large enough S; or what sticks is too little to be a fault |
 //! | fine | the verdict clears the valve |
 //! | does not respond | the output travels, the flow or the stem does not |
@@ -72,9 +72,9 @@ impl Grade {
         let verdict = &diagnosis.verdict;
         match (verdict.class, verdict.basis) {
             (VerdictClass::DoesNotRespond, _) => Self::DoesNotRespond,
-            (VerdictClass::Sticks, Basis::Majority | Basis::OpAlone) => Self::ProbablySticks,
+            (VerdictClass::Sticks, Basis::Majority) => Self::ProbablySticks,
             (VerdictClass::Sticks, _) => Self::Sticks,
-            (VerdictClass::DoesNotStick, Basis::Majority | Basis::OpAlone) => Self::ProbablyFine,
+            (VerdictClass::DoesNotStick, Basis::Majority) => Self::ProbablyFine,
             (VerdictClass::DoesNotStick, _) => Self::Fine,
             _ if diagnosis.mistaken().is_some() || diagnosis.segment().is_none() => {
                 Self::CannotAnswer

@@ -4,7 +4,7 @@
 //! Two answers, each over all loops drawn; one of them is enough:
 //! * The exact limit cycle: the loop would swing so by itself, without any disturbance. Noise and loads make a stem slip
 //!   sooner, and a recorded swing may be faster than that.
-//! * What the PV would have done behind a valve that follows (`without.rs`): if a
+//! * What the PV would have done behind a valve that follows ([`without`](super::without)): if a
 //!   good part of the swing were gone, the valve makes it, whatever else moves the loop.
 
 use super::Draw;
@@ -167,12 +167,9 @@ fn sentence(cycle: &Cycle) -> String {
         return format!("Nothing oscillates in the recording; {said}.");
     };
     let left = cycle.pv_swing_left.map_or(String::new(), |left| {
-        let percent = |share: f64| format!("{:.0}", 100.0 * share.min(9.99));
-        format!(
-            ", and had the valve followed its OP, {} to {} % of the PV's swing would be left",
-            percent(left.low),
-            percent(left.high)
-        )
+        let [low, high] = [left.low, left.high].map(|share| format!("{:.0}", 100.0 * share));
+        let range = if low == high { low } else { format!("{low} to {high}") };
+        format!(", and had the valve followed its OP, {range} % of the PV's swing would be left")
     });
     let so = match cycle.explained {
         Some(true) => "its valve explains the swing",

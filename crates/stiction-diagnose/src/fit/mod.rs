@@ -20,7 +20,7 @@ mod draw;
 pub mod prospects;
 pub mod ring;
 pub mod valve;
-mod without;
+pub mod without;
 
 pub use cycle::{Cycle, Recorded};
 pub use draw::Draw;

@@ -232,8 +232,12 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
             execution,
         )
     };
+    // Of a set point that moves, what the PV is off it.
     let recorded = fit.segment.pv.as_deref().map_or(0.0, |pv| {
-        let off = detrended(pv);
+        let off = match &fit.segment.sp {
+            Some(sp) => detrended(&pv.iter().zip(sp).map(|(pv, sp)| pv - sp).collect::<Vec<_>>()),
+            None => detrended(pv),
+        };
         off.iter().map(|v| v.abs()).sum::<f64>() / off.len() as f64
     });
     let alike = |error: f64| error < ALIKE * recorded && error > recorded / ALIKE;

@@ -33,7 +33,7 @@ const MOST_EXECUTIONS: f64 = 20.0;
 
 /// Share of the PV's swing of this period that would be left: median, 5 and 95 % points over the draws. `None` where
 /// it cannot be told.
-pub(super) fn left(draws: &[Draw], segment: &Segment, period_s: f64) -> Option<Estimate> {
+pub fn left(draws: &[Draw], segment: &Segment, period_s: f64) -> Option<Estimate> {
     let pv = segment.pv.as_deref()?;
     let swing = |pv: &[f64]| swing_at(pv, segment.sample_time / period_s);
     let recorded = swing(pv);

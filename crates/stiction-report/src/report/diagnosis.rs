@@ -7,7 +7,7 @@ use super::views::{self, Context};
 use super::{fitted, head, verdict};
 use crate::Error;
 use crate::document::{self, Loop, Source};
-use crate::words;
+use crate::words::{self, spoken};
 use stiction_diagnose::detect::{Decision, Finding};
 use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, Votes};
 use stiction_diagnose::oscillation::{self, Oscillation};
@@ -24,14 +24,10 @@ pub fn html(tool: &str, loops: &[Loop<'_>]) -> Result<String, Error> {
     report(tool, &by_rank(loops)).html()
 }
 
-/// Loops in the order of [`Diagnosis::rank`], the worst first.
+/// Loops, the worst first.
 pub(super) fn by_rank<'a>(loops: &[Loop<'a>]) -> Vec<Loop<'a>> {
     let mut ranked = loops.to_vec();
-    ranked.sort_by(|a, b| {
-        a.diagnosis.rank().total_cmp(&b.diagnosis.rank()).then_with(|| {
-            (&a.diagnosis.name, &a.source.file).cmp(&(&b.diagnosis.name, &b.source.file))
-        })
-    });
+    ranked.sort_by(Loop::in_rank);
     ranked
 }
 
@@ -52,7 +48,7 @@ pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
 }
 
 const INTRODUCTION: &str = "Whether the valve of a control loop sticks, by what was recorded of it in \
-    normal operation. The figures below show what each method saw.";
+    normal operation. The figures show what each method saw.";
 const VOTES: &str = "A verdict that rests on a majority is a preliminary one: published methods vote, one \
     vote for each family that looks at the same thing, each with its own assumptions and none right on \
     all loops.";
@@ -193,7 +189,7 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     ]);
     if let Some((signal, found)) = diagnosis.oscillation() {
         let finite = |value: Option<f64>| value.filter(|v| v.is_finite());
-        facts.extend(finite(found.period_s).map(|p| Fact::new("period", duration(p), "")));
+        facts.extend(finite(found.period_s).map(|p| Fact::new("period", spoken(p), "")));
         facts.extend(finite(found.amplitude).map(|a| {
             Fact::new(format!("amplitude of the {signal}"), number(a), unit_of(signal, diagnosis))
         }));

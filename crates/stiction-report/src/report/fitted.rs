@@ -67,7 +67,8 @@ fn range(of: &Estimate) -> String {
 
 /// The parts of the loop with their intervals.
 fn parts(fit: &Fit) -> Table {
-    let caption = "The loop, identified from the recording: best values with 90 % intervals.";
+    let caption = "The loop, identified from the recording: best values with 90 % intervals. S and J are those behind which this \
+                   process explains the PV; what is known of them without a process stands at the top.";
     let mut table = Table::new(caption).words("part").words("value").words("interval");
     let mut row = |name: &str, of: &Estimate, unit: &str| {
         let value = format!("{} {unit}", rough(of.value));

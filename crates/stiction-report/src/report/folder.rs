@@ -2,10 +2,9 @@
 
 use super::diagnosis::{by_rank, report};
 use super::layout::{Badge, STYLE, TABLES, badge, number};
-use super::time_axis::spoken;
 use crate::Error;
 use crate::document::{self, Loop};
-use crate::words::{self, percent, rough};
+use crate::words::{self, percent, rough, spoken};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -54,12 +53,12 @@ impl<'a> Folder<'a> {
         format!("{LOOPS}/{}", file_name(place, name))
     }
 
-    /// The page of a loop.
+    /// The page of a loop; one without loops if there is none at that place.
     ///
     /// # Errors
     /// As [`html`](super::html).
     pub fn page(&self, place: usize) -> Result<String, Error> {
-        let one = &self.loops[place..(place + 1).min(self.loops.len())];
+        let one = self.loops.get(place..=place).unwrap_or_default();
         report(&self.tool, one).home(format!("../{INDEX}")).html()
     }
 
@@ -210,7 +209,7 @@ fn small_trend(diagnosis: &Diagnosis) -> Markup {
         Some(pv) => ("PV", pv),
         None => ("OP", &segment.op),
     };
-    let samples = last_periods(diagnosis, segment);
+    let samples = samples_shown(diagnosis, segment);
     let shown = &signal[signal.len() - samples..];
     let (low, high) = (min(shown), max(shown));
     if !(high > low) {
@@ -225,7 +224,7 @@ fn small_trend(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-fn last_periods(diagnosis: &Diagnosis, segment: &Segment) -> usize {
+fn samples_shown(diagnosis: &Diagnosis, segment: &Segment) -> usize {
     let period = diagnosis.oscillation().and_then(|(_, found)| found.period_s);
     let samples =
         period.map_or(segment.len(), |p| (PERIODS * p / segment.sample_time).ceil() as usize);

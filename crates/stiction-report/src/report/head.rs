@@ -2,10 +2,9 @@
 
 use super::evidence::sentence;
 use super::layout::{Badge, Fact, Head, Tone};
-use super::time_axis::spoken;
 use super::views::{self, Context};
 use crate::document::Source;
-use crate::words::{self, percent, rough};
+use crate::words::{self, percent, rough, spoken};
 use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade, TestKind};
 use stiction_diagnose::fit::Prospects;
 use stiction_diagnose::fit::prospects::Remedy;
@@ -137,7 +136,9 @@ fn actions(diagnosis: &Diagnosis, prospects: Option<&Prospects>) -> Vec<String> 
         Grade::Sticks if verdict.basis == Basis::ValvePosition => vec![repair()],
         Grade::Sticks => vec![test(), repair()],
         Grade::ProbablySticks => vec![test(), repair()],
-        Grade::DoesNotRespond => vec!["See below what it may be, and how to tell".to_owned()],
+        Grade::DoesNotRespond => {
+            vec!["See what it may be, and how to tell (below, why)".to_owned()]
+        }
         Grade::Unclear => {
             let mut all: Vec<String> = elsewhere().into_iter().collect();
             all.extend(words::what_would_answer(diagnosis));

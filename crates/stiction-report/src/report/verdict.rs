@@ -4,9 +4,9 @@
 use super::evidence::sentence;
 use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
-use super::time_axis::{duration, spoken};
+use super::time_axis::duration;
 use super::views::WIDTH;
-use crate::words::{self, percent, rough};
+use crate::words::{self, percent, rough, spoken};
 use stiction_diagnose::diagnose::by_evidence::VETO;
 use stiction_diagnose::diagnose::{
     Basis, Cause, ConfirmingTest, Diagnosis, Fault, TestKind, VerdictClass, Weighing,
@@ -308,5 +308,5 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
 /// The probability as a fact; `None` where there is none.
 pub(super) fn probability(diagnosis: &Diagnosis) -> Option<Fact> {
     let p = diagnosis.verdict.probability?;
-    Some(Fact::new("probability that it sticks", number((100.0 * p).clamp(1.0, 99.0).round()), "%"))
+    Some(Fact::new("probability that it sticks", percent(p), ""))
 }
