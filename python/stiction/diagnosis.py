@@ -952,6 +952,8 @@ class History(Result):
     ----------
     class_ : str
         The conclusion, as in `Verdict`.
+    grade : str
+        The same in one graded word, as in `Verdict`.
     probability : float or None
         The combined probability that the valve sticks.
     observations : int
@@ -965,6 +967,7 @@ class History(Result):
     """
 
     class_: str
+    grade: str
     probability: float | None
     observations: int
     decided: int

@@ -3,7 +3,7 @@
 use crate::diagnose::{Diagnosed, diagnose_all, ended, find_all, joined, tool};
 use crate::output;
 use crate::reading_args::Reading;
-use crate::text::{columns, number, seconds, wrapped};
+use crate::text::{columns, number, wrapped};
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use std::fmt::Write;
@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use stiction::diagnose::{DiagnoseOptions, Estimate, Observation, combine, repair};
 use stiction::oscillation;
 use stiction::recording::{Grid, GridOptions, Recording};
+use stiction::spoken;
 use stiction_figure::figure;
 use stiction_io::timestamp::{Zone, instant};
 use stiction_report::document::{Point, Source, Valve, ValveHistory};
@@ -207,15 +208,18 @@ fn interval(estimate: Option<Estimate>) -> String {
 
 fn text(valve: &Valve) -> String {
     let moment = |at: f64| {
-        Some(at).filter(|_| valve.dated).and_then(figure::instant).unwrap_or_else(|| seconds(at))
+        Some(at)
+            .filter(|_| valve.dated)
+            .and_then(figure::instant)
+            .unwrap_or_else(|| spoken::time(at))
     };
     let mut rows =
         vec![["from", "duration", "verdict", "p(sticks)", "S", "J", "data"].map(str::to_owned)];
     rows.extend(valve.windows.iter().map(|w| {
         [
             moment(w.from_s),
-            seconds(w.duration_s),
-            w.class.name().to_owned(),
+            spoken::time(w.duration_s),
+            w.grade.name().to_owned(),
             w.probability.map_or("-".to_owned(), words::percent),
             interval(w.s),
             interval(w.j),
@@ -234,8 +238,8 @@ fn text(valve: &Valve) -> String {
     let combined = &valve.combined;
     let sure = combined.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
     let together = format!(
-        "{}{sure}; {} of {} windows{} decide",
-        combined.class.name().to_uppercase(),
+        "{}{sure}; {} of {} windows{} count",
+        combined.grade.name().to_uppercase(),
         combined.decided,
         combined.observations,
         if valve.repair.is_some() { " since the repair" } else { "" }
@@ -262,6 +266,7 @@ fn table(history: &ValveHistory) -> Result<String> {
         "from_s",
         "duration_s",
         "verdict",
+        "grade",
         "basis",
         "probability",
         "S",
@@ -286,6 +291,7 @@ fn table(history: &ValveHistory) -> Result<String> {
                 w.from_s.to_string(),
                 w.duration_s.to_string(),
                 w.class.name().to_owned(),
+                w.grade.name().to_owned(),
                 w.basis.name().to_owned(),
                 say(w.probability),
                 say(s.map(|s| s.value)),

@@ -149,8 +149,12 @@ fn of_recording(args: &Args) -> Result<()> {
     };
     let before = one(Path::new(&args.scenario))?;
     let name = before.diagnosed.diagnosis.name.clone();
-    let fit = before.fit.map_err(|why| anyhow::anyhow!("{name}: {why}"))?;
-    let prospects = prospects(&fit).map_err(|why| anyhow::anyhow!("{name}: {why}"))?;
+    let fit = before.fit.map_err(|why| {
+        anyhow::anyhow!("{name}: what an action would bring cannot be told: {why}")
+    })?;
+    let prospects = prospects(&fit).map_err(|why| {
+        anyhow::anyhow!("{name}: what an action would bring cannot be told: {why}")
+    })?;
     let after = match &args.after {
         None => None,
         Some(path) => {

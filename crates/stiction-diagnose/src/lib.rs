@@ -8,6 +8,7 @@
 //! * [`fusion`]: the frozen model that makes probabilities and intervals of evidence.
 //! * [`diagnose`]: from a recording to a verdict with its evidence.
 //! * [`what_if`]: what repair, retuning, a compensator or a positioner would make of a loop.
+//! * [`spoken`]: numbers and times as a person would say them.
 //! * [`series`]: moments, correlation, spectra, crossings.
 //!
 //! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds,
@@ -51,6 +52,7 @@ pub mod identify;
 pub mod oscillation;
 pub mod recording;
 pub mod series;
+pub mod spoken;
 pub mod what_if;
 
 pub use stiction_model::Number;

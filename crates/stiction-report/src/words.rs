@@ -9,48 +9,18 @@ use stiction_diagnose::diagnose::{
 };
 use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
+use stiction_diagnose::spoken;
 
-/// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
-const SUREST: f64 = 99.0;
+pub use stiction_diagnose::spoken::percent;
 
-/// A probability as people say it, in percent.
-pub fn percent(probability: f64) -> String {
-    let share = 100.0 * probability;
-    match share {
-        s if s > SUREST => format!("more than {SUREST:.0} %"),
-        s if s < 100.0 - SUREST => format!("less than {:.0} %", 100.0 - SUREST),
-        _ => format!("{share:.0} %"),
-    }
-}
-
-/// A number that is known roughly: two digits, as the third of an estimate means nothing.
+/// A number that is known roughly, two digits, with a typographic minus.
 pub fn rough(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return number(value);
-    }
-    let unit = 10f64.powf(value.abs().log10().floor() - 1.0);
-    number((value / unit).round() * unit)
+    if value.is_finite() { spoken::rough(value).replace('-', "\u{2212}") } else { number(value) }
 }
 
-/// A time as people say it: `74 s`, `12 min 30 s`, `4 h 20 min`, `2 d 3 h`.
+/// A time as people say it, that no line break parts: `74 s`, `12 min 30 s`, `4 h 20 min`, `2 d 3 h`.
 pub fn spoken(seconds: f64) -> String {
-    // The unit, the one below it, and from how many of the upper on the lower says nothing.
-    const UNITS: [(&str, f64, &str, f64, f64); 3] = [
-        ("d", 86_400.0, "h", 3_600.0, 10.0),
-        ("h", 3_600.0, "min", 60.0, 24.0),
-        ("min", 60.0, "s", 1.0, 10.0),
-    ];
-    let unit = UNITS.iter().find(|unit| seconds >= 1.999 * unit.1);
-    let Some((name, size, small, part, most)) = unit else {
-        return format!("{}\u{a0}s", rough(seconds));
-    };
-    let parts = (seconds / part).round();
-    let whole = (parts * part / size).floor();
-    let rest = parts - whole * size / part;
-    if rest < 0.5 || whole >= *most {
-        return format!("{}\u{a0}{name}", (seconds / size).round());
-    }
-    format!("{whole}\u{a0}{name} {rest}\u{a0}{small}")
+    spoken::time(seconds).replace(' ', "\u{a0}").replace('-', "\u{2212}")
 }
 
 /// A value with its interval, such as `4.1 % (3.4 to 4.9)`.
@@ -109,6 +79,12 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
 pub(crate) fn cause(name: &str) -> String {
     match name {
         "no response" => "a valve that does not respond".to_owned(),
+        "aggressive tuning" => "a controller that is tuned too tightly".to_owned(),
+        "quantisation" => "coarse steps of the transmitter or the historian".to_owned(),
+        "saturation" => "an output at its limits".to_owned(),
+        "set-point changes" => "moves of the set point".to_owned(),
+        "process nonlinearity" => "a process whose gain changes".to_owned(),
+        "load that ramps and resets" => "a load that builds up and is reset".to_owned(),
         "external oscillation" => "an oscillation that comes in from outside".to_owned(),
         "external wave with corners" => "a wave with corners that comes in from outside".to_owned(),
         "dead zone elsewhere" => "play or a dead zone elsewhere in the loop".to_owned(),
@@ -157,7 +133,9 @@ fn no_response(diagnosis: &Diagnosis) -> String {
         Silence::Frozen => {
             "The PV does not respond: it is frozen, away from its set point, while the controller output travels."
         }
-        _ => "The valve does not respond: the controller output travels and the flow does not.",
+        Silence::Unmoved => {
+            "The valve does not respond: the controller output travels, and the PV moves without relation to it."
+        }
     };
     let faults: Vec<&str> = Fault::behind(silence).iter().map(|fault| fault.name()).collect();
     format!("{says} It may be, the likeliest first: {}.", faults.join("; "))
@@ -294,7 +272,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
 fn missing(few: &FewSlips) -> String {
     let step = format!("steps of the output by {} % up and down", rough(few.step));
     match few.record_for_s {
-        Some(time) => format!("A recording {} longer, or {step}", span(time)),
+        Some(time) => format!("A recording {} longer, or {step}", spoken::time(time)),
         None => format!("Manual {step}"),
     }
 }
@@ -308,10 +286,10 @@ fn recording(diagnosis: &Diagnosis, segment: &Segment) -> String {
     }
     if let Some(period) = period {
         if segment.duration() < 10.0 * period {
-            wants.push(format!("over at least ten cycles ({})", span(10.0 * period)));
+            wants.push(format!("over at least ten cycles ({})", spoken::time(10.0 * period)));
         }
         if period < 8.0 * segment.sample_time {
-            wants.push(format!("sampled at least every {}", span(period / 10.0)));
+            wants.push(format!("sampled at least every {}", spoken::time(period / 10.0)));
         }
     }
     let unfit = diagnosis.fitness.measures.iter().filter(|m| m.class != Class::Fit);
@@ -367,16 +345,6 @@ impl Better {
     }
 }
 
-/// A duration in the unit that suits it.
-fn span(seconds: f64) -> String {
-    match seconds {
-        s if s < 300.0 => format!("{} s", rough(s)),
-        s if s < 3.0 * 3600.0 => format!("{} min", rough(s / 60.0)),
-        s if s < 3.0 * 86_400.0 => format!("{} h", rough(s / 3600.0)),
-        s => format!("{} d", rough(s / 86_400.0)),
-    }
-}
-
 /// What a person said, beside the computed verdict.
 pub fn overruled(overruled: &Override) -> String {
     let mut who = overruled.by.clone().map_or("a person".to_owned(), |by| by.trim().to_owned());
@@ -418,19 +386,6 @@ fn join<const N: usize>(sentences: [String; N]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn probabilities_are_never_certain() {
-        for (p, text) in [
-            (0.0, "less than 1 %"),
-            (0.004, "less than 1 %"),
-            (0.5, "50 %"),
-            (0.934, "93 %"),
-            (0.9999, "more than 99 %"),
-        ] {
-            assert_eq!(percent(p), text);
-        }
-    }
 
     #[test]
     fn estimates_have_two_digits() {

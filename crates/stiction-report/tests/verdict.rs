@@ -5,8 +5,8 @@ mod html;
 use html::well_formed;
 use stiction_diagnose::diagnose::{
     Alternative, Basis, Cause, ConfirmingTest, Definition, DiagnoseOptions, Diagnosis, Estimate,
-    FewSlips, Limit, Observation, Override, Stiction, TestKind, Verdict, VerdictClass, Votes,
-    Window, combine, diagnose, repair,
+    FewSlips, Grade, Limit, Observation, Override, Stiction, TestKind, Verdict, VerdictClass,
+    Votes, Window, combine, diagnose, repair,
 };
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::recording::fitness::Class;
@@ -176,9 +176,9 @@ fn a_report_tells_all_that_a_model_can_say() {
     for wanted in [
         "The valve most likely sticks: 93 %",
         "Overruled by J. Miller on 2026-03-02: the valve does not stick, because: new packing",
-        "What speaks for it",
+        "What speaks for sticking",
         "The PV has corners where the OP is a triangle.",
-        "What speaks against it",
+        "What speaks against sticking",
         "What else it could be",
         "sticking valve",
         "external oscillation",
@@ -353,6 +353,7 @@ fn a_history_is_drawn_with_its_repair() {
         from_s: o.time,
         duration_s: DAY,
         class: VerdictClass::Sticks,
+        grade: Grade::Sticks,
         basis: Basis::Evidence,
         probability: o.probability,
         fitness: Class::Fit,

@@ -1,12 +1,13 @@
 //! Diagnoses as text: one screen for one loop, one line each for several, a table of all.
 
 use super::Diagnosed;
-use crate::text::{columns, number, seconds, wrapped};
+use crate::text::{columns, number, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
 use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, TestKind, VerdictClass, Votes};
 use stiction::recording::fitness::Class;
+use stiction::spoken;
 use stiction_report::document::Loop;
 use stiction_report::table::{COLUMNS, Cells};
 use stiction_report::words;
@@ -114,9 +115,9 @@ fn weighed(diagnosis: &Diagnosis) -> String {
         // The mistake stands in the verdict, what to do about it in what is needed.
         _ if diagnosis.mistaken().is_some() => {}
         _ if verdict.class == VerdictClass::CannotTell => list("why", &verdict.reasons),
-        _ => list("for it", &verdict.reasons),
+        _ => list("because", &verdict.reasons),
     }
-    list("against", &verdict.contradictions);
+    list("but", &verdict.contradictions);
     if let Some(silence) = diagnosis.silence() {
         for (k, fault) in Fault::behind(silence).iter().enumerate() {
             let text = format!("- {}: {}", fault.name(), fault.told_by());
@@ -139,7 +140,7 @@ fn weighed(diagnosis: &Diagnosis) -> String {
         });
         let way = if test.up_first { "up" } else { "down" };
         let (steps, step) = (test.steps, words::rough(test.step));
-        let (apart, total) = (words::spoken(test.wait_s), words::spoken(test.total_s));
+        let (apart, total) = (spoken::time(test.wait_s), spoken::time(test.total_s));
         let test = match test.kind {
             TestKind::Steps => format!(
                 "in manual, {steps} steps of {step} % {way} and back, {apart} apart, {total} in all{change}"
@@ -172,8 +173,8 @@ fn data(diagnosis: &Diagnosis) -> String {
     format!(
         "{class}; {} samples of {}, {} in all{}",
         segment.len(),
-        seconds(segment.sample_time),
-        seconds(segment.duration()),
+        spoken::time(segment.sample_time),
+        spoken::time(segment.duration()),
         match diagnosis.grid.segments.len() {
             1 => String::new(),
             n => format!(", the longest of {n} segments"),
@@ -187,7 +188,7 @@ fn cycle(diagnosis: &Diagnosis) -> String {
     };
     let mut parts = vec![];
     match oscillation.period_s {
-        Some(period) => parts.push(format!("period {}", seconds(period))),
+        Some(period) => parts.push(format!("period {}", spoken::time(period))),
         None => parts.push("no period".to_owned()),
     }
     let mut say = |name: &str, value: Option<f64>| {
@@ -292,7 +293,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
             format!("{sticks}:{does_not_stick}"),
             band(diagnosis),
             diagnosis.fitness.class.name().to_owned(),
-            oscillation.and_then(|o| o.period_s).map_or("-".to_owned(), seconds),
+            oscillation.and_then(|o| o.period_s).map_or("-".to_owned(), spoken::time),
             oscillation
                 .and_then(|o| o.regularity)
                 .filter(|r| r.is_finite())
@@ -389,8 +390,8 @@ mod tests {
         ("basis", Ok("Rests on: evidence in OP and PV"), Ok("evidence in OP and PV")),
         ("S_below", Err("is in the words on a cleared valve"), Err("is in the words, too")),
         ("votes", Err("every method has a line"), Ok("families of methods that say it sticks")),
-        ("reasons", Ok("for it - spoken for"), Ok("Spoken for.")),
-        ("contradictions", Ok("against - spoken against"), Ok("Spoken against.")),
+        ("reasons", Ok("because - spoken for"), Ok("Spoken for.")),
+        ("contradictions", Ok("but - spoken against"), Ok("Spoken against.")),
         ("alternatives", Ok("or else saturation"), Ok("Looks saturated.")),
         ("confirm", Ok("confirm in manual, 8 steps"), Ok("Put the controller in manual.")),
         ("override", Ok("override Overruled by a person"), Ok("Overruled by a person")),

@@ -43,7 +43,7 @@ fn one_loop_fits_one_screen() {
     );
     for wanted in [
         "data      fit; 2400 samples of 1 s, 40 min in all",
-        "cycle     the error oscillates: period 73.86 s",
+        "cycle     the error oscillates: period 74 s",
         "method  ",
         "Horch's cross-correlation ",
         "undecided",

@@ -182,7 +182,7 @@ impl Yamashita {
             && !matches!(subject.loop_type, LoopType::Flow | LoopType::Unknown)
         {
             caveats.push(format!(
-                "made for flow loops, whose PV follows the valve at once; this is a {} loop",
+                "made for flow loops, whose PV follows the valve at once; the type of this one is {}",
                 subject.loop_type.name()
             ));
         }

@@ -18,12 +18,13 @@
 //! # Limits
 //! The table is ours. Its constants were chosen on simulated loops; `docs/accuracy.md` tells what verdicts are worth.
 
-use super::reasons::{Saying, alternatives, digits, percent, sayings};
+use super::reasons::{Saying, alternatives, sayings};
 use super::verdict::{Basis, Limit, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use super::{ACCUSED_FROM, CLEARED_UP_TO, DEAD_ZONE_BELOW, HARMLESS};
 use crate::evidence::Line;
 use crate::fusion::{Cause, LIMIT};
+use crate::spoken::{percent, rough};
 
 /// Standard errors by which a sticking valve must predict the PV better to keep a valve from being cleared. It is
 /// the best of some fifty valves: of healthy ones a quarter reach 2, and one in ten 3.
@@ -170,7 +171,7 @@ impl Ruling {
 
     /// What is to be said beside the lines of evidence.
     fn sentence(self, weighing: &Weighing) -> Option<String> {
-        let limit = weighing.limit.map(digits);
+        let limit = weighing.limit.map(rough);
         Some(match self {
             Self::Sticks | Self::NoResponse => return None,
             Self::Clears => format!(
@@ -204,7 +205,7 @@ impl Ruling {
             Self::Harmless => format!(
                 "if it sticks, then by some {} %, which is no fault: valves in good order have dead bands of up \
                  to {HARMLESS} %",
-                digits(weighing.s.value)
+                rough(weighing.s.value)
             ),
             Self::Unsupported => format!(
                 "the lines of evidence hint at it together, but none of them alone makes it {} or more",
@@ -215,16 +216,16 @@ impl Ruling {
                  which forbids to clear it",
                 weighing.z
             ),
-            Self::Blind => match limit {
+            Self::Blind => match limit.filter(|_| weighing.limit < Some(100.0)) {
                 Some(limit) => format!(
                     "sticking by less than {limit} % could not be seen here, because the OP travels only {} %: \
                      record longer, or step the OP in manual",
-                    digits(weighing.op_range)
+                    rough(weighing.op_range)
                 ),
                 None => format!(
                     "no sticking could be seen here, however large: what the OP does ({} % of travel) is lost \
                      in what else moves the PV; record longer, faster, or step the OP in manual",
-                    digits(weighing.op_range)
+                    rough(weighing.op_range)
                 ),
             },
             Self::Open => "no line of evidence is clear enough".to_owned(),

@@ -13,11 +13,11 @@
 //! # Limits
 //! What the process bears is not known: the PV is kept within what was recorded and half as much again.
 
-use super::reasons::digits;
 use super::verdict::{ConfirmingTest, TestKind};
 use crate::detect::Subject;
 use crate::recording::LoopType;
 use crate::series::{max, mean, min, noise_std, quantile, span};
+use crate::spoken::{range, rough, time};
 
 /// The smallest step that a positioner can be expected to resolve, percent of span.
 const SMALLEST_STEP: f64 = 0.25;
@@ -104,7 +104,7 @@ fn instructions(test: &ConfirmingTest, band: f64, noise: Option<f64>) -> Vec<Str
     let ConfirmingTest { step, steps, wait_s, pv_change, .. } = *test;
     let (first, back) = if test.up_first { ("up", "down") } else { ("down", "up") };
     let first_steps = steps_until(band, step);
-    let last = digits(steps as f64 * step);
+    let last = rough(steps as f64 * step);
     let manual = "Agree with the operator; put the controller in manual at its usual output and wait until the \
                   PV is calm. If an oscillation dies out now, it was made in this loop.";
     let mut all = match test.kind {
@@ -112,17 +112,17 @@ fn instructions(test: &ConfirmingTest, band: f64, noise: Option<f64>) -> Vec<Str
             manual.to_owned(),
             format!(
                 "Move the output {first} in {steps} steps of {step} %, waiting {} after each.",
-                wait(wait_s)
+                time(wait_s)
             ),
             format!(
                 "Then the same {back}, {steps} steps of {step} %. All of it takes about {}.",
-                wait(test.total_s)
+                time(test.total_s)
             ),
             match pv_change {
                 Some(change) => format!(
                     "A healthy valve answers every step, with about {} PV units or more. One that sticks does \
                      nothing for the first {first_steps} after each turn, then jumps.",
-                    digits(change),
+                    rough(change),
                 ),
                 None => format!(
                     "A healthy valve answers every step. One that sticks does nothing for the first \
@@ -137,11 +137,11 @@ fn instructions(test: &ConfirmingTest, band: f64, noise: Option<f64>) -> Vec<Str
             format!(
                 "Pulse the output {first} by {step} %: hold it for {} at most, go back, and see whether the PV \
                  bends. In automatic again until it is calm.",
-                wait(wait_s)
+                time(wait_s)
             ),
             format!(
                 "The same with pulses {step} % higher each time, up to {last} %. All of it takes about {}.",
-                wait(test.total_s)
+                time(test.total_s)
             ),
             format!(
                 "A healthy valve bends the PV with every pulse. One that sticks does not answer the first \
@@ -160,21 +160,21 @@ fn instructions(test: &ConfirmingTest, band: f64, noise: Option<f64>) -> Vec<Str
                 "Move the set point {first} by {}, wait {}, then back; twice. All of it takes about {}.",
                 pv_change.map_or("a little more than the PV swings".to_owned(), |change| format!(
                     "about {} PV units",
-                    digits(STEPS_IN_BAND * change)
+                    rough(STEPS_IN_BAND * change)
                 )),
-                wait(wait_s),
-                wait(test.total_s)
+                time(wait_s),
+                time(test.total_s)
             ),
             format!(
                 "After each turn see how far the output travels before the PV begins to answer: nothing to speak of with \
                  a healthy valve, about {} % with one that sticks.",
-                digits(band)
+                rough(band)
             ),
         ],
         TestKind::NoneInOperation => vec![format!(
             "This loop cannot be tested in normal operation: one answer takes about {}. Record the valve position, \
              or stroke the valve at the next stop in steps of {step} %.",
-            wait(wait_s)
+            time(wait_s)
         )],
     };
     if test.kind == TestKind::NoneInOperation {
@@ -182,9 +182,8 @@ fn instructions(test: &ConfirmingTest, band: f64, noise: Option<f64>) -> Vec<Str
     }
     if let (Some(low), Some(high)) = (test.pv_low, test.pv_high) {
         all.push(format!(
-            "Stop and go back to automatic if the PV leaves {} to {}, or before an alarm does.",
-            digits(low),
-            digits(high)
+            "Stop and go back to automatic if the PV leaves {}, or before an alarm does.",
+            range(low, high)
         ));
     }
     all.push(
@@ -197,7 +196,7 @@ fn instructions(test: &ConfirmingTest, band: f64, noise: Option<f64>) -> Vec<Str
     {
         all.push(format!(
             "One step moves the PV by less than three times its noise ({}): average over the wait.",
-            digits(noise)
+            rough(noise)
         ));
     }
     all
@@ -227,14 +226,6 @@ fn readable(x: f64) -> f64 {
     let chosen = SERIES.into_iter().min_by(nearest).unwrap_or(1.0) * decade;
     // As it is printed: 0.3, not 0.30000000000000004.
     format!("{chosen:.6}").parse().unwrap_or(chosen)
-}
-
-fn wait(seconds: f64) -> String {
-    match seconds {
-        s if s < 120.0 => format!("{s} s"),
-        s if s < 7_200.0 => format!("{} min", digits(s / 60.0)),
-        s => format!("{} h", digits(s / 3_600.0)),
-    }
 }
 
 #[cfg(test)]
@@ -322,8 +313,5 @@ mod tests {
         assert_eq!(readable(1.37), 1.5);
         assert_eq!(readable(0.29), 0.3);
         assert_eq!(readable(93.0), 100.0);
-        assert_eq!(digits(0.01234), "0.012");
-        assert_eq!(digits(3.456), "3.5");
-        assert_eq!(digits(456.7), "457");
     }
 }

@@ -17,12 +17,15 @@ use super::weighing::Weighing;
 use super::{KpiOptions, Kpis};
 #[cfg(feature = "serde")]
 use super::{relation::Mistake, verdict::Limit};
+use crate::bands::Bands;
 use crate::detect::{self, Abstention, Detector, Family, Finding, MethodId, Subject};
 use crate::error::{Result, non_negative};
 use crate::fusion::Estimate;
+use crate::identify::slips::Motion;
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Segment};
+use crate::valve::{Start, Valve};
 
 /// What may be told about a loop before it is diagnosed.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -314,6 +317,23 @@ impl Diagnosis {
     pub fn silence(&self) -> Option<Silence> {
         silent(&self.verdict)
             .then(|| self.no_response.as_ref().map_or(Silence::Unmoved, |told| told.silence))
+    }
+
+    /// Samples of the judged segment at which a valve that probably sticks begins to move, by the model that predicts its
+    /// PV best; `None` of a valve that nobody suspects, and without a model.
+    pub fn slips(&self) -> Option<Vec<usize>> {
+        if !matches!(self.verdict.grade, Grade::Sticks | Grade::ProbablySticks) {
+            return None;
+        }
+        let (segment, weighing) = (self.segment()?, self.evidence.as_ref()?);
+        let evidence = weighing.typical();
+        let best = evidence.dense.as_ref().or(evidence.model.as_ref())?.best();
+        let s = self.stiction.s.map_or(best.s_over_span * evidence.op_span, |s| s.value);
+        let mut valve = best.model.build(Bands::from_s_j(s, best.j_over_s * s).ok()?).ok()?;
+        valve.restart(Start::at_rest(*segment.op.first()?));
+        let mut vp = vec![0.0; segment.len()];
+        valve.run(&segment.op, &mut vp).ok()?;
+        Some(Motion::of(&vp).slips)
     }
 
     /// What it says of its valve in the middle of the judged segment, with `origin` the time of zero of its clock;

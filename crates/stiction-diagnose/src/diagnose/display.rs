@@ -8,8 +8,8 @@
 //! assert_eq!(Cause::StickingValve.to_string(), Cause::StickingValve.name());
 //! ```
 
-use super::reasons::{digits, percent};
 use super::{Basis, Cause, Diagnosis, Estimate, Verdict, VerdictClass};
+use crate::spoken::{percent, rough};
 use std::fmt;
 
 impl fmt::Display for VerdictClass {
@@ -33,7 +33,7 @@ impl fmt::Display for Cause {
 /// Two significant digits, with the interval.
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({} to {})", digits(self.value), digits(self.low), digits(self.high))
+        write!(f, "{} ({} to {})", rough(self.value), rough(self.low), rough(self.high))
     }
 }
 
@@ -42,7 +42,7 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.class)?;
         if let (VerdictClass::DoesNotStick, Some(limit)) = (self.class, self.s_below) {
-            write!(f, " by more than {} %", digits(limit.value))?;
+            write!(f, " by more than {} %", rough(limit.value))?;
         }
         match self.probability {
             Some(p) => write!(f, ", {}", percent(p)),

@@ -2,6 +2,7 @@
 
 use super::weighing::Weighing;
 use crate::evidence::Evidence;
+use crate::spoken::{counted, rough, time};
 
 /// Slips that a record must hold for a verdict as sure as more of them make it.
 ///
@@ -37,9 +38,9 @@ pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
     if weighing.probability < LOOKS_STUCK_FROM || weighing.mismatch > 1.0 {
         return None;
     }
-    let counted = weighing.windows.iter().zip(&weighing.evidence);
+    let seen_in = weighing.windows.iter().zip(&weighing.evidence);
     let (seen, time) =
-        counted.fold((0.0, 0.0), |(seen, time), (window, evidence)| match slips(evidence) {
+        seen_in.fold((0.0, 0.0), |(seen, time), (window, evidence)| match slips(evidence) {
             Some(slips) => (seen + slips, time + window.duration),
             None => (seen, time),
         });
@@ -60,14 +61,14 @@ fn of(seen: usize, duration_s: f64, s: f64) -> Option<FewSlips> {
         .then(|| duration_s * (NEEDED - seen) as f64 / seen as f64)
         .filter(|t| t.is_finite());
     let step = BEYOND * s;
-    let slips = if seen == 1 { "slip" } else { "slips" };
     let longer = match record_for_s {
-        Some(time) => format!("record {} more, or step", duration(time)),
+        Some(lacking) => format!("record {} more, or step", time(lacking)),
         None => "step".to_owned(),
     };
     let words = format!(
-        "looks stuck; {seen} {slips} seen, {NEEDED} needed: {longer} the output by {} % up and down",
-        super::reasons::digits(step)
+        "looks stuck; {} seen, {NEEDED} needed: {longer} the output by {} % up and down",
+        counted(seen, "slip"),
+        rough(step)
     );
     Some(FewSlips { seen, needed: NEEDED, record_for_s, step, words })
 }
@@ -76,18 +77,6 @@ fn of(seen: usize, duration_s: f64, s: f64) -> Option<FewSlips> {
 fn slips(evidence: &Evidence) -> Option<f64> {
     let value = |name: &str| evidence.get(name).filter(|v| v.is_finite());
     Some(value("slip_rate")? * value("cycles")?.exp())
-}
-
-/// A duration in the unit that suits it, rounded up to two digits at most.
-fn duration(seconds: f64) -> String {
-    let (value, unit) = match seconds {
-        s if s < 90.0 => (s, "s"),
-        s if s < 5_400.0 => (s / 60.0, "minutes"),
-        s if s < 172_800.0 => (s / 3_600.0, "hours"),
-        s => (s / 86_400.0, "days"),
-    };
-    let rounded = if value < 10.0 { (10.0 * value).ceil() / 10.0 } else { value.ceil() };
-    format!("{rounded} {unit}")
 }
 
 #[cfg(test)]
@@ -100,26 +89,13 @@ mod tests {
         assert_eq!((few.seen, few.needed, few.record_for_s), (2, 8, Some(12.0 * 3600.0)));
         assert_eq!(
             few.words,
-            "looks stuck; 2 slips seen, 8 needed: record 12 hours more, or step the output by 4.5 % up and down"
+            "looks stuck; 2 slips seen, 8 needed: record 12 h more, or step the output by 4.5 % up and down"
         );
         let one = of(1, 600.0, 1.0).unwrap();
-        assert!(
-            one.words.contains("1 slip seen") && one.words.contains("70 minutes"),
-            "{}",
-            one.words
-        );
+        assert!(one.words.contains("1 slip seen") && one.words.contains("70 min"), "{}", one.words);
         let none = of(0, 600.0, 2.0).unwrap();
         assert_eq!((none.record_for_s, none.step), (None, 3.0));
-        assert!(none.words.contains("needed: step the output by 3"), "{}", none.words);
+        assert!(none.words.contains("needed: step the output by 3 "), "{}", none.words);
         assert_eq!(of(NEEDED, 600.0, 2.0), None);
-    }
-
-    #[test]
-    fn durations_are_readable() {
-        for (seconds, text) in
-            [(40.0, "40 s"), (600.0, "10 minutes"), (5_500.0, "1.6 hours"), (200_000.0, "2.4 days")]
-        {
-            assert_eq!(duration(seconds), text);
-        }
     }
 }

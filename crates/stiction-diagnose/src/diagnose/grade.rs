@@ -15,7 +15,7 @@
 //! "Probably" is no verdict: [`VerdictClass`] stays "cannot tell" there, and a test is the next step. How often each
 //! grade is right on simulated loops stands in `docs/accuracy.md`.
 
-use super::{Basis, Diagnosis, Ruling, VerdictClass};
+use super::{Basis, CLEARED_UP_TO, Diagnosis, Ruling, VerdictClass};
 use crate::recording::fitness::Class;
 use std::fmt;
 
@@ -64,6 +64,19 @@ impl Grade {
             Self::ProbablyFine => "probably fine",
             Self::Fine => "fine",
             Self::CannotAnswer => "data cannot answer",
+        }
+    }
+
+    /// What is said of several recordings of a valve together: by their conclusion, else by their probability.
+    pub(super) fn of_several(class: VerdictClass, probability: Option<f64>) -> Self {
+        match (class, probability) {
+            (VerdictClass::Sticks, _) => Self::Sticks,
+            (VerdictClass::DoesNotStick, _) => Self::Fine,
+            (VerdictClass::DoesNotRespond, _) => Self::DoesNotRespond,
+            (VerdictClass::CannotTell, None) => Self::CannotAnswer,
+            (VerdictClass::CannotTell, Some(p)) if p >= PROBABLY_FROM => Self::ProbablySticks,
+            (VerdictClass::CannotTell, Some(p)) if p <= CLEARED_UP_TO => Self::ProbablyFine,
+            (VerdictClass::CannotTell, Some(_)) => Self::Unclear,
         }
     }
 

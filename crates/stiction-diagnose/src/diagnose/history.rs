@@ -14,6 +14,7 @@
 //! they do not, p-values are too small.
 
 use super::combining::{self, Witness};
+use super::grade::Grade;
 use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO, VerdictClass};
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
@@ -56,6 +57,8 @@ pub struct History {
     /// The conclusion: by the combined probability, else that of more than half of the weight of those
     /// that decided.
     pub class: VerdictClass,
+    /// The same in one graded word, which tells "probably sticks" from "probably fine" where the class cannot tell.
+    pub grade: Grade,
     /// The combined probability that the valve sticks; `None` if no observation has one.
     pub probability: Option<f64>,
     /// How many observations there are.
@@ -114,8 +117,12 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
     let class = match (majority, probability) {
         // Its cause is another one than stiction, whatever the probability of that.
         (Some(VerdictClass::DoesNotRespond), _) => VerdictClass::DoesNotRespond,
-        (_, Some(p)) if p >= ACCUSED_FROM => VerdictClass::Sticks,
-        (_, Some(p)) if p <= CLEARED_UP_TO && are_cleared(&observations) => {
+        (_, Some(p)) if p >= ACCUSED_FROM && bear_out(&observations, VerdictClass::Sticks) => {
+            VerdictClass::Sticks
+        }
+        (_, Some(p))
+            if p <= CLEARED_UP_TO && bear_out(&observations, VerdictClass::DoesNotStick) =>
+        {
             VerdictClass::DoesNotStick
         }
         (_, Some(_)) => VerdictClass::CannotTell,
@@ -127,21 +134,25 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
         decided: decided.len(),
         probability,
         class,
+        grade: Grade::of_several(class, probability),
         drift,
         trend,
     })
 }
 
-/// Whether most of the observations that a low probability would clear were cleared themselves: one that was vetoed,
-/// or blind, or unlike all that is known is not cleared by being repeated.
-fn are_cleared(observations: &[Observation]) -> bool {
-    let low = observations.iter().filter(|o| o.probability.is_some_and(|p| p <= CLEARED_UP_TO));
-    let (mut cleared, mut all) = (0.0, 0.0);
-    for each in low {
+/// Whether most of the observations whose probability would give this class have it themselves: one that was vetoed,
+/// or blind, or borne out by no line of evidence, or unlike all that is known, does not become sure by being repeated.
+fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
+    let would = |p: f64| match class {
+        VerdictClass::Sticks => p >= ACCUSED_FROM,
+        _ => p <= CLEARED_UP_TO,
+    };
+    let (mut borne_out, mut all) = (0.0, 0.0);
+    for each in observations.iter().filter(|o| o.probability.is_some_and(would)) {
         all += each.weight;
-        cleared += if each.class == VerdictClass::DoesNotStick { each.weight } else { 0.0 };
+        borne_out += if each.class == class { each.weight } else { 0.0 };
     }
-    2.0 * cleared > all
+    2.0 * borne_out > all
 }
 
 /// The observations in order of time, if all their numbers make sense.
@@ -243,6 +254,7 @@ mod tests {
             time: day * DAY,
             class: match probability {
                 Some(p) if p <= CLEARED_UP_TO => VerdictClass::DoesNotStick,
+                Some(p) if p >= ACCUSED_FROM => VerdictClass::Sticks,
                 _ => VerdictClass::CannotTell,
             },
             probability,
@@ -349,6 +361,20 @@ mod tests {
         // Vetoed, or blind: the probability is low, and nothing was concluded of it.
         all.iter_mut().take(3).for_each(|each| each.class = VerdictClass::CannotTell);
         assert_eq!(combine(&all).unwrap().class, VerdictClass::CannotTell);
+    }
+
+    #[test]
+    fn what_was_not_accused_once_is_not_accused_by_being_repeated() {
+        let mut all: Vec<Observation> =
+            (0..5).map(|k| seen(f64::from(k), Some(0.95), None)).collect();
+        assert_eq!(combine(&all).unwrap().class, VerdictClass::Sticks);
+        // No line of evidence bears it out: the probability is high, and nothing was concluded of it.
+        all.iter_mut().take(3).for_each(|each| each.class = VerdictClass::CannotTell);
+        let history = combine(&all).unwrap();
+        assert_eq!(
+            (history.class, history.grade),
+            (VerdictClass::CannotTell, Grade::ProbablySticks)
+        );
     }
 
     #[test]

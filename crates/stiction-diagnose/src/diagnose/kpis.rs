@@ -168,15 +168,24 @@ impl Kpis {
         let e = |of: &dyn Fn(&[f64]) -> f64| error.as_deref().map(of).ok_or(NO_PV);
         let p = |of: &dyn Fn(&[f64]) -> f64| pv.map(of).ok_or(NO_PV);
         let absolute = |e: &[f64]| e.iter().map(|v| v.abs()).sum::<f64>() / e.len() as f64;
-        self.add("error mean", e(&mean), "PV", "mean of SP less PV: what control leaves over");
+        // Without an SP its own mean stands for it, and what control leaves over is not known.
+        let offset = match (pv, &segment.sp) {
+            (Some(_), None) => Err("there is no SP"),
+            _ => e(&mean),
+        };
+        self.add("error mean", offset, "PV", "mean of SP less PV: what control leaves over");
         self.add("error std", e(&std), "PV", "standard deviation of the control error");
         self.add("error skewness", e(&skewness), "", "0 if errors up and down are alike");
         if segment.sp.is_none() && pv.is_some() {
             let note = "there is no SP; the mean of the PV stands for it";
-            self.numbers.iter_mut().filter(|k| k.name.starts_with("error")).for_each(|k| {
-                k.note =
-                    Some(k.note.take().map_or(note.to_owned(), |other| format!("{other}; {note}")));
-            });
+            self.numbers
+                .iter_mut()
+                .filter(|k| k.name.starts_with("error") && k.value.is_some())
+                .for_each(|k| {
+                    k.note = Some(
+                        k.note.take().map_or(note.to_owned(), |other| format!("{other}; {note}")),
+                    );
+                });
         }
         self.add("mean absolute error", e(&absolute), "PV", "mean size of the control error");
         self.add(

@@ -39,7 +39,6 @@ pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};
 pub use no_response::{Fault, NAMED_FROM, NoResponse, Rest, Silence};
-pub(crate) use reasons::digits;
 pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
 pub use verdict::{

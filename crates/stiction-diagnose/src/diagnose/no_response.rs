@@ -5,13 +5,14 @@
 //! an error that nothing answers must. A PV that moves on, unrelated to the OP, is left to the evidence that was
 //! trained on simulated valves that are stuck.
 
-use super::reasons::{alternatives, percent, sayings};
+use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use crate::fusion::Cause;
 use crate::recording::Segment;
 use crate::recording::fitness::{Class, Fitness, MeasureId, levels};
 use crate::series::{mean, noise_std, span, std};
+use crate::spoken::percent;
 
 /// What a PV does that does not respond.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

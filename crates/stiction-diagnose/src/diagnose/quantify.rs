@@ -1,9 +1,9 @@
 //! S and J from OP and PV, as numbers where they are known well enough.
 
-use super::reasons::digits;
 use super::verdict::{Stiction, Verdict, VerdictClass};
 use super::weighing::{WIDEST, Weighing, jump, quantified};
 use crate::fusion::COVERAGE;
+use crate::spoken::rough;
 
 /// How much the valve sticks, if it does: 90 % intervals of the [frozen model](crate::fusion), and a number
 /// only where the interval of S reaches at most 35 % of it to either side on average; J only where S is
@@ -31,8 +31,8 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
         return why_not(format!(
             "if it sticks, S lies between {} and {} % with 90 % confidence, which is wider than {:.0} % to either \
              side and no number",
-            digits(weighing.s.low),
-            digits(weighing.s.high),
+            rough(weighing.s.low),
+            rough(weighing.s.high),
             100.0 * WIDEST
         ));
     };

@@ -4,6 +4,7 @@ use super::verdict::Alternative;
 use super::weighing::Weighing;
 use crate::evidence::{Evidence, Line};
 use crate::fusion::Cause;
+use crate::spoken::{percent, rough};
 
 /// Alternatives below this likelihood are not named.
 const LEAST_LIKELIHOOD: f64 = 0.01;
@@ -49,13 +50,13 @@ fn models(evidence: &Evidence) -> String {
     if saved < 0.5 {
         return "a valve that sticks predicts the PV no better than one that follows".to_owned();
     }
-    let placebo = 100.0 * (1.0 - (-fits.reversed_gain).exp());
+    let placebo = (100.0 * (1.0 - (-fits.reversed_gain).exp())).max(0.0);
     format!(
-        "a {} valve with S {} % and J {} % leaves {saved:.0} % less of the PV unpredicted than one that \
+        "a valve by the model {} with S {} % and J {} % leaves {saved:.0} % less of the PV unpredicted than one that \
          follows (the same in reversed time, which proves nothing: {placebo:.0} %)",
         best.model.describe().name,
-        digits(s),
-        digits(best.j_over_s * s),
+        rough(s),
+        rough(best.j_over_s * s),
     )
 }
 
@@ -72,7 +73,7 @@ fn patterns(evidence: &Evidence) -> String {
     if let Some(travel) = value("rest_travel").filter(|travel| *travel > 0.0) {
         parts.push(format!(
             "the PV rests while the OP travels up to {} %",
-            digits(travel * evidence.op_span)
+            rough(travel * evidence.op_span)
         ));
     }
     if value("pv_constant").is_some_and(|constant| constant > 0.0) {
@@ -87,15 +88,15 @@ fn patterns(evidence: &Evidence) -> String {
 fn shapes(evidence: &Evidence) -> String {
     let value = |name: &str| evidence.get(name).filter(|v| v.is_finite());
     let nearer = |index: f64| match index {
-        i if i >= 0.55 => "triangles than to sines",
-        i if i <= 0.45 => "sines than to triangles",
-        _ => "neither sines nor triangles",
+        i if i >= 0.55 => "closer to triangles than to sines",
+        i if i <= 0.45 => "closer to sines than to triangles",
+        _ => "as close to sines as to triangles",
     };
     let mut parts = vec![];
     for (signal, name) in [("OP", "op_triangle"), ("error", "error_triangle")] {
         if let Some(index) = value(name) {
             parts.push(format!(
-                "the {signal}'s half waves are closer to {} (index {index:.2})",
+                "the {signal}'s half waves are {} (index {index:.2})",
                 nearer(index)
             ));
         }
@@ -127,7 +128,7 @@ pub fn alternatives(weighing: &Weighing, concluded: Option<Cause>) -> Vec<Altern
 fn because(cause: Cause, evidence: &Evidence) -> String {
     let share = |name: &str| {
         let value = evidence.get(name).filter(|v| v.is_finite());
-        value.map_or("an unknown share".to_owned(), |v| format!("{:.0} %", 100.0 * v))
+        value.map(|v| format!("{:.0} %", 100.0 * v))
     };
     match cause {
         Cause::StickingValve => {
@@ -164,19 +165,20 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
                 .to_owned()
         }
         Cause::Quantisation => format!(
-            "the PV rests in {} of the samples: a coarse transmitter or historian makes steps that no valve \
+            "the PV rests {}: a coarse transmitter or historian makes steps that no valve \
              made; record with a finer resolution",
-            share("pv_still")
+            share("pv_still").map_or("often".to_owned(), |of| format!("in {of} of the samples"))
         ),
         Cause::Saturation => format!(
-            "the output rests at its limits for {} of the time: it cannot give what the loop asks for",
-            share("op_at_limit")
+            "the output rests at its limits{}: it cannot give what the loop asks for",
+            share("op_at_limit").map_or(String::new(), |of| format!(" for {of} of the time"))
         ),
-        Cause::SetPointChanges => format!(
-            "the set point moves in {} of the samples and explains {} of the PV's variance",
-            share("sp_moves"),
-            share("sp_explains")
-        ),
+        Cause::SetPointChanges => match (share("sp_moves"), share("sp_explains")) {
+            (Some(moves), Some(explains)) => format!(
+                "the set point moves in {moves} of the samples and explains {explains} of the PV's variance"
+            ),
+            _ => "no set point is recorded, which may have moved: export it".to_owned(),
+        },
         Cause::ProcessNonlinearity => {
             "a process gain that changes along the wave bends it without any friction: compare small and \
              large steps, up and down"
@@ -186,22 +188,4 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
             "the loop may do no more than reject the disturbances that come".to_owned()
         }
     }
-}
-
-/// A share of one in percent, without claims of certainty.
-pub fn percent(p: f64) -> String {
-    match 100.0 * p {
-        p if p > 99.0 => "more than 99 %".to_owned(),
-        p if p < 1.0 => "less than 1 %".to_owned(),
-        p => format!("{p:.0} %"),
-    }
-}
-
-/// A number with two significant digits.
-pub(crate) fn digits(x: f64) -> String {
-    if !(x.is_finite() && x != 0.0) {
-        return format!("{x:.0}");
-    }
-    let decimals = (1.0 - x.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{x:.decimals$}")
 }

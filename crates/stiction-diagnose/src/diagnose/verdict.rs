@@ -3,7 +3,7 @@
 use super::belonging::Belonging;
 use super::by_evidence::by_evidence;
 use super::grade::Grade;
-use super::reasons::{alternatives, percent, sayings};
+use super::reasons::{alternatives, sayings};
 use super::weighing::Weighing;
 use crate::detect::Counts;
 use crate::detect::{Decides, Decision, Family, Finding};
@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::fusion::LIMIT;
 use crate::fusion::{Cause, Estimate};
 use crate::recording::fitness::{Class, Fitness, MeasureId};
+use crate::spoken::percent;
 
 /// What is concluded about a valve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

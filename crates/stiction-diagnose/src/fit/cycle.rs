@@ -15,6 +15,7 @@ use crate::fusion::Estimate;
 use crate::limit_cycle::exact;
 use crate::parallel::*;
 use crate::recording::Segment;
+use crate::spoken::{rough, time};
 use crate::valve::Model;
 
 /// By what factor the recorded period may lie above the interval of the predicted ones, and below it: noise and loads
@@ -146,14 +147,13 @@ fn swing_of(x: &[f64], period_s: f64, sample_time: f64) -> Option<f64> {
 }
 
 fn sentence(cycle: &Cycle) -> String {
-    let digits = |v: f64| crate::diagnose::digits(v);
     let said = match (&cycle.predicted, cycle.cycling) {
         (Some(p), c) if c >= LEAST_CYCLING => format!(
-            "the loop so fitted cycles by itself every {} to {} s, its OP by ±{} to ±{} %",
-            digits(p.period_s.low),
-            digits(p.period_s.high),
-            digits(p.op.low),
-            digits(p.op.high)
+            "the loop so fitted cycles by itself every {} to {}, its OP by ±{} to ±{} %",
+            time(p.period_s.low),
+            time(p.period_s.high),
+            rough(p.op.low),
+            rough(p.op.high)
         ),
         (_, c) if c > 0.0 => {
             format!(
@@ -176,8 +176,8 @@ fn sentence(cycle: &Cycle) -> String {
         _ => "its valve does not explain the swing",
     };
     format!(
-        "Recorded: every {} s, OP by ±{} %; {said}{left}: {so}.",
-        digits(recorded.period_s),
-        digits(recorded.op)
+        "Recorded: every {}, OP by ±{} %; {said}{left}: {so}.",
+        time(recorded.period_s),
+        rough(recorded.op)
     )
 }

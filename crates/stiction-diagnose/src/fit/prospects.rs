@@ -29,6 +29,7 @@ use crate::limit_cycle::tuning::simc;
 use crate::limit_cycle::{ContinuousLoop, FrequencyResponse};
 use crate::parallel::*;
 use crate::series::detrended;
+use crate::spoken::{rough, set};
 use crate::valve::{Assembly, Model};
 use crate::what_if::positioned;
 
@@ -194,7 +195,7 @@ struct Played {
 pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
     let missing = [fit.controller.why_not(), fit.process.why_not(), fit.valve.why_not()];
     if let Some(why) = missing.into_iter().flatten().next() {
-        return Err(format!("what an action would bring cannot be told: {why}"));
+        return Err(why.to_owned());
     }
     // Only loops that stick can be mended by what is done to a valve.
     let sticks = |draw: &&Draw| draw.model != Model::Ideal;
@@ -432,10 +433,9 @@ fn disturbance(fit: &Fit, draw: &Draw, seconds: f64) -> Option<Signal> {
 
 fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     let find = |remedy: Remedy| actions.iter().find(|row| row.action == remedy);
-    let digits = crate::diagnose::digits;
     let percent = |of: &Estimate| {
         let share = |v: f64| 100.0 * (1.0 - v).max(0.0);
-        format!("{} to {} %", digits(share(of.high)), digits(share(of.low)))
+        format!("{} to {} %", rough(share(of.high)), rough(share(of.low)))
     };
     let mut all = vec![];
     if let Some(cycle) = fit.cycle.known()
@@ -475,11 +475,11 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         };
         all.push(format!(
             "Kc {} and Ti {} s by {} (Ms {} to {}) {said}.",
-            digits(tuning.kc),
-            digits(tuning.ti),
+            set(tuning.kc),
+            set(tuning.ti),
             tuning.rule,
-            digits(tuning.ms.low),
-            digits(tuning.ms.high)
+            rough(tuning.ms.low),
+            rough(tuning.ms.high)
         ));
     }
     let interim = actions.iter().find(|row| {

@@ -1,9 +1,10 @@
 //! Whether what was predicted of an action came.
 
 use super::prospects::{Prospects, Remedy};
-use crate::diagnose::{Diagnosis, digits};
+use crate::diagnose::Diagnosis;
 use crate::fusion::Estimate;
 use crate::series::{median, span};
+use crate::spoken::rough;
 
 /// What was predicted of an action, and what came.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,11 +63,11 @@ pub fn ring(
     let as_predicted = is <= predicted.high;
     let sentence = format!(
         "Before: the PV swung by ±{}. Predicted for \"{}\": ±{} to ±{}. After: ±{}, {}.",
-        digits(was),
+        rough(was),
         action.name(),
-        digits(predicted.low),
-        digits(predicted.high),
-        digits(is),
+        rough(predicted.low),
+        rough(predicted.high),
+        rough(is),
         match (as_predicted, is < predicted.low) {
             (true, true) => "better than predicted",
             (true, false) => "as predicted",

@@ -30,5 +30,5 @@ pub mod physical;
 pub mod position;
 pub mod process;
 pub mod published;
-mod slips;
+pub(crate) mod slips;
 pub mod srinivasan;

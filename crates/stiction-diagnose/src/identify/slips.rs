@@ -51,7 +51,7 @@ const REACH: f64 = 0.125;
 const BACK: f64 = 0.75;
 
 /// The motion of a valve.
-pub(super) struct Motion {
+pub(crate) struct Motion {
     /// Samples at which it began to move.
     pub slips: Vec<usize>,
     /// Those at which it began to move the other way than before.

@@ -6,6 +6,7 @@
 
 use super::{Channel, Grid, Quality, Recording, Segment};
 use crate::series::{max, mean, min, quantile, span, variance};
+use crate::spoken::counted;
 
 /// How well a recording, or one measure of it, suits the question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -299,12 +300,12 @@ fn cycles(n: usize, period: Option<f64>) -> [Measure; 2] {
         return [
             CYCLES.measure(
                 None,
-                "nothing cycles; methods that look at cycles cannot judge".to_owned(),
+                "no regular cycle is found; methods that look at cycles cannot judge".to_owned(),
             ),
             // Without cycles this does not matter.
             Measure {
                 class: Class::Fit,
-                ..SAMPLES_PER_CYCLE.measure(None, "nothing cycles".to_owned())
+                ..SAMPLES_PER_CYCLE.measure(None, "no regular cycle is found".to_owned())
             },
         ];
     };
@@ -390,7 +391,8 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
     measures.push(FROZEN.measure(
         Some(frozen),
         format!(
-            "the PV stands still for {run} samples at most{in_cycles}, {frozen:.1} % of the segment"
+            "the PV stands still for {} at most{in_cycles}, {frozen:.1} % of the segment",
+            counted(run, "sample")
         ),
     ));
     let clipped = 100.0 * resting(pv) as f64 / n;

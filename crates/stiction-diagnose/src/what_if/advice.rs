@@ -4,6 +4,7 @@ use super::{Action, Prediction, Row, WEARING, WORTH, WhatIfOptions};
 use crate::bands::Bands;
 use crate::closed_loop::ClosedLoop;
 use crate::limit_cycle::tuning::Retuning;
+use crate::spoken::set;
 use crate::valve::{Model, Motion};
 
 /// Notes in every row what speaks against the action.
@@ -16,8 +17,8 @@ pub(super) fn object(rows: &mut [Row], window_s: f64, unstable: bool) {
         if let Some(cycle) = row.cycle.cycle().filter(|cycle| 3.0 * cycle.period_s > window_s) {
             row.against.push(format!(
                 "cycles every {} s, too slowly for what was measured in {} s",
-                short(cycle.period_s),
-                short(window_s)
+                set(cycle.period_s),
+                set(window_s)
             ));
         }
         if unstable && matches!(row.action, Action::Compensate(_)) {
@@ -117,7 +118,7 @@ pub(super) fn recommendation(
             format!(
                 ", for instance {}, which keeps Ms within {}",
                 tuning(retuning),
-                short(options.most_sensitive)
+                set(options.most_sensitive)
             )
         });
         said.push(format!(
@@ -137,8 +138,8 @@ pub(super) fn recommendation(
         _ if unstable => "As it is, the loop swings until something limits it".to_owned(),
         Prediction::Cycle(cycle) => format!(
             "As it is, the loop cycles every {} s and the PV swings by {} to either side (predicted exactly)",
-            short(cycle.period_s),
-            short(cycle.half_pp.pv)
+            set(cycle.period_s),
+            set(cycle.half_pp.pv)
         ),
         Prediction::NoCycle(reason) => {
             format!("As it is, the loop has no limit cycle of its own ({reason})")
@@ -149,8 +150,8 @@ pub(super) fn recommendation(
     };
     said.push(format!(
         "{state}; simulated, the PV swings by {} and is {} off its set point on the mean.",
-        short(swings.pv_half_pp),
-        short(present.error())
+        set(swings.pv_half_pp),
+        set(present.error())
     ));
     said.push(repair(rows, present, options, bands));
     if unstable {
@@ -176,8 +177,8 @@ pub(super) fn recommendation(
         said.push(format!(
             "Do not count on the positioner: the figures hold for one that is faster than a slip. A slower one \
              of gain {} leaves the slip jump whole and hunts around this valve, because {} x J exceeds S.",
-            short(gain),
-            short(gain)
+            set(gain),
+            set(gain)
         ));
     }
     said
@@ -186,7 +187,7 @@ pub(super) fn recommendation(
 /// The best tuning in words.
 fn tuning(retuning: &Retuning) -> String {
     let (kp, ki, _) = retuning.best.controller.gains();
-    format!("Kc = {}, Ti = {} s", short(kp), short(kp / ki))
+    format!("Kc = {}, Ti = {} s", set(kp), set(kp / ki))
 }
 
 /// Whether a repair pays.
@@ -197,7 +198,7 @@ fn repair(rows: &[Row], present: &Row, options: &WhatIfOptions, bands: Bands) ->
     let load = |row: &Row| row.nominal().load_iae_per_s;
     let less = |now: f64, then: f64| now > WORTH * then;
     let kept = options.repaired;
-    let with = format!("S = {} % and J = {} %", short(kept.s()), short(kept.j()));
+    let with = format!("S = {} % and J = {} %", set(kept.s()), set(kept.j()));
     if bands.s() <= kept.s() && bands.j() <= kept.j() {
         return format!(
             "There is nothing to repair: a valve fresh from repair keeps {with}, and this one has no more."
@@ -207,23 +208,23 @@ fn repair(rows: &[Row], present: &Row, options: &WhatIfOptions, bands: Bands) ->
         format!(
             "Repair the valve: that removes the cause. With {with} left, the mean error falls from {} to {}, and \
              after a load step from {} to {}.",
-            short(present.error()),
-            short(repaired.error()),
-            short(load(present)),
-            short(load(repaired))
+            set(present.error()),
+            set(repaired.error()),
+            set(load(present)),
+            set(load(repaired))
         )
     } else if less(load(present), load(repaired)) {
         format!(
             "Repair the valve when there is an occasion: left alone the loop gains nothing by it, but after a load \
              step the mean error falls from {} to {}, with {with} left.",
-            short(load(present)),
-            short(load(repaired))
+            set(load(present)),
+            set(load(repaired))
         )
     } else {
         format!(
             "A repair would change little: with {with} left, the mean error goes from {} to {}.",
-            short(present.error()),
-            short(repaired.error())
+            set(present.error()),
+            set(repaired.error())
         )
     }
 }
@@ -242,7 +243,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
                 .played
                 .parameters
                 .iter()
-                .map(|n| format!("{} = {} {}", n.name, short(n.value), n.unit).trim().to_owned())
+                .map(|n| format!("{} = {} {}", n.name, set(n.value), n.unit).trim().to_owned())
                 .collect();
             let what = match &row.action {
                 Action::Retune(_) => "retune it",
@@ -250,7 +251,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             };
             let name = row.action.name();
             let settled = row.nominal().load_settling_s.map_or(String::new(), |s| {
-                format!(", and a load step is back within bounds after {} s", short(s))
+                format!(", and a load step is back within bounds after {} s", set(s))
             });
             let moves = match travel(row, present) {
                 still if still < 0.01 => "the stem then stands still".to_owned(),
@@ -260,9 +261,9 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
                 "Until then, {what} ({name}: {}): the mean error falls from {} to {}, to {} in the worst case of S and J \
                  being wrong by {:.0} %; {moves}{settled}.",
                 numbers.join(", "),
-                short(present.error()),
-                short(row.error()),
-                short(row.worst_error()),
+                set(present.error()),
+                set(row.error()),
+                set(row.worst_error()),
                 100.0 * options.protocol.error,
             ));
             let number = |name| row.played.parameters.iter().find(|n| n.name == name);
@@ -270,16 +271,16 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
                 said.push(format!(
                     "Mind that every correction of it throws the stem {} % past its place and back within {} s: the \
                      OP needs that room, and the process must bear it.",
-                    short(reach.value),
-                    short(hold.value)
+                    set(reach.value),
+                    set(hold.value)
                 ));
             }
             if let Some(apart) = loads_apart_s(row, present, options.protocol.step_s) {
                 said.push(format!(
                     "It answers loads slower than the loop does now: it pays where loads of {} % come less often \
                      than every {} s.",
-                    short(options.protocol.load_step),
-                    short(apart)
+                    set(options.protocol.load_step),
+                    set(apart)
                 ));
             }
         }
@@ -330,35 +331,35 @@ pub(super) fn assumptions(
         format!(
             "The valve is {} with S = {} % and J = {} % as seen from the OP; process and controller are those given.",
             model.describe().name,
-            short(bands.s()),
-            short(bands.j())
+            set(bands.s()),
+            set(bands.j())
         ),
         format!(
             "Errors are means over {} s, after {} s to settle; the set point then steps by {}, the load by {} %, \
              each for {} s; settled is within {}.",
-            short(protocol.window_s),
-            short(protocol.settle_s),
-            short(protocol.set_point_step),
-            short(protocol.load_step),
-            short(protocol.step_s),
-            short(protocol.settling_band)
+            set(protocol.window_s),
+            set(protocol.settle_s),
+            set(protocol.set_point_step),
+            set(protocol.load_step),
+            set(protocol.step_s),
+            set(protocol.settling_band)
         ),
         format!(
             "Compensators and the tuning were also chosen for S and J {:.0} % too small and too large, each with \
              each; in the case with noise its standard deviation is {}.",
             100.0 * protocol.error,
-            short(protocol.noise_sd)
+            set(protocol.noise_sd)
         ),
         format!(
             "A repaired valve keeps S = {} % and J = {} %; a retuned loop keeps Ms within {}.",
-            short(repaired.s()),
-            short(repaired.j()),
-            short(options.most_sensitive)
+            set(repaired.s()),
+            set(repaired.j()),
+            set(options.most_sensitive)
         ),
         format!(
             "The positioner is proportional with a gain of {} and faster than a slip; if the valve has one \
              already, S and J are those behind it and its row does not apply.",
-            short(options.positioner_gain)
+            set(options.positioner_gain)
         ),
     ];
     if model.describe().motion == Motion::Staircase {
@@ -376,22 +377,6 @@ pub(super) fn assumptions(
         );
     }
     said
-}
-
-/// Three significant digits.
-pub(super) fn short(x: f64) -> String {
-    if !x.is_finite() {
-        return "unbounded".to_owned();
-    }
-    if x.abs() < 1e-9 {
-        return "0".to_owned();
-    }
-    let decimals = (2.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
-    let text = format!("{x:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
 }
 
 /// A ratio, told to two digits; one beyond all measure is told as such.

@@ -60,6 +60,7 @@ use crate::error::{Error, Result, non_negative};
 use crate::limit_cycle::tuning::{Retuning, TuningGrid, least_swing};
 use crate::limit_cycle::{self, ContinuousLoop, Cycle, FrequencyResponse, Stability, exact};
 use crate::recording::{LoopType, Segment};
+use crate::spoken::set;
 use crate::valve::Model;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -515,18 +516,15 @@ fn confirm(
         test.pv_change = Some(change.abs());
         let noise = plant.noise_sd();
         let hidden = if change.abs() < 3.0 * noise {
-            format!(
-                ", less than three times its noise ({}): average over the wait",
-                advice::short(noise)
-            )
+            format!(", less than three times its noise ({}): average over the wait", set(noise))
         } else {
             String::new()
         };
         test.instructions.push(format!(
             "By the process that is assumed here, a step of {} % that the valve follows moves the PV by {} in \
              that time{hidden}.",
-            advice::short(test.step),
-            advice::short(change.abs()),
+            set(test.step),
+            set(change.abs()),
         ));
     }
     Ok(Some(test))

@@ -219,6 +219,9 @@ impl Canvas {
     /// Sets one line of text with its base line at `at`.
     pub fn text(&mut self, at: Point, content: &str, lettering: &Lettering) {
         let content = printable(content);
+        // As fine as paths.
+        let tenths = |v: f64| (v * 10.0).round() / 10.0;
+        let at = Point::new(tenths(at.x), tenths(at.y));
         if lettering.upright && self.target == Target::Png {
             self.upright.push((at, content, Lettering { upright: false, ..*lettering }));
             return;
@@ -311,11 +314,16 @@ impl Canvas {
         // The writer's opening tag and generator comment end at the arrow; its closing tag goes too.
         let body = svg.split_once("-->").map_or(svg.as_str(), |(_, body)| body);
         let body = body.trim_end().trim_end_matches("</svg>");
+        // What most texts are like is said once.
+        let body = body
+            .replace(r#" font-size="12" text-anchor="middle""#, "")
+            .replace(r#" font-size="12" text-anchor="end""#, r#" text-anchor="end""#);
+        let twice = title.is_empty() && self.is_page();
         let document = html! {
             svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(height)
                 viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(printable(if title.is_empty() { description } else { title }))
-                font-family=(FONTS) {
-                desc { (printable(description)) }
+                font-family=(FONTS) font-size="12" text-anchor="middle" {
+                @if !twice { desc { (printable(description)) } }
                 (PreEscaped(body))
             }
         };
@@ -374,26 +382,36 @@ fn corners(rect: &Rect, count: usize) -> Vec<Point> {
 fn path(runs: &[Vec<Point>]) -> String {
     let mut d = String::new();
     let tenths = |v: f64| (v * 10.0).round() as i64;
+    // Differences of rounded coordinates, so that rounding does not add up.
+    let mut pen = (0, 0);
     for run in runs {
-        // Differences of rounded coordinates, so that rounding does not add up.
-        let mut pen = (0, 0);
+        // The command that goes on without being named again.
+        let mut command = ' ';
         for (i, p) in run.iter().enumerate() {
             let (x, y) = (tenths(p.x), tenths(p.y));
-            if i == 0 {
-                d.push('M');
-                push_tenths(&mut d, x, false);
-                push_tenths(&mut d, y, true);
-                if run.len() == 1 {
-                    d.push_str("h0");
-                }
-            } else {
-                if i == 1 {
-                    d.push('l');
-                }
-                push_tenths(&mut d, x - pen.0, i > 1);
-                push_tenths(&mut d, y - pen.1, true);
+            let (right, down) = (x - pen.0, y - pen.1);
+            let next = match (i, right, down) {
+                (0, ..) => 'm',
+                (_, _, 0) => 'h',
+                (_, 0, _) => 'v',
+                _ => 'l',
+            };
+            let mut separate = command == next;
+            if !separate {
+                // The first move of a path is from the corner of the sheet either way.
+                d.push(if d.is_empty() { 'M' } else { next });
             }
-            pen = (x, y);
+            if next != 'v' {
+                push_tenths(&mut d, right, separate);
+                separate = true;
+            }
+            if next != 'h' {
+                push_tenths(&mut d, down, separate);
+            }
+            (pen, command) = ((x, y), next);
+        }
+        if run.len() == 1 {
+            d.push_str("h0");
         }
     }
     d
@@ -457,8 +475,9 @@ mod tests {
     #[test]
     fn paths_are_short_and_exact() {
         let run = vec![Point::new(1.0, 2.04), Point::new(1.5, -0.31), Point::new(1.5, 10.0)];
-        assert_eq!(path(&[run]), "M1 2l.5-2.3 0 10.3");
-        assert_eq!(path(&[vec![Point::new(3.0, 4.0)]]), "M3 4h0");
+        assert_eq!(path(&[run]), "M1 2l.5-2.3v10.3");
+        let dots = [vec![Point::new(3.0, 4.0)], vec![Point::new(3.5, 2.0)]];
+        assert_eq!(path(&dots), "M3 4h0m.5-2h0");
     }
 
     #[test]

@@ -153,6 +153,11 @@ fn packed(values: &[f64], indices: &[usize], scale: Scale) -> String {
             (0.0, step, indices.iter().map(|&i| (values[i] / step).round() as i64).collect())
         }
     };
+    // Recorded with fewer digits, they are told with fewer.
+    let (whole, step) = match distance(values) {
+        None => coarser(whole, step),
+        Some(_) => (whole, step),
+    };
     let mut list = String::new();
     let mut last = 0;
     for (i, &value) in whole.iter().enumerate() {
@@ -162,6 +167,15 @@ fn packed(values: &[f64], indices: &[usize], scale: Scale) -> String {
         last = value;
     }
     format!("{{\"from\":{from:e},\"step\":{step:e},\"d\":[{list}]}}")
+}
+
+/// The same values in steps of the largest power of ten that divides them.
+fn coarser(mut whole: Vec<i64>, mut step: f64) -> (Vec<i64>, f64) {
+    while whole.iter().any(|v| *v != 0) && whole.iter().all(|v| v % 10 == 0) {
+        whole.iter_mut().for_each(|v| *v /= 10);
+        step *= 10.0;
+    }
+    (whole, step)
 }
 
 /// How far neighbours are apart if they are equally far, and not equal.
@@ -205,6 +219,7 @@ mod tests {
             all(&[50.0, 53.217, 50.5]),
             r#"{"from":0e0,"step":1e-3,"d":[50000,3217,-2717]}"#
         );
+        assert_eq!(all(&[50.0, 53.2, 50.5]), r#"{"from":0e0,"step":1e-1,"d":[500,32,-27]}"#);
         assert_eq!(all(&[0.0, 0.0]), r#"{"from":0e0,"step":1e0,"d":[0,0]}"#);
     }
 

@@ -3,7 +3,9 @@
 use super::{Source, VERSION, json};
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, History, Repair, VerdictClass};
+use stiction_diagnose::diagnose::{
+    Basis, Diagnosis, Estimate, Grade, History, Repair, VerdictClass,
+};
 use stiction_diagnose::recording::fitness::Class;
 
 /// The histories of some valves.
@@ -46,6 +48,8 @@ pub struct Point {
     pub duration_s: f64,
     /// The verdict on it.
     pub class: VerdictClass,
+    /// The same in one graded word.
+    pub grade: Grade,
     /// What that rests on.
     pub basis: Basis,
     /// The probability that the valve sticks.
@@ -81,6 +85,7 @@ impl Point {
             from_s,
             duration_s,
             class: verdict.class,
+            grade: verdict.grade,
             basis: verdict.basis,
             probability: verdict.probability,
             fitness: fitness.class,

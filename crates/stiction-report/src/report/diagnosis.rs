@@ -2,7 +2,6 @@
 
 use super::evidence::{self, sentence};
 use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
-use super::time_axis::duration;
 use super::views::{self, Context};
 use super::{fitted, head, verdict};
 use crate::Error;
@@ -66,8 +65,7 @@ fn section(case: &Loop<'_>) -> Section {
         modes: diagnosis.mode.as_ref(),
         period_s: diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s),
     };
-    let prospects = fitted.as_ref().and_then(|fitted| fitted.prospects.as_ref().ok());
-    section.head = Some(head::head(diagnosis, source, &context, prospects));
+    section.head = Some(head::head(diagnosis, source, &context, fitted.as_ref()));
 
     section = section
         .fold("Why", |inside| verdict::why(why(inside, diagnosis), diagnosis))
@@ -198,19 +196,19 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     facts.push(Fact::new("data", Badge::from(diagnosis.fitness.class).text(), ""));
     facts.push(Fact::new("type of loop", diagnosis.loop_type.name(), ""));
     if let Some(segment) = diagnosis.segment() {
-        facts.push(Fact::new("judged", duration(segment.duration()), ""));
+        facts.push(Fact::new("judged", spoken(segment.duration()), ""));
         if diagnosis.start.is_some() {
             facts.push(Fact::new("from", moment(diagnosis, segment.from), ""));
         }
         facts.push(Fact::new("samples", segment.len(), ""));
-        facts.push(Fact::new("sample time", duration(segment.sample_time), ""));
+        facts.push(Fact::new("sample time", spoken(segment.sample_time), ""));
     }
     facts
 }
 
 /// A time on the recording's clock as a date, where that is known.
 pub(super) fn moment(diagnosis: &Diagnosis, at: f64) -> String {
-    diagnosis.start.and_then(|start| instant(start + at)).unwrap_or_else(|| duration(at))
+    diagnosis.start.and_then(|start| instant(start + at)).unwrap_or_else(|| spoken(at))
 }
 
 fn unit_of(signal: &str, diagnosis: &Diagnosis) -> String {
@@ -352,7 +350,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         table = table.row([
             (*signal).to_owned(),
             if found.found { "yes" } else { "not clearly" }.to_owned(),
-            found.period_s.map_or("–".to_owned(), duration),
+            found.period_s.map_or("–".to_owned(), spoken),
             measured(found.amplitude, &unit),
             optional(found.cycles),
             optional(found.regularity),
@@ -368,7 +366,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         for peak in &found.peaks {
             peaks = peaks.row([
                 (*signal).to_owned(),
-                duration(peak.period_s),
+                spoken(peak.period_s),
                 measured(Some(peak.amplitude), &unit),
                 number(100.0 * peak.share),
                 optional(peak.regularity),
@@ -436,7 +434,7 @@ fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
     let mut section = section.heading("Where the data come from").with(Block::Facts(vec![
         Fact::new("file", &source.file, ""),
         Fact::new("SHA-256", &source.sha256, ""),
-        Fact::new("recorded", duration(grid.duration), ""),
+        Fact::new("recorded", spoken(grid.duration), ""),
         Fact::new("segments in automatic", grid.segments.len(), ""),
         Fact::new("in automatic", number(100.0 * grid.closed_share), "%"),
     ]));

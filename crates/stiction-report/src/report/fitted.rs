@@ -53,7 +53,7 @@ pub(super) fn told(mut section: Section, Fitted { fit, prospects }: &Fitted) -> 
         }
         Err(why) => {
             section = section.with(Block::Paragraph(format!(
-                "What an action would bring is not told: {why}. The verdict rests on more than this fit: carry out the \
+                "What an action would bring cannot be told: {why}. The verdict rests on more than this fit: carry out the \
                  manual test first."
             )));
         }

@@ -1,12 +1,12 @@
 //! The first screen of a loop: does it stick, how bad, what to do, and the trend that shows it.
 
 use super::evidence::sentence;
+use super::fitted::Fitted;
 use super::layout::{Badge, Fact, Head, Tone};
 use super::views::{self, Context};
 use crate::document::Source;
 use crate::words::{self, percent, rough, spoken};
 use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade, TestKind};
-use stiction_diagnose::fit::Prospects;
 use stiction_diagnose::fit::prospects::Remedy;
 use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::figure::instant;
@@ -21,14 +21,17 @@ pub(super) fn head(
     diagnosis: &Diagnosis,
     source: &Source,
     context: &Context<'_>,
-    prospects: Option<&Prospects>,
+    fitted: Option<&Fitted>,
 ) -> Head {
     let segments = &diagnosis.grid.segments;
     let drawn = |figure: &stiction_figure::Figure| figure.check().is_ok();
     let trend = diagnosis
         .judged
         .as_ref()
-        .and_then(|judged| views::head_trend(segments, judged.segment, context).filter(drawn));
+        .and_then(|judged| {
+            views::head_trend(segments, judged.segment, diagnosis.slips().as_deref(), context)
+        })
+        .filter(drawn);
     let s = diagnosis.stiction.s.map(|s| s.value);
     let map =
         diagnosis.segment().and_then(|segment| views::head_map(segment, s, context).filter(drawn));
@@ -36,7 +39,7 @@ pub(super) fn head(
         line: line(diagnosis, source),
         probability: diagnosis.verdict.probability,
         facts: facts(diagnosis),
-        actions: actions(diagnosis, prospects),
+        actions: actions(diagnosis, fitted),
         causes: causes(diagnosis),
         remarks: remarks(diagnosis),
         cycle: trend.as_ref().and_then(|_| views::cycle_on_axis(segments, context)),
@@ -97,7 +100,11 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
 }
 
 /// What to do, first things first.
-fn actions(diagnosis: &Diagnosis, prospects: Option<&Prospects>) -> Vec<String> {
+fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<String> {
+    let prospects = fitted.and_then(|fitted| fitted.prospects.as_ref().ok());
+    let unexplained = fitted
+        .and_then(|fitted| fitted.fit.cycle.known())
+        .is_some_and(|cycle| cycle.explained == Some(false));
     let verdict = &diagnosis.verdict;
     let test = || {
         match &verdict.confirm {
@@ -133,8 +140,17 @@ fn actions(diagnosis: &Diagnosis, prospects: Option<&Prospects>) -> Vec<String> 
         Some(cause) => Some(format!("Look first for {}", words::cause(cause.name()))),
     };
     match verdict.grade {
-        Grade::Sticks if verdict.basis == Basis::ValvePosition => vec![repair()],
-        Grade::Sticks => vec![test(), repair()],
+        Grade::Sticks => {
+            let mut all = if verdict.basis == Basis::ValvePosition { vec![] } else { vec![test()] };
+            all.push(repair());
+            if unexplained {
+                all.push(
+                    "Look upstream, too: the fitted valve does not explain the swing (below)"
+                        .to_owned(),
+                );
+            }
+            all
+        }
         Grade::ProbablySticks => vec![test(), repair()],
         Grade::DoesNotRespond => {
             vec!["See what it may be, and how to tell (below, why)".to_owned()]

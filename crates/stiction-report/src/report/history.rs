@@ -2,10 +2,9 @@
 
 use super::layout::{Badge, Block, Fact, Report, Section, Table};
 use super::over_time::{self, Point};
-use super::time_axis::duration;
 use crate::Error;
 use crate::document::{Valve, ValveHistory};
-use crate::words::{interval, percent};
+use crate::words::{interval, percent, spoken};
 use stiction_diagnose::diagnose::Estimate;
 use stiction_figure::figure::instant;
 
@@ -35,13 +34,13 @@ pub fn history_html(history: &ValveHistory) -> Result<String, Error> {
 
 fn section(valve: &Valve) -> Section {
     let combined = &valve.combined;
-    let mut section = Section::new(&valve.name, Badge::from(combined.class), headline(valve));
+    let mut section = Section::new(&valve.name, Badge::from(combined.grade), headline(valve));
     section = section.reason(&combined.trend);
     if let Some(repair) = &valve.repair {
         section = section.reason(&repair.words);
     }
     section = section.fact(Fact::new("windows", valve.windows.len(), "")).fact(Fact::new(
-        "that decide",
+        "that count",
         combined.decided,
         "",
     ));
@@ -80,8 +79,8 @@ fn section(valve: &Valve) -> Section {
         let say = |e: Option<Estimate>| e.map_or("–".to_owned(), interval);
         table.row([
             moment(valve, w.from_s),
-            duration(w.duration_s),
-            Badge::from(w.class).text(),
+            spoken(w.duration_s),
+            Badge::from(w.grade).text(),
             w.probability.map_or("–".to_owned(), percent),
             say(w.s),
             say(w.j),
@@ -101,13 +100,12 @@ fn headline(valve: &Valve) -> String {
             percent(p)
         ),
         None => format!(
-            "Of {n} windows{which} {} decide; together: {}.",
-            combined.decided,
-            combined.class.name()
+            "{} of {n} windows{which} can be judged; together: {}.",
+            combined.decided, combined.grade
         ),
     }
 }
 
 fn moment(valve: &Valve, at: f64) -> String {
-    Some(at).filter(|_| valve.dated).and_then(instant).unwrap_or_else(|| duration(at))
+    Some(at).filter(|_| valve.dated).and_then(instant).unwrap_or_else(|| spoken(at))
 }

@@ -193,10 +193,13 @@ pub fn number(value: f64) -> String {
     let size = value.abs();
     let text = if !value.is_finite() {
         return "–".to_owned();
-    } else if size == 0.0 {
+    } else if size < 1e-12 {
+        // Nothing that is recorded is so small: what is left of a difference.
         "0".to_owned()
     } else if !(1e-4..1e7).contains(&size) {
-        format!("{value:.3e}")
+        let text = format!("{value:.3e}");
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        format!("{}e{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
     } else {
         let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.decimals$}");
@@ -732,9 +735,19 @@ fn facts(facts: &[Fact]) -> Markup {
             dl.facts {
                 @for fact in facts {
                     @let gap = if fact.unit.is_empty() { "" } else { "\u{a0}" };
-                    div { dt { (fact.name) } dd { (fact.value) (gap) (fact.unit) } }
+                    div { dt { (fact.name) } dd { (fact.value) (gap) (fact.counted()) } }
                 }
             }
+        }
+    }
+}
+
+impl Fact {
+    /// Its unit, of one thing in the singular.
+    fn counted(&self) -> &str {
+        match &*self.unit {
+            "samples" if self.value == "1" => "sample",
+            unit => unit,
         }
     }
 }
@@ -758,7 +771,8 @@ mod tests {
             (-6.543_21, "−6.543"),
             (123_456.0, "123456"),
             (0.012_345, "0.01235"),
-            (1e-9, "1.000e−9"),
+            (1e-9, "1e−9"),
+            (3e-14, "0"),
             (f64::NAN, "–"),
         ] {
             assert_eq!(number(value), want);

@@ -1,13 +1,11 @@
 //! Time along an axis.
 
-use super::layout::number;
 use stiction_figure::figure::Scale;
 
 /// A time axis: how seconds become what is written.
 pub(super) struct TimeAxis {
     pub label: String,
     pub scale: Scale,
-    unit: &'static str,
     /// Seconds to the unit.
     size: f64,
     /// Added before the division, s.
@@ -24,7 +22,7 @@ impl TimeAxis {
             _ => ("d", 86_400.0),
         };
         let label = format!("{name} ({unit})");
-        Self { label, scale: Scale::Linear, unit, size, offset: 0.0 }
+        Self { label, scale: Scale::Linear, size, offset: 0.0 }
     }
 
     /// Times of a recording that ends after `longest` s.
@@ -33,7 +31,6 @@ impl TimeAxis {
             Some(start) => Self {
                 label: "time (UTC)".to_owned(),
                 scale: Scale::Clock,
-                unit: "s",
                 size: 1.0,
                 offset: start,
             },
@@ -44,13 +41,4 @@ impl TimeAxis {
     pub fn at(&self, seconds: f64) -> f64 {
         (seconds + self.offset) / self.size
     }
-
-    pub fn duration(&self, seconds: f64) -> String {
-        format!("{}\u{a0}{}", number(seconds / self.size), self.unit)
-    }
-}
-
-/// A time with four digits.
-pub(super) fn duration(seconds: f64) -> String {
-    TimeAxis::of_lags("", seconds).duration(seconds)
 }

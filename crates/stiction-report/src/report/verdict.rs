@@ -4,13 +4,13 @@
 use super::evidence::sentence;
 use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
-use super::time_axis::duration;
 use super::views::WIDTH;
 use crate::words::{self, percent, rough, spoken};
 use stiction_diagnose::diagnose::by_evidence::VETO;
 use stiction_diagnose::diagnose::{
     Basis, Cause, ConfirmingTest, Diagnosis, Fault, TestKind, VerdictClass, Weighing,
 };
+use stiction_diagnose::spoken::range;
 use stiction_figure::figure::{Figure, Panel, Scale, Series, colour};
 
 /// Names of the rows of the figure of S and J: then come the definitions, by letters.
@@ -49,13 +49,20 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
     // What the methods of a majority say stands in their table.
     if !verdict.reasons.is_empty() && verdict.basis != Basis::Majority {
         let heading = match verdict.class {
+            VerdictClass::Sticks => "What speaks for sticking",
+            VerdictClass::DoesNotStick => "What speaks against sticking",
+            VerdictClass::DoesNotRespond => "What speaks for no response",
             VerdictClass::CannotTell => "Why it cannot be told",
-            _ => "What speaks for it",
         };
         section = section.heading(heading).with(list(&verdict.reasons));
     }
     if !verdict.contradictions.is_empty() {
-        section = section.heading("What speaks against it").with(list(&verdict.contradictions));
+        let heading = match verdict.class {
+            VerdictClass::DoesNotStick => "What speaks for sticking",
+            VerdictClass::DoesNotRespond => "What speaks against that",
+            VerdictClass::Sticks | VerdictClass::CannotTell => "What speaks against sticking",
+        };
+        section = section.heading(heading).with(list(&verdict.contradictions));
     }
     match &diagnosis.evidence {
         Some(weighing) if verdict.basis == Basis::Evidence => {
@@ -170,11 +177,7 @@ fn confirming_test(section: Section, test: &ConfirmingTest, diagnosis: &Diagnosi
     }));
     if let (Some(low), Some(high)) = (test.pv_low, test.pv_high) {
         let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
-        facts.push(Fact::new(
-            "stop if the PV leaves",
-            format!("{} to {}", rough(low), rough(high)),
-            unit,
-        ));
+        facts.push(Fact::new("stop if the PV leaves", range(low, high), unit));
     }
     section.with(Block::Facts(facts))
 }
@@ -294,7 +297,7 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
         let estimate = |e: Option<_>| e.map_or("–".to_owned(), words::interval);
         table.row([
             super::diagnosis::moment(diagnosis, w.from),
-            duration(w.duration),
+            spoken(w.duration),
             percent(w.probability),
             estimate(w.s),
             estimate(w.j),

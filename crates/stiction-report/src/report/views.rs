@@ -6,7 +6,8 @@
 use std::f64::consts::TAU;
 
 use super::layout::number;
-use super::time_axis::{TimeAxis, duration};
+use super::time_axis::TimeAxis;
+use crate::words::spoken;
 use stiction_diagnose::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
 use stiction_diagnose::oscillation::separate::separate;
 use stiction_diagnose::recording::{LoopType, Mode, Modes, Segment};
@@ -133,7 +134,7 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     let mut caption = format!(
         "Trends: {samples} samples every {} s over {}.",
         number(first.sample_time),
-        duration(to - from)
+        spoken(to - from)
     );
     if segments.len() > 1 {
         caption.push_str(
@@ -148,13 +149,29 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     Some(panels.into_iter().fold(figure, Figure::with))
 }
 
-/// Trends for the first screen: those of [`trends`], lower.
+/// Slips above which they are not marked: they would hide the trend.
+const MOST_SLIPS: usize = 300;
+
+/// Trends for the first screen: those of [`trends`], lower, with the slips of a valve that is suspected.
 pub(super) fn head_trend(
     segments: &[Segment],
     judged: usize,
+    slips: Option<&[usize]>,
     context: &Context<'_>,
 ) -> Option<Figure> {
     let mut figure = trends(segments, judged, context)?;
+    let marked = slips.filter(|slips| (1..=MOST_SLIPS).contains(&slips.len()));
+    if let (Some(slips), Some(segment), Some(panel)) =
+        (marked, segments.get(judged), figure.panels.pop())
+    {
+        let axis = axis_of(segments, context)?;
+        let times = segment.times();
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            slips.iter().map(|k| (axis.at(times[*k]), segment.op[*k])).unzip();
+        let slips = Series::points("slips", x, y).colour(colour::VERMILION);
+        figure = figure.with(panel.with(slips));
+        figure.caption += " Points: where the valve that explains the PV best slips.";
+    }
     for panel in &mut figure.panels {
         if context.pv_unit.is_none() && panel.y_label.starts_with("PV") {
             // There is no room for saying that the unit is not known.
@@ -197,7 +214,7 @@ pub(super) fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>)
     panel.series.retain(|series| ![ELLIPSE, SAMPLES].contains(&&*series.label));
     panel.annotations.retain(|note| !matches!(note, Annotation::Dimension { .. }));
     panel.height = Some(2.0 * HEAD_HEIGHT - 40.0);
-    let lasting = duration((segment.len() - from) as f64 * segment.sample_time);
+    let lasting = spoken((segment.len() - from) as f64 * segment.sample_time);
     figure.caption = format!("PV over OP in the last {lasting}; arrows point forward in time.");
     if let Some(s) = s.filter(|s| *s > 0.0 && *s < 2.0 * span(op)) {
         let (middle, low) = (mean(op), stiction_diagnose::series::min(pv));
@@ -274,7 +291,7 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     }
     let mut caption = format!(
         "PV over OP in the last {} of the segment. Arrows point forward in time.",
-        duration((segment.len() - from) as f64 * segment.sample_time)
+        spoken((segment.len() - from) as f64 * segment.sample_time)
     );
     if stride > 1 {
         caption.push_str(&format!(" One sample in {stride} is drawn."));
@@ -373,7 +390,7 @@ pub fn op_pv_correlation(segment: &Segment, context: &Context<'_>) -> Option<Fig
         caption.push_str(&format!(
             " and largest, {}, at a lag of {}",
             number(value),
-            axis.duration(seconds(lag as f64))
+            spoken(seconds(lag as f64))
         ));
     }
     caption.push('.');
@@ -399,7 +416,7 @@ pub fn autocorrelations(segment: &Segment, context: &Context<'_>) -> Option<Figu
         if places.len() > 2 {
             let apart: Vec<f64> = places.windows(2).map(|p| p[1] - p[0]).collect();
             let half = mean(&apart) * segment.sample_time;
-            found.push(format!("{name} {}", axis.duration(2.0 * half)));
+            found.push(format!("{name} {}", spoken(2.0 * half)));
         }
         crossings.push((format!("zeros, {name}"), places));
         let x: Vec<f64> = (0..acf.len()).map(|lag| at(lag as f64)).collect();
@@ -452,7 +469,7 @@ pub fn spectrum(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
         let tops = oscillations(&values, &lines, segment.sample_time);
         let period = |bin: usize| segment.sample_time / lines.frequency[bin];
         if !tops.is_empty() {
-            let listed: Vec<String> = tops.iter().map(|(_, p)| axis.duration(*p)).collect();
+            let listed: Vec<String> = tops.iter().map(|(_, p)| spoken(*p)).collect();
             found.push(format!("{name} {}", listed.join(", ")));
         }
         // What is a million times weaker is noise of the arithmetic.
@@ -471,7 +488,7 @@ pub fn spectrum(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
             let marked = |x: f64| marks.iter().any(|m: &f64| (x / m).ln().abs() < 0.2);
             if !marked(x[0]) {
                 marks.push(x[0]);
-                panel = panel.note(Annotation::vertical_line(x[0], axis.duration(tops[0].1)));
+                panel = panel.note(Annotation::vertical_line(x[0], spoken(tops[0].1)));
             }
             panel = panel
                 .with(Series::points(format!("oscillations, {name}"), x, y).colour(colour::BLACK));

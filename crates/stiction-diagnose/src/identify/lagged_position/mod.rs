@@ -65,6 +65,7 @@ pub use recorded::{Moves, moves};
 
 use crate::detect::Abstention;
 use crate::series::{quantile, span};
+use crate::spoken::{rough, time};
 use candidate::worse_by;
 
 /// Samples below which nothing is judged: forty blocks of five.
@@ -149,34 +150,34 @@ impl Judgement {
     /// What it says, in a sentence without its end.
     pub fn sentence(&self, sample_time: f64) -> String {
         let lag = match (self.lag + self.second_lag) * sample_time {
-            lag if lag > 0.0 => format!(" behind a lag of {} s", digits(lag)),
+            lag if lag > 0.0 => format!(" behind a lag of {}", time(lag)),
             _ => String::new(),
         };
         match self.behaviour {
             Behaviour::Sticks => format!(
                 "fitted to the measured position, S is {} % ({} to {}) and J {} % ({} to {}){lag}; every valve \
                  that follows is worse by at least {:.1} standard deviations (from {} on it sticks)",
-                digits(self.s.value),
-                digits(self.s.low),
-                digits(self.s.high),
-                digits(self.j.value),
-                digits(self.j.low),
-                digits(self.j.high),
+                rough(self.s.value),
+                rough(self.s.low),
+                rough(self.s.high),
+                rough(self.j.value),
+                rough(self.j.low),
+                rough(self.j.high),
                 self.t,
                 self.threshold
             ),
             Behaviour::Follows => format!(
                 "the measured position follows the OP{lag}; with 95 % confidence S is below {} %",
-                digits(self.s_limit)
+                rough(self.s_limit)
             ),
             Behaviour::DoesNotMove => format!(
                 "the OP travels {} % and the measured position stays within {} %",
-                digits(self.op_travel),
-                digits(self.vp_travel)
+                rough(self.op_travel),
+                rough(self.vp_travel)
             ),
             Behaviour::Open => format!(
                 "by the measured position S may be anything up to {} %{}",
-                digits(self.s_limit),
+                rough(self.s_limit),
                 match self.moves {
                     Moves::Recorded => "",
                     Moves::MayBeMissed =>
@@ -185,15 +186,6 @@ impl Judgement {
             ),
         }
     }
-}
-
-/// A number with two significant digits.
-fn digits(x: f64) -> String {
-    if !(x.is_finite() && x != 0.0) {
-        return format!("{x:.0}");
-    }
-    let decimals = (1.0 - x.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{x:.decimals$}")
 }
 
 /// Largest t at which an S, and a J, is possible.

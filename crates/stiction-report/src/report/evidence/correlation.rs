@@ -3,6 +3,7 @@
 use super::{Scene, sheet};
 use crate::report::layout::number;
 use crate::report::time_axis::TimeAxis;
+use crate::words::spoken;
 use stiction_diagnose::detect::HorchResult;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
@@ -19,8 +20,7 @@ pub fn horch(scene: &Scene<'_>, found: &HorchResult) -> Option<Figure> {
     let zero = at(0.0);
     // The dimensions stand below everything, and one below the other.
     let (upper, lower) = (-105.0, -135.0);
-    let side =
-        |name: &str, samples: f64| format!("{name} = {}", axis.duration(samples * sample_time));
+    let side = |name: &str, samples: f64| format!("{name} = {}", spoken(samples * sample_time));
     let panel = Panel::new(axis.label.clone(), "correlation of OP and PV")
         .y_range(-1.8, 1.08)
         .legend(Legend::Above)

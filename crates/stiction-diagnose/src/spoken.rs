@@ -1,0 +1,141 @@
+//! Numbers and times as a person would say them: the same in every sentence, on every page.
+
+/// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
+const SUREST: f64 = 99.0;
+
+/// A share of one in percent, without claims of certainty.
+pub fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p > SUREST => format!("more than {SUREST:.0} %"),
+        p if p < 100.0 - SUREST => format!("less than {:.0} %", 100.0 - SUREST),
+        p => format!("{p:.0} %"),
+    }
+}
+
+/// A number that is known roughly: two digits, as the third of an estimate means nothing.
+pub fn rough(value: f64) -> String {
+    digits(value, 2)
+}
+
+/// A number that is set, such as a tuning: three digits.
+pub fn set(value: f64) -> String {
+    digits(value, 3)
+}
+
+fn digits(value: f64, digits: i32) -> String {
+    // Nothing that is recorded is so small: what is left of a difference.
+    if !value.is_finite() || value.abs() < 1e-12 {
+        return if value.is_finite() { "0" } else { "unbounded" }.to_owned();
+    }
+    let unit = 10f64.powi(value.abs().log10().floor() as i32 + 1 - digits);
+    let rounded = (value / unit).round() * unit;
+    if !(1e-4..1e7).contains(&rounded.abs()) {
+        let text = format!("{value:.*e}", digits as usize - 1);
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", without_zeros(mantissa));
+    }
+    let decimals = (digits - 1 - rounded.abs().log10().floor() as i32).max(0) as usize;
+    without_zeros(&format!("{rounded:.decimals$}")).to_owned()
+}
+
+fn without_zeros(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+/// Two limits, as far as their distance tells digits apart: `213 to 221`.
+pub fn range(low: f64, high: f64) -> String {
+    let width = high - low;
+    if !(width.is_finite() && width > 0.0) {
+        return format!("{} to {}", rough(low), rough(high));
+    }
+    let decimals = (1.0 - width.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{low:.decimals$} to {high:.decimals$}")
+}
+
+/// A time in s as people say it: `74 s`, `12 min 30 s`, `4 h 20 min`, `2 d 3 h`.
+pub fn time(seconds: f64) -> String {
+    // The unit, the one below it, and from how many of the upper on the lower says nothing.
+    const UNITS: [(&str, f64, &str, f64, f64); 3] = [
+        ("d", 86_400.0, "h", 3_600.0, 10.0),
+        ("h", 3_600.0, "min", 60.0, 24.0),
+        ("min", 60.0, "s", 1.0, 10.0),
+    ];
+    if seconds < 0.0 {
+        return format!("-{}", time(-seconds));
+    }
+    let unit = UNITS.iter().find(|unit| seconds >= 1.999 * unit.1);
+    let Some((name, size, small, part, most)) = unit else {
+        return format!("{} s", rough(seconds));
+    };
+    let parts = (seconds / part).round();
+    let whole = (parts * part / size).floor();
+    let rest = parts - whole * size / part;
+    if rest < 0.5 || whole >= *most {
+        return format!("{} {name}", (seconds / size).round());
+    }
+    format!("{whole} {name} {rest} {small}")
+}
+
+/// A cardinal and its noun: `1 sample`, `3 samples`.
+pub fn counted(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_two_or_three_digits() {
+        for (value, text) in [
+            (0.01234, "0.012"),
+            (3.456, "3.5"),
+            (456.7, "460"),
+            (0.0, "0"),
+            (99.7, "100"),
+            (0.0996, "0.1"),
+            (-3.96, "-4"),
+            (4e-6, "4e-6"),
+            (3e-14, "0"),
+            (f64::INFINITY, "unbounded"),
+        ] {
+            assert_eq!(rough(value), text);
+        }
+        assert_eq!(
+            (set(1.2345), set(378.4), set(0.25)),
+            ("1.23".into(), "378".into(), "0.25".into())
+        );
+        assert_eq!(range(213.04, 221.3), "213.0 to 221.3");
+        assert_eq!(range(-94.2, 462.0), "-94 to 462");
+        assert_eq!((counted(1, "slip"), counted(2, "slip")), ("1 slip".into(), "2 slips".into()));
+    }
+
+    #[test]
+    fn probabilities_are_never_certain() {
+        for (p, text) in [
+            (0.0, "less than 1 %"),
+            (0.004, "less than 1 %"),
+            (0.5, "50 %"),
+            (0.934, "93 %"),
+            (0.9999, "more than 99 %"),
+        ] {
+            assert_eq!(percent(p), text);
+        }
+    }
+
+    #[test]
+    fn times_are_as_people_say_them() {
+        for (seconds, text) in [
+            (0.35, "0.35 s"),
+            (74.2, "74 s"),
+            (750.0, "13 min"),
+            (186.0, "3 min 6 s"),
+            (15_600.0, "4 h 20 min"),
+            (302_400.0, "3 d 12 h"),
+            (-120.0, "-2 min"),
+            (0.0, "0 s"),
+        ] {
+            assert_eq!(time(seconds), text);
+        }
+    }
+}
