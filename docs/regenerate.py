@@ -19,7 +19,9 @@ def main() -> None:
     def printed(match: re.Match[str]) -> str:
         begin, command, old, end = match.groups()
         print(command, file=sys.stderr)
-        run = subprocess.run([binary, *shlex.split(command)[1:]], cwd=ROOT, capture_output=True, text=True)
+        # By a shell, for the sake of patterns such as samples/*.csv.
+        called = f"{shlex.quote(str(binary))} {command.removeprefix('stiction ')}"
+        run = subprocess.run(called, shell=True, cwd=ROOT, capture_output=True, text=True)
         if run.returncode != 0:
             print(f"kept as it was: {run.stderr.strip()}", file=sys.stderr)
             return begin + old + end
@@ -27,7 +29,7 @@ def main() -> None:
         shown = run.stdout.strip() if "--markdown" in command else f"```text\n{run.stdout.strip()}\n```"
         return f"{begin}\n```sh\n{command}\n```\n\n{shown}\n\n{end}"
 
-    for document in [Path(name) for name in sys.argv[2:]] or sorted(ROOT.glob("docs/*.md")):
+    for document in [Path(name) for name in sys.argv[2:]] or sorted(ROOT.glob("docs/**/*.md")):
         text = document.read_text()
         if MARKED.search(text):
             document.write_text(MARKED.sub(printed, text))

@@ -11,6 +11,11 @@ mod read;
 #[doc = include_str!("../COOKBOOK.md")]
 pub mod _cookbook {}
 
+// The guide for Rust programmers, a page outside this crate: its examples are tested here.
+#[cfg(all(doctest, feature = "csv", feature = "report"))]
+#[doc = include_str!("../../../docs/guides/rust.md")]
+mod _guide {}
+
 #[cfg(feature = "csv")]
 pub use found::Found;
 #[cfg(all(feature = "csv", feature = "report"))]

@@ -6,6 +6,8 @@ mod diagnose;
 mod figures;
 mod fit;
 mod fmu;
+#[cfg(unix)]
+mod followed;
 mod history;
 mod inspect;
 mod join;
