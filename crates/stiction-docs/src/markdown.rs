@@ -1,6 +1,6 @@
 //! A page of Markdown as HTML: headings that can be led to, links set to where things are in the site.
 
-use crate::contents::{Listed, Written, place_of};
+use crate::contents::{Listed, Written, pages, place_of};
 use crate::{Page, relative};
 use pulldown_cmark::{
     CodeBlockKind, CowStr, Event, HeadingLevel, LinkType, Options, Parser, Tag, TagEnd, html,
@@ -80,7 +80,7 @@ struct Writer<'a> {
 impl<'a> Writer<'a> {
     /// Writes events; all headings go deeper by `deeper`.
     fn write(&mut self, events: Vec<Event<'a>>, deeper: usize) {
-        let mut events = events.into_iter();
+        let mut events = events.into_iter().peekable();
         // Where a link leads that is none here, and the language of a block of code.
         let mut untied: Vec<Option<String>> = vec![];
         while let Some(event) = events.next() {
@@ -113,6 +113,14 @@ impl<'a> Writer<'a> {
                 Event::Start(Tag::Link { link_type, dest_url, title, id }) => {
                     match self.target(&dest_url) {
                         Ok(there) => {
+                            // What is called by its file there is called by its title here.
+                            let title_of = self.title_of(&dest_url);
+                            if let (Some(Event::Text(said) | Event::Code(said)), Some(name)) =
+                                (events.peek_mut(), title_of)
+                                && said.ends_with(".md")
+                            {
+                                *said = name.into();
+                            }
                             let dest_url = CowStr::from(there);
                             untied.push(None);
                             self.done.push(Event::Start(Tag::Link {
@@ -234,23 +242,33 @@ impl<'a> Writer<'a> {
         self.raw(format!("<pre tabindex=\"0\"><code{class}>{lines}</code></pre>\n"));
     }
 
-    /// Where a link leads from this page, or the file of the repository that is not in the site.
-    fn target(&self, link: &str) -> Result<String, String> {
-        let Some(source) = self.source else { return Ok(link.to_owned()) };
-        if link.starts_with('#') || link.contains("://") || link.starts_with("mailto:") {
-            return Ok(link.to_owned());
-        }
-        let (file, anchor) = link.split_once('#').map_or((link, None), |(a, b)| (a, Some(b)));
-        let mut parts: Vec<&str> = source.split('/').collect();
+    /// The title of the page that a link leads to, if it is one of the contents.
+    fn title_of(&self, link: &str) -> Option<&'static str> {
+        let file = self.file_of(link.split('#').next()?)?;
+        pages().find(|page| place_of(&file) == Some(page.path)).map(|page| page.title)
+    }
+
+    /// The file of the repository that a relative link names.
+    fn file_of(&self, link: &str) -> Option<String> {
+        let mut parts: Vec<&str> = self.source?.split('/').collect();
         parts.pop();
-        for part in file.split('/') {
+        for part in link.split('/') {
             match part {
                 "." | "" => {}
                 ".." => drop(parts.pop()),
                 part => parts.push(part),
             }
         }
-        let file = parts.join("/");
+        Some(parts.join("/"))
+    }
+
+    /// Where a link leads from this page, or the file of the repository that is not in the site.
+    fn target(&self, link: &str) -> Result<String, String> {
+        if link.starts_with('#') || link.contains("://") || link.starts_with("mailto:") {
+            return Ok(link.to_owned());
+        }
+        let (file, anchor) = link.split_once('#').map_or((link, None), |(a, b)| (a, Some(b)));
+        let Some(file) = self.file_of(file) else { return Ok(link.to_owned()) };
         let place = place_of(&file).or_else(|| place_of(&format!("{file}/README.md")));
         let there = place.map(|place| relative(self.path, place)).ok_or(file)?;
         Ok(anchor.map_or(there.clone(), |anchor| format!("{there}#{anchor}")))
@@ -288,7 +306,7 @@ fn with_comments(language: &str, code: &str) -> String {
             (before.is_empty() || before.ends_with(' ')) && before.matches('"').count() % 2 == 0
         });
         let (code, comment) = line.split_at(begins.unwrap_or(line.len()));
-        html += &escaped(code);
+        html += &if sign == "#" { with_options(language, code) } else { escaped(code) };
         match comment.strip_suffix('\n') {
             _ if comment.is_empty() => {}
             Some(comment) => {
@@ -298,6 +316,20 @@ fn with_comments(language: &str, code: &str) -> String {
         }
     }
     html
+}
+
+/// A line of a shell with its options marked, which a narrow page must not break at their hyphens; escaped.
+fn with_options(language: &str, line: &str) -> String {
+    if !matches!(language, "sh" | "bash") {
+        return escaped(line);
+    }
+    let words = line.split_inclusive(' ').map(|word| match word.strip_suffix(' ') {
+        Some(option) if option.starts_with('-') => {
+            format!("<span class=\"option\">{}</span> ", escaped(option))
+        }
+        _ => escaped(word),
+    });
+    words.collect()
 }
 
 /// HTML as the text that a reader sees.
@@ -354,6 +386,8 @@ mod tests {
         assert!(html.contains("licence (<code>LICENSE-MIT</code>)"), "{html}");
         assert!(html.contains("<a href=\"../samples.html\"><code>samples/</code></a>"), "{html}");
         assert!(html.contains("<a href=\"#a\">x</a>"), "{html}");
+        let html = of("# A\n[../fit.md](../fit.md) `a.md`").html;
+        assert!(html.contains("<a href=\"../fit.html\">The loop behind a recording</a>"), "{html}");
     }
 
     #[test]

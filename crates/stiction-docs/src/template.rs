@@ -43,7 +43,7 @@ pub(crate) fn page(tool: &str, sections: &[Section], page: &Rendered) -> String 
                 }
                 div.frame {
                     (list(sections, page))
-                    main #content tabindex="-1" {
+                    main #content.alone[chapters.len() < CHAPTERS] tabindex="-1" {
                         (PreEscaped(&page.html))
                         @if page.path == START { (overview(sections)) }
                         (neighbours(page))

@@ -86,8 +86,8 @@ pub const CASES: [Case; 12] = [
         look: "A level integrates what the valve lets through: PV and OP swing alike, a quarter of an hour each time, with \
             pointed tops where the stem lets go, and a pause now and then.",
         learn: "In a level loop even a valve that follows makes PV and OP lag, and methods for flow loops do not apply. \
-            Tell what the loop controls, as --type does here. S is not told as a number: under a load that drifts the \
-            interval would be too wide to be one.",
+            Tell what the loop controls, as --type does here. S is not told: its interval is too \
+            wide to be a number.",
         made: Made::Scenario {
             name: "samples/quantised-level",
             set: &[

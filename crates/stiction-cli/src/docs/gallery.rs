@@ -148,6 +148,7 @@ impl Shown {
                     @if let Some(svg) = small_trend(&self.diagnosis, signal, CARD) { (PreEscaped(svg)) }
                 }
                 p { (self.badge()) " " (self.probability()) }
+                p { "S: " (self.s()) "." }
                 p.soft { "True: " (self.truth.words()) "." }
                 p.soft { "The verdict is " (self.worth().word()) "." }
             }
@@ -286,10 +287,14 @@ impl Truth {
         match self {
             Self { responds: false, .. } => "the valve does not move".to_owned(),
             Self { sticks: true, s, j, .. } => {
-                format!("the valve sticks, S {} % and J {} %", rough(*s), rough(*j))
+                format!(
+                    "the valve sticks, S\u{a0}{}\u{a0}% and J\u{a0}{}\u{a0}%",
+                    rough(*s),
+                    rough(*j)
+                )
             }
             Self { s, .. } if *s > 0.0 => {
-                format!("the valve is healthy, with a dead band of {} %", rough(*s))
+                format!("the valve is healthy, with a dead band of {}\u{a0}%", rough(*s))
             }
             _ => "the valve is healthy".to_owned(),
         }
