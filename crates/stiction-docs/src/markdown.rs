@@ -103,7 +103,7 @@ impl<'a> Writer<'a> {
                 }
                 Event::Start(Tag::Table(columns)) => {
                     // A table that is wider than the page is moved across, with keys too.
-                    self.raw("<div class=\"rows\" tabindex=\"0\">\n");
+                    self.raw("<div class=\"rows\" role=\"region\" aria-label=\"Table\" tabindex=\"0\">\n");
                     self.done.push(Event::Start(Tag::Table(columns)));
                 }
                 Event::End(TagEnd::Table) => {
@@ -323,11 +323,12 @@ fn with_options(language: &str, line: &str) -> String {
     if !matches!(language, "sh" | "bash") {
         return escaped(line);
     }
-    let words = line.split_inclusive(' ').map(|word| match word.strip_suffix(' ') {
-        Some(option) if option.starts_with('-') => {
-            format!("<span class=\"option\">{}</span> ", escaped(option))
+    let words = line.split_inclusive([' ', '\n']).map(|word| {
+        let (option, gap) = word.split_at(word.trim_end().len());
+        match option.starts_with('-') {
+            true => format!("<span class=\"option\">{}</span>{gap}", escaped(option)),
+            false => escaped(word),
         }
-        _ => escaped(word),
     });
     words.collect()
 }

@@ -8,17 +8,23 @@ use std::fmt::Write as _;
 pub fn tables(schema: &Value) -> String {
     let mut text = String::new();
     if let Some(about) = schema["description"].as_str() {
-        let _ = writeln!(text, "{}\n", literal(about));
+        let _ = writeln!(text, "{}\n", told(about));
     }
     fields(schema, &mut text);
     for (name, of) in schema["$defs"].as_object().into_iter().flatten() {
         let _ = writeln!(text, "## {}\n", literal(name));
         if let Some(about) = of["description"].as_str() {
-            let _ = writeln!(text, "{}\n", literal(about));
+            let _ = writeln!(text, "{}\n", told(about));
         }
         fields(of, &mut text);
     }
     text
+}
+
+/// A description in one line; what it lists stands in a row.
+fn told(description: &str) -> String {
+    let lines = description.lines().map(|line| line.trim_start_matches("* "));
+    literal(&lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" "))
 }
 
 /// What an object holds, or which words or forms there are.
@@ -29,7 +35,7 @@ fn fields(of: &Value, text: &mut String) {
     let several = ["oneOf", "anyOf"].iter().find_map(|key| of[key].as_array());
     for each in several.into_iter().flatten() {
         let about =
-            each["description"].as_str().map_or(String::new(), |d| format!(": {}", literal(d)));
+            each["description"].as_str().map_or(String::new(), |d| format!(": {}", told(d)));
         match each["properties"].as_object() {
             Some(properties) => {
                 let _ = writeln!(text, "One form{about}\n");
@@ -51,7 +57,7 @@ fn table(properties: &Map<String, Value>, required: &Value, text: &mut String) {
         required.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     text.push_str("| field | type | what it is |\n|---|---|---|\n");
     for (name, of) in properties {
-        let about = of["description"].as_str().map_or(String::new(), literal);
+        let about = of["description"].as_str().map_or(String::new(), told);
         let left_out = if needed.contains(&&**name) { "" } else { " Can be left out." };
         let _ = writeln!(text, "| `{name}` | {} | {about}{left_out} |", kind(of));
     }
@@ -112,7 +118,7 @@ mod tests {
         let text = tables(&json!({
             "description": "A loop.",
             "properties": {
-                "name": { "type": "string", "description": "Its tag." },
+                "name": { "type": "string", "description": "Its\ntag:\n\n* one;\n* two." },
                 "s": { "anyOf": [{ "$ref": "#/$defs/Estimate" }, { "type": "null" }] },
                 "all": { "type": "array", "items": { "type": "number" } },
             },
@@ -124,7 +130,7 @@ mod tests {
         }));
         for line in [
             "A loop.",
-            "| `name` | text | Its tag. |",
+            "| `name` | text | Its tag: one; two. |",
             "| `s` | [Estimate](#estimate) or null |  |",
             "| `all` | list of number |  Can be left out. |",
             "| `value` | number or null |  |",

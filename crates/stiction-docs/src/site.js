@@ -105,6 +105,10 @@
     else if (inside && event.key === "Enter" && place < 0 && links.length) { event.preventDefault(); links[0].click(); }
   });
 
+  // Where the list of contents is longer than the screen, it shows where we are.
+  const list = document.getElementById("contents"), here = list.querySelector(".above");
+  if (here) list.scrollTop = here.offsetTop - list.clientHeight / 2;
+
   for (const block of document.querySelectorAll("main pre")) {
     const frame = document.createElement("div"), button = document.createElement("button");
     frame.className = "code";

@@ -14,7 +14,7 @@ pub fn page(shown: &[Shown]) -> Result<Page> {
     let mut text = format!(
         "# Columns of tables\n\n\
         ## One row a loop\n\n\
-        What `stiction diagnose --csv` writes, and `stiction.diagnose_many` gives as a table; here for {} of the \
+        What `stiction diagnose --csv` writes, and `stiction.summary_table` gives as a table; here for {} of the \
         [gallery]({}). Percentages are of span, times in s; the amplitude is in the units of the PV. Fields of the same \
         name in the [document](schemas/diagnosis.html) say more.\n\n\
         | column | holds | for {} |\n|---|---|---|\n",
