@@ -83,7 +83,7 @@ def prose(lines: list[str]) -> Iterator[str]:
     """Paragraphs, and examples as code."""
     for paragraph in re.split(r"\n\s*\n", "\n".join(lines).strip()):
         if paragraph.lstrip().startswith(">>>"):
-            yield f"```python\n{inspect.cleandoc(paragraph)}\n```"
+            yield f"```pycon\n{inspect.cleandoc(paragraph)}\n```"
         elif paragraph:
             yield plain(paragraph)
 
@@ -118,7 +118,8 @@ def signature(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, metho
 
 
 def code(text: str) -> str:
-    return f"```python\n{text}\n```"
+    """A signature: Python to be read, none to be run."""
+    return f"```py\n{text}\n```"
 
 
 def of_function(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, level: str) -> Iterator[str]:

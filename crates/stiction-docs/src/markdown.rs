@@ -294,7 +294,7 @@ fn without_hidden_lines(code: &str) -> String {
 /// Code with its comments marked, escaped.
 fn with_comments(language: &str, code: &str) -> String {
     let sign = match language {
-        "sh" | "bash" | "toml" | "python" => "#",
+        "sh" | "bash" | "toml" | "python" | "pycon" => "#",
         "rust" => "//",
         _ => return escaped(code),
     };
