@@ -53,7 +53,8 @@ fn render(path: &str, title: &str, listed: &str, markdown: &str, source: Option<
     let events: Vec<Event<'_>> = Parser::new_ext(markdown, options)
         .filter(|event| !matches!(event, Event::Html(text) if text.starts_with("<!--")))
         .collect();
-    let mut page = Writer { path, source, anchors: BTreeMap::new(), parts: vec![], done: vec![] };
+    let mut page =
+        Writer { path, source, anchors: BTreeMap::new(), parts: vec![], here: 0, done: vec![] };
     // A document that is made to be read elsewhere has no title of its own, and its chapters are as high as one.
     let untitled =
         !matches!(events.first(), Some(Event::Start(Tag::Heading { level: HeadingLevel::H1, .. })));
@@ -74,6 +75,8 @@ struct Writer<'a> {
     /// How often each anchor has been given.
     anchors: BTreeMap<String, usize>,
     parts: Vec<Part>,
+    /// The part that is written to.
+    here: usize,
     done: Vec<Event<'a>>,
 }
 
@@ -83,6 +86,8 @@ impl<'a> Writer<'a> {
         let mut events = events.into_iter().peekable();
         // Where a link leads that is none here, and the language of a block of code.
         let mut untied: Vec<Option<String>> = vec![];
+        // Whether a table explains words, and the part that it stands in.
+        let (mut explains, mut section) = (false, self.here);
         while let Some(event) = events.next() {
             match event {
                 Event::Start(Tag::Heading { level, .. }) => {
@@ -109,6 +114,22 @@ impl<'a> Writer<'a> {
                 Event::End(TagEnd::Table) => {
                     self.done.push(Event::End(TagEnd::Table));
                     self.raw("</div>\n");
+                    (self.here, explains) = (section, false);
+                }
+                Event::Start(Tag::TableHead) => {
+                    let until = |event: &Event<'_>| !matches!(event, Event::End(TagEnd::TableHead));
+                    let head: Vec<Event<'a>> = events.by_ref().take_while(until).collect();
+                    // Without heads it explains words, a row each: they are looked for as headings are.
+                    explains = head.iter().all(|event| plain(event).is_none());
+                    section = self.here;
+                    self.done.push(Event::Start(Tag::TableHead));
+                    self.write(head, 0);
+                    self.push(Event::End(TagEnd::TableHead));
+                }
+                Event::Start(Tag::TableRow) if explains => {
+                    let until = |event: &Event<'_>| !matches!(event, Event::End(TagEnd::TableCell));
+                    let word: Vec<Event<'a>> = events.by_ref().take_while(until).skip(1).collect();
+                    self.word(section, word);
                 }
                 Event::Start(Tag::Link { link_type, dest_url, title, id }) => {
                     match self.target(&dest_url) {
@@ -166,7 +187,7 @@ impl<'a> Writer<'a> {
 
     /// Writes an event, and keeps its text for the search.
     fn push(&mut self, event: Event<'a>) {
-        if let Some(part) = self.parts.last_mut() {
+        if let Some(part) = self.parts.get_mut(self.here) {
             match &event {
                 Event::Text(text) | Event::Code(text) => part.text.push_str(text),
                 Event::SoftBreak
@@ -190,11 +211,12 @@ impl<'a> Writer<'a> {
         let plain = plain.trim();
         let anchor = self.anchor(plain);
         let heading = plain.to_owned();
+        self.here = self.parts.len();
         self.parts.push(Part { level, heading, anchor: anchor.clone(), text: String::new() });
         self.raw(format!("<h{level} id=\"{anchor}\">"));
         self.write(inner, 0);
         // The heading is known; below it nothing stands yet.
-        if let Some(part) = self.parts.last_mut() {
+        if let Some(part) = self.parts.get_mut(self.here) {
             part.text.clear();
         }
         if level > 1 {
@@ -204,6 +226,24 @@ impl<'a> Writer<'a> {
             ));
         }
         self.raw(format!("</h{level}>\n"));
+    }
+
+    /// Writes the first cell of a row that explains it.
+    fn word(&mut self, section: usize, inner: Vec<Event<'a>>) {
+        let heading = inner.iter().filter_map(plain).collect::<String>().trim().to_owned();
+        let anchor = self.anchor(&heading);
+        let level = self.parts.get(section).map_or(2, |part| part.level + 1);
+        self.here = self.parts.len();
+        self.parts.push(Part { level, heading, anchor: anchor.clone(), text: String::new() });
+        self.done.push(Event::Start(Tag::TableRow));
+        self.done.push(Event::Start(Tag::TableCell));
+        self.raw(format!("<span id=\"{anchor}\">"));
+        self.write(inner, 0);
+        self.raw("</span>");
+        self.done.push(Event::End(TagEnd::TableCell));
+        if let Some(part) = self.parts.get_mut(self.here) {
+            part.text.clear();
+        }
     }
 
     /// The anchor of a heading, as code hosts make it; the second of a name is told by a number.
@@ -231,7 +271,7 @@ impl<'a> Writer<'a> {
             "rust" => without_hidden_lines(code),
             _ => code.to_owned(),
         };
-        if let Some(part) = self.parts.last_mut() {
+        if let Some(part) = self.parts.get_mut(self.here) {
             part.text.push_str(&format!(" {shown} "));
         }
         let class = match &*language {
@@ -397,6 +437,26 @@ mod tests {
         let anchors: Vec<&str> = page.parts.iter().map(|part| &*part.anchor).collect();
         assert_eq!(anchors, ["a", "valve-and-s", "same", "same-1"]);
         assert_eq!(page.parts[1].text.trim(), "one");
+    }
+
+    #[test]
+    fn words_that_a_table_explains_can_be_found() {
+        let page = of(
+            "# A\n## B\n\n| | |\n|---|---|\n| dead *band* | A width. |\n\nAfter.\n\n| a | b |\n|---|---|\n| c | d |\n",
+        );
+        let parts: Vec<_> = page.parts.iter().map(|p| (&*p.anchor, p.text.trim())).collect();
+        assert_eq!(parts[2], ("dead-band", "A width."));
+        assert!(
+            parts.len() == 3 && parts[1].1.contains("After.") && parts[1].1.contains("c d"),
+            "{parts:?}"
+        );
+        assert!(
+            page.html.contains(
+                "<td><span id=\"dead-band\">dead <em>band</em></span></td><td>A width.</td>"
+            ),
+            "{}",
+            page.html
+        );
     }
 
     #[test]

@@ -27,7 +27,8 @@
       if (!high && !low) return 0;
       sum += high ? 4 : 1;
     }
-    if (row.high.includes(whole)) sum += 20;
+    if (row.heading.toLowerCase() === whole) sum += 40;
+    else if (row.high.includes(whole)) sum += 20;
     else if (row.low.includes(whole)) sum += 10;
     return sum;
   };
