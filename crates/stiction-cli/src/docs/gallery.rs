@@ -114,9 +114,11 @@ impl Shown {
     fn s(&self) -> String {
         match (self.diagnosis.stiction.s, self.diagnosis.verdict.s_below) {
             (Some(s), _) => interval(s),
-            (None, Some(limit)) => {
-                format!("below {} %, or it would have shown", rough(limit.value))
-            }
+            (None, Some(limit)) => format!(
+                "below {} %; of valves that stick by more, {:.0} % would have shown",
+                rough(limit.value),
+                100.0 * limit.confidence
+            ),
             (None, None) => "not told".to_owned(),
         }
     }
