@@ -20,6 +20,14 @@ CHROMIUM = "/usr/bin/chromium"
 SAMPLES = sorted(path.relative_to(ROOT) for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
 #: What opening, sorting or searching an index of 1,000 loops may take, s.
 PATIENCE = 2.0
+WIDE = {"width": 1300, "height": 900}
+PHONE = {"width": 390, "height": 844}
+#: Pages of the documentation that are kept as pictures.
+SHOTS = [
+    (name, size, scheme)
+    for name in ("index.html", "gallery.html", "gallery/FIC211.html", "commands.html", "paper.html")
+    for size, scheme in ((WIDE, "light"), (PHONE, "light"), (WIDE, "dark"))
+]
 
 
 def opened(browser: Browser, path: Path, width: int, height: int, scheme: str = "light") -> Page:
@@ -125,6 +133,72 @@ def index(browser: Browser, path: Path, kept: Path) -> None:
     page.close()
 
 
+def site(browser: Browser, command: Path, folder: Path, kept: Path) -> None:
+    """The documentation: every page wide and narrow, the search, keys, the dark."""
+    began = time.monotonic()
+    subprocess.run([command, "docs", "-o", folder], check=True, capture_output=True)
+    print(f"writing the documentation: {time.monotonic() - began:.1f} s")
+    pages = sorted(folder.rglob("*.html"))
+    top = folder.as_uri() + "/"
+    page = browser.new_page(viewport=WIDE)
+    wrong: list[str] = []
+    page.on("request", lambda request: request.url.startswith(top) or wrong.append(f"asks for {request.url}"))
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("console", lambda said: said.type == "error" and wrong.append(said.text))
+    for path in pages:
+        here = str(path.relative_to(folder))
+        page.goto(path.as_uri())
+        assert not wrong, f"{here}: {wrong}"
+        for size in (WIDE, PHONE):
+            page.set_viewport_size(size)
+            width = page.evaluate("document.documentElement.scrollWidth")
+            assert width <= size["width"], f"{here}: {width} px wide on {size['width']}"
+        page.set_viewport_size(WIDE)
+        mute = page.evaluate("[...document.images].filter(i => !i.alt || !i.naturalWidth).map(i => i.src)")
+        assert not mute, f"{here}: images without words or pixels: {mute}"
+    print(f"documentation: {len(pages)} pages hold, {sum(p.stat().st_size for p in folder.rglob('*.*')) / 1e6:.1f} MB")
+
+    # From any page the search leads on, with keys alone.
+    page.goto((folder / "gallery" / "FIC201.html").as_uri())
+    page.keyboard.press("/")
+    page.keyboard.type("dead band")
+    page.wait_for_selector("#found a")
+    assert "dead band" in page.locator("#found a").first.inner_text().lower()
+    page.screenshot(path=kept / "site-search.png")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    page.wait_for_url(lambda url: "FIC201" not in url)
+    page.keyboard.press("/")
+    page.keyboard.type("nothing has this zzz")
+    page.wait_for_selector("#found p")
+    page.keyboard.press("Escape")
+    assert page.locator("#found").is_hidden()
+
+    # The first key stop leads past the list of contents, and every stop can be seen.
+    page.goto((folder / "index.html").as_uri())
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    assert page.locator(".skip").bounding_box()["x"] >= 0
+    page.keyboard.press("Enter")
+    assert page.evaluate("location.hash") == "#content"
+    page.keyboard.press("Tab")
+    assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none"
+    assert page.evaluate("!!document.activeElement.closest('main')")
+    page.locator(".copy").first.click()
+    page.wait_for_function("document.querySelector('.copy').textContent === 'Copied'")
+    assert not wrong, wrong
+    page.close()
+
+    for name, size, scheme in SHOTS:
+        shot = browser.new_page(viewport=size, color_scheme=scheme)
+        shot.goto((folder / name).as_uri())
+        shade = shot.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert shade == ("rgb(23, 24, 27)" if scheme == "dark" else "rgb(255, 255, 255)"), f"{name}: {shade}"
+        kind = f"{'phone' if size == PHONE else 'wide'}-{scheme}"
+        shot.screenshot(path=kept / f"site-{name.replace('/', '-').removesuffix('.html')}-{kind}.png")
+        shot.close()
+
+
 def diagnose(command: Path, files: list[Path], report: Path) -> None:
     subprocess.run([command, "diagnose", *files, "--report", report], check=True, capture_output=True, cwd=ROOT)
 
@@ -151,6 +225,7 @@ def main() -> None:
         assert many.locator("tbody tr").count() == len(SAMPLES)
         many.close()
         index(browser, target / "tmp" / "index-of-1000.html", kept)
+        site(browser, command, folder / "site", kept)
         browser.close()
 
 

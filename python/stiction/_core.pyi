@@ -112,6 +112,7 @@ class Table:
 def number_table(columns: Sequence[tuple[str, _Array]]) -> Table: ...
 
 POPULATION_VERSION: int
+"""The version of what is drawn: another version is another population."""
 
 @final
 class Loops:

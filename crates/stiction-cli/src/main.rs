@@ -6,6 +6,7 @@ mod bench;
 mod compensate;
 mod completions;
 mod diagnose;
+mod docs;
 mod figures;
 mod fit;
 mod fmu;
@@ -78,6 +79,7 @@ commands! {
     Fmu: fmu,
     Shift: shift,
     Figures: figures,
+    Docs: docs,
     Schema: schema,
     Completions: completions,
     Man: man,

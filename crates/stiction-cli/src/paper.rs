@@ -34,10 +34,15 @@ pub struct Drawn {
     pub figure: Figure,
     /// Name, value and unit of every parameter.
     pub parameters: Vec<(String, String, String)>,
+    /// A command that simulates the same.
+    pub command: String,
 }
 
 /// Makes a figure.
 pub type Make = fn() -> Result<Drawn>;
+
+/// The paper's loop as the figures show it: scenario and settings.
+const PAPER_LOOP: (&str, &[&str]) = ("paper/closed-loop", &["duration=120"]);
 
 /// All figures, in the paper's order.
 pub const FIGURES: &[Make] = &[
@@ -58,13 +63,26 @@ pub const FIGURES: &[Make] = &[
     figure_physical,
 ];
 
-fn drawn(name: &'static str, number: &str, scenario: &Scenario, figure: Figure) -> Drawn {
+/// The command that draws a scenario with these settings.
+fn simulate(scenario: &str, set: &[&str], name: &str) -> String {
+    let set: String = set.iter().map(|each| format!(" --set {each}")).collect();
+    format!("stiction simulate {scenario}{set} --plot {name}.svg")
+}
+
+fn drawn(
+    name: &'static str,
+    number: &str,
+    scenario: &Scenario,
+    figure: Figure,
+    (source, set): (&str, &[&str]),
+) -> Drawn {
     let parameters = scenario.settings();
     Drawn {
         name,
         heading: format!("Figure {number}: {}", figure.title),
         figure,
         parameters: parameters.into_iter().map(|(k, v, u)| (k, v, u.to_owned())).collect(),
+        command: simulate(source, set, name),
     }
 }
 
@@ -80,16 +98,17 @@ fn open_loop(name: &str) -> Result<(Scenario, OpenLoopRun)> {
     }
 }
 
-/// The paper's loop over its first `duration` seconds.
-fn closed_loop(duration: f64) -> Result<(Scenario, Run)> {
-    let set = [format!("duration={duration}")];
-    let scenario = Scenario::open("paper/closed-loop", &set)?;
+/// The paper's loop over its first two minutes.
+fn closed_loop() -> Result<(Scenario, Run)> {
+    let (name, set) = PAPER_LOOP;
+    let set: Vec<String> = set.iter().map(|&each| each.to_owned()).collect();
+    let scenario = Scenario::open(name, &set)?;
     match &scenario.system {
         System::ClosedLoop(system) => {
             let done = system.run()?;
             Ok((scenario, done))
         }
-        _ => bail!("paper/closed-loop is not a closed loop"),
+        _ => bail!("{name} is not a closed loop"),
     }
 }
 
@@ -172,6 +191,9 @@ fn figure_2() -> Result<Drawn> {
         heading: "Figure 2: Force profile during stiction".to_owned(),
         figure,
         parameters: stem_parameters(name, &stem),
+        command: format!(
+            "stiction stem --set {name} --period 200 --duration 200 --sample-time 0.025 -o stem.csv --events slips.csv"
+        ),
     })
 }
 
@@ -219,6 +241,9 @@ fn figure_physical() -> Result<Drawn> {
         heading: "Data-driven against physical model".to_owned(),
         figure,
         parameters,
+        command: "stiction stem --set cts --period 200 --duration 200 --sample-time 0.025 -o cts.csv\n\
+            stiction stem --set cts-stribeck --period 200 --duration 200 --sample-time 0.025 -o cts-stribeck.csv"
+            .to_owned(),
     })
 }
 
@@ -293,6 +318,11 @@ fn figure_3() -> Result<Drawn> {
             ("valve.S".to_owned(), s.to_string(), unit.clone()),
             ("valve.J".to_owned(), j.to_string(), unit),
         ],
+        command: simulate(
+            "paper/open-loop-stiction",
+            &[&format!("valve.S={s}"), &format!("valve.J={j}"), "input.amplitude=20"],
+            "figure-03-typical-behaviour",
+        ),
     })
 }
 
@@ -300,14 +330,14 @@ fn figure_5() -> Result<Drawn> {
     let (scenario, done) = open_loop("paper/open-loop-linear")?;
     let figure = run::open_loop("Valve behaviour in the absence of stiction", &done)
         .caption("Without friction the position follows a periodic ramp exactly.");
-    Ok(drawn("figure-05-no-stiction", "5", &scenario, figure))
+    Ok(drawn("figure-05-no-stiction", "5", &scenario, figure, ("paper/open-loop-linear", &[])))
 }
 
 fn figure_6() -> Result<Drawn> {
     let (scenario, done) = open_loop("paper/step-linear")?;
     let figure = step_figure("Step response of the valve in the absence of stiction", &done)
         .caption("With a first-order stem lag the step response has no offset.");
-    Ok(drawn("figure-06-step-no-stiction", "6", &scenario, figure))
+    Ok(drawn("figure-06-step-no-stiction", "6", &scenario, figure, ("paper/step-linear", &[])))
 }
 
 fn figure_7() -> Result<Drawn> {
@@ -316,21 +346,21 @@ fn figure_7() -> Result<Drawn> {
         "With J = 0 the position waits for the input to cross the dead band S at every reversal, \
          and does not jump.",
     );
-    Ok(drawn("figure-07-dead-band", "7", &scenario, figure))
+    Ok(drawn("figure-07-dead-band", "7", &scenario, figure, ("paper/open-loop-deadband", &[])))
 }
 
 fn figure_8() -> Result<Drawn> {
     let (scenario, done) = open_loop("paper/open-loop-stiction")?;
     let figure = run::open_loop("Valve with stiction and dead band", &done)
         .caption("With J above 0 the stem jumps by J as it breaks away at every reversal.");
-    Ok(drawn("figure-08-stiction", "8", &scenario, figure))
+    Ok(drawn("figure-08-stiction", "8", &scenario, figure, ("paper/open-loop-stiction", &[])))
 }
 
 fn figure_9() -> Result<Drawn> {
     let (scenario, done) = open_loop("paper/step-stiction")?;
     let figure = step_figure("Step response of a valve under stiction and dead band", &done)
         .caption("The stem stops short of the input by the dynamic friction band fd = (S - J)/2.");
-    Ok(drawn("figure-09-step-stiction", "9", &scenario, figure))
+    Ok(drawn("figure-09-step-stiction", "9", &scenario, figure, ("paper/step-stiction", &[])))
 }
 
 fn figure_10() -> Result<Drawn> {
@@ -343,7 +373,7 @@ fn figure_10() -> Result<Drawn> {
     let figure = Figure::new("Jumpy valve movement due to stiction")
         .caption("Under high stiction a slow ramp moves the stem in jumps, with stops in between.")
         .with(panel);
-    Ok(drawn("figure-10-jumpy-movement", "10", &scenario, figure))
+    Ok(drawn("figure-10-jumpy-movement", "10", &scenario, figure, ("paper/open-loop-high", &[])))
 }
 
 fn figure_11() -> Result<Drawn> {
@@ -351,14 +381,14 @@ fn figure_11() -> Result<Drawn> {
     let figure = run::open_loop("Valve response in the presence of high stiction", &done).caption(
         "Position against input is a staircase: flats of S at a reversal, then jumps of J.",
     );
-    Ok(drawn("figure-11-high-stiction", "11", &scenario, figure))
+    Ok(drawn("figure-11-high-stiction", "11", &scenario, figure, ("paper/open-loop-high", &[])))
 }
 
 fn figure_13() -> Result<Drawn> {
-    let (scenario, done) = closed_loop(120.0)?;
+    let (scenario, done) = closed_loop()?;
     let figure = run::closed_loop("Closed-loop response in the presence of stiction", &done)
         .caption("The loop cycles: rectangular valve movement, triangular OP and PV.");
-    Ok(drawn("figure-13-closed-loop", "13", &scenario, figure))
+    Ok(drawn("figure-13-closed-loop", "13", &scenario, figure, PAPER_LOOP))
 }
 
 /// The last two thirds of a run, past its beginning.
@@ -367,7 +397,7 @@ fn settled(signal: &[f64]) -> &[f64] {
 }
 
 fn figure_14() -> Result<Drawn> {
-    let (scenario, done) = closed_loop(120.0)?;
+    let (scenario, done) = closed_loop()?;
     let panel = Panel::new("controller output OP (% of span)", "valve position VP (% of span)")
         .with(Series::line("VP", settled(&done.op), settled(&done.vp)).colour(colour::VERMILION))
         .equal_aspect();
@@ -376,15 +406,15 @@ fn figure_14() -> Result<Drawn> {
         .width(640.0)
         .panel_height(460.0)
         .with(panel);
-    Ok(drawn("figure-14-op-vp", "14", &scenario, figure))
+    Ok(drawn("figure-14-op-vp", "14", &scenario, figure, PAPER_LOOP))
 }
 
 fn figure_15() -> Result<Drawn> {
-    let (scenario, done) = closed_loop(120.0)?;
+    let (scenario, done) = closed_loop()?;
     let figure = op_pv_figure("Controller output against process output", &done).caption(
         "Seen through the process the parallelogram becomes an ellipse with sharp turning points.",
     );
-    Ok(drawn("figure-15-op-pv", "15", &scenario, figure))
+    Ok(drawn("figure-15-op-pv", "15", &scenario, figure, PAPER_LOOP))
 }
 
 fn figure_16() -> Result<Drawn> {
@@ -397,7 +427,7 @@ fn figure_16() -> Result<Drawn> {
     for (panel, label) in figure.panels.iter_mut().zip(["temperature (degrees)", "flow (%)"]) {
         panel.y_label = label.to_owned();
     }
-    Ok(drawn("figure-16-flow-step", "16", &scenario, figure))
+    Ok(drawn("figure-16-flow-step", "16", &scenario, figure, ("paper/flow-cascade", &[])))
 }
 
 fn figure_17() -> Result<Drawn> {
@@ -406,7 +436,7 @@ fn figure_17() -> Result<Drawn> {
         op_pv_figure("Controller output against flow of the laboratory loop", &done.slave)
             .caption("With sharp turning points, like the simulated loop's map in Figure 15.");
     figure.panels[0].y_label = "flow (%)".to_owned();
-    Ok(drawn("figure-17-flow-op-pv", "17", &scenario, figure))
+    Ok(drawn("figure-17-flow-op-pv", "17", &scenario, figure, ("paper/flow-cascade", &[])))
 }
 
 /// OP and VP over time.

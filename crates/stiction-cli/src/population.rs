@@ -120,6 +120,11 @@ pub fn run(args: Args) -> Result<()> {
 }
 
 fn write_recording(folder: &Path, name: &str, simulated: &Simulated, vp: bool) -> Result<()> {
+    output::write(Some(&folder.join(format!("{name}.csv"))), recorded(simulated, vp).as_bytes())
+}
+
+/// What a plant would have recorded of a loop, as CSV; with the valve position if that is asked for.
+pub fn recorded(simulated: &Simulated, vp: bool) -> String {
     let recording = &simulated.recording;
     let op = &recording.op;
     let times = output::times(simulated.truth.facts.sample_time_s, op.values.len());
@@ -132,5 +137,5 @@ fn write_recording(folder: &Path, name: &str, simulated: &Simulated, vp: bool) -
     if vp {
         columns.push(("vp", Some(&simulated.truth.vp)));
     }
-    output::write(Some(&folder.join(format!("{name}.csv"))), table::write(&columns).as_bytes())
+    table::write(&columns)
 }

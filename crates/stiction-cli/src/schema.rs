@@ -7,10 +7,10 @@ use clap::builder::PossibleValuesParser;
 use stiction_report::document::{self, schema_of};
 
 /// What has a schema: its name, and what writes the schema.
-type Described = (&'static str, fn() -> String);
+pub type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-const SCHEMAS: [Described; 13] = [
+pub const SCHEMAS: [Described; 13] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("inspect", schema_of::<inspect::Document>),

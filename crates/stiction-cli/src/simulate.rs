@@ -96,6 +96,12 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
+/// What `stiction simulate` writes of a scenario: these columns as CSV.
+pub fn recorded(scenario: &Scenario, columns: &[String]) -> Result<String> {
+    let report = simulate(scenario, Wanted { csv: true, columns, figure: false })?;
+    report.csv.context("a run without samples")
+}
+
 fn simulate(scenario: &Scenario, wanted: Wanted<'_>) -> Result<Report> {
     let title = &scenario.title;
     Ok(match &scenario.system {

@@ -3,6 +3,7 @@
 mod bench;
 mod compensate;
 mod diagnose;
+mod docs;
 mod figures;
 mod fit;
 mod fmu;

@@ -59,12 +59,7 @@ fn section(case: &Loop<'_>) -> Section {
     let overruled = diagnosis.verdict.overruled.as_ref();
     section.reasons = overruled.map(words::overruled).into_iter().collect();
     let fitted = fitted::of_accused(diagnosis);
-    let context = Context {
-        start: diagnosis.start,
-        pv_unit: diagnosis.pv_unit.as_deref(),
-        modes: diagnosis.mode.as_ref(),
-        period_s: diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s),
-    };
+    let context = Context::of(diagnosis);
     section.head = Some(head::head(diagnosis, source, &context, fitted.as_ref()));
 
     section = section

@@ -2,26 +2,22 @@
 
 use super::diagnosis::{by_rank, report};
 use super::layout::{Badge, STYLE, TABLES, badge, number};
+use super::small_trend::{Small, small_trend};
 use crate::Error;
 use crate::document::{self, Loop};
 use crate::words::{self, percent, rough, spoken};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use stiction_diagnose::diagnose::{Diagnosis, Grade};
-use stiction_diagnose::recording::{Segment, fitness::Class};
-use stiction_diagnose::series::{max, min};
+use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::page::relative;
 
 /// Name of the index.
 pub const INDEX: &str = "index.html";
 /// Folder of the loops' pages, beside it.
 const LOOPS: &str = "loops";
-/// Columns of a small trend, and its size, px.
-const COLUMNS: usize = 48;
-const SMALL: (f64, f64) = (120.0, 24.0);
-/// Periods that it shows.
-const PERIODS: f64 = 6.0;
+/// Width of a small trend, px.
+const SMALL: f64 = 120.0;
 
 /// Reports on many loops, a page each, and an index of them.
 #[derive(Debug, Clone)]
@@ -183,10 +179,17 @@ fn row(Loop { diagnosis, source }: &Loop<'_>, path: &str, later: bool) -> Markup
             (cell(swing.map(|a| (a, format!("{} {unit}", rough(a)).trim_end().to_owned()))))
             (cell(travel.map(|t| (t, rough(t)))))
             td { (data) }
-            td { (small_trend(diagnosis)) }
+            td { (trend(diagnosis)) }
             td.soft { (source.file) }
         }
     }
+}
+
+/// The PV in little, or the OP where there is none.
+fn trend(diagnosis: &Diagnosis) -> Markup {
+    let drawn = small_trend(diagnosis, Small::Pv, SMALL);
+    let drawn = drawn.or_else(|| small_trend(diagnosis, Small::Op, SMALL));
+    html! { @if let Some(svg) = drawn { (PreEscaped(svg)) } }
 }
 
 /// Where a grade stands among all of them, the worst first.
@@ -200,59 +203,6 @@ fn cell(of: Option<(f64, String)>) -> Markup {
         Some((value, text)) => html! { td.number data-value=(number(value)) { (text) } },
         None => html! { td.number { "–" } },
     }
-}
-
-/// The last periods of the PV, or of the OP where there is none, as a line.
-fn small_trend(diagnosis: &Diagnosis) -> Markup {
-    let Some(segment) = diagnosis.segment() else { return html! {} };
-    let (name, signal) = match &segment.pv {
-        Some(pv) => ("PV", pv),
-        None => ("OP", &segment.op),
-    };
-    let samples = samples_shown(diagnosis, segment);
-    let shown = &signal[signal.len() - samples..];
-    let (low, high) = (min(shown), max(shown));
-    if !(high > low) {
-        return html! {};
-    }
-    let label = format!("{name}, last {}", spoken(samples as f64 * segment.sample_time));
-    let (width, height) = SMALL;
-    html! {
-        svg.small viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(label) {
-            path d=(line(shown, low, high)) {}
-        }
-    }
-}
-
-fn samples_shown(diagnosis: &Diagnosis, segment: &Segment) -> usize {
-    let period = diagnosis.oscillation().and_then(|(_, found)| found.period_s);
-    let samples =
-        period.map_or(segment.len(), |p| (PERIODS * p / segment.sample_time).ceil() as usize);
-    samples.clamp(1, segment.len())
-}
-
-/// Path data of a line in tenths of a px, with the extremes of each column.
-fn line(x: &[f64], low: f64, high: f64) -> String {
-    let (width, height) = SMALL;
-    let columns = COLUMNS.min(x.len());
-    let mut d = String::new();
-    let mut put = |at: f64, v: f64| {
-        let y = 1.0 + (height - 2.0) * (1.0 - (v - low) / (high - low));
-        // Writing to a string cannot fail.
-        let _ = write!(d, "{}{:.0} {y:.0}", if d.is_empty() { "M" } else { "L" }, at);
-    };
-    for column in 0..columns {
-        let part = &x[column * x.len() / columns..(column + 1) * x.len() / columns];
-        let at = width * (column as f64 + 0.5) / columns as f64;
-        let (least, most) = (min(part), max(part));
-        // In the order in which they came.
-        let rising = part.first() <= part.last();
-        put(at, if rising { least } else { most });
-        if most > least {
-            put(at + 0.5, if rising { most } else { least });
-        }
-    }
-    d
 }
 
 /// The name of a page's file: the place of its loop, which no other has, and what of its name every file system
@@ -271,12 +221,5 @@ mod tests {
     fn files_have_names_that_any_system_holds() {
         assert_eq!(file_name(0, "FIC-101"), "00001-FIC-101.html");
         assert_eq!(file_name(11, "../Ü/a b"), "00012-_____a_b.html");
-    }
-
-    #[test]
-    fn a_small_trend_is_small() {
-        let x: Vec<f64> = (0..5_000).map(|k| (0.01 * f64::from(k)).sin()).collect();
-        let d = line(&x, -1.0, 1.0);
-        assert!(d.starts_with('M') && d.len() < 700, "{}", d.len());
     }
 }

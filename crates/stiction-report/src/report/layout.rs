@@ -419,6 +419,11 @@ impl From<Class> for Badge {
 }
 
 impl Badge {
+    /// As HTML, of the class `badge` and that of its tone: `bad`, `warning`, `good` or `open`.
+    pub fn html(&self) -> String {
+        badge(self).into_string()
+    }
+
     /// Symbol and word, for a cell of a table.
     pub fn text(&self) -> String {
         // Unbroken.

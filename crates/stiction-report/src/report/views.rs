@@ -9,6 +9,7 @@ use super::layout::number;
 use super::time_axis::TimeAxis;
 use crate::words::spoken;
 use stiction_diagnose::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
+use stiction_diagnose::diagnose::Diagnosis;
 use stiction_diagnose::oscillation::separate::separate;
 use stiction_diagnose::recording::{LoopType, Mode, Modes, Segment};
 use stiction_diagnose::series::{
@@ -48,7 +49,17 @@ pub struct Context<'a> {
     pub period_s: Option<f64>,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// What a diagnosis knows.
+    pub fn of(diagnosis: &'a Diagnosis) -> Self {
+        Self {
+            start: diagnosis.start,
+            pv_unit: diagnosis.pv_unit.as_deref(),
+            modes: diagnosis.mode.as_ref(),
+            period_s: diagnosis.oscillation().and_then(|(_, found)| found.period_s),
+        }
+    }
+
     pub(super) fn pv_label(&self, names: &str) -> String {
         format!("{names} ({})", self.pv_unit.unwrap_or("units of the PV"))
     }
@@ -204,8 +215,10 @@ fn axis_of(segments: &[Segment], context: &Context<'_>) -> Option<TimeAxis> {
     Some(TimeAxis::of_times(context.start, last.from + last.duration()))
 }
 
-/// PV over OP for the first screen, with S drawn on it.
-pub(super) fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Option<Figure> {
+/// PV over OP for the first screen, with `s` drawn on it.
+///
+/// `None` as of [`pv_op_map`].
+pub fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Option<Figure> {
     let mut figure = pv_op_map(segment, context)?;
     let panel = figure.panels.first_mut()?;
     let from = last_periods(segment, context);

@@ -1,0 +1,124 @@
+//! `stiction docs`: the documentation as a site, for reading without a network.
+
+mod cases;
+mod columns;
+mod commands;
+mod figures;
+mod gallery;
+
+use crate::{Cli, output, progress, schema};
+use anyhow::{Context, Result, bail};
+use clap::{CommandFactory, Parser};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use stiction_docs::markdown::literal;
+use stiction_docs::{Page, Site, contents};
+
+/// Write the documentation, a site of pages that need no network, and print where it begins.
+///
+/// It holds a gallery of twelve loops with known truth, which are simulated and diagnosed while it is written; what
+/// every command, key and column means; how often the verdict is right; and the paper's figures. All pages can be
+/// searched. The same version writes the same bytes.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction docs --open
+  stiction docs -o site")]
+pub struct Args {
+    /// Folder to write to; made if it is not there [default: a folder among the user's caches]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Open the first page in the browser
+    #[arg(long)]
+    open: bool,
+}
+
+/// A file by which a folder is known as a site, so that no other is written over.
+const MARK: &str = ".stiction-docs";
+
+pub fn run(args: Args) -> Result<()> {
+    let folder = match args.output {
+        Some(folder) => folder,
+        None => dirs::cache_dir()
+            .context("no folder for caches is known of this user; name a folder with -o")?
+            .join(concat!("stiction/docs-", env!("CARGO_PKG_VERSION"))),
+    };
+    claim(&folder)?;
+    let files = site()?.files()?;
+    for file in &files {
+        let path = folder.join(&file.path);
+        if let Some(above) = path.parent() {
+            std::fs::create_dir_all(above).with_context(|| above.display().to_string())?;
+        }
+        output::write(Some(&path), &file.bytes)?;
+    }
+    let index = folder.join("index.html");
+    output::line(index.display())?;
+    if args.open {
+        open::that(&index).with_context(|| index.display().to_string())?;
+    }
+    Ok(())
+}
+
+/// Makes the folder and marks it as a site; refuses one that holds anything else.
+fn claim(folder: &Path) -> Result<()> {
+    let named = || folder.display().to_string();
+    std::fs::create_dir_all(folder).with_context(named)?;
+    let mark = folder.join(MARK);
+    let empty = std::fs::read_dir(folder).with_context(named)?.next().is_none();
+    if !empty && !mark.is_file() {
+        bail!(
+            "{} is not empty, and no site that stiction wrote; name an empty or a new folder with -o",
+            named()
+        );
+    }
+    output::write(Some(&mark), b"Written by stiction docs, which writes over what it wrote.\n")
+}
+
+/// The whole site: what is written by hand, and what is made here.
+fn site() -> Result<Site> {
+    let mut site = Site::new(output::TOOL);
+    let progress =
+        progress::bar("writing the site", cases::CASES.len() + crate::paper::FIGURES.len());
+    let shown: Vec<gallery::Shown> = cases::CASES
+        .par_iter()
+        .map(|case| {
+            let shown = gallery::Shown::of(case).with_context(|| format!("case {}", case.tag));
+            progress.inc(1);
+            shown
+        })
+        .collect::<Result<_>>()?;
+    site.add(gallery::page(&shown));
+    for each in &shown {
+        site.add(each.page()?);
+        each.files()?.into_iter().for_each(|file| site.file(file));
+    }
+    let (page, drawn) = figures::page(|| progress.inc(1))?;
+    site.add(page);
+    drawn.into_iter().for_each(|file| site.file(file));
+    progress.finish_and_clear();
+
+    site.add(commands::page(Cli::command()));
+    site.add(columns::page(&shown)?);
+    schemas(&mut site)?;
+    Ok(site)
+}
+
+/// A page for each JSON document, and one that lists them.
+fn schemas(site: &mut Site) -> Result<()> {
+    let mut list = "# JSON documents\n\nWhat commands print with `--json`, field by field. \
+        `stiction schema NAME` prints the same as a JSON schema, for programs.\n\n"
+        .to_owned();
+    for (name, schema) in schema::SCHEMAS {
+        let schema: serde_json::Value = serde_json::from_str(&schema())?;
+        let about = schema["description"].as_str().map_or(String::new(), literal);
+        list += &format!("* [{name}](schemas/{name}.html): {about}\n");
+        let text = format!(
+            "# The document “{name}”\n\n{}\n\n```sh\nstiction schema {name}\n```\n",
+            stiction_docs::schema::tables(&schema)
+        );
+        let page = Page::new(format!("schemas/{name}.html"), format!("JSON: {name}"), text);
+        site.add(page.under(contents::SCHEMAS));
+    }
+    site.add(Page::new(contents::SCHEMAS, "JSON documents", list));
+    Ok(())
+}

@@ -1,0 +1,344 @@
+//! The gallery: each case simulated, read as a plant's file would be, diagnosed, and held against what is true of it.
+
+use super::cases::{Case, Made};
+use crate::{output, population, simulate};
+use anyhow::{Context as _, Result};
+use maud::{Markup, PreEscaped, html};
+use std::fmt::Write as _;
+use stiction::diagnose::{Basis, DiagnoseOptions, Diagnosis, Grade, diagnose};
+use stiction::population::LoopKind;
+use stiction::recording::LoopType;
+use stiction_docs::{File, Page, contents};
+use stiction_figure::Figure;
+use stiction_io::ReadOptions;
+use stiction_io::reading::parse;
+use stiction_io::scenario::Scenario;
+use stiction_report::document::{Loop, Source};
+use stiction_report::report::views::{head_map, trends};
+use stiction_report::report::{self, Badge, Context, Small, small_trend};
+use stiction_report::words::{interval, percent, rough, verdict};
+
+/// Width of the trends on a card, px.
+const CARD: f64 = 260.0;
+/// Periods of the trend that is drawn large.
+const SHOWN: f64 = 4.0;
+
+/// A case with what came of it.
+pub struct Shown {
+    pub case: &'static Case,
+    csv: String,
+    source: Source,
+    diagnosis: Diagnosis,
+    truth: Truth,
+}
+
+/// What is true of a valve.
+struct Truth {
+    sticks: bool,
+    responds: bool,
+    s: f64,
+    j: f64,
+}
+
+/// What a verdict is worth beside the truth.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Worth {
+    Right,
+    /// It was cleared, and sticks by less than its limit says would have shown.
+    WithinLimit,
+    Open,
+    Wrong,
+}
+
+impl Shown {
+    /// Simulates a case, and diagnoses what a plant would have recorded of it.
+    pub fn of(case: &'static Case) -> Result<Self> {
+        let (csv, truth, kind) = match case.made {
+            Made::Scenario { name, set, columns } => {
+                let set: Vec<String> = set.iter().map(|&each| each.to_owned()).collect();
+                let columns: Vec<String> = columns.split(',').map(str::to_owned).collect();
+                let scenario = Scenario::open(name, &set)?;
+                let csv = simulate::recorded(&scenario, &columns)?;
+                (csv, Truth::of_scenario(&scenario)?, LoopType::by_name(case.loop_type)?)
+            }
+            Made::Population { kind, seed } => {
+                let simulated = LoopKind::by_name(kind)?.simulate(seed)?;
+                let truth = &simulated.truth;
+                let truth = Truth {
+                    sticks: truth.sticks,
+                    responds: truth.kind != LoopKind::Stuck,
+                    s: truth.s,
+                    j: truth.j,
+                };
+                let csv = population::recorded(&simulated, false);
+                (csv, truth, LoopType::by_name(case.loop_type)?)
+            }
+        };
+        let mut options = ReadOptions::default();
+        options.all.loop_type = Some(kind);
+        let reading = parse(csv.as_bytes(), &format!("{}.csv", case.tag), &options)?;
+        let recording = reading.recordings.first().context("no loop is in it")?;
+        let source = Source { file: reading.origin.clone(), sha256: reading.sha256.clone() };
+        let wanted = DiagnoseOptions { evidence: true, ..DiagnoseOptions::default() };
+        let diagnosis = diagnose(recording, &wanted)?;
+        Ok(Self { case, csv, source, diagnosis, truth })
+    }
+
+    /// The same for tables and reports.
+    pub fn found(&self) -> Loop<'_> {
+        Loop { source: &self.source, diagnosis: &self.diagnosis }
+    }
+
+    fn badge(&self) -> Markup {
+        PreEscaped(Badge::from(self.diagnosis.verdict.grade).html())
+    }
+
+    fn worth(&self) -> Worth {
+        let (verdict, truth) = (&self.diagnosis.verdict, &self.truth);
+        let right = match verdict.grade {
+            Grade::Sticks | Grade::ProbablySticks => truth.sticks && truth.responds,
+            Grade::DoesNotRespond => !truth.responds,
+            Grade::Fine | Grade::ProbablyFine => {
+                let hidden = verdict.s_below.is_some_and(|limit| truth.s < limit.value);
+                if truth.sticks && hidden {
+                    return Worth::WithinLimit;
+                }
+                !truth.sticks
+            }
+            Grade::Unclear | Grade::CannotAnswer => return Worth::Open,
+        };
+        if right { Worth::Right } else { Worth::Wrong }
+    }
+
+    /// S as it is told, with its interval or its limit.
+    fn s(&self) -> String {
+        match (self.diagnosis.stiction.s, self.diagnosis.verdict.s_below) {
+            (Some(s), _) => interval(s),
+            (None, Some(limit)) => format!(
+                "below {} %; of valves that stick by more, {:.0} % would have shown",
+                rough(limit.value),
+                100.0 * limit.confidence
+            ),
+            (None, None) => "not told".to_owned(),
+        }
+    }
+
+    /// The probability that it sticks, in words.
+    fn probability(&self) -> String {
+        let verdict = &self.diagnosis.verdict;
+        match (verdict.basis, verdict.probability.map(percent)) {
+            (Basis::ValvePosition, _) => "none: the position was measured".to_owned(),
+            (_, None) => "none is told".to_owned(),
+            (Basis::OpAlone, Some(told)) => format!("{told}, by the pattern of the OP alone"),
+            (_, Some(told)) => told,
+        }
+    }
+
+    /// Whether the true S lies in the interval that was told.
+    fn caught(&self) -> Option<bool> {
+        let told =
+            self.diagnosis.stiction.s.filter(|_| self.truth.sticks && self.truth.responds)?;
+        Some((told.low..=told.high).contains(&self.truth.s))
+    }
+
+    fn card(&self) -> Markup {
+        let [page, _, _] = self.names();
+        html! {
+            a.case href=(page) {
+                h2 { (self.case.title) }
+                @for signal in [Small::Pv, Small::Op] {
+                    @if let Some(svg) = small_trend(&self.diagnosis, signal, CARD) { (PreEscaped(svg)) }
+                }
+                p { (self.badge()) " " (self.probability()) }
+                p { "S: " (self.s()) "." }
+                p.soft { "True: " (self.truth.words()) "." }
+                p.soft { "The verdict is " (self.worth().word()) "." }
+            }
+        }
+    }
+
+    /// Files of its page, its data and its report.
+    fn names(&self) -> [String; 3] {
+        let tag = self.case.tag;
+        [
+            format!("gallery/{tag}.html"),
+            format!("gallery/{tag}.csv"),
+            format!("gallery/{tag}-report.html"),
+        ]
+    }
+
+    /// Its page.
+    pub fn page(&self) -> Result<Page> {
+        let case = self.case;
+        let verdict_told = verdict(&self.diagnosis);
+        let facts = html! {
+            dl.facts {
+                div { dt { "Verdict" } dd { (self.badge()) } }
+                div { dt { "Probability that it sticks" } dd { (self.probability()) } }
+                div { dt { "S, stick band plus dead band" } dd { (self.s()) } }
+                div { dt { "True" } dd { (self.truth.words()) } }
+                div { dt { "So the verdict is" } dd { (self.worth().word()) @if let Some(caught) = self.caught() {
+                    @if caught { ", and the true S lies in the interval" } @else { ", but the true S lies outside of the interval" }
+                } } }
+            }
+        };
+        let mut text = format!("# {}\n\n{}\n\n{}\n\n", case.title, case.look, facts.into_string());
+        let tag = case.tag;
+        for (name, figure) in self.figures() {
+            let caption = &figure.caption;
+            let image = html! {
+                figure {
+                    div.wide { img src={ (tag) "-" (name) ".svg" } alt={ (tag) ": " (caption) }; }
+                    figcaption { (caption) }
+                }
+            };
+            let _ = writeln!(text, "{}\n", image.into_string());
+        }
+        let _ = write!(
+            text,
+            "> {verdict_told}\n\n## What to learn from it\n\n{}\n\n## Do it yourself\n\n```sh\n{}\n```\n\n\
+            The [recording]({tag}.csv) is in this folder, and so is the [whole report]({tag}-report.html).\n",
+            case.learn,
+            self.commands(),
+        );
+        let [page, ..] = self.names();
+        Ok(Page::new(page, case.title, text).under(contents::GALLERY))
+    }
+
+    /// The commands that make the recording and the report.
+    fn commands(&self) -> String {
+        let Case { tag, loop_type, .. } = self.case;
+        let (make, file) = match self.case.made {
+            Made::Scenario { name, set, columns } => {
+                let set: Vec<String> =
+                    set.iter().map(|each| format!(" --set {}", quoted(each))).collect();
+                let set = set.concat();
+                (
+                    format!("stiction simulate {name}{set} --columns {columns} -o {tag}.csv"),
+                    format!("{tag}.csv"),
+                )
+            }
+            Made::Population { kind, seed } => (
+                format!("stiction population --n 1 --seed {seed} --kind \"{kind}\" -o {tag}"),
+                format!("{tag}/loop-0.csv"),
+            ),
+        };
+        format!("{make}\nstiction diagnose {file} --type {loop_type} --report {tag}-report.html")
+    }
+
+    /// What was recorded, its last periods, and PV over OP, each with the name of its file.
+    fn figures(&self) -> Vec<(&'static str, Figure)> {
+        let context = Context::of(&self.diagnosis);
+        let judged = self.diagnosis.judged.as_ref().map_or(0, |judged| judged.segment);
+        let mut figures = vec![];
+        if let Some(trend) = trends(&self.diagnosis.grid.segments, judged, &context) {
+            figures.push(("trend", trend));
+        }
+        let Some(segment) = self.diagnosis.segment() else { return figures };
+        let samples = context.period_s.map(|p| (SHOWN * p / segment.sample_time).ceil() as usize);
+        // Of a record that is hardly longer it would show the same again.
+        if let Some(samples) = samples.filter(|samples| 2 * samples < segment.len()) {
+            let last = segment.part(segment.len() - samples, samples);
+            if let Some(mut close) = trends(&[last], 0, &context) {
+                close.caption = format!("The last {SHOWN} periods.");
+                figures.push(("close", close));
+            }
+        }
+        let s = self.diagnosis.stiction.s.map(|s| s.value);
+        if let Some(map) = head_map(segment, s, &context) {
+            figures.push(("map", map));
+        }
+        figures
+    }
+
+    /// Its data, its report and its figures.
+    pub fn files(&self) -> Result<Vec<File>> {
+        let [_, data, page] = self.names();
+        let report = report::html(output::TOOL, &[self.found()])?;
+        let mut files = vec![File::new(data, &*self.csv), File::new(page, report)];
+        for (name, figure) in self.figures() {
+            files.push(File::new(format!("gallery/{}-{name}.svg", self.case.tag), figure.svg()?));
+        }
+        Ok(files)
+    }
+}
+
+impl Truth {
+    /// What a scenario says of its valve.
+    fn of_scenario(scenario: &Scenario) -> Result<Self> {
+        let settings = scenario.settings();
+        let value = |key: &str| {
+            settings.iter().find(|(name, ..)| name == key).map(|(_, value, _)| &**value)
+        };
+        let number = |key: &str| -> Result<f64> {
+            let text = value(key).with_context(|| format!("the scenario has no {key}"))?;
+            text.trim().parse().with_context(|| format!("{key} = {text}"))
+        };
+        match value("valve.model").map(|name| name.trim_matches(['"', ' '])) {
+            Some("ideal") => Ok(Self { sticks: false, responds: true, s: 0.0, j: 0.0 }),
+            _ => Ok(Self {
+                sticks: true,
+                responds: true,
+                s: number("valve.S")?,
+                j: number("valve.J")?,
+            }),
+        }
+    }
+
+    fn words(&self) -> String {
+        match self {
+            Self { responds: false, .. } => "the valve does not move".to_owned(),
+            Self { sticks: true, s, j, .. } => {
+                format!(
+                    "the valve sticks, S\u{a0}{}\u{a0}% and J\u{a0}{}\u{a0}%",
+                    rough(*s),
+                    rough(*j)
+                )
+            }
+            Self { s, .. } if *s > 0.0 => {
+                format!("the valve is healthy, with a dead band of {}\u{a0}%", rough(*s))
+            }
+            _ => "the valve is healthy".to_owned(),
+        }
+    }
+}
+
+impl Worth {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::WithinLimit => {
+                "right about its limit: the valve sticks by less than would have shown"
+            }
+            Self::Open => "left open",
+            Self::Wrong => "wrong",
+        }
+    }
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    if word.contains(['"', ' ', '[']) { format!("'{word}'") } else { word.to_owned() }
+}
+
+/// The page of all cases.
+pub fn page(shown: &[Shown]) -> Page {
+    let count = |worth: Worth| shown.iter().filter(|each| each.worth() == worth).count();
+    let cards = html! { div.cases { @for each in shown { (each.card()) } } };
+    let text = format!(
+        "# Twelve loops\n\n\
+        Control valves that stick, and loops that look as if. Each was simulated, so what is true is known; written as \
+        a file, as a plant would have recorded it; and diagnosed from that file. Of these {} verdicts {} are right, {} \
+        clears a valve that sticks by less than its limit, {} leave open what is true, and {} are wrong. They were chosen to show what is easy and what is not: how often the \
+        verdict is right is counted on thousands of loops, in [accuracy](accuracy.html).\n\n\
+        A card shows the last six periods, PV in green and OP in blue; its percentage is the probability that the valve \
+        sticks.\n\n{}\n",
+        shown.len(),
+        count(Worth::Right),
+        count(Worth::WithinLimit),
+        count(Worth::Open),
+        count(Worth::Wrong),
+        cards.into_string(),
+    );
+    Page::new(contents::GALLERY, "Twelve loops", text)
+}

@@ -1,0 +1,179 @@
+//! The documentation as a site: a folder of HTML pages that is read from the disk, without a network.
+//!
+//! * [`contents`]: which pages there are, in which order, and the Markdown of those that are written by hand;
+//! * [`markdown`]: a page of Markdown as HTML, with its links set to where things are in the site;
+//! * [`schema`]: a JSON schema as tables that people read.
+//!
+//! Pages that are made, such as the help of the commands, are handed in as Markdown. Nothing here touches a file: a
+//! [`Site`] becomes a list of names and bytes, and equal input gives equal output.
+//!
+//! ```
+//! use stiction_docs::{Page, Site, contents};
+//!
+//! let mut site = Site::new("stiction 0.1.0");
+//! for path in contents::made() {
+//!     site.add(Page::new(path, "Made", "# Made\n\nBy a program."));
+//! }
+//! let files = site.files()?;
+//! assert!(files.iter().any(|file| file.path == "index.html"));
+//! # Ok::<(), stiction_docs::Missing>(())
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod contents;
+pub mod markdown;
+pub mod schema;
+mod search;
+mod template;
+
+use contents::{CONTENTS, FIGURES};
+use markdown::Rendered;
+use std::collections::BTreeSet;
+
+/// A page of the site as it is handed in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Page {
+    /// Its file, from the folder of the site on, with `/` between folders.
+    pub path: String,
+    /// Its title, for the browser and the search.
+    pub title: String,
+    /// What it says, in Markdown; its links are relative to its place in the site.
+    pub markdown: String,
+    /// The page of the contents that it belongs to, if it does not stand there itself.
+    pub under: Option<String>,
+}
+
+impl Page {
+    /// A page that stands in the contents.
+    pub fn new(
+        path: impl Into<String>,
+        title: impl Into<String>,
+        markdown: impl Into<String>,
+    ) -> Self {
+        let (path, title, markdown) = (path.into(), title.into(), markdown.into());
+        Self { path, title, markdown, under: None }
+    }
+
+    /// Puts it under a page of the contents.
+    #[must_use]
+    pub fn under(mut self, path: impl Into<String>) -> Self {
+        self.under = Some(path.into());
+        self
+    }
+}
+
+/// A file of the site.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Its name from the folder of the site on, with `/` between folders.
+    pub path: String,
+    /// What it holds.
+    pub bytes: Vec<u8>,
+}
+
+impl File {
+    /// A file of that name.
+    pub fn new(path: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+        Self { path: path.into(), bytes: bytes.into() }
+    }
+}
+
+/// A page of the contents that nobody handed in, or one that was handed in and has no place there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Missing(String);
+
+impl std::fmt::Display for Missing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} is in the contents or among the pages, but not in both", self.0)
+    }
+}
+
+impl std::error::Error for Missing {}
+
+/// The site: the pages written by hand, and those handed in.
+#[derive(Debug, Clone)]
+pub struct Site {
+    tool: String,
+    pages: Vec<Page>,
+    files: Vec<File>,
+}
+
+impl Site {
+    /// A site with the pages that are written by hand; `tool` is what makes it, with its version.
+    pub fn new(tool: impl Into<String>) -> Self {
+        Self { tool: tool.into(), pages: vec![], files: vec![] }
+    }
+
+    /// Adds a page that was made.
+    pub fn add(&mut self, page: Page) {
+        self.pages.push(page);
+    }
+
+    /// Adds a file that pages show or lead to.
+    pub fn file(&mut self, file: File) {
+        self.files.push(file);
+    }
+
+    /// All files of the site, by name.
+    ///
+    /// # Errors
+    /// If a page that the contents name was not added, or one was added that they do not name.
+    pub fn files(&self) -> Result<Vec<File>, Missing> {
+        let mut rendered: Vec<Rendered> = vec![];
+        for listed in contents::pages() {
+            let page = self.pages.iter().find(|page| page.path == listed.path);
+            rendered.push(match (listed.written, page) {
+                (Some(written), None) => markdown::written(listed, written),
+                (None, Some(page)) => markdown::made(page, listed.path),
+                _ => return Err(Missing(listed.path.to_owned())),
+            });
+        }
+        let known: BTreeSet<&str> = contents::pages().map(|page| page.path).collect();
+        for page in self.pages.iter().filter(|page| !known.contains(&*page.path)) {
+            let above = page.under.as_deref().filter(|above| known.contains(above));
+            let above = above.ok_or_else(|| Missing(page.path.clone()))?;
+            rendered.push(markdown::made(page, above));
+        }
+
+        let mut files = vec![
+            File::new(template::STYLE_PATH, template::STYLE),
+            File::new(template::SCRIPT_PATH, template::SCRIPT),
+            File::new(search::PATH, search::index(&rendered)),
+        ];
+        files.extend(FIGURES.iter().map(|(path, bytes)| File::new(*path, *bytes)));
+        let html =
+            |page: &Rendered| File::new(&*page.path, template::page(&self.tool, CONTENTS, page));
+        files.extend(rendered.iter().map(html));
+        files.extend(self.files.iter().cloned());
+        files.sort_by(|a, b| a.path.cmp(&b.path));
+        Ok(files)
+    }
+}
+
+/// The way from a file of the site to another, with `/` between folders.
+pub fn relative(from: &str, to: &str) -> String {
+    let folders = |path: &str| -> Vec<String> {
+        let mut parts: Vec<String> = path.split('/').map(str::to_owned).collect();
+        parts.pop();
+        parts
+    };
+    let (from, target) = (folders(from), folders(to));
+    let common = from.iter().zip(&target).take_while(|(a, b)| a == b).count();
+    let name = to.rsplit('/').next().unwrap_or(to);
+    let up = (common..from.len()).map(|_| "..");
+    let down = target[common..].iter().map(String::as_str);
+    up.chain(down).chain([name]).collect::<Vec<_>>().join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::relative;
+
+    #[test]
+    fn ways_lead_there() {
+        assert_eq!(relative("index.html", "fit.html"), "fit.html");
+        assert_eq!(relative("guides/a.html", "fit.html"), "../fit.html");
+        assert_eq!(relative("guides/a.html", "guides/b.html"), "b.html");
+        assert_eq!(relative("a/b/c.html", "a/d/e.html"), "../d/e.html");
+    }
+}
