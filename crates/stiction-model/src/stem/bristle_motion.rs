@@ -4,7 +4,7 @@
 //! velocity, changes inside a GMS law, and meetings with an end stop.
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
-use super::equations::{Equations, STATES};
+use super::equations::{self, Equations, STATES};
 use super::friction::bristle::{BristleLaw, ELEMENTS};
 use super::pressure::Drive;
 use super::simulate::EventKind;
@@ -12,6 +12,9 @@ use crate::error::Result;
 use crate::numeric::radau::{self, GUARDS, System, Tolerance};
 use crate::numeric::roots::first_fall;
 use crate::valve::Direction;
+
+/// The guard of the [`Gait`], the last.
+const GAIT: usize = equations::GUARDS - 1;
 
 /// The stem between two moments; `state` is position, velocity, deflections.
 #[derive(Debug, Clone)]
@@ -22,6 +25,41 @@ pub(super) struct BristleMotion<L, const N: usize> {
     direction: Direction,
     /// Pressed against an end stop.
     held: bool,
+    gait: Gait,
+}
+
+/// Whether a stem on bristles counts as stuck or as moving, which its motion does not depend on. Two speeds, so that a
+/// speed near one of them is not both by turns.
+#[derive(Debug, Clone, Copy)]
+struct Gait {
+    moves: bool,
+    /// Above this speed it moves, m/s; below half of it, it is stuck.
+    moving_m_per_s: f64,
+}
+
+impl Gait {
+    fn new(body: &Body) -> Self {
+        /// Strokes per second: this project's choice.
+        const MOVING: f64 = 1e-3;
+        Self { moves: false, moving_m_per_s: MOVING * body.stem.stroke_m }
+    }
+
+    /// At least 0 until it changes.
+    fn guard(self, velocity_m_per_s: f64) -> f64 {
+        let speed = velocity_m_per_s.abs();
+        if self.moves { speed - 0.5 * self.moving_m_per_s } else { self.moving_m_per_s - speed }
+    }
+
+    fn change(&mut self, recorder: &mut Recorder<'_>) {
+        self.moves = !self.moves;
+        recorder.slips += usize::from(self.moves);
+    }
+
+    fn note(&mut self, velocity_m_per_s: f64, recorder: &mut Recorder<'_>) {
+        if self.guard(velocity_m_per_s) < 0.0 {
+            self.change(recorder);
+        }
+    }
 }
 
 impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
@@ -30,7 +68,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         let carried_n = if balanced { body.net_n(drive, position_m) } else { 0.0 };
         let mut state = law.carrying(carried_n);
         state[0] = position_m;
-        Self { body, law, state, direction: Direction::Up, held: false }
+        Self { body, law, state, direction: Direction::Up, held: false, gait: Gait::new(&body) }
     }
 
     pub(super) fn position_m(&self) -> f64 {
@@ -130,6 +168,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         absolute[1] = resolution;
         let tolerance = Tolerance { relative: self.body.tolerance, absolute };
         let sign = self.direction.sign();
+        let mut gait = self.gait;
         let mut system =
             Flow { body: &self.body, law: &self.law, drive, direction: self.direction };
         let outcome =
@@ -143,9 +182,14 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                         pressure_pa: drive.pressure_pa + drive.rise(s),
                     }
                 });
+                // A slip may begin and end within a step.
+                for part in [0.25, 0.5, 0.75, 1.0] {
+                    gait.note(step.at(step.start + part * step.length)[1], recorder);
+                }
             })
             .map_err(|e| delayed(e, time_s))?;
         self.state = outcome.y;
+        self.gait = gait;
         let Some(guard) = outcome.guard else { return Ok(None) };
         self.pass_guard(guard, time_s + outcome.elapsed, recorder);
         Ok(Some(outcome.elapsed))
@@ -165,6 +209,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                 self.state[0] = self.body.stop_m(self.direction);
                 self.state[1] = 0.0;
                 self.held = true;
+                self.gait.note(0.0, recorder);
                 self.law.stick_all();
                 recorder.event(now_s, EventKind::EndStop, self.direction, self.state[0]);
             }
@@ -208,17 +253,21 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
         rates
     }
 
-    fn guards(&self, drive: &Drive, _time_s: f64) -> [f64; GUARDS] {
+    fn guards(&self, drive: &Drive, _time_s: f64) -> [f64; equations::GUARDS] {
+        let mut guards = [f64::INFINITY; equations::GUARDS];
         if self.held {
-            let mut guards = [f64::INFINITY; GUARDS];
             guards[0] = self.direction.sign() * self.surplus_n(drive);
-            return guards;
+        } else {
+            guards[..GUARDS].copy_from_slice(&self.flow_equations(drive).guards(&self.state));
+            guards[GAIT] = self.gait.guard(self.state[1]);
         }
-        self.flow_equations(drive).guards(&self.state)
+        guards
     }
 
     fn pass(&mut self, guard: usize, _drive: &Drive, time_s: f64, recorder: &mut Recorder<'_>) {
-        if self.held {
+        if guard == GAIT {
+            self.gait.change(recorder);
+        } else if self.held {
             self.leave_stop(time_s, recorder);
         } else {
             self.pass_guard(guard, time_s, recorder);
@@ -226,10 +275,7 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
     }
 
     fn is_stuck(&self) -> bool {
-        /// Speed below which a stem on bristles counts as stuck, strokes per second: this project's
-        /// choice.
-        const CREEP: f64 = 1e-3;
-        self.held || self.state[1].abs() < CREEP * self.body.stem.stroke_m
+        !self.gait.moves
     }
 
     fn begin(&mut self, drive: &Drive) {
@@ -239,6 +285,7 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
     fn remember(&self, memory: &mut Vec<f64>) {
         memory.extend(self.state);
         memory.extend([self.direction.sign(), f64::from(u8::from(self.held))]);
+        memory.push(f64::from(u8::from(self.gait.moves)));
         memory.extend(self.law.slipping().map(|slips| f64::from(u8::from(slips))));
     }
 
@@ -248,6 +295,7 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
         }
         self.direction = direction_of(memory.next()?);
         self.held = memory.next()? != 0.0;
+        self.gait.moves = memory.next()? != 0.0;
         self.law.stick_all();
         for element in 0..ELEMENTS {
             if memory.next()? != 0.0 {
