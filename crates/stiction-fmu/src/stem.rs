@@ -348,7 +348,7 @@ impl Continuous for StemModel {
     /// * Deflection of bristles: shifts the position by as much as a force of their stiffness does on the spring.
     fn nominals(&self, values: &Numbers) -> Vec<f64> {
         /// A step that a solver should manage through a slide, s: this project's choice.
-        const STEP_S: f64 = 0.05;
+        const STEP_S: f64 = 0.02;
         let stem = &self.parameters;
         let entry = LAWS.iter().find(|entry| entry.name == self.law);
         let parameters = entry.map_or(&[][..], |entry| entry.parameters);

@@ -28,36 +28,55 @@ pub(super) struct BristleMotion<L, const N: usize> {
     gait: Gait,
 }
 
-/// Whether a stem on bristles counts as stuck or as moving, which its motion does not depend on. Two speeds, so that a
-/// speed near one of them is not both by turns.
+/// Whether a stem on bristles counts as stuck or as moving, which its motion does not depend on.
+///
+/// It begins to move once it has left its place by more than bristles yield, faster than it creeps. It is stuck again
+/// once its speed has fallen to half of that.
 #[derive(Debug, Clone, Copy)]
 struct Gait {
     moves: bool,
-    /// Above this speed it moves, m/s; below half of it, it is stuck.
-    moving_m_per_s: f64,
+    /// Where it was stuck last, m.
+    place_m: f64,
+    /// By how much bristles yield from end to end, m.
+    yield_m: f64,
+    /// The speed of creep, m/s.
+    creep_m_per_s: f64,
 }
 
 impl Gait {
-    fn new(body: &Body) -> Self {
+    fn new(body: &Body, place_m: f64, deflection_m: f64) -> Self {
         /// Strokes per second: this project's choice.
-        const MOVING: f64 = 1e-3;
-        Self { moves: false, moving_m_per_s: MOVING * body.stem.stroke_m }
+        const CREEP: f64 = 1e-3;
+        Self {
+            moves: false,
+            place_m,
+            yield_m: 2.0 * deflection_m,
+            creep_m_per_s: CREEP * body.stem.stroke_m,
+        }
     }
 
     /// At least 0 until it changes.
-    fn guard(self, velocity_m_per_s: f64) -> f64 {
-        let speed = velocity_m_per_s.abs();
-        if self.moves { speed - 0.5 * self.moving_m_per_s } else { self.moving_m_per_s - speed }
+    fn guard(self, position_m: f64, velocity_m_per_s: f64) -> f64 {
+        let speed = velocity_m_per_s.abs() / self.creep_m_per_s;
+        if self.moves {
+            return speed - 0.5;
+        }
+        let away = (position_m - self.place_m).abs() / self.yield_m;
+        (1.0 - away).max(1.0 - speed)
     }
 
-    fn change(&mut self, recorder: &mut Recorder<'_>) {
+    fn change(&mut self, position_m: f64, recorder: &mut Recorder<'_>) {
         self.moves = !self.moves;
-        recorder.slips += usize::from(self.moves);
+        if self.moves {
+            recorder.slips += 1;
+        } else {
+            self.place_m = position_m;
+        }
     }
 
-    fn note(&mut self, velocity_m_per_s: f64, recorder: &mut Recorder<'_>) {
-        if self.guard(velocity_m_per_s) < 0.0 {
-            self.change(recorder);
+    fn note(&mut self, position_m: f64, velocity_m_per_s: f64, recorder: &mut Recorder<'_>) {
+        if self.guard(position_m, velocity_m_per_s) < 0.0 {
+            self.change(position_m, recorder);
         }
     }
 }
@@ -68,7 +87,11 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         let carried_n = if balanced { body.net_n(drive, position_m) } else { 0.0 };
         let mut state = law.carrying(carried_n);
         state[0] = position_m;
-        Self { body, law, state, direction: Direction::Up, held: false, gait: Gait::new(&body) }
+        // Elements that are not in use have any scale.
+        let scales = law.deflection_scale().into_iter().skip(2);
+        let deflection_m = scales.filter(|scale| *scale < body.stem.stroke_m).fold(0.0, f64::max);
+        let gait = Gait::new(&body, position_m, deflection_m);
+        Self { body, law, state, direction: Direction::Up, held: false, gait }
     }
 
     pub(super) fn position_m(&self) -> f64 {
@@ -182,10 +205,11 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                         pressure_pa: drive.pressure_pa + drive.rise(s),
                     }
                 });
-                // A slip may begin and end within a step.
-                for part in [0.25, 0.5, 0.75, 1.0] {
-                    gait.note(step.at(step.start + part * step.length)[1], recorder);
-                }
+                let [position_m, velocity_m_per_s, ..] = step.at(step.start + step.length)[..]
+                else {
+                    return;
+                };
+                gait.note(position_m, velocity_m_per_s, recorder);
             })
             .map_err(|e| delayed(e, time_s))?;
         self.state = outcome.y;
@@ -209,7 +233,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                 self.state[0] = self.body.stop_m(self.direction);
                 self.state[1] = 0.0;
                 self.held = true;
-                self.gait.note(0.0, recorder);
+                self.gait.note(self.state[0], 0.0, recorder);
                 self.law.stick_all();
                 recorder.event(now_s, EventKind::EndStop, self.direction, self.state[0]);
             }
@@ -259,14 +283,14 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
             guards[0] = self.direction.sign() * self.surplus_n(drive);
         } else {
             guards[..GUARDS].copy_from_slice(&self.flow_equations(drive).guards(&self.state));
-            guards[GAIT] = self.gait.guard(self.state[1]);
+            guards[GAIT] = self.gait.guard(self.state[0], self.state[1]);
         }
         guards
     }
 
     fn pass(&mut self, guard: usize, _drive: &Drive, time_s: f64, recorder: &mut Recorder<'_>) {
         if guard == GAIT {
-            self.gait.change(recorder);
+            self.gait.change(self.state[0], recorder);
         } else if self.held {
             self.leave_stop(time_s, recorder);
         } else {
@@ -285,7 +309,7 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
     fn remember(&self, memory: &mut Vec<f64>) {
         memory.extend(self.state);
         memory.extend([self.direction.sign(), f64::from(u8::from(self.held))]);
-        memory.push(f64::from(u8::from(self.gait.moves)));
+        memory.extend([f64::from(u8::from(self.gait.moves)), self.gait.place_m]);
         memory.extend(self.law.slipping().map(|slips| f64::from(u8::from(slips))));
     }
 
@@ -296,6 +320,7 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
         self.direction = direction_of(memory.next()?);
         self.held = memory.next()? != 0.0;
         self.gait.moves = memory.next()? != 0.0;
+        self.gait.place_m = memory.next()?;
         self.law.stick_all();
         for element in 0..ELEMENTS {
             if memory.next()? != 0.0 {

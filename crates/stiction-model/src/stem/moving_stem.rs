@@ -81,8 +81,9 @@ impl MovingStem {
         self.run.state(self.time_s).sampled(self.time_s)
     }
 
-    /// Whether the stem rests. One on bristles (Dahl, LuGre, GMS) never quite does; it counts as moving once its
-    /// speed exceeds a thousandth of its stroke per second, and as stuck once it has fallen below half of that.
+    /// Whether the stem rests. One on bristles (Dahl, LuGre, GMS) never quite does: it counts as moving once it has
+    /// left its place by more than bristles yield, faster than a thousandth of its stroke per second, and as stuck
+    /// once its speed has fallen to half of that.
     pub fn is_stuck(&self) -> bool {
         self.run.equations().is_stuck()
     }
