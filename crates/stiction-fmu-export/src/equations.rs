@@ -14,18 +14,20 @@ pub struct Equations {
 }
 
 const VALVE: &str = "u = OP and x = VP at sample k, fd = (S - J)/2, fs = (S + J)/2, d the direction of motion (+1 or -1)";
-const STEM: &str = "x position, v velocity, p air pressure, M mass, k spring, A area of the diaphragm, F0 preload, Fs static, Fc \
+const STEM: &str = "p0 and p100 air pressure at 0 and 100 % OP, x position, v velocity, p air pressure, M mass, k spring, A area of the diaphragm, F0 preload, Fs static, Fc \
      Coulomb and Fv viscous friction, vs Stribeck velocity";
 
 /// The balance of forces of every stem.
 pub const BALANCE: &str = "\
 M dv/dt = A p - k x - F0 - F,   dx/dt = v
-demanded pressure = min(pressure at OP, supply);   tau dp/dt = demanded - p, if there is an air lag";
+tau dp/dt = demand - p, or p = demand without an air lag
+demand = min(p0 + OP/100 (p100 - p0), supply)";
 
 /// Controller and process around a valve in a loop.
 pub const LOOP: &str = "\
-OP = Kc (e + integral of e / Ti + Td de/dt),   e = SP - PV     sampled; the derivative acts on the PV
-tau dy/dt = -y + gain VP(t - dead time),       PV = y + noise  exact at the samples; tau2 adds a second lag";
+OP = Kc (e + integral of e / Ti - Td dPV/dt),   e = SP - PV,   sampled
+tau dy/dt = -y + gain (VP + load)(t - dead time),   PV = y + noise
+a second lag follows if tau2 is given";
 
 /// Those of a law of a valve or of friction.
 pub fn of(model: &str, law: &str) -> Equations {

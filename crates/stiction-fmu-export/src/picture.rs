@@ -37,7 +37,10 @@ fn cycle(fmu: &Fmu) -> Result<(Figure, &'static str), Error> {
     let start = |name: &str| {
         fmu.variables().iter().find(|v| v.name == name).and_then(|v| v.start).unwrap_or_default()
     };
-    let step_s = start("sample_time");
+    // A cycle takes several times as long as the loop needs to answer.
+    let sample_time = start("sample_time");
+    let length_s = 20.0 * (start("Ti") + start("tau") + start("tau2") + start("dead_time"));
+    let step_s = (length_s / STEPS as f64).clamp(sample_time, 100.0 * sample_time);
     let time: Vec<f64> = (1..=STEPS).map(|k| k as f64 * step_s).collect();
     let sp = vec![start("SP"); STEPS];
     let found = fmu.follow(step_s, &sp, &["PV", "OP", "VP"]).map_err(Error::Model)?;
