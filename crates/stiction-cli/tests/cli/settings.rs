@@ -46,7 +46,7 @@ fn times_are_those_of_the_plant() {
 fn settings_of_a_folder_hold_unless_they_are_left_out() {
     let folder = with_samples("settings");
     write(&folder, "stiction.toml", "sample_time = 2.0\n");
-    write(&folder, "a.csv", &format!("pv,op\n{}", "50,40\n51,41\n52,40\n".repeat(40)));
+    write(&folder, "a.csv", format!("pv,op\n{}", "50,40\n51,41\n52,40\n".repeat(40)));
     let told = run(&folder, &["inspect", "a.csv"]);
     assert!(told.err.contains("settings of stiction.toml hold"), "{}", told.err);
     assert!(told.out.contains("2 s"));
