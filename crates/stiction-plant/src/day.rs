@@ -1,0 +1,196 @@
+//! Days by the clock of the plant, and recordings cut at them.
+
+use jiff::civil::Date;
+use jiff::{ToSpan, Unit};
+use stiction_diagnose::recording::{Channel, Modes, Recording};
+use stiction_io::timestamp::{Zone, instant};
+
+/// A value stored on change holds into a window from at most so long before it, s. A bound, so that a window is the
+/// same whatever else is read with it.
+pub const HELD_FROM: f64 = 86_400.0;
+
+const EPOCH: Date = Date::constant(1970, 1, 1);
+
+/// The day of the plant at an instant, s since 1970-01-01 UTC: days since 1970-01-01 on its calendar.
+pub fn of(instant: f64, zone: &Zone) -> i64 {
+    (zone.plant_time(instant).shows(instant) / 86_400.0).floor() as i64
+}
+
+/// When a day of the plant begins, s since 1970-01-01 UTC.
+pub fn begin(day: i64, zone: &Zone) -> f64 {
+    let date = date(day);
+    instant(&date, Some(zone)).unwrap_or(day as f64 * 86_400.0)
+}
+
+/// A day as it is written, such as `2026-03-01`.
+pub fn date(day: i64) -> String {
+    EPOCH.checked_add(day.days()).map_or_else(|_| day.to_string(), |date| date.to_string())
+}
+
+/// The day that is written so.
+///
+/// # Errors
+/// If it is no date.
+pub fn parse(text: &str) -> Result<i64, String> {
+    let date: Date =
+        text.parse().map_err(|_| format!("\"{text}\" is no day; write it as in 2026-03-01"))?;
+    let since = EPOCH.until((Unit::Day, date)).map_err(|e| e.to_string())?;
+    Ok(i64::from(since.get_days()))
+}
+
+/// The days on which a recording has a sample of the OP, in order; none of one without dates.
+pub fn days(recording: &Recording, zone: &Zone) -> Vec<i64> {
+    let Some(start) = recording.start else { return vec![] };
+    let mut days: Vec<i64> = vec![];
+    let mut within = (f64::INFINITY, f64::NEG_INFINITY);
+    for t in &recording.op.time {
+        let at = start + t;
+        // Clocks are asked once a day, not once a sample.
+        if !(at >= within.0 && at < within.1) {
+            let day = of(at, zone);
+            within = (begin(day, zone), begin(day + 1, zone));
+            days.push(day);
+        }
+    }
+    days.sort_unstable();
+    days.dedup();
+    days
+}
+
+/// The samples of a recording from `from` up to `to`, s since 1970-01-01 UTC, as they are. `None` without a sample of
+/// the OP, or without dates.
+pub fn slice(recording: &Recording, from: f64, to: f64) -> Option<Recording> {
+    let start = recording.start?;
+    let within = |t: f64| {
+        let at = ((start + t) * 1e6).round() / 1e6;
+        at >= from && at < to
+    };
+    let channel = |channel: &Channel| {
+        let chosen: Vec<usize> =
+            (0..channel.time.len()).filter(|k| within(channel.time[*k])).collect();
+        Channel {
+            time: chosen.iter().map(|k| channel.time[*k]).collect(),
+            values: chosen.iter().map(|k| channel.values[*k]).collect(),
+            quality: chosen.iter().map(|k| channel.quality[*k]).collect(),
+            unit: channel.unit.clone(),
+            range: channel.range,
+        }
+    };
+    let modes = |modes: &Modes| {
+        let each = modes.time.iter().copied().zip(modes.modes.iter().copied());
+        let (time, modes) = each.filter(|(t, _)| within(*t)).unzip();
+        Modes { time, modes }
+    };
+    let op = channel(&recording.op);
+    (!op.time.is_empty()).then(|| Recording {
+        name: recording.name.clone(),
+        loop_type: recording.loop_type,
+        start: recording.start,
+        plant_time: recording.plant_time.clone(),
+        op,
+        pv: recording.pv.as_ref().map(channel),
+        sp: recording.sp.as_ref().map(channel),
+        vp: recording.vp.as_ref().map(channel),
+        mode: recording.mode.as_ref().map(modes),
+        notes: vec![],
+    })
+}
+
+/// The samples of a recording from `from` up to `to`, s since 1970-01-01 UTC, on a clock that begins at `from`. A value
+/// before that which is not [older than a day](HELD_FROM) is held to the first sample. `None` without a sample of the
+/// OP, or without dates.
+pub fn cut(recording: &Recording, from: f64, to: f64) -> Option<Recording> {
+    let start = recording.start?;
+    // Files begin their clocks anywhere; to the microsecond, the same instant is the same number.
+    let clock = |t: f64| ((start + t - from) * 1e6).round() / 1e6;
+    let length = to - from;
+    let within = |t: f64| t >= 0.0 && t < length;
+    let channels =
+        [Some(&recording.op), recording.pv.as_ref(), recording.sp.as_ref(), recording.vp.as_ref()];
+    let times = channels.into_iter().flatten().flat_map(|channel| &channel.time);
+    let first = times.map(|t| clock(*t)).filter(|t| within(*t)).fold(f64::INFINITY, f64::min);
+    let channel = |channel: &Channel| part(channel, clock, first, length);
+    Some(Recording {
+        name: recording.name.clone(),
+        loop_type: recording.loop_type,
+        start: Some(from),
+        plant_time: recording.plant_time.clone(),
+        op: channel(&recording.op).filter(|op| op.time.iter().any(|t| within(*t)))?,
+        pv: recording.pv.as_ref().and_then(channel),
+        sp: recording.sp.as_ref().and_then(channel),
+        vp: recording.vp.as_ref().and_then(channel),
+        mode: recording.mode.as_ref().map(|modes| part_of_modes(modes, clock, first, length)),
+        // Of files, not of the window.
+        notes: vec![],
+    })
+}
+
+fn part(channel: &Channel, clock: impl Fn(f64) -> f64, first: f64, length: f64) -> Option<Channel> {
+    let all = || channel.time.iter().map(|t| clock(*t)).enumerate();
+    let mut chosen: Vec<(usize, f64)> = all().filter(|(_, t)| *t >= first && *t < length).collect();
+    if !chosen.iter().any(|(_, t)| *t == first) {
+        let held = all().filter(|(_, t)| *t < first && *t >= -HELD_FROM);
+        if let Some((k, _)) = held.max_by(|(_, a), (_, b)| a.total_cmp(b)) {
+            chosen.insert(0, (k, first));
+        }
+    }
+    (!chosen.is_empty()).then(|| Channel {
+        time: chosen.iter().map(|(_, t)| *t).collect(),
+        values: chosen.iter().map(|(k, _)| channel.values[*k]).collect(),
+        quality: chosen.iter().map(|(k, _)| channel.quality[*k]).collect(),
+        unit: channel.unit.clone(),
+        range: channel.range,
+    })
+}
+
+fn part_of_modes(modes: &Modes, clock: impl Fn(f64) -> f64, first: f64, length: f64) -> Modes {
+    let all = || modes.time.iter().map(|t| clock(*t)).zip(modes.modes.iter().copied());
+    let mut part = Modes::default();
+    let held = all().filter(|(t, _)| *t <= first && *t >= -HELD_FROM);
+    if let Some((_, held)) = held.max_by(|(a, _), (b, _)| a.total_cmp(b)) {
+        part.time.push(first);
+        part.modes.push(held);
+    }
+    for (t, mode) in all().filter(|(t, _)| *t > first && *t < length) {
+        part.time.push(t);
+        part.modes.push(mode);
+    }
+    part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_are_those_of_the_clock_on_the_wall() {
+        let berlin: Zone = "Europe/Berlin".parse().unwrap();
+        let day = parse("2026-03-29").unwrap();
+        assert_eq!(date(day), "2026-03-29");
+        let (from, to) = (begin(day, &berlin), begin(day + 1, &berlin));
+        assert_eq!(to - from, 82_800.0, "summer time begins");
+        assert_eq!(
+            (of(from, &berlin), of(from - 1.0, &berlin), of(to, &berlin)),
+            (day, day - 1, day + 1)
+        );
+        assert!(parse("29.3.2026").is_err());
+    }
+
+    #[test]
+    fn a_cut_begins_its_clock_and_holds_no_longer_than_a_day() {
+        let op: Vec<f64> = (0..100).map(f64::from).collect();
+        let mut whole = Recording::regular("A", 3600.0, &op, Some(&op), None).unwrap();
+        whole.start = Some(1000.0);
+        let sp = |at: f64| Some(Channel::new("SP", vec![at], vec![7.0]).unwrap());
+        whole.sp = sp(40.0 * 3600.0);
+        let from = 1000.0 + 48.0 * 3600.0;
+        let window = cut(&whole, from, from + 86_400.0).unwrap();
+        assert_eq!((window.op.time.len(), window.op.time[0], window.op.values[0]), (24, 0.0, 48.0));
+        assert_eq!(window.sp.unwrap().time, [0.0]);
+        whole.sp = sp(0.0);
+        assert_eq!(cut(&whole, from, from + 86_400.0).unwrap().sp, None);
+        assert_eq!(cut(&whole, 1e9, 2e9), None);
+        let zone: Zone = "UTC".parse().unwrap();
+        assert_eq!(days(&whole, &zone), [0, 1, 2, 3, 4]);
+    }
+}

@@ -1,0 +1,26 @@
+//! A plant of control loops over time.
+//!
+//! ```text
+//! plant.toml ──> inputs (files ──> loops and their days) ──> scan ──> store (a row a window)
+//!                                                   day (cutting) ──┘
+//! ```
+//!
+//! The unit of everything is the [window](window): one loop, one day of the plant. What was judged is kept in a
+//! [store](store) of Parquet files; a [scan](scan) judges what is not there yet.
+#![forbid(unsafe_code)]
+
+pub mod day;
+pub mod demo;
+mod error;
+pub mod inputs;
+pub mod plant_file;
+pub mod propose;
+pub mod scan;
+pub mod store;
+pub mod window;
+
+pub use error::{Error, Result};
+pub use plant_file::PlantFile;
+pub use scan::{ScanOptions, scan};
+pub use store::Store;
+pub use window::WindowRow;

@@ -1,0 +1,186 @@
+//! A first plant file from the data alone, with its doubts as comments.
+//!
+//! Of text the [beginning](HEAD) of each file is read; of each folder of other files the first and the last, as files of
+//! one export are alike.
+
+use crate::error::{Error, Result, file};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::io::Read;
+use std::path::Path;
+use stiction_diagnose::recording::LoopType;
+use stiction_io::ReadOptions;
+use stiction_io::reading::{self, Reading};
+use stiction_io::role::Role;
+use stiction_io::timestamp::Clock;
+
+/// How much of a text file is read, bytes.
+pub const HEAD: u64 = 256 * 1024;
+
+const TEXT: [&str; 3] = ["csv", "txt", "tsv"];
+const OTHER: [&str; 2] = ["parquet", "mat"];
+
+/// What was found for a plant file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Proposal {
+    /// The text of the file.
+    pub text: String,
+    /// Loops in it.
+    pub loops: usize,
+    /// Files that were looked at.
+    pub files: usize,
+    /// What is in doubt; it stands in the text too.
+    pub doubts: Vec<String>,
+}
+
+/// Proposes a plant file for the files and folders `data`, named from `folder` on.
+///
+/// # Errors
+/// If one is not there, or no file holds a loop.
+pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
+    let mut patterns: Vec<String> = vec![];
+    let mut files: BTreeMap<(String, String), BTreeSet<String>> = BTreeMap::new();
+    for own in data {
+        let path = folder.join(own);
+        let known = path.metadata().map_err(file(&path))?;
+        let found = if known.is_dir() { list(folder, own)? } else { vec![own.clone()] };
+        for each in found {
+            let path = Path::new(&each);
+            let extension =
+                path.extension().map_or(String::new(), |e| e.to_string_lossy().into_owned());
+            let parent = path.parent().map_or(String::new(), |p| p.display().to_string());
+            if known.is_dir() {
+                let pattern = format!("{}/**/*.{extension}", own.trim_end_matches('/'));
+                if !patterns.contains(&pattern) {
+                    patterns.push(pattern);
+                }
+            } else {
+                patterns.push(each.clone());
+            }
+            files.entry((parent, extension)).or_default().insert(each);
+        }
+    }
+    let mut looked: Vec<(String, bool)> = vec![];
+    for ((_, extension), files) in &files {
+        let is_text = TEXT.contains(&&*extension.to_lowercase());
+        let ends = [files.first(), files.last()].into_iter().flatten().collect::<BTreeSet<_>>();
+        let chosen: Vec<&String> =
+            if is_text { files.iter().collect() } else { ends.into_iter().collect() };
+        looked.extend(chosen.into_iter().map(|path| (path.clone(), is_text)));
+    }
+
+    let mut doubts: Vec<String> = vec![];
+    let mut loops: BTreeMap<String, (LoopType, Vec<String>)> = BTreeMap::new();
+    let mut local = false;
+    for (path, is_text) in &looked {
+        let reading = match look(&folder.join(path), path, *is_text) {
+            Ok(reading) => reading,
+            Err(e) => {
+                doubts.push(e);
+                continue;
+            }
+        };
+        local |= reading.time.clock == Clock::Local;
+        for recording in &reading.recordings {
+            if recording.start.is_none() {
+                doubts.push(format!(
+                    "{path}: {} tells no dates, so its days are not known",
+                    recording.name
+                ));
+            }
+            if recording.pv.is_none() {
+                doubts.push(format!(
+                    "{}: no PV was found; if it has one, give pv = \"TAG\"",
+                    recording.name
+                ));
+            }
+            let tags = tags(&reading, &recording.name);
+            loops.insert(recording.name.clone(), (recording.loop_type, tags));
+        }
+        doubts.extend(reading.notes.iter().map(|note| format!("{path}: {note}")));
+    }
+    if loops.is_empty() {
+        let why = doubts.first().map_or("there are no files of data".to_owned(), Clone::clone);
+        return Err(Error::Option(format!("no loop was found: {why}")));
+    }
+    if local {
+        doubts.push("the times have no zone; if the clock is not UTC, correct zone".to_owned());
+    }
+    let mut seen = BTreeSet::new();
+    doubts.retain(|doubt| seen.insert(doubt.clone()));
+
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "name = {}\nzone = \"UTC\"", quoted(name));
+    let list: Vec<String> = patterns.iter().map(|pattern| quoted(pattern)).collect();
+    let _ = writeln!(text, "data = [{}]", list.join(", "));
+    for doubt in &doubts {
+        let _ = writeln!(text, "# ? {}", doubt.replace(['\n', '\r'], " "));
+    }
+    for (name, (loop_type, tags)) in &loops {
+        let _ = writeln!(text, "\n[loop.{}]", quoted(name));
+        match loop_type {
+            LoopType::Unknown => text += "# type = \"flow\"\n",
+            known => {
+                let named = LoopType::NAMES.iter().find(|(_, each)| each == known);
+                let _ =
+                    writeln!(text, "type = {}", quoted(named.map_or("unknown", |(name, _)| name)));
+            }
+        }
+        for tag in tags {
+            let _ = writeln!(text, "# {tag}");
+        }
+    }
+    Ok(Proposal { text, loops: loops.len(), files: looked.len(), doubts })
+}
+
+/// The files of data below `own`, from `folder` on.
+fn list(folder: &Path, own: &str) -> Result<Vec<String>> {
+    let (mut found, mut open) = (vec![], vec![folder.join(own)]);
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(&next).map_err(file(&next))? {
+            let path = entry.map_err(file(&next))?.path();
+            let extension =
+                path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
+            if path.is_dir() {
+                open.push(path);
+            } else if TEXT.contains(&&*extension) || OTHER.contains(&&*extension) {
+                found.push(path.strip_prefix(folder).unwrap_or(&path).display().to_string());
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn look(path: &Path, own: &str, is_text: bool) -> std::result::Result<Reading, String> {
+    let open = || -> std::io::Result<Vec<u8>> {
+        let mut bytes = vec![];
+        let most = if is_text { HEAD } else { u64::MAX };
+        std::fs::File::open(path)?.take(most).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 == most {
+            // Not half a row.
+            let end = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |at| at + 1);
+            bytes.truncate(end);
+        }
+        Ok(bytes)
+    };
+    let bytes = open().map_err(|e| format!("{own}: {e}"))?;
+    reading::parse(&bytes, own, &ReadOptions::default()).map_err(|e| e.to_string())
+}
+
+/// The tags of a loop, as the plant file would name them.
+fn tags(reading: &Reading, name: &str) -> Vec<String> {
+    let own = reading.recognised.iter().filter(|each| each.loop_name.as_deref() == Some(name));
+    own.filter_map(|each| match each.role {
+        Role::Signal(signal) => {
+            Some(format!("{} = {}", signal.name().to_lowercase(), quoted(&each.column)))
+        }
+        _ => None,
+    })
+    .collect()
+}
+
+/// A text in quotes, as TOML wants it.
+pub(crate) fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}

@@ -1,0 +1,320 @@
+//! The row of a window: what is kept of one loop on one day.
+//!
+//! The struct, its columns in Arrow and Parquet, its JSON and the table of documentation come from one declaration.
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int64Type};
+use arrow_array::{
+    Array, ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray,
+};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
+use std::sync::Arc;
+use stiction_diagnose::diagnose::Diagnosis;
+use stiction_diagnose::fusion;
+
+/// What a column of windows is.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct Column {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit; empty for what has none.
+    pub unit: &'static str,
+    /// Its type: `text`, `number`, `count` or `flag`.
+    pub kind: &'static str,
+    /// Whether a cell may be empty.
+    pub optional: bool,
+    /// What it means.
+    pub meaning: String,
+}
+
+/// What a cell of a column can be.
+trait Cell: Sized {
+    /// Its type in words, and in Arrow.
+    const KIND: (&'static str, DataType);
+    /// Whether it may be empty.
+    const OPTIONAL: bool;
+    fn array(cells: Vec<Self>) -> ArrayRef;
+    fn of(array: &dyn Array, row: usize) -> Option<Self>;
+}
+
+/// A type of cells that are always there, and the same that may be empty.
+macro_rules! cell {
+    ($type:ty, $kind:literal, $arrow:expr, $array:ty, $cast:expr) => {
+        impl Cell for $type {
+            const KIND: (&'static str, DataType) = ($kind, $arrow);
+            const OPTIONAL: bool = false;
+            fn array(cells: Vec<Self>) -> ArrayRef {
+                Arc::new(<$array>::from(cells))
+            }
+            fn of(array: &dyn Array, row: usize) -> Option<Self> {
+                Option::<$type>::of(array, row)?
+            }
+        }
+        impl Cell for Option<$type> {
+            const KIND: (&'static str, DataType) = ($kind, $arrow);
+            const OPTIONAL: bool = true;
+            fn array(cells: Vec<Self>) -> ArrayRef {
+                Arc::new(<$array>::from(cells))
+            }
+            fn of(array: &dyn Array, row: usize) -> Option<Self> {
+                let cast = $cast;
+                let array = cast(array)?;
+                Some(array.is_valid(row).then(|| array.value(row).into()))
+            }
+        }
+    };
+}
+
+cell!(String, "text", DataType::Utf8, StringArray, |a| <dyn Array>::as_string_opt::<i32>(a));
+cell!(f64, "number", DataType::Float64, Float64Array, |a| {
+    <dyn Array>::as_primitive_opt::<Float64Type>(a)
+});
+cell!(i64, "count", DataType::Int64, Int64Array, |a| {
+    <dyn Array>::as_primitive_opt::<Int64Type>(a)
+});
+cell!(bool, "flag", DataType::Boolean, BooleanArray, |a| <dyn Array>::as_boolean_opt(a));
+
+macro_rules! columns {
+    ($($(#[doc = $meaning:literal])+ $name:tt [$unit:literal] $field:ident: $type:ty;)+) => {
+        /// What is kept of one window of one loop. Percent of span, s, and the units of the PV, as columns say.
+        #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
+        pub struct WindowRow {
+            $($(#[doc = $meaning])+ #[serde(rename = $name)] pub $field: $type,)+
+        }
+
+        impl WindowRow {
+            /// All columns, in their order.
+            pub fn columns() -> Vec<Column> {
+                vec![$(Column {
+                    name: $name,
+                    unit: $unit,
+                    kind: <$type as Cell>::KIND.0,
+                    optional: <$type as Cell>::OPTIONAL,
+                    meaning: [$($meaning),+].concat().trim().to_owned(),
+                }),+]
+            }
+
+            /// The schema of a table of windows; the metadata of a field tell unit and meaning.
+            pub fn schema() -> Arc<Schema> {
+                let types = [$(<$type as Cell>::KIND.1),+];
+                let field = |(column, data_type): (Column, DataType)| {
+                    let told = [("unit", column.unit.to_owned()), ("meaning", column.meaning)];
+                    let told = told.into_iter().filter(|(_, text)| !text.is_empty());
+                    Field::new(column.name, data_type, column.optional)
+                        .with_metadata(told.map(|(key, text)| (key.to_owned(), text)).collect())
+                };
+                Arc::new(Schema::new(Self::columns().into_iter().zip(types).map(field).collect::<Vec<_>>()))
+            }
+
+            /// Rows as a table.
+            ///
+            /// # Errors
+            /// None is known: all columns are of one length.
+            pub fn batch(rows: &[Self]) -> Result<RecordBatch, ArrowError> {
+                let columns: Vec<ArrayRef> =
+                    vec![$(Cell::array(rows.iter().map(|row| row.$field.clone()).collect::<Vec<$type>>())),+];
+                RecordBatch::try_new(Self::schema(), columns)
+            }
+
+            /// The rows of a table; columns are found by name, and others than these are left alone.
+            ///
+            /// # Errors
+            /// If a column is not there, is of another type, or lacks a cell that it must have.
+            pub fn rows(batch: &RecordBatch) -> Result<Vec<Self>, String> {
+                let column = |name: &str| {
+                    batch.column_by_name(name).ok_or_else(|| format!("has no column \"{name}\""))
+                };
+                $(let $field = column($name)?;)+
+                (0..batch.num_rows())
+                    .map(|row| {
+                        Ok(Self { $($field: <$type as Cell>::of($field, row).ok_or_else(|| {
+                            format!("row {}, column \"{}\" is not a {}", row + 1, $name, <$type as Cell>::KIND.0)
+                        })?,)+ })
+                    })
+                    .collect()
+            }
+        }
+    };
+}
+
+columns! {
+    /// Tag of the loop.
+    "loop" [""] name: String;
+    /// Area of the plant, as its file says.
+    "area" [""] area: Option<String>;
+    /// Unit of the plant, as its file says.
+    "unit" [""] unit: Option<String>;
+    /// What the loop controls.
+    "type" [""] loop_type: String;
+    /// Begin of the window, since 1970-01-01 UTC: midnight by the clock of the plant.
+    "window_start" ["s"] window_start: i64;
+    /// Duration of the window: a day of the plant, or several.
+    "window_s" ["s"] window_s: i64;
+    /// Version of the program that judged.
+    "engine_version" [""] engine_version: String;
+    /// What the verdict was trained on.
+    "model_version" [""] model_version: String;
+    /// SHA-256 of what the plant's file says that counts for the verdict.
+    "settings_hash" [""] settings_hash: String;
+    /// SHA-256 of the SHA-256 of the files that the window is from.
+    "input_fingerprint" [""] input_fingerprint: String;
+    /// Why the window could not be judged; empty where it was.
+    "error" [""] error: Option<String>;
+    /// Samples of the stretch that was judged.
+    "samples" [""] samples: Option<i64>;
+    /// Share of the samples that can be used, of the worse of OP and PV.
+    "good_share" ["%"] good_share: Option<f64>;
+    /// Share of the time in which the controller was in command: the service factor.
+    "auto_share" ["%"] auto_share: Option<f64>;
+    /// Begin of the stretch that was judged, from the begin of the window on.
+    "stretch_start_s" ["s"] stretch_start_s: Option<f64>;
+    /// Duration of the stretch that was judged.
+    "stretch_s" ["s"] stretch_s: Option<f64>;
+    /// Whether the data can answer: fit, caveats or unfit.
+    "fitness" [""] fitness: Option<String>;
+    /// Why the data are not fit, sentences.
+    "unfit_reasons" [""] unfit_reasons: Option<String>;
+    /// Whether the loop oscillates.
+    "oscillates" [""] oscillates: Option<bool>;
+    /// Period of the oscillation.
+    "period_s" ["s"] period_s: Option<f64>;
+    /// Regularity of the oscillation.
+    "regularity" [""] regularity: Option<f64>;
+    /// Amplitude of the oscillation, of the error, or of the OP in % where the error does not oscillate.
+    "amplitude" ["PV"] amplitude: Option<f64>;
+    /// Travel of the OP, up and down, an hour.
+    "travel_per_hour" ["%/h"] travel_per_hour: Option<f64>;
+    /// Turns of the OP by more than its noise, an hour.
+    "reversals_per_hour" ["1/h"] reversals_per_hour: Option<f64>;
+    /// Share of the time in which the OP rests at a limit.
+    "at_limit_share" ["%"] at_limit_share: Option<f64>;
+    /// Class of the verdict.
+    "verdict" [""] verdict: Option<String>;
+    /// The verdict in one graded word.
+    "grade" [""] grade: Option<String>;
+    /// Probability that the valve sticks.
+    "probability" [""] probability: Option<f64>;
+    /// What the verdict rests on.
+    "basis" [""] basis: Option<String>;
+    /// How many independent windows the evidence is worth; what a history weighs by.
+    "evidence_windows" [""] evidence_windows: Option<f64>;
+    /// Stick band plus dead band, of span.
+    "S" ["%"] s: Option<f64>;
+    /// Low end of its interval.
+    "S_low" ["%"] s_low: Option<f64>;
+    /// High end of its interval.
+    "S_high" ["%"] s_high: Option<f64>;
+    /// Slip jump, of span.
+    "J" ["%"] j: Option<f64>;
+    /// Low end of its interval.
+    "J_low" ["%"] j_low: Option<f64>;
+    /// High end of its interval.
+    "J_high" ["%"] j_high: Option<f64>;
+    /// Detection limit: an S above this would have shown.
+    "S_below" ["%"] s_below: Option<f64>;
+    /// The likeliest other cause.
+    "alternative" [""] alternative: Option<String>;
+    /// Its probability.
+    "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
+    /// The mistake in the columns that ended the judgement.
+    "mistaken" [""] mistaken: Option<String>;
+    /// What the PV does that does not respond.
+    "no_response" [""] no_response: Option<String>;
+}
+
+/// The program's version, as rows name it.
+pub const ENGINE_VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What the verdict was trained on, in a word.
+pub fn model_version() -> String {
+    fusion::shipped().map_or_else(
+        |_| "none".to_owned(),
+        |bundle| {
+            let from = &bundle.provenance;
+            format!("population-{}-seed-{}-loops-{}", from.population, from.seed, from.trained)
+        },
+    )
+}
+
+impl WindowRow {
+    /// The row with what a diagnosis found. Identity, settings and fingerprint are those of `self`; the times of the
+    /// diagnosis begin with the window.
+    #[must_use]
+    pub fn judged(self, diagnosis: &Diagnosis) -> Self {
+        let verdict = &diagnosis.verdict;
+        let judged = diagnosis.judged.as_ref();
+        let kpi = |name: &str| diagnosis.kpis.get(name).and_then(|kpi| kpi.value);
+        let found = diagnosis.oscillation().map(|(_, found)| found);
+        let (s, j) = (diagnosis.stiction.s, diagnosis.stiction.j);
+        let alternative = verdict.alternatives.first();
+        let reasons = diagnosis.fitness.reasons.join(" ");
+        let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
+        Self {
+            loop_type: diagnosis.loop_type.name().to_owned(),
+            samples: judged.map(|judged| judged.samples as i64),
+            good_share: finite(kpi("good values")),
+            auto_share: finite(Some(100.0 * diagnosis.grid.closed_share)),
+            stretch_start_s: judged.map(|judged| judged.from_s),
+            stretch_s: judged.map(|judged| judged.duration_s),
+            fitness: Some(diagnosis.fitness.class.name().to_owned()),
+            unfit_reasons: (!reasons.is_empty()).then_some(reasons),
+            oscillates: found.map(|found| found.found),
+            period_s: finite(found.and_then(|found| found.period_s)),
+            regularity: finite(found.and_then(|found| found.regularity)),
+            amplitude: finite(found.and_then(|found| found.amplitude)),
+            travel_per_hour: finite(kpi("OP travel")),
+            reversals_per_hour: finite(kpi("OP reversals")),
+            at_limit_share: finite(kpi("OP at a limit")),
+            verdict: Some(verdict.class.name().to_owned()),
+            grade: Some(verdict.grade.name().to_owned()),
+            probability: finite(verdict.probability),
+            basis: Some(verdict.basis.name().to_owned()),
+            evidence_windows: finite(diagnosis.evidence.as_ref().map(|evidence| evidence.number)),
+            s: s.map(|s| s.value),
+            s_low: s.map(|s| s.low),
+            s_high: s.map(|s| s.high),
+            j: j.map(|j| j.value),
+            j_low: j.map(|j| j.low),
+            j_high: j.map(|j| j.high),
+            s_below: verdict.s_below.as_ref().map(|limit| limit.value),
+            alternative: alternative.map(|other| other.cause.name().to_owned()),
+            alternative_likelihood: alternative.map(|other| other.likelihood),
+            mistaken: diagnosis.mistaken().map(|mistake| mistake.name().to_owned()),
+            no_response: diagnosis.silence().map(|silence| silence.name().to_owned()),
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+
+    #[test]
+    fn rows_go_to_arrow_and_back() {
+        let simulated = stiction_population::LoopKind::Sticky.simulate(3).unwrap();
+        let found = diagnose(&simulated.recording, &DiagnoseOptions::default()).unwrap();
+        let judged = WindowRow { name: "FIC101".to_owned(), ..WindowRow::default() }.judged(&found);
+        assert!(
+            judged.samples > Some(0)
+                && judged.verdict.is_some()
+                && judged.travel_per_hour.is_some()
+        );
+        let refused = WindowRow { error: Some("it is".to_owned()), ..WindowRow::default() };
+        let rows = vec![judged, refused];
+        let batch = WindowRow::batch(&rows).unwrap();
+        assert_eq!(WindowRow::rows(&batch).unwrap(), rows);
+        let some = batch.project(&[0, 1]).unwrap();
+        assert!(WindowRow::rows(&some).unwrap_err().contains("has no column \"unit\""));
+    }
+
+    #[test]
+    fn columns_are_told_and_are_those_of_the_json() {
+        let columns = WindowRow::columns();
+        assert!(columns.iter().all(|column| !column.meaning.is_empty()));
+        let json = serde_json::to_value(WindowRow::default()).unwrap();
+        let keys: Vec<&String> = json.as_object().unwrap().keys().collect();
+        assert_eq!(keys, columns.iter().map(|column| column.name).collect::<Vec<_>>());
+    }
+}
