@@ -17,6 +17,7 @@ mod man;
 mod output;
 mod overrule;
 mod paper;
+mod plant;
 mod population;
 mod progress;
 mod reading_args;
@@ -87,6 +88,7 @@ macro_rules! commands {
 commands! {
     Diagnose: diagnose,
     History: history,
+    Plant: plant,
     Override: overrule,
     Inspect: inspect,
     Fit: fit,

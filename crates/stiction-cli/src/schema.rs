@@ -1,6 +1,8 @@
 //! `stiction schema`: what the JSON of the other subcommands holds.
 
-use crate::{bench, compensate, fit, fmu, inspect, limit_cycle, output, simulate, stem, what_if};
+use crate::{
+    bench, compensate, fit, fmu, inspect, limit_cycle, output, plant, simulate, stem, what_if,
+};
 use anyhow::Result;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -10,9 +12,12 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-pub const SCHEMAS: [Described; 13] = [
+pub const SCHEMAS: [Described; 16] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
+    ("plant-check", schema_of::<plant::Checked>),
+    ("plant-scan", schema_of::<stiction_plant::scan::Manifest>),
+    ("plant-status", schema_of::<plant::Status>),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
     ("fit", schema_of::<fit::Document>),

@@ -113,6 +113,7 @@ pub const CONTENTS: &[Section] = &[
             written!("methods.html", "Methods", "docs/methods.md"),
             written!("fit.html", "The loop behind a recording", "docs/fit.md"),
             written!("compensation.html", "What to do about it", "docs/compensation.md"),
+            written!("plant.html", "A plant, day by day", "docs/plant.md"),
             written!("population.html", "Simulated loops", "docs/population.md"),
         ],
     },

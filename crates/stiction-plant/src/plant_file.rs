@@ -78,6 +78,12 @@ pub struct LoopFacts {
     /// What it controls.
     #[serde(rename = "type")]
     pub loop_type: Option<String>,
+    /// The values of OP that are 0 % and 100 %; guessed of each file where nothing is said.
+    pub op_range: Option<[f64; 2]>,
+    /// The values of PV that are 0 % and 100 %.
+    pub pv_range: Option<[f64; 2]>,
+    /// The values of VP that are 0 % and 100 %; guessed of each file where nothing is said.
+    pub vp_range: Option<[f64; 2]>,
     /// How much it matters; 1 if nothing is said.
     pub weight: Option<f64>,
     /// The area it is in, one of `[area]`.
@@ -183,13 +189,23 @@ impl Plant {
                     format!("there is no [loop.{other}]; add it, or leave it out"),
                 );
             }
+            for (key, range) in facts.ranges() {
+                if range
+                    .is_some_and(|[low, high]| !(low < high && low.is_finite() && high.is_finite()))
+                {
+                    let rule = "must be two numbers, the lower first, such as [0, 100]";
+                    problem(&heading, key, rule.to_owned());
+                }
+            }
             let loop_type = facts.loop_type.as_deref().map(LoopType::by_name).transpose();
             let loop_type = loop_type.map_err(|e| problem(&heading, "type", e.to_string()));
             options.loops.push(LoopOptions {
                 name: name.clone(),
                 settings: LoopSettings {
                     loop_type: loop_type.ok().flatten(),
-                    ..LoopSettings::default()
+                    op_range: facts.op_range.map(Into::into),
+                    pv_range: facts.pv_range.map(Into::into),
+                    vp_range: facts.vp_range.map(Into::into),
                 },
             });
             options.map.extend(facts.tags().map(|(signal, column)| Mapped {
@@ -217,11 +233,8 @@ impl Plant {
     /// types. Areas, weights and the like can change without judging again.
     pub fn reading_hash(&self) -> String {
         let file = &self.file;
-        let tags: Vec<_> = file
-            .loops
-            .iter()
-            .map(|(name, facts)| (name, facts.tags().collect::<Vec<_>>(), &facts.loop_type))
-            .collect();
+        let tags: Vec<_> =
+            file.loops.iter().map(|(name, facts)| (name, facts.of_reading())).collect();
         hash(&format!("{:?}", (&file.zone, &file.pattern, &file.modes, tags)))
     }
 
@@ -229,7 +242,7 @@ impl Plant {
     pub fn settings_hash(&self, name: &str) -> String {
         let file = &self.file;
         let facts = self.facts(name);
-        let own = facts.map(|facts| (facts.tags().collect::<Vec<_>>(), &facts.loop_type));
+        let own = facts.map(LoopFacts::of_reading);
         let model = crate::window::model_version();
         hash(&format!("{:?}", (&file.zone, &file.pattern, &file.modes, own, model)))
     }
@@ -241,6 +254,15 @@ pub(crate) fn hash(text: &str) -> String {
 }
 
 impl LoopFacts {
+    fn ranges(&self) -> [(&'static str, Option<[f64; 2]>); 3] {
+        [("op_range", self.op_range), ("pv_range", self.pv_range), ("vp_range", self.vp_range)]
+    }
+
+    /// What counts for how it is read and judged.
+    fn of_reading(&self) -> impl std::fmt::Debug {
+        (self.tags().collect::<Vec<_>>(), &self.loop_type, self.ranges())
+    }
+
     /// The tags that are named.
     pub fn tags(&self) -> impl Iterator<Item = (Signal, &str)> {
         let all = [
@@ -327,6 +349,11 @@ watch = true
     fn mistakes_are_all_named_with_their_lines() {
         let told = |text: &str| Plant::parse(text, "plant.toml").unwrap_err().to_string();
         for (from, to, expected) in [
+            (
+                "weight = 5",
+                "op_range = [9, 0]",
+                "plant.toml, line 15: loop.FIC101.op_range: must be two",
+            ),
             ("pv = ", "pw = ", "plant.toml, line 11: unknown field `pw`"),
             ("\"auto\"", "\"car\"", "plant.toml, line 7: unknown variant `car`"),
             (

@@ -15,6 +15,7 @@ mod join;
 mod limit_cycle;
 mod malformed;
 mod overrule;
+mod plant;
 mod population;
 mod session;
 mod settings;

@@ -12,6 +12,9 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("history", vec!["history", file, "--window", "5min", "--repair", "1200", "--json"]),
         ("inspect", vec!["inspect", file, "--json"]),
         ("bench", vec!["bench", "--simulated", "4", "--only", "verdict", "--time", "--json"]),
+        ("plant-check", vec!["plant", "-C", "north", "check", "--json"]),
+        ("plant-scan", vec!["plant", "-C", "north", "scan", "--json"]),
+        ("plant-status", vec!["plant", "-C", "north", "status", "--json"]),
         ("stem", vec!["stem", "--json"]),
         ("simulate", vec!["simulate", "paper/closed-loop", "--json"]),
         ("simulate", vec!["simulate", "paper/step-linear", "--json"]),
@@ -27,6 +30,7 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
 #[test]
 fn what_is_printed_is_as_its_schema_says() {
     let folder = with_samples("schema-printed");
+    run(&folder, &["plant", "demo", "--loops", "1", "--days", "1", "-o", "north"]).quiet_success();
     let printed = printed();
     for (document, arguments) in &printed {
         let schema = run(&folder, &["schema", document]).json();

@@ -1,0 +1,221 @@
+//! Scans of a small plant, from the data to the rows.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use stiction_plant::plant_file::Plant;
+use stiction_plant::scan::{Manifest, Progress};
+use stiction_plant::{ScanOptions, Store, WindowRow, day, demo, scan};
+use stiction_population::LoopKind;
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("stiction-plant-{name}-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn go(folder: &Path) -> Manifest {
+    let plant = Plant::read(folder).unwrap();
+    scan(folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn rows(folder: &Path) -> Vec<WindowRow> {
+    Store::of(folder).rows().unwrap()
+}
+
+/// A CSV of two loops from row `from` up to row `to`, a sample in 60 s from 2026-03-02T12:00 UTC on.
+fn csv(from: usize, to: usize) -> String {
+    let of = |kind: LoopKind| kind.simulate(5).unwrap().recording;
+    let (a, b) = (of(LoopKind::Sticky), of(LoopKind::Normal));
+    let (pv_a, pv_b) = (a.pv.unwrap().values, b.pv.unwrap().values);
+    let mut text = "time,FIC1.PV,FIC1.OP,FIC2.PV,FIC2.OP\n".to_owned();
+    for k in from..to {
+        let at = day::begin(20_514, &"UTC".parse().unwrap()) + 43_200.0 + 60.0 * k as f64;
+        let i = k % pv_a.len().min(pv_b.len());
+        text += &format!("{at},{},{},{},{}\n", pv_a[i], a.op.values[i], pv_b[i], b.op.values[i]);
+    }
+    text
+}
+
+fn plant_of(folder: &Path, files: &[(&str, String)]) {
+    fs::write(
+        folder.join("plant.toml"),
+        "name = \"N\"\nzone = \"Europe/Berlin\"\ndata = [\"*.csv\"]\n",
+    )
+    .unwrap();
+    for (name, text) in files {
+        fs::write(folder.join(name), text).unwrap();
+    }
+}
+
+#[test]
+fn windows_do_not_depend_on_files() {
+    let (one, several) = (folder("one"), folder("several"));
+    plant_of(&one, &[("all.csv", csv(0, 3000))]);
+    // Not cut at midnight, neither here nor there.
+    plant_of(
+        &several,
+        &[("a.csv", csv(0, 900)), ("b.csv", csv(900, 2100)), ("c.csv", csv(2100, 3000))],
+    );
+    let done = go(&one);
+    assert_eq!((done.loops, done.windows, done.errors), (2, 6, 0));
+    go(&several);
+    let bare = |folder: &Path| -> Vec<WindowRow> {
+        rows(folder)
+            .into_iter()
+            .map(|row| WindowRow { input_fingerprint: String::new(), ..row })
+            .collect()
+    };
+    assert_eq!(bare(&one), bare(&several));
+    assert_eq!(
+        bare(&one)[0].window_start as f64,
+        day::begin(20_514, &"Europe/Berlin".parse().unwrap())
+    );
+    assert!(bare(&one).iter().any(|row| row.samples == Some(1440)), "a whole day");
+}
+
+#[test]
+fn only_what_is_new_or_changed_is_judged() {
+    let folder = folder("new");
+    plant_of(&folder, &[("a.csv", csv(0, 660)), ("b.csv", csv(660, 2100))]);
+    assert_eq!(go(&folder).windows, 4);
+    let before = rows(&folder);
+    let again = go(&folder);
+    assert_eq!((again.windows, again.run), (0, None));
+    // A new day, and of the old ones the two that held on to what has changed.
+    fs::write(folder.join("c.csv"), csv(2100, 2700)).unwrap();
+    assert_eq!(go(&folder).windows, 2);
+    let changed = csv(0, 660).replacen(".", ".1", 1);
+    fs::write(folder.join("a.csv"), changed).unwrap();
+    assert_eq!(go(&folder).windows, 4, "the changed day and the day after it, of both loops");
+    assert_eq!(rows(&folder).len(), 6);
+    assert_eq!(rows(&folder)[0].window_start, before[0].window_start);
+    // What the store remembers of the files can be lost.
+    fs::remove_file(folder.join(".stiction/inputs.json")).unwrap();
+    assert_eq!(go(&folder).windows, 0);
+}
+
+#[test]
+fn a_bad_file_or_loop_stops_no_other() {
+    let folder = folder("bad");
+    let broken = csv(660, 2100).replacen("\n", "\nyesterday,1,2,3,4\n", 1);
+    // Of the third file one loop has the OP in another unit.
+    let unit = csv(660, 2100).replacen("FIC2.OP", "FIC2.OP [mA]", 1);
+    plant_of(&folder, &[("a.csv", csv(0, 660)), ("b.csv", broken), ("c.csv", unit)]);
+    let done = go(&folder);
+    assert_eq!(done.problems.len(), 1, "{:?}", done.problems);
+    assert!(done.problems[0].words().contains("b.csv"), "{:?}", done.problems);
+    assert!(done.windows >= 4 && rows(&folder).iter().any(|row| row.error.is_none()));
+    assert!(Plant::read(&folder.join("none")).is_err());
+}
+
+#[test]
+fn what_does_not_fit_together_is_a_row_with_an_error() {
+    let folder = folder("overlap");
+    // Another PV of FIC1 in the first row.
+    let text = csv(0, 660);
+    let (header, body) = text.split_once('\n').unwrap();
+    let other = format!("{header}\n{}", body.replacen(',', ",9", 1));
+    plant_of(&folder, &[("a.csv", csv(0, 660)), ("b.csv", other)]);
+    let done = go(&folder);
+    assert_eq!((done.windows, done.errors > 0), (2, true));
+    assert_eq!(done.errors, 1);
+    let told = rows(&folder).into_iter().filter_map(|row| row.error).next().unwrap();
+    assert!(told.contains("b.csv: overlaps a.csv with different values of the PV"), "{told}");
+    assert_eq!(go(&folder).windows, 0, "an error is judged again when something changes");
+}
+
+/// All files of rows of a plant, with their names.
+fn parts(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<_> = glob::glob(&format!("{}/.stiction/runs/*/*", folder.display()))
+        .unwrap()
+        .map(|path| path.unwrap())
+        .map(|path| {
+            (path.strip_prefix(folder).unwrap().display().to_string(), fs::read(&path).unwrap())
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn threads_change_no_byte_and_a_scan_that_was_cut_short_goes_on() {
+    let (one, two, cut) = (folder("one-thread"), folder("two-threads"), folder("cut-short"));
+    let scan_with = |folder: &Path, threads: usize, most: usize| {
+        let options = ScanOptions { threads: Some(threads), ..ScanOptions::default() };
+        let mut written = 0;
+        scan(folder, &Plant::read(folder).unwrap(), &options, |progress| {
+            written += usize::from(matches!(progress, Progress::Written { .. }));
+            if written == most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+        .unwrap()
+    };
+    for folder in [&one, &two, &cut] {
+        // More days than a batch holds of one loop.
+        let text = csv(0, 70 * 96).replace("FIC", "LIC");
+        let mut lines: Vec<String> = vec![];
+        for (k, line) in text.lines().enumerate() {
+            // A sample in 15 minutes, so that 70 days are few samples.
+            let (time, rest) = line.split_once(',').unwrap();
+            let time = match time.parse::<f64>() {
+                Ok(_) => (1_772_452_800 + 900 * (k as i64 - 1)).to_string(),
+                Err(_) => time.to_owned(),
+            };
+            lines.push(format!("{time},{rest}"));
+        }
+        plant_of(folder, &[("a.csv", lines.join("\n") + "\n")]);
+    }
+    let whole = scan_with(&one, 1, usize::MAX);
+    assert!(whole.parts > 1 && whole.errors == 0, "{whole:?}");
+    scan_with(&two, 2, usize::MAX);
+    assert_eq!(parts(&one), parts(&two));
+
+    scan_with(&cut, 2, 1);
+    // As after a loss of power: the run has no manifest, and half a part lies about.
+    let run = cut.join(".stiction/runs/0001");
+    fs::remove_file(run.join("manifest.json")).unwrap();
+    fs::write(run.join("windows-0002.parquet.part"), b"PAR1").unwrap();
+    assert!(rows(&cut).len() < rows(&one).len());
+    let rest = scan_with(&cut, 2, usize::MAX);
+    assert_eq!(rows(&cut), rows(&one));
+    assert!(rest.windows < whole.windows);
+}
+
+#[test]
+fn two_do_not_write_at_once() {
+    let folder = folder("lock");
+    plant_of(&folder, &[("a.csv", csv(0, 660))]);
+    let run = Store::of(&folder).begin().unwrap();
+    let refused = scan(&folder, &Plant::read(&folder).unwrap(), &ScanOptions::default(), |_| {
+        ControlFlow::Continue(())
+    });
+    assert!(refused.unwrap_err().to_string().contains("another scan of this plant is running"));
+    drop(run);
+    assert_eq!(go(&folder).windows, 2);
+}
+
+#[test]
+fn a_demo_has_its_stories() {
+    let folder = folder("demo");
+    demo::write(&folder, 4, 2, 1, || {}).unwrap();
+    let again = self::folder("demo-again");
+    demo::write(&again, 4, 2, 1, || {}).unwrap();
+    for name in ["plant.toml", "truth.csv", "data/2026-03-02.parquet", "data/2026-03-03.parquet"] {
+        assert_eq!(
+            fs::read(folder.join(name)).unwrap(),
+            fs::read(again.join(name)).unwrap(),
+            "{name}"
+        );
+    }
+    let done = go(&folder);
+    assert_eq!(
+        (done.loops, done.windows, done.errors, done.problems.len()),
+        (4, 8, 0, 0),
+        "{done:?}"
+    );
+    let rows = rows(&folder);
+    let manual = rows.iter().find(|row| row.name.ends_with("1004")).unwrap();
+    assert!((manual.auto_share.unwrap() - 87.5).abs() < 1.0, "{:?}", manual.auto_share);
+    assert_eq!(manual.area.as_deref(), Some("South"));
+}
