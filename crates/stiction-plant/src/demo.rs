@@ -106,9 +106,8 @@ pub fn write(
         for (k, (writer, path)) in writers.iter_mut().enumerate() {
             let rows = rows(&name, &simulated, story, k, days);
             // A row group a loop: who wants one loop can leave out the others.
-            let written = batch(&rows)
-                .and_then(|rows| Ok(writer.write(&rows)?))
-                .and_then(|()| Ok(writer.flush()?));
+            let written =
+                batch(&rows).and_then(|rows| writer.write(&rows)).and_then(|()| writer.flush());
             written.map_err(|e| store(path, e))?;
         }
         let area = if index % 2 == 0 { "North" } else { "South" };
@@ -155,12 +154,13 @@ fn simulated(
         Story::DeadPv | Story::Manual => LoopKind::Normal,
         Story::None => KINDS[index % KINDS.len()],
     };
-    // The first draw that a historian would sample as slowly.
+    // The first draw that a historian would sample as slowly, and whose fault shows and does not come and go.
     let mut own = seed.wrapping_mul(1_000_003).wrapping_add(1000 * index as u64);
     let factor = loop {
         let drawn = kind.simulate(own)?;
         let facts = &drawn.truth.facts;
-        if SAMPLE_TIMES.contains(&facts.sample_time_s) {
+        let shows = !drawn.truth.sticks || (drawn.truth.visible && facts.faulty_share >= 1.0);
+        if shows && SAMPLE_TIMES.contains(&facts.sample_time_s) {
             let samples = days as f64 * DAY / facts.sample_time_s;
             break (samples / drawn.recording.op.values.len() as f64 + 0.01).max(0.1);
         }

@@ -121,7 +121,7 @@ pub fn scan(
     let mut run = store_of.begin()?;
     let mut inputs = Inputs::known(&store_of, plant);
     inputs.update(folder, plant, |path| {
-        // Looking can be ended after a batch only, when there is something to end.
+        // Only a batch can be the last thing that is done.
         let _ = watch(Progress::Looked(path));
     })?;
     inputs.keep(&store_of)?;
