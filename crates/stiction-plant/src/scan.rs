@@ -302,7 +302,8 @@ impl Scan<'_> {
     fn judge(&self, piece: &Piece<'_>) -> (Vec<WindowRow>, i64) {
         let mut rows = vec![];
         let mut cursor = piece.from;
-        while let Some((day, _)) = piece.days.range(cursor..piece.until).next() {
+        // The last window may end after the piece does.
+        while let Some((day, _)) = piece.days.range(cursor..piece.until.max(cursor)).next() {
             if let Some(count) = self.done(piece.name, &piece.settings, piece.days, *day) {
                 cursor = day + count;
                 continue;

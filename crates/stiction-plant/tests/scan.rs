@@ -219,3 +219,37 @@ fn a_demo_has_its_stories() {
     assert!((manual.auto_share.unwrap() - 87.5).abs() < 1.0, "{:?}", manual.auto_share);
     assert_eq!(manual.area.as_deref(), Some("South"));
 }
+
+#[test]
+fn ten_slow_periods_are_one_window_of_several_days() {
+    let folder = folder("slow");
+    let mut text = "time,FIC1.PV,FIC1.OP\n".to_owned();
+    for k in 0..70 * 96 {
+        let swing = (std::f64::consts::TAU * f64::from(k) / 20.0).sin();
+        text += &format!(
+            "{},{},{}\n",
+            1_772_452_800 + 900 * i64::from(k),
+            20.0 + swing,
+            50.0 - 2.0 * swing
+        );
+    }
+    plant_of(&folder, &[("a.csv", text)]);
+    let done = go(&folder);
+    assert_eq!(done.errors, 0);
+    let rows = rows(&folder);
+    // Ten periods of 5 h are three days; where the clock changes to summer time, one day less an hour.
+    let long = rows.iter().filter(|row| row.window_s >= 3 * 86_400 - 3600).count();
+    assert!(
+        long > 10,
+        "{:?}",
+        rows.iter().map(|row| (row.window_s, row.period_s)).collect::<Vec<_>>()
+    );
+    for pair in rows.windows(2) {
+        assert_eq!(
+            pair[0].window_start + pair[0].window_s,
+            pair[1].window_start,
+            "none twice, none left out"
+        );
+    }
+    assert_eq!(go(&folder).windows, 0);
+}
