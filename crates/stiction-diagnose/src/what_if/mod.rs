@@ -31,6 +31,7 @@
 //! window and load step together, worst > present / 1.25    a load step costs what is gained before it
 //! a step does not settle in every case            it lets go of the set point
 //! stem travel, worst > 3 times the present        it wears the valve
+//! a throw of more than 50 % a second              no pneumatic stem follows it
 //! its cycle is longer than a third of the window  what was measured is not its error
 //! the loop is unstable without friction           no compensator helps that
 //! ```
@@ -66,6 +67,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Stem travel, as a multiple of that of the loop as it is, above which an action is not recommended.
 pub const WEARING: f64 = 3.0;
+
+/// How fast a pneumatic stem moves at most, percent of its stroke a second: a throw that asks for more is not offered. The
+/// whole stroke in two seconds is fast for one without a booster; the figure is ours.
+pub const STEM_SPEED: f64 = 50.0;
 
 /// By what the control error must be divided for an action to be worth its trouble.
 pub const WORTH: f64 = 1.25;
