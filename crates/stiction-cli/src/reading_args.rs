@@ -1,7 +1,8 @@
 //! The options that say what a file of recordings holds, shared by all commands that read one.
 
+use crate::files::In;
+use crate::input;
 use anyhow::Result;
-use std::path::PathBuf;
 use stiction::recording::LoopType;
 use stiction_io::options::Mapped;
 use stiction_io::timestamp::{TimeFormat, Zone};
@@ -17,7 +18,7 @@ pub struct Reading {
     map: Vec<Mapped>,
     /// Read more of what the files hold from this TOML file
     #[arg(long, value_name = "FILE")]
-    mapping: Option<PathBuf>,
+    mapping: Option<In>,
     /// Time zone of times without one, such as Europe/Berlin or +01:00
     #[arg(long)]
     zone: Option<Zone>,
@@ -57,7 +58,7 @@ impl Reading {
     pub fn options(&self) -> Result<ReadOptions> {
         let given = self.clone();
         let mut options = match &given.mapping {
-            Some(path) => ReadOptions::read(path)?,
+            Some(file) => input::mapping(file)?,
             None => ReadOptions::default(),
         };
         options.map.extend(given.map);

@@ -1,5 +1,7 @@
 //! Numbers, durations, paragraphs and columns on a terminal.
 
+use crate::output::name;
+use std::borrow::Cow;
 use stiction_report::report::{Column, Table};
 use unicode_width::UnicodeWidthStr;
 
@@ -28,13 +30,16 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 
 /// Rows in columns two blanks apart; `right` tells which are aligned right.
 pub fn columns(rows: &[impl AsRef<[String]>], right: &[bool]) -> String {
+    // A cell is within a line, whatever a tag holds.
+    let rows: Vec<Vec<Cow<'_, str>>> =
+        rows.iter().map(|row| row.as_ref().iter().map(|cell| name(cell)).collect()).collect();
     let width: Vec<usize> = (0..right.len())
-        .map(|c| rows.iter().map(|row| row.as_ref()[c].width()).max().unwrap_or(0))
+        .map(|c| rows.iter().map(|row| row[c].width()).max().unwrap_or(0))
         .collect();
     let mut out = String::new();
-    for row in rows {
+    for row in &rows {
         let mut line = String::new();
-        for (c, cell) in row.as_ref().iter().enumerate() {
+        for (c, cell) in row.iter().enumerate() {
             let blank = " ".repeat(width[c] - cell.width());
             let (before, after) =
                 if right[c] { (blank.as_str(), "") } else { ("", blank.as_str()) };

@@ -82,12 +82,12 @@ impl<'a> Report<'a> {
         Document::new(TOOL, self.loops())
     }
 
-    /// Writes the page to the file at `path`.
+    /// Writes the page to the file at `path`, whole or not at all: see [`stiction_io::whole`].
     ///
     /// # Errors
     /// If a figure cannot be drawn or the file cannot be written.
     pub fn save(&self, path: impl AsRef<std::path::Path>) -> std::io::Result<()> {
         let page = self.html().map_err(std::io::Error::other)?;
-        std::fs::write(path, page)
+        stiction_io::whole::write(path.as_ref(), page.as_bytes())
     }
 }
