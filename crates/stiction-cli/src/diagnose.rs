@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use std::process::ExitCode;
 use stiction::diagnose::{DiagnoseOptions, Diagnosis, KpiOptions, VerdictClass, diagnose};
 use stiction::recording::{GridOptions, Recording};
+use stiction_io::Overrides;
 use stiction_report::document::{self, Document, Loop, Source};
 use stiction_report::report;
 
@@ -227,6 +228,10 @@ pub fn find_all(
     reading: &Reading,
 ) -> Result<(Vec<Found>, Vec<anyhow::Error>)> {
     let options = reading.options()?;
+    // What people concluded is read beside the files.
+    for file in files.iter().filter(|file| !file.is_standard()) {
+        In::also(Overrides::path_beside(file))?;
+    }
     let progress = progress::bar("reading", files.len());
     let readings: Vec<_> = files
         .par_iter()

@@ -188,7 +188,6 @@ pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
         let kept = match folders.entry(path) {
             std::collections::btree_map::Entry::Occupied(known) => known.into_mut(),
             std::collections::btree_map::Entry::Vacant(place) => {
-                In::also(place.key())?;
                 let kept = Overrides::read(place.key())?;
                 kept.complaints().for_each(output::note);
                 place.insert(kept)

@@ -94,8 +94,11 @@ fn an_output_that_is_an_input_is_refused_by_every_command() {
     let overrule = ["override", FILE, "--verdict", "sticks", "--reason", "x"];
     run(&folder, &overrule).quiet_success();
     let before = files(&folder);
-    let refused = run(&folder, &["diagnose", FILE, "--csv", "stiction-overrides.toml"]).refusal();
-    assert!(refused.contains("would overwrite stiction-overrides.toml"), "{refused}");
+    for command in ["diagnose", "history"] {
+        let arguments = [command, FILE, "--csv", "stiction-overrides.toml"];
+        let refused = run(&folder, &arguments).refusal();
+        assert!(refused.contains("would overwrite stiction-overrides.toml"), "{refused}");
+    }
     std::fs::copy(folder.join(FILE), folder.join("sub/index.html")).expect("a copy");
     let refused = run(&folder, &["diagnose", "sub/index.html", "--report", "sub"]).refusal();
     assert!(refused.contains("sub/index.html would overwrite"), "{refused}");
@@ -227,16 +230,12 @@ fn a_full_disk_leaves_the_old_file_whole() {
     };
     let reason = "x".repeat(9000);
     let work = format!(
-        "cp {FILE} small/a.csv; {} && dd if=/dev/zero of=small/fill bs=1k count=64 2>/dev/null; {}; echo $?; \
+        "head -400 {FILE} > small/a.csv; {} && dd if=/dev/zero of=small/fill bs=1k count=64 2>/dev/null; {}; echo $?; \
          rm small/fill; \"$STICTION\" override small --list",
         enter("seen"),
         enter(&reason)
     );
-    let done = script(
-        &work
-            .replace(&format!("cp {FILE}"), &format!("head -400 {FILE} >"))
-            .replace("> small/a.csv", "> small/a.csv"),
-    );
+    let done = script(&work);
     let said = String::from_utf8_lossy(&done.expect("unshare starts").stdout).into_owned();
     assert!(said.contains("\n2\na: sticks, because: seen; by J"), "{said}");
 }
