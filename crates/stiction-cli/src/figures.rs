@@ -13,22 +13,22 @@ use stiction_figure::{Entry, Page, Picture};
 /// Writes each figure as SVG and PNG, and index.html, which shows them in order with their captions
 /// and the parameters used.
 #[derive(Parser)]
-#[command(after_help = "Example:\n  stiction figures --out figures")]
+#[command(after_help = "Example:\n  stiction figures -o figures")]
 pub struct Args {
     /// Folder to write to; made if it is not there
-    #[arg(long, default_value = "figures", value_name = "DIR")]
-    out: Out,
+    #[arg(short, long, default_value = "figures", value_name = "DIR")]
+    output: Out,
 }
 
 pub fn run(args: Args) -> Result<()> {
-    args.out.make_folder()?;
+    args.output.make_folder()?;
     let mut page = Page::new(paper::TITLE, paper::INTRODUCTION, paper::tool());
     let progress = ProgressBar::new(paper::FIGURES.len() as u64);
     for make in paper::FIGURES {
         let drawn = make()?;
         let (svg, png) = (format!("{}.svg", drawn.name), format!("{}.png", drawn.name));
-        output::write(Some(&args.out.inside(&svg)?), drawn.figure.svg()?.as_bytes())?;
-        output::write(Some(&args.out.inside(&png)?), &drawn.figure.png()?)?;
+        output::write(Some(&args.output.inside(&svg)?), drawn.figure.svg()?.as_bytes())?;
+        output::write(Some(&args.output.inside(&png)?), &drawn.figure.png()?)?;
         let mut entry = Entry::new(&drawn.heading, Picture::File(svg), &drawn.figure.caption);
         for (name, value, unit) in &drawn.parameters {
             entry = entry.parameter(name, value, unit);
@@ -37,7 +37,7 @@ pub fn run(args: Args) -> Result<()> {
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let index = args.out.inside("index.html")?;
+    let index = args.output.inside("index.html")?;
     output::write(Some(&index), page.html().as_bytes())?;
     output::line(format!("{} figures; see {}", paper::FIGURES.len(), index.display()))
 }

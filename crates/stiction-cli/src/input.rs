@@ -14,9 +14,11 @@ pub fn table(file: &In) -> Result<Table> {
 }
 
 /// A mapping file.
-pub fn mapping(file: &In) -> Result<ReadOptions> {
-    let origin = file.origin();
-    ReadOptions::parse(&bytes::text(all(file)?, &origin)?, &origin)
+pub fn mapping(file: &In) -> anyhow::Result<ReadOptions> {
+    if file.is_standard() {
+        anyhow::bail!("a mapping is read of a file, not of standard input; name one");
+    }
+    Ok(ReadOptions::read(file)?)
 }
 
 fn all(file: &In) -> Result<Vec<u8>> {

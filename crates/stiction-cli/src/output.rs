@@ -2,9 +2,11 @@
 
 use crate::closed;
 use crate::files::Out;
+use crate::text::painted;
 use anyhow::{Context, Result, bail};
 use std::borrow::Cow;
-use std::io::{ErrorKind, IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, StdoutLock, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use stiction_figure::Figure;
 use stiction_io::whole;
 
@@ -22,19 +24,26 @@ pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
     }
 }
 
-/// Prints text for people to standard output.
+/// Prints text for people to standard output, in colours on a terminal that wants them.
 pub fn text(text: &str) -> Result<()> {
-    to_standard_output(shown(text).as_bytes())
+    // The only escapes in it are those of its colours.
+    let text = painted(&shown(text));
+    opened(|out| anstream::AutoStream::auto(out).write_all(text.as_bytes()))
 }
 
 fn to_standard_output(bytes: &[u8]) -> Result<()> {
+    opened(|out| out.write_all(bytes))
+}
+
+/// Writes to standard output, if it is open.
+fn opened(write: impl FnOnce(&mut StdoutLock<'static>) -> std::io::Result<()>) -> Result<()> {
     if closed::standard_output() {
         bail!(
             "standard output is closed, and the result has no other place to go; give it one, such as > FILE"
         );
     }
     let mut out = std::io::stdout().lock();
-    out.write_all(bytes)?;
+    write(&mut out)?;
     Ok(out.flush()?)
 }
 
@@ -143,8 +152,24 @@ pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
     (0..samples).map(time).collect()
 }
 
+/// Whether notes and progress are left out.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Leaves notes and progress out from now on.
+pub fn set_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Whether notes and progress are left out.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
 /// Tells the user something beside the result. Where no one can read it, that is no failure.
 pub fn note(text: impl std::fmt::Display) {
+    if is_quiet() {
+        return;
+    }
     let _ = writeln!(std::io::stderr(), "note: {}", name(&text.to_string()));
 }
 

@@ -19,6 +19,7 @@ mod overrule;
 mod population;
 mod screens;
 mod session;
+mod settings;
 mod shift;
 mod simulate;
 mod stem;

@@ -63,7 +63,7 @@ fn an_output_that_is_an_input_is_refused_by_every_command() {
         cases.push(vec!["fit", FILE, "-o", output]);
         cases.push(vec!["fit", FILE, "--plot", output]);
         cases.push(vec!["bench", "--labels", "index.csv", "--csv", output]);
-        cases.push(vec!["bench", "--labels", "index.csv", "--html", output]);
+        cases.push(vec!["bench", "--labels", "index.csv", "--report", output]);
         cases.push(vec!["diagnose", output, "--csv", FILE]);
     }
     for command in ["simulate", "compensate", "what-if", "limit-cycle"] {
@@ -143,7 +143,7 @@ const OUTPUTS: [(&str, &[&str]); 9] = [
     ("valve.fmu", &["fmu", "paper/closed-loop", "-o", "valve.fmu"]),
     ("stem.csv", &["stem", "-o", "stem.csv"]),
     ("shift.csv", &["shift", FILE, "--csv", "shift.csv"]),
-    ("board.html", &["bench", "--simulated", "2", "--only", "verdict", "--html", "board.html"]),
+    ("board.html", &["bench", "--simulated", "2", "--only", "verdict", "--report", "board.html"]),
 ];
 
 /// A limit on the size of files stands for a full disk: `trap` decides whether the write fails or the process dies.
