@@ -527,9 +527,13 @@ struct Piece {
 fn pieces(bytes: &[u8]) -> Vec<Piece> {
     let known = std::str::from_utf8(bytes).ok().and_then(|text| {
         let document = DeTable::parse(text).ok()?;
-        let list = document.get_ref().get("override")?.get_ref().as_array()?;
-        let starts = list.iter().map(|each| each.span().start);
-        Some(starts.filter(|at| text[*at..].starts_with("[[")).collect::<Vec<_>>())
+        // Those of other names, which are misspelt, do not belong to the one above them.
+        let lists = document.get_ref().values().filter_map(|value| value.get_ref().as_array());
+        let mut starts: Vec<usize> =
+            lists.flat_map(|list| list.iter().map(|each| each.span().start)).collect();
+        starts.retain(|at| text[*at..].starts_with("[["));
+        starts.sort_unstable();
+        Some(starts)
     });
     let mut starts = known.unwrap_or_else(|| {
         let (mut at, mut starts) = (0, vec![]);
@@ -683,8 +687,8 @@ mod tests {
             (cut.as_bytes(), Some("FIC101"), 3),
             (b"[[override]]\nloop = \"B\"\nverdict = \"fine\"\n", Some("B"), 3),
             (b"[[override]]\nloop = \"B\"\nreason = \"\xff\"\n", None, 3),
-            (b"[[override]]\nloop = \"B\"\nreason = \"\"\"\nx\n", Some("B"), 3),
-            (b"[[overide]]\nloop = \"B\"\n", None, 1),
+            (b"[[override]]\nloop = \"B\"\nreason = \"\"\"\nx\n", Some("B"), 6),
+            (b"[[overide]]\nloop = \"B\"\n", Some("B"), 1),
             (b"[[override\n", None, 1),
         ] {
             let file = [first.as_bytes(), middle, b"\n", last.as_bytes()].concat();
