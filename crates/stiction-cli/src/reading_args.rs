@@ -1,5 +1,7 @@
 //! The options that say what a file of recordings holds, shared by all commands that read one.
 
+use crate::files::In;
+use crate::input;
 use anyhow::Result;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -19,7 +21,7 @@ pub struct Reading {
     map: Vec<Mapped>,
     /// Read more of what the files hold from this TOML file [default: stiction.toml, if it is there]
     #[arg(long, value_name = "FILE")]
-    mapping: Option<PathBuf>,
+    mapping: Option<In>,
     /// Time zone of times without one, such as Europe/Berlin or +01:00
     #[arg(long)]
     zone: Option<Zone>,
@@ -58,8 +60,12 @@ impl Reading {
     /// The options, those of the command line before those of the mapping file.
     pub fn options(&self) -> Result<ReadOptions> {
         let given = self.clone();
-        let mut options = match given.mapping.clone().or_else(settings) {
-            Some(path) => ReadOptions::read(&path)?,
+        let mapping = match given.mapping.clone() {
+            None => settings().map(In::also).transpose()?,
+            given => given,
+        };
+        let mut options = match mapping {
+            Some(file) => input::mapping(&file)?,
             None => ReadOptions::default(),
         };
         options.map.extend(given.map);

@@ -8,6 +8,7 @@
 #[cfg(any(feature = "matlab", feature = "parquet"))]
 mod budget;
 mod built_in;
+pub mod bytes;
 mod content;
 pub mod csv_sheet;
 mod encoding;
@@ -37,6 +38,7 @@ pub mod sheet;
 pub mod summary;
 pub mod table;
 pub mod timestamp;
+pub mod whole;
 
 pub use error::{Error, Result};
 pub use options::ReadOptions;

@@ -1,5 +1,6 @@
 //! Mapping files: what the user says of recordings, in TOML.
 
+use crate::bytes;
 use crate::error::{Error, Result};
 use crate::fields::{Fields, Wrong, line_of};
 use crate::options::{LoopOptions, LoopSettings, Mapped, ReadOptions};
@@ -43,10 +44,7 @@ impl ReadOptions {
     /// If it cannot be read or is not well formed.
     pub fn read(path: &Path) -> Result<Self> {
         let origin = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text, &origin),
-            Err(source) => Err(Error::File { path: origin, source }),
-        }
+        Self::parse(&bytes::text(bytes::read(path)?, &origin)?, &origin)
     }
 
     /// Reads a mapping file from its `text`; `origin` names it in errors.

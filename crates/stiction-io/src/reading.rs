@@ -1,5 +1,6 @@
 //! Recordings from files of any format.
 
+use crate::bytes;
 use crate::content::Content;
 use crate::csv_sheet::{self, Dialect};
 use crate::error::{Error, Result};
@@ -86,11 +87,7 @@ pub struct Reading {
 /// # Errors
 /// If it cannot be read, or as for [`parse`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
-    let origin = path.display().to_string();
-    match std::fs::read(path) {
-        Ok(bytes) => parse(&bytes, &origin, options),
-        Err(source) => Err(Error::File { path: origin, source }),
-    }
+    parse(&bytes::read(path)?, &path.display().to_string(), options)
 }
 
 /// Reads recordings from `bytes`, whose format their beginning tells; `origin` names them in errors,
@@ -316,6 +313,7 @@ impl<'a> Builder<'a> {
     ) -> Result<Self> {
         let mut builder = Self { sheet, plan, options, mark, times: evenly(sheet.len(), 1.0) };
         builder.times = builder.read_times()?;
+        builder.check_times()?;
         Ok(builder)
     }
 
@@ -379,6 +377,44 @@ impl<'a> Builder<'a> {
             self.sheet.columns[date].name, column.name
         ));
         Ok(times)
+    }
+
+    /// Times must differ, and none may lie so far from the one before that a clock cannot have shown both.
+    fn check_times(&self) -> Result<()> {
+        /// Three thousand years, s.
+        const FAR: f64 = 1e11;
+        let seconds = &self.times.seconds;
+        let Some(first) = seconds.first() else { return Ok(()) };
+        let column = self.time_column().column.unwrap_or_default();
+        let cell = |place: usize, message: String| Error::Cell {
+            origin: self.sheet.origin.clone(),
+            row: self.sheet.row(place),
+            column: column.clone(),
+            message,
+        };
+        if seconds.len() > 1 && seconds.iter().all(|t| t == first) {
+            let message = format!(
+                "all {} times down to row {} are the same, or differ by less than a number of so many digits can \
+                 hold; give the column that tells them apart, as in {}, or the time between rows, as in {}",
+                seconds.len(),
+                self.sheet.row(seconds.len() - 1),
+                self.options.wording.of(Remedy::map_some("time")),
+                self.options.wording.of(Remedy::SampleTime)
+            );
+            return Err(cell(0, message));
+        }
+        let is_far = |(a, b): (&f64, &f64)| (b - a).abs() > FAR;
+        let far = seconds.iter().zip(&seconds[1..]).position(is_far);
+        let Some(place) = far else { return Ok(()) };
+        Err(cell(
+            place + 1,
+            format!(
+                "this time lies {:.3e} s, more than three thousand years, from that of row {}; mend it, or leave the \
+                 row out",
+                (seconds[place + 1] - seconds[place]).abs(),
+                self.sheet.row(place)
+            ),
+        ))
     }
 
     /// A column of days and one of times of day as one.
