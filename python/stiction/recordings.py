@@ -80,7 +80,8 @@ def read(
         Time zone of times without one, such as ``"Europe/Berlin"``.
     time_format : str, optional
         How times are written: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first,
-        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds, minutes, hours.
+        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds, microseconds,
+        nanoseconds, minutes, hours, days.
     sample_time : float, optional
         Time between rows, s, in place of a column of times.
     op_range, pv_range, vp_range : tuple of float, optional

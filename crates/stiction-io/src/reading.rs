@@ -10,7 +10,7 @@ use crate::range;
 use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Signal};
 use crate::sheet::{Cells, Column, Sheet};
-use crate::timestamp::{self, Clock, Times};
+use crate::timestamp::{self, Clock, Times, Told};
 use crate::{mode, quality};
 use sha2::{Digest, Sha256};
 use std::collections::HashSet;
@@ -321,12 +321,16 @@ impl<'a> Builder<'a> {
 
     fn read_times(&self) -> Result<Times> {
         let wrong = |message: String| Error::Table { origin: self.sheet.origin.clone(), message };
+        let check_told = |seconds: f64, told: Told| {
+            timestamp::check_told(seconds, told, &self.sheet.origin, self.options.wording)
+        };
         let by_rows = matches!(self.plan.place, Place::Rows { .. });
         if let Some(sample_time) = self.options.sample_time {
             if by_rows {
                 let message = "holds a row a sample, so a sample time cannot stand for its times";
                 return Err(wrong(message.to_owned()));
             }
+            check_told(sample_time, Told::ByUser)?;
             let mut times = evenly(self.sheet.len(), sample_time);
             if let Some(column) = self.plan.time {
                 let name = &self.sheet.columns[column].name;
@@ -337,6 +341,7 @@ impl<'a> Builder<'a> {
         let Some(time) = self.plan.time else {
             return match self.sheet.sample_time {
                 Some(sample_time) if sample_time > 0.0 && sample_time.is_finite() && !by_rows => {
+                    check_told(sample_time, Told::ByFile)?;
                     Ok(evenly(self.sheet.len(), sample_time))
                 }
                 _ => Err(wrong(format!(
@@ -344,7 +349,7 @@ impl<'a> Builder<'a> {
                      the time between rows, as in {}",
                     layout::list(&self.sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>()),
                     self.options.wording.of(Remedy::map_some("time")),
-                    self.options.wording.of(Remedy::SampleTime)
+                    self.options.wording.of(Remedy::SampleTime(1.0))
                 ))),
             };
         };
@@ -362,6 +367,7 @@ impl<'a> Builder<'a> {
             format: self.options.time_format.as_ref(),
             zone: self.options.zone.as_ref(),
             series: &series,
+            is_long: by_rows,
             wording: self.options.wording,
         };
         let column = &self.sheet.columns[time];
