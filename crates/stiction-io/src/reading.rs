@@ -5,7 +5,7 @@ use crate::csv_sheet::{self, Dialect};
 use crate::error::{Error, Result};
 use crate::layout::{self, Layout, LoopPlan, MissingLoop, Place, Plan, Recognised};
 use crate::number::{self, DecimalMark};
-use crate::options::ReadOptions;
+use crate::options::{ReadOptions, SettingsByName};
 use crate::range;
 use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Signal};
@@ -72,8 +72,8 @@ pub struct Reading {
     pub recordings: Vec<Recording>,
     /// What every column and tag was recognised as.
     pub recognised: Vec<Recognised>,
-    /// The loops of the mapping that are not among the recordings, because the file lacks a column or tag of
-    /// theirs; the notes name those of which it has others.
+    /// The loops that are not among the recordings, because the file lacks a column or tag that the mapping names,
+    /// or a signal of theirs could not be made a column; the notes name those of which it has others.
     pub missing: Vec<MissingLoop>,
     /// Names of recordings that nothing in the file names, so that the file's own name stands in.
     pub untagged: Vec<String>,
@@ -130,6 +130,7 @@ fn build(
     let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
     let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
+    let mut without_op: Vec<&str> = vec![];
     for sheet in sheets {
         let plan = layout::recognise(sheet, options)?;
         recognised.extend(plan.recognised.iter().cloned());
@@ -138,16 +139,25 @@ fn build(
             "" => note.clone(),
             part => format!("{part}: {note}"),
         };
-        notes.extend(plan.notes.iter().map(about));
+        notes.extend(sheet.notes.iter().chain(&plan.notes).map(about));
         if plan.loops.is_empty() {
-            if sheets.len() > 1 {
-                notes.push(format!("{} has no column known as OP and is not read", sheet.part));
+            without_op.push(&*sheet.part);
+            continue;
+        }
+        for each in &plan.loops {
+            if let Some(reason) = &each.unread {
+                let (name, _) = names.of(each, sheet);
+                notes.push(format!("loop {name} is not read: the file {reason}"));
+                let reason = reason.clone();
+                missing.push(MissingLoop { name, reason, is_partly_here: true });
             }
+        }
+        if plan.loops.iter().all(|each| each.unread.is_some()) {
             continue;
         }
         let builder = Builder::new(sheet, &plan, options, mark)?;
         notes.extend(builder.times.notes.iter().map(about));
-        for each in &plan.loops {
+        for each in plan.loops.iter().filter(|each| each.unread.is_none()) {
             let (name, tells) = names.of(each, sheet);
             if !tells {
                 untagged.push(name.clone());
@@ -163,15 +173,19 @@ fn build(
         };
         return Err(Error::Table { origin: origin.to_owned(), message: lacking.reason.clone() });
     };
+    match &without_op[..] {
+        [] => {}
+        [part] => notes.push(format!("{part} has no column known as OP and is not read")),
+        parts => {
+            let parts = layout::list(parts);
+            notes.push(format!("{parts} have no column known as OP and are not read"));
+        }
+    }
     // What one part of the file lacks another may have.
-    let is_read = |name: &str| {
-        let mut names =
-            recordings.iter().map(|recording: &Recording| recording.name.to_lowercase());
-        names.any(|read| read == name.to_lowercase())
-    };
+    let mut seen: HashSet<String> =
+        recordings.iter().map(|read: &Recording| read.name.to_lowercase()).collect();
     missing.sort_by_key(|each| !each.is_partly_here);
-    let mut seen = HashSet::new();
-    missing.retain(|each| !is_read(&each.name) && seen.insert(each.name.to_lowercase()));
+    missing.retain(|each| seen.insert(each.name.to_lowercase()));
     let elsewhere: Vec<&str> =
         missing.iter().filter(|each| !each.is_partly_here).map(|each| &*each.name).collect();
     if !elsewhere.is_empty() {
@@ -295,6 +309,7 @@ struct Builder<'a> {
     sheet: &'a Sheet,
     plan: &'a Plan,
     options: &'a ReadOptions,
+    settings: SettingsByName<'a>,
     mark: DecimalMark,
     times: Times,
 }
@@ -314,7 +329,8 @@ impl<'a> Builder<'a> {
         options: &'a ReadOptions,
         mark: DecimalMark,
     ) -> Result<Self> {
-        let mut builder = Self { sheet, plan, options, mark, times: evenly(sheet.len(), 1.0) };
+        let (settings, times) = (SettingsByName::of(options), evenly(sheet.len(), 1.0));
+        let mut builder = Self { sheet, plan, options, settings, mark, times };
         builder.times = builder.read_times()?;
         Ok(builder)
     }
@@ -446,7 +462,7 @@ impl<'a> Builder<'a> {
     }
 
     fn recording(&self, plan: &LoopPlan, name: String) -> Result<Recording> {
-        let settings = self.options.settings(plan.name.as_deref().unwrap_or(&name));
+        let settings = self.settings.of_loop(plan.name.as_deref().unwrap_or(&name));
         let refused = |e: stiction_model::Error| Error::Table {
             origin: self.sheet.origin.clone(),
             message: format!("loop {name}: {e}"),
