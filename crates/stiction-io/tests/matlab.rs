@@ -221,7 +221,8 @@ fn unusable(name: &str) -> [(Vec<u8>, &'static str); 4] {
 #[test]
 fn a_signal_that_cannot_be_used_is_not_passed_over() {
     for (pv, why) in unusable("pv") {
-        let message = parsed(&workspace(&[pv.clone()]), &[]).expect_err(why).to_string();
+        let message =
+            parsed(&workspace(std::slice::from_ref(&pv)), &[]).expect_err(why).to_string();
         assert!(message.contains("f.mat: has \"pv\", by its name the PV, but"), "{message}");
         assert!(message.contains(why) && message.contains("map ignore=pv"), "{message}");
         let reading = parsed(&workspace(&[pv]), &["pv"]).expect("it is left out");
