@@ -10,7 +10,7 @@ import numpy as np
 
 from stiction import _core
 from stiction._arguments import number, optional, text
-from stiction._arrays import Array, Samples, samples
+from stiction._arrays import Array, Samples, samples, unmasked
 from stiction._core import Recording
 from stiction._result import Result, result, result_of
 
@@ -552,7 +552,7 @@ def _filled(name: str, signal: Array) -> Array:
 
 def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
     """Give times in s; those of a calendar with whether they are UTC."""
-    array = np.asarray(values)
+    array = unmasked(values)
     if array.dtype.kind != "M":
         return samples(name, values)
     nanoseconds = array.astype("datetime64[ns]")
@@ -588,7 +588,7 @@ def _column(name: str, values: Any) -> Any:
             return samples(name, values)
         except (TypeError, ImportError):
             pass
-    array = np.asarray(values)
+    array = unmasked(values)
     if array.dtype.kind == "M":
         return _times(name, array)
     if array.dtype.kind in "OUS":
