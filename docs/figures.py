@@ -18,7 +18,7 @@ FIGURES = ROOT / "docs" / "figures"
 DRAWN = {
     "map.png": "limit-cycle paper/closed-loop --map S=1:10 J=0:10 --plot map.png",
     "closed-loop-response.svg": "simulate paper/closed-loop --set duration=120 --plot closed-loop-response.svg",
-    "figures/figure-03-typical-behaviour.svg": "figures --out figures",
+    "figures/figure-03-typical-behaviour.svg": "figures -o figures",
 }
 NAMES = {"figures/figure-03-typical-behaviour.svg": "sticking-valve.svg"}
 

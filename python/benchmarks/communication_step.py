@@ -44,8 +44,7 @@ def main(target):
             means, most = [], []
             for step in STEPS_S:
                 times = np.arange(0, STOP_S + step / 2, step)
-                inputs = [("OP", sine(times))] + ([("supply", np.full(len(times), 1e6))] if "stem" in source else [])
-                signal = np.rec.fromarrays([times, *(values for _, values in inputs)], names=["time", *(n for n, _ in inputs)])
+                signal = np.rec.fromarrays([times, sine(times)], names=["time", "OP"])
                 found = fmpy.simulate_fmu(
                     str(path),
                     fmi_type="CoSimulation",

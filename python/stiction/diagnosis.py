@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
@@ -35,6 +35,7 @@ __all__ = [
     "Mended",
     "NoResponse",
     "Observation",
+    "PlantTime",
     "Relation",
     "RepairEffect",
     "Rest",
@@ -442,6 +443,22 @@ class Judged(Result):
 
 
 @result
+class PlantTime(Result):
+    """The clock on the plant's wall, by which the times of a recording are told.
+
+    Attributes
+    ----------
+    name : str
+        What it is called, such as ``"CET"`` or ``"UTC"``; empty where it was not recorded.
+    offset_s : int
+        How far it goes before UTC, s.
+    """
+
+    name: str
+    offset_s: int
+
+
+@result
 class Mended(Result):
     """Something that had to be mended in the data.
 
@@ -573,6 +590,8 @@ class Diagnosis(Result):
         The evidence that was weighed; None where nothing could be.
     judged : Judged or None
         The segment that was judged; None if there is none.
+    plant_time : PlantTime
+        The clock by which its times are told.
     repairs : list of Mended
         What had to be mended in the data.
     rank : float
@@ -596,6 +615,7 @@ class Diagnosis(Result):
     windows: list[Window]
     evidence: Weighing | None
     judged: Judged | None
+    plant_time: PlantTime
     repairs: list[Mended]
     rank: float
     notes: list[str]
@@ -997,7 +1017,7 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     Examples
     --------
     >>> import stiction
-    >>> seen = [stiction.Observation(time_s=t, class_="sticks", probability=0.8) for t in range(5)]
+    >>> seen = [stiction.Observation(time_s=t, class_="sticks", probability=0.95) for t in range(5)]
     >>> stiction.combine(seen).class_
     'sticks'
     """
@@ -1145,8 +1165,9 @@ def _trend(diagnosis: Diagnosis) -> str:
     unit = recording.pv_unit or "its units"
     rows = [(f"{' and '.join(name for name, _ in above)} ({unit})", above)] if above else []
     rows.append((f"{' and '.join(name for name, _ in below)} (% of span)", below))
-    start = diagnosis.start_time
-    since = "" if start is None else f" since {start:%Y-%m-%d %H:%M:%S} UTC"
+    start, clock = diagnosis.start_time, diagnosis.plant_time
+    shown = start and start + timedelta(seconds=clock.offset_s)
+    since = f" since {shown:%Y-%m-%d %H:%M:%S} {clock.name}".rstrip() if shown else ""
     label = f"Trend of {diagnosis.name}: {', '.join(axis for axis, _ in rows)} over time{since}"
     return _html.trend(label, segment.time_s, rows, since)
 

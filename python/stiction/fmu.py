@@ -5,7 +5,10 @@ Not imported by name at the top of the package: use ``stiction.fmu.export(...)``
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Mapping
+from datetime import datetime
 from os import PathLike
 from pathlib import Path
 from typing import Literal
@@ -124,6 +127,7 @@ def export(
     start: Mapping[str, float | bool] | None = None,
     fmi: Literal[2, 3] = 2,
     libraries: Mapping[str, str | PathLike[str]] | None = None,
+    date: datetime | None = None,
 ) -> Path:
     """Write a valve, a stem or a whole loop as a functional mock-up unit. Neither this nor its import needs a compiler.
 
@@ -142,10 +146,13 @@ def export(
     start : mapping, optional
         Start values of variables by name, such as ``{"stem_lag": 0.5}``; `variables` lists them.
     fmi : {2, 3}, default 2
-        Version of FMI. FMI 2.0: co-simulation, and of stems also model exchange; FMI 3.0: co-simulation.
+        Version of FMI. Both offer co-simulation, and of stems also model exchange.
     libraries : mapping, optional
         Compiled libraries of further platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``; that of a
         platform which is built in is replaced.
+    date : datetime, optional
+        When it was generated, as its description tells; without it the time that the variable ``SOURCE_DATE_EPOCH`` gives
+        in seconds, or now. The same model and date give the same bytes. A time without a zone is local.
 
     Returns
     -------
@@ -177,8 +184,23 @@ def export(
             )
         more.append((arch, system, Path(library).read_bytes()))
     path = Path(path)
-    path.write_bytes(fmu.bytes(integer("fmi", fmi), more))
+    path.write_bytes(fmu.bytes(integer("fmi", fmi), more, _generated_s(date)))
     return path
+
+
+def _generated_s(date: datetime | None) -> int:
+    """Give when an FMU is generated, in seconds after the beginning of 1970."""
+    if date is None:
+        epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+        if epoch and not epoch.isdecimal():
+            raise ValueError(f"SOURCE_DATE_EPOCH is {epoch!r}, but must be a whole number of seconds")
+        return int(epoch or time.time())
+    if not isinstance(date, datetime):
+        raise TypeError(f"date must be a datetime, but its type is {type(date).__name__}")
+    seconds = int(date.timestamp())
+    if seconds < 0:
+        raise ValueError(f"date is {date}, but must be after 1970")
+    return seconds
 
 
 def _fmu(

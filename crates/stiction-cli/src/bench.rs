@@ -30,10 +30,10 @@ use stiction_report::scoreboard::{self, Scoreboard};
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction bench --simulated 1000
-  stiction bench --simulated 10000 --only verdict --html board.html
+  stiction bench --simulated 10000 --only verdict --report board.html
   stiction bench --invented 300 --only verdict
   stiction bench --positions 1000 --only verdict
-  stiction bench --labels plant/index.csv --html board.html --reports reports --csv details.csv")]
+  stiction bench --labels plant/index.csv --report board.html --reports reports --csv details.csv")]
 pub struct Args {
     /// Index of labelled recordings
     #[arg(long, value_name = "INDEX.csv",
@@ -78,8 +78,8 @@ pub struct Args {
     csv: Option<PathBuf>,
     /// Write a page with tables, figures and all loops to this file: one self-contained HTML page
     #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
-    /// Write the report of every loop to this folder; the page of --html leads to them
+    report: Option<PathBuf>,
+    /// Write the report of every loop to this folder; the page of --report leads to them
     #[arg(long, value_name = "DIR")]
     reports: Option<PathBuf>,
 }
@@ -125,7 +125,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(path) = &args.csv {
         output::write(Some(path), results::csv(&measured.loops)?.as_bytes())?;
     }
-    if let Some(path) = &args.html {
+    if let Some(path) = &args.report {
         output::write(Some(path), page(path, &args, &about, &board, &measured)?.as_bytes())?;
     }
     if args.json {

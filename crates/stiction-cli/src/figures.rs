@@ -13,22 +13,22 @@ use stiction_figure::{Entry, Page, Picture};
 /// Writes each figure as SVG and PNG, and index.html, which shows them in order with their captions
 /// and the parameters used.
 #[derive(Parser)]
-#[command(after_help = "Example:\n  stiction figures --out figures")]
+#[command(after_help = "Example:\n  stiction figures -o figures")]
 pub struct Args {
     /// Folder to write to; made if it is not there
-    #[arg(long, default_value = "figures", value_name = "DIR")]
-    out: PathBuf,
+    #[arg(short, long, default_value = "figures", value_name = "DIR")]
+    output: PathBuf,
 }
 
 pub fn run(args: Args) -> Result<()> {
-    std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
+    std::fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
     let mut page = Page::new(paper::TITLE, paper::INTRODUCTION, paper::tool());
     let progress = ProgressBar::new(paper::FIGURES.len() as u64);
     for make in paper::FIGURES {
         let drawn = make()?;
         let (svg, png) = (format!("{}.svg", drawn.name), format!("{}.png", drawn.name));
-        output::write(Some(&args.out.join(&svg)), drawn.figure.svg()?.as_bytes())?;
-        output::write(Some(&args.out.join(&png)), &drawn.figure.png()?)?;
+        output::write(Some(&args.output.join(&svg)), drawn.figure.svg()?.as_bytes())?;
+        output::write(Some(&args.output.join(&png)), &drawn.figure.png()?)?;
         let mut entry = Entry::new(&drawn.heading, Picture::File(svg), &drawn.figure.caption);
         for (name, value, unit) in &drawn.parameters {
             entry = entry.parameter(name, value, unit);
@@ -37,7 +37,7 @@ pub fn run(args: Args) -> Result<()> {
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let index = args.out.join("index.html");
+    let index = args.output.join("index.html");
     output::write(Some(&index), page.html().as_bytes())?;
     output::line(format!("{} figures; see {}", paper::FIGURES.len(), index.display()))
 }

@@ -3,6 +3,7 @@
 use crate::{actions, output};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
+use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -12,11 +13,13 @@ use stiction_fmu_export::{Library, of_scenario, write};
 /// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
 ///
 /// Simulink, OpenModelica, Dymola, FMPy and others import it without a compiler. What its variables are,
-/// --variables prints; docs/fmu.md shows the import step by step, and what the communication step means.
+/// --variables prints; docs/fmu.md shows the import step by step, and what the communication step means. The page
+/// documentation/index.html inside shows picture, equations and an example. Valves and loops are for co-simulation, stems
+/// also for model exchange. The same model and --date give the same bytes.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction fmu --model two-phase --S 5 --J 3 -o valve.fmu
-  stiction fmu --stem lugre --set supply=2e5 -o stem.fmu
+  stiction fmu --stem lugre --set supply=150e3 -o stem.fmu
   stiction fmu paper/closed-loop -o loop.fmu --fmi 3
   stiction fmu --list")]
 pub struct Args {
@@ -44,6 +47,9 @@ pub struct Args {
     /// Version of FMI
     #[arg(long, value_enum, default_value = "2")]
     fmi: Version,
+    /// When it was generated, as the description tells; without it the time that SOURCE_DATE_EPOCH gives in seconds, or now
+    #[arg(long, value_name = "2026-03-01T00:00:00Z")]
+    date: Option<Timestamp>,
     /// Print the variables, with their start values, instead of writing
     #[arg(long)]
     variables: bool,
@@ -60,10 +66,10 @@ pub struct Args {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Version {
-    /// Co-simulation, and of stems model exchange
+    /// FMI 2.0
     #[value(name = "2")]
     Two,
-    /// Co-simulation
+    /// FMI 3.0
     #[value(name = "3")]
     Three,
 }
@@ -101,8 +107,21 @@ pub fn run(args: Args) -> Result<()> {
     let further = args.library.iter().map(|given| library(given)).collect::<Result<_>>()?;
     let libraries = Library::built_in_and(further);
     let path = args.output.context("no output")?;
-    let bytes = write(&fmu, fmi, &libraries)?;
+    let bytes = write(&fmu, fmi, &libraries, Some(generated_s(args.date)?))?;
     output::write(Some(&path), &bytes)
+}
+
+/// When the FMU is generated, seconds after the beginning of 1970 in UTC.
+fn generated_s(date: Option<Timestamp>) -> Result<u64> {
+    if let Some(date) = date {
+        return u64::try_from(date.as_second()).context("--date: must be after 1970");
+    }
+    match std::env::var("SOURCE_DATE_EPOCH") {
+        Ok(epoch) => epoch.parse().with_context(|| {
+            format!("SOURCE_DATE_EPOCH is {epoch}, but must be a whole number of seconds")
+        }),
+        Err(_) => Ok(std::time::SystemTime::UNIX_EPOCH.elapsed()?.as_secs()),
+    }
 }
 
 /// Prints the models, and the platforms that an FMU runs on.

@@ -3,16 +3,15 @@
 use crate::diagnose::{Diagnosed, diagnose_all, ended, find_all, joined, tool};
 use crate::output;
 use crate::reading_args::Reading;
-use crate::text::{columns, number, wrapped};
+use crate::text::{coloured, columns, number, wrapped};
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use std::fmt::Write;
 use std::path::PathBuf;
 use stiction::diagnose::{DiagnoseOptions, Estimate, Observation, combine, repair};
 use stiction::oscillation;
-use stiction::recording::{Grid, GridOptions, Recording};
+use stiction::recording::{Grid, GridOptions, PlantTime, Recording};
 use stiction::spoken;
-use stiction_figure::figure;
 use stiction_io::timestamp::{Zone, instant};
 use stiction_report::document::{Point, Source, Valve, ValveHistory};
 use stiction_report::{report, words};
@@ -183,14 +182,24 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     seen.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
     let (points, observations): (Vec<Point>, Vec<Observation>) = seen.into_iter().unzip();
     let time = match &args.repair {
-        Some(text) => Some(repair_time(text, dated, args.reading.zone())?),
+        Some(text) => Some(repair_time(text, dated, args.reading.zone()?.as_ref())?),
         None => None,
     };
     let repaired = time.map(|time| repair(&observations, time)).transpose()?;
     // The valve as it is now: windows from before a repair say nothing of it.
     let now = observations.iter().filter(|o| time.is_none_or(|time| o.time >= time));
     let combined = combine(&now.copied().collect::<Vec<_>>())?;
-    Ok(Valve { name: tag.to_owned(), sources, dated, windows: points, combined, repair: repaired })
+    let plant_time =
+        own.first().map_or_else(PlantTime::default, |each| each.diagnosis.plant_time.clone());
+    Ok(Valve {
+        name: tag.to_owned(),
+        sources,
+        dated,
+        plant_time,
+        windows: points,
+        combined,
+        repair: repaired,
+    })
 }
 
 fn repair_time(text: &str, dated: bool, zone: Option<&Zone>) -> Result<f64> {
@@ -207,19 +216,14 @@ fn interval(estimate: Option<Estimate>) -> String {
 }
 
 fn text(valve: &Valve) -> String {
-    let moment = |at: f64| {
-        Some(at)
-            .filter(|_| valve.dated)
-            .and_then(figure::instant)
-            .unwrap_or_else(|| spoken::time(at))
-    };
+    let moment = |at: f64| valve.date(at).unwrap_or_else(|| spoken::time(at));
     let mut rows =
         vec![["from", "duration", "verdict", "p(sticks)", "S", "J", "data"].map(str::to_owned)];
     rows.extend(valve.windows.iter().map(|w| {
         [
             moment(w.from_s),
             spoken::time(w.duration_s),
-            w.grade.name().to_owned(),
+            coloured(w.grade, w.grade.name()),
             w.probability.map_or("-".to_owned(), words::percent),
             interval(w.s),
             interval(w.j),
@@ -239,7 +243,7 @@ fn text(valve: &Valve) -> String {
     let sure = combined.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
     let together = format!(
         "{}{sure}; {} of {} windows{} count",
-        combined.grade.name().to_uppercase(),
+        coloured(combined.grade, &combined.grade.name().to_uppercase()),
         combined.decided,
         combined.observations,
         if valve.repair.is_some() { " since the repair" } else { "" }
@@ -284,10 +288,7 @@ fn table(history: &ValveHistory) -> Result<String> {
             writer.write_record([
                 valve.name.clone(),
                 w.file.clone(),
-                Some(w.from_s)
-                    .filter(|_| valve.dated)
-                    .and_then(figure::instant)
-                    .unwrap_or_else(|| number(w.from_s)),
+                valve.date(w.from_s).unwrap_or_else(|| number(w.from_s)),
                 w.from_s.to_string(),
                 w.duration_s.to_string(),
                 w.class.name().to_owned(),

@@ -200,7 +200,7 @@ fn write_files(args: &Args, report: &Report, l: &ContinuousLoop) -> Result<()> {
             output::write(Some(path), csv::map(map)?.as_bytes())?;
         }
         if let Some(path) = &args.plot {
-            let figure = pictures::map(&report.title, map, args.show.quantity())?;
+            let figure = pictures::map(&report.title, map, l, args.show.quantity())?;
             output::figure("--plot", path, &figure)?;
         }
         return Ok(());

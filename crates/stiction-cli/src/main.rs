@@ -20,6 +20,7 @@ mod paper;
 mod population;
 mod progress;
 mod reading_args;
+mod renamed;
 mod schema;
 mod shift;
 mod simulate;
@@ -37,11 +38,32 @@ use std::process::ExitCode;
 /// Exit codes: 0, it ran; 1, it ran and found what --fail-on names; 2, it could not run, and the message
 /// says why.
 #[derive(Parser)]
-#[command(name = "stiction", version, max_term_width = 100, subcommand_required = true)]
+#[command(name = "stiction", version = VERSION, max_term_width = 100, subcommand_required = true)]
 #[command(arg_required_else_help = true)]
 struct Cli {
+    /// Tell results and errors only: no notes, no progress
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// Colour what is written to a terminal
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    color: Colour,
+    /// Look for no settings in stiction.toml, nor in the user's
+    #[arg(long, global = true)]
+    no_config: bool,
     #[command(subcommand)]
     command: Command,
+}
+
+/// The version, and the commit that it was built from where that is known.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), env!("STICTION_COMMIT"));
+
+/// When to colour.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Colour {
+    /// On a terminal that wants it.
+    Auto,
+    Always,
+    Never,
 }
 
 /// The subcommands: the name and the module of each, in the order of the help.
@@ -103,8 +125,20 @@ impl Done for ExitCode {
 }
 
 fn main() -> ExitCode {
-    let result = Cli::parse().command.run();
-    match result {
+    let (arguments, renamed) = renamed::present(std::env::args_os());
+    let cli = Cli::parse_from(arguments);
+    output::set_quiet(cli.quiet);
+    match cli.color {
+        Colour::Auto => anstream::ColorChoice::Auto,
+        Colour::Always => anstream::ColorChoice::Always,
+        Colour::Never => anstream::ColorChoice::Never,
+    }
+    .write_global();
+    if cli.no_config {
+        reading_args::ignore_settings();
+    }
+    renamed.into_iter().for_each(output::note);
+    match cli.command.run() {
         Ok(code) => code,
         // A reader that has seen enough, such as `head`, is no failure.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,

@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, bail};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use stiction_figure::Figure;
 
 /// The program with its version, as documents name it.
@@ -15,8 +16,12 @@ pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
             whole(path, bytes).with_context(|| path.display().to_string())
         }
         _ => {
+            // What is no text goes out as it is; of text, colours go to terminals that want them.
             let mut out = std::io::stdout().lock();
-            out.write_all(bytes)?;
+            match std::str::from_utf8(bytes).is_ok_and(|text| text.contains('\u{1b}')) {
+                true => anstream::AutoStream::auto(&mut out).write_all(bytes)?,
+                false => out.write_all(bytes)?,
+            }
             Ok(out.flush()?)
         }
     }
@@ -84,8 +89,24 @@ pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
     (0..samples).map(time).collect()
 }
 
+/// Whether notes and progress are left out.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Leaves notes and progress out from now on.
+pub fn set_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Whether notes and progress are left out.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
 /// Tells the user something beside the result. Where no one can read it, that is no failure.
 pub fn note(text: impl std::fmt::Display) {
+    if is_quiet() {
+        return;
+    }
     let _ = writeln!(std::io::stderr(), "note: {text}");
 }
 

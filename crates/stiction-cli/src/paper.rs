@@ -192,7 +192,7 @@ fn figure_2() -> Result<Drawn> {
         figure,
         parameters: stem_parameters(name, &stem),
         command: format!(
-            "stiction stem --set {name} --period 200 --duration 200 --sample-time 0.025 -o stem.csv --events slips.csv"
+            "stiction stem --parameters {name} --period 200 --duration 200 --sample-time 0.025 -o stem.csv --events slips.csv"
         ),
     })
 }
@@ -241,8 +241,8 @@ fn figure_physical() -> Result<Drawn> {
         heading: "Data-driven against physical model".to_owned(),
         figure,
         parameters,
-        command: "stiction stem --set cts --period 200 --duration 200 --sample-time 0.025 -o cts.csv\n\
-            stiction stem --set cts-stribeck --period 200 --duration 200 --sample-time 0.025 -o cts-stribeck.csv"
+        command: "stiction stem --parameters cts --period 200 --duration 200 --sample-time 0.025 -o cts.csv\n\
+            stiction stem --parameters cts-stribeck --period 200 --duration 200 --sample-time 0.025 -o cts-stribeck.csv"
             .to_owned(),
     })
 }

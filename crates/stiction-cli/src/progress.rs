@@ -5,7 +5,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// A bar that counts up to `total` pieces of work. Whoever calls it clears it.
 pub fn bar(what: &'static str, total: usize) -> ProgressBar {
     // One piece needs no bar; and indicatif draws on terminals only.
-    let bar = if total < 2 { ProgressBar::hidden() } else { ProgressBar::new(total as u64) };
+    let bar = if total < 2 || crate::output::is_quiet() {
+        ProgressBar::hidden()
+    } else {
+        ProgressBar::new(total as u64)
+    };
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
         bar.set_style(style);
     }

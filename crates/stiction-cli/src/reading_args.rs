@@ -2,6 +2,8 @@
 
 use anyhow::Result;
 use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::recording::LoopType;
 use stiction_io::options::Mapped;
 use stiction_io::timestamp::{TimeFormat, Zone};
@@ -15,7 +17,7 @@ pub struct Reading {
     /// and so on, or ignore; FIC101.op is that of one loop. May be given several times
     #[arg(long, value_name = "ROLE=COLUMN")]
     map: Vec<Mapped>,
-    /// Read more of what the files hold from this TOML file
+    /// Read more of what the files hold from this TOML file [default: stiction.toml, if it is there]
     #[arg(long, value_name = "FILE")]
     mapping: Option<PathBuf>,
     /// Time zone of times without one, such as Europe/Berlin or +01:00
@@ -48,16 +50,16 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// The zone of times without one, if it is given on the command line.
-    pub fn zone(&self) -> Option<&Zone> {
-        self.zone.as_ref()
+    /// The zone of times without one, if it is given.
+    pub fn zone(&self) -> Result<Option<Zone>> {
+        Ok(self.options()?.zone)
     }
 
     /// The options, those of the command line before those of the mapping file.
     pub fn options(&self) -> Result<ReadOptions> {
         let given = self.clone();
-        let mut options = match &given.mapping {
-            Some(path) => ReadOptions::read(path)?,
+        let mut options = match given.mapping.clone().or_else(settings) {
+            Some(path) => ReadOptions::read(&path)?,
             None => ReadOptions::default(),
         };
         options.map.extend(given.map);
@@ -72,6 +74,32 @@ impl Reading {
         all.vp_range = given.vp_range.or(all.vp_range);
         all.loop_type = given.loop_type.or(all.loop_type);
         Ok(options)
+    }
+}
+
+/// Whether settings that nobody named are left alone.
+static IGNORED: AtomicBool = AtomicBool::new(false);
+
+/// Looks for no settings from now on.
+pub fn ignore_settings() {
+    IGNORED.store(true, Ordering::Relaxed);
+}
+
+/// What holds for all files here, or for all of this user: `stiction.toml` in the present folder, else `config.toml` in
+/// the folder `stiction` of the user's settings. They are mapping files.
+fn settings() -> Option<PathBuf> {
+    static FOUND: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let look = || {
+        let of_user = dirs::config_dir().map(|folder| folder.join("stiction/config.toml"));
+        let mut places = [Some(PathBuf::from("stiction.toml")), of_user].into_iter().flatten();
+        let found = places.find(|path| path.is_file())?;
+        let path = found.display();
+        crate::output::note(format!("settings of {path} hold (--no-config leaves them out)"));
+        Some(found)
+    };
+    match IGNORED.load(Ordering::Relaxed) {
+        true => None,
+        false => FOUND.get_or_init(look).clone(),
     }
 }
 

@@ -21,21 +21,21 @@ use stiction_io::{Table, table};
 /// velocity_m_per_s and friction_n.
 #[derive(Parser)]
 #[command(after_help = "Examples:
-  stiction stem --set cts-stribeck --period 200 --duration 400 -o stem.csv --events slips.csv
-  stiction stem --set usp --friction lugre --with coulomb_n=650 -o lugre.csv
-  stiction stem --set cts --input op.csv --column u -o out.csv")]
+  stiction stem --parameters cts-stribeck --period 200 --duration 400 -o stem.csv --events slips.csv
+  stiction stem --parameters usp --friction lugre --set coulomb_n=650 -o lugre.csv
+  stiction stem --parameters cts --input op.csv --column u -o out.csv")]
 pub struct Args {
     /// List the parameter sets and the friction laws
     #[arg(long)]
     list: bool,
     /// Name of a parameter set
     #[arg(long, default_value = "cts", value_name = "NAME")]
-    set: String,
+    parameters: String,
     /// Friction law [default: that of the set]
     #[arg(long, value_name = "LAW")]
     friction: Option<String>,
     /// Change a parameter of stem or friction, such as coulomb_n=900; may be given several times
-    #[arg(long = "with", value_name = "NAME=VALUE")]
+    #[arg(long = "set", value_name = "NAME=VALUE")]
     changes: Vec<String>,
     /// Read the signal from this CSV file, which needs a column t, instead of making one
     #[arg(long, value_name = "FILE")]
@@ -139,7 +139,7 @@ pub fn run(args: Args) -> Result<()> {
     if args.json {
         output::json(&Document {
             tool: output::TOOL,
-            set: args.set,
+            set: args.parameters,
             stem: *parameters,
             friction: *stem.friction(),
             equivalent: stem.equivalent()?,
@@ -166,11 +166,11 @@ fn list() -> Result<()> {
 
 /// The named set with the friction law and the changes asked for.
 fn build(args: &Args) -> Result<Stem> {
-    let set = ParameterSet::named(&args.set)?;
+    let set = ParameterSet::named(&args.parameters)?;
     let changes = args.changes.iter().map(|c| parse(c)).collect::<Result<Vec<_>>>()?;
     set.stem_with(args.friction.as_deref(), &changes).map_err(|error| match error {
         stiction::Error::Missing { name, needed_by } => anyhow::anyhow!(
-            "friction law {needed_by} needs {name}, which set {} does not have; give each as --with \
+            "friction law {needed_by} needs {name}, which set {} does not have; give each as --set \
              NAME=VALUE",
             set.name
         ),
@@ -180,7 +180,7 @@ fn build(args: &Args) -> Result<Stem> {
 
 /// `NAME=VALUE`.
 fn parse(change: &str) -> Result<(String, f64)> {
-    let form = || format!("--with {change}: write NAME=VALUE, such as coulomb_n=900");
+    let form = || format!("--set {change}: write NAME=VALUE, such as coulomb_n=900");
     let (name, value) = change.split_once('=').with_context(form)?;
     Ok((name.trim().to_owned(), value.trim().parse().with_context(form)?))
 }

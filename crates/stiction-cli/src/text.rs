@@ -1,5 +1,6 @@
 //! Numbers, durations, paragraphs and columns on a terminal.
 
+use stiction::diagnose::Grade;
 use stiction_report::report::{Column, Table};
 use unicode_width::UnicodeWidthStr;
 
@@ -14,7 +15,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     for word in text.split_whitespace() {
         let last = lines.len() - 1;
         let line = &mut lines[last];
-        if !line.is_empty() && line.width() + 1 + word.width() > width {
+        if !line.is_empty() && width_of(line) + 1 + width_of(word) > width {
             lines.push(word.to_owned());
         } else {
             if !line.is_empty() {
@@ -26,16 +27,38 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// A word on the verdict in the colour of its grade; what is written to no terminal loses it again.
+pub fn coloured(grade: Grade, word: &str) -> String {
+    use anstyle::AnsiColor::{Blue, Cyan, Green, Red, Yellow};
+    let colour = match grade {
+        Grade::Sticks | Grade::DoesNotRespond => Red,
+        Grade::ProbablySticks => Yellow,
+        Grade::Unclear => Cyan,
+        Grade::ProbablyFine | Grade::Fine => Green,
+        Grade::CannotAnswer => Blue,
+    };
+    let style = anstyle::Style::new().bold().fg_color(Some(colour.into()));
+    format!("{style}{word}{style:#}")
+}
+
+/// Columns that a text takes, without its colours.
+fn width_of(text: &str) -> usize {
+    match text.contains('\u{1b}') {
+        true => anstream::adapter::strip_str(text).to_string().width(),
+        false => text.width(),
+    }
+}
+
 /// Rows in columns two blanks apart; `right` tells which are aligned right.
 pub fn columns(rows: &[impl AsRef<[String]>], right: &[bool]) -> String {
     let width: Vec<usize> = (0..right.len())
-        .map(|c| rows.iter().map(|row| row.as_ref()[c].width()).max().unwrap_or(0))
+        .map(|c| rows.iter().map(|row| width_of(&row.as_ref()[c])).max().unwrap_or(0))
         .collect();
     let mut out = String::new();
     for row in rows {
         let mut line = String::new();
         for (c, cell) in row.as_ref().iter().enumerate() {
-            let blank = " ".repeat(width[c] - cell.width());
+            let blank = " ".repeat(width[c] - width_of(cell));
             let (before, after) =
                 if right[c] { (blank.as_str(), "") } else { ("", blank.as_str()) };
             line += &format!("{before}{cell}{after}  ");

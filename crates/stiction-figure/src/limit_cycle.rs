@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::figure::{Figure, Heat, Panel, Scale, Series, Tile, colour};
 use crate::run::{pv_panel, valve_panel};
 use stiction_model::limit_cycle::exact::Trajectory;
-use stiction_model::limit_cycle::map::{Axis, Map};
-use stiction_model::limit_cycle::{Cycle, Swing};
+use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
+use stiction_model::limit_cycle::{ContinuousLoop, Cycle, Swing};
 
 /// Two periods of an exact cycle: set point and PV over OP and VP.
 pub fn over_time(title: &str, cycle: &Cycle, orbit: &Trajectory, set_point: f64) -> Figure {
@@ -64,11 +64,17 @@ impl Quantity {
 /// A map in colours, with the boundary beyond which the loop does not cycle; where that is not known, it is
 /// marked.
 ///
-/// The colours divide ratios equally where the largest value is more than 20 times the smallest.
+/// The colours divide ratios equally where the largest value is more than 20 times the smallest. Where the loop stands at
+/// present is marked, and over S and J the line of J = S, on which a valve sticks without a dead band.
 ///
 /// # Errors
 /// If the values of an axis cannot be told apart.
-pub fn map(title: &str, map: &Map, quantity: Quantity) -> Result<Figure, Error> {
+pub fn map(
+    title: &str,
+    map: &Map,
+    present: &ContinuousLoop,
+    quantity: Quantity,
+) -> Result<Figure, Error> {
     let (mut x, mut y) = (order(&map.x), order(&map.y));
     x.dedup_by_key(|k| map.x.values[*k]);
     y.dedup_by_key(|k| map.y.values[*k]);
@@ -101,8 +107,36 @@ pub fn map(title: &str, map: &Map, quantity: Quantity) -> Result<Figure, Error> 
         let breaks: Vec<usize> = (2..x.len()).step_by(2).collect();
         panel = panel.with(Series::line("", x, y).colour(colour::BLACK).breaks(breaks));
     }
+    let (over, up) = (map.x.parameter, map.y.parameter);
+    let ends = |axis: &Axis| {
+        axis.values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
+    };
+    let ((left, right), (bottom, top)) = (ends(&map.x), ends(&map.y));
+    let (from, to) = (left.max(bottom), right.min(top));
+    let mut told = String::new();
+    if matches!((over, up), (Parameter::S, Parameter::J) | (Parameter::J, Parameter::S))
+        && from < to
+    {
+        panel = panel.with(Series::dashed("J = S", [from, to], [from, to]).colour(colour::BLACK));
+        told += " Dashed: J = S.";
+    }
+    if let (Some(x), Some(y)) = (over.of(present), up.of(present))
+        && (left..=right).contains(&x)
+        && (bottom..=top).contains(&y)
+    {
+        panel = panel.with(Series::points("the loop as it is", [x], [y]).colour(colour::VERMILION));
+        told += " The point is the loop as it is.";
+    }
+    // Its unit stands at the colours.
+    let what = quantity.label().split(" (").next().unwrap_or_default();
+    let title = match title {
+        "" => format!("{what} of the limit cycle"),
+        title => format!("{title}: {what} of the limit cycle"),
+    };
     let caption = format!(
-        "{} of the limit cycle in which the loop ends, over {} and {}, by the {} method.",
+        "{} of the limit cycle in which the loop ends, over {} and {}, by the {} method.{told}",
         quantity.label(),
         map.x.parameter.name(),
         map.y.parameter.name(),
@@ -124,7 +158,7 @@ mod tests {
     use stiction_model::Bands;
     use stiction_model::closed_loop::{Controller, Process};
     use stiction_model::limit_cycle::map::{Parameter, Point};
-    use stiction_model::limit_cycle::{ContinuousLoop, Method, exact};
+    use stiction_model::limit_cycle::{Method, exact};
     use stiction_model::valve::Model;
 
     fn paper() -> ContinuousLoop {
@@ -153,8 +187,16 @@ mod tests {
 
     #[test]
     fn a_map_tells_its_axes_its_colours_and_where_there_is_no_cycle() {
-        let svg = map("Map", &of((0.0, 6.0)), Quantity::Period).unwrap().svg().unwrap();
-        for wanted in ["S (%)", "J (%)", "period (s)", "no cycle"] {
+        let svg = map("Map", &of((0.0, 6.0)), &paper(), Quantity::Period).unwrap().svg().unwrap();
+        for wanted in [
+            "S (%)",
+            "J (%)",
+            "Map: period of the limit cycle",
+            "period (s)",
+            "no cycle",
+            "J = S",
+            "the loop as it is",
+        ] {
             assert!(svg.contains(wanted), "{wanted}");
         }
         assert!(!svg.contains("not known"));
@@ -163,7 +205,7 @@ mod tests {
     #[test]
     fn axes_may_descend_and_points_may_be_unknown() {
         let mut descending = of((6.0, 0.0));
-        let figure = |map: &Map| super::map("", map, Quantity::Pv).unwrap();
+        let figure = |map: &Map| super::map("", map, &paper(), Quantity::Pv).unwrap();
         assert_eq!(figure(&of((0.0, 6.0))).panels[0].heat, figure(&descending).panels[0].heat);
         descending.points[0] = Point::Unknown { reason: "test".to_owned() };
         assert!(figure(&descending).svg().unwrap().contains("not known"));
@@ -174,7 +216,7 @@ mod tests {
         for quantity in [Quantity::Period, Quantity::Op, Quantity::Vp, Quantity::Pv] {
             let mut none = of((0.0, 6.0));
             none.points.fill(Point::NoCycle { reason: "test".to_owned() });
-            let svg = map("", &none, quantity).unwrap().svg().unwrap();
+            let svg = map("", &none, &paper(), quantity).unwrap().svg().unwrap();
             assert!(svg.contains("no cycle"));
         }
     }

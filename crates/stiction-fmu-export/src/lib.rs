@@ -1,19 +1,21 @@
 //! Writes functional mock-up units (FMU): a zip of `modelDescription.xml`, `resources/stiction.json`, a page that
-//! documents the variables, and the library, which is built along with this crate. Whoever uses the FMU needs
-//! no compiler, and neither does whoever exports it.
+//! documents the model, its licences, an icon, and the library, which is built along with this crate. Whoever uses the
+//! FMU needs no compiler, and neither does whoever exports it.
 //!
 //! ```
 //! use stiction_fmu::{Fmi, Fmu};
 //! use stiction_fmu_export::{Library, write};
 //!
 //! let valve = Fmu::new("valve", "two-phase")?.with("S", 5.0)?.with("J", 3.0)?;
-//! let bytes = write(&valve, Fmi::V2, &Library::built_in())?;  // valve.fmu
+//! let bytes = write(&valve, Fmi::V2, &Library::built_in(), None)?;  // valve.fmu
 //! assert!(bytes.starts_with(b"PK"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
 
+mod equations;
 mod page;
+mod picture;
 mod scenario;
 
 pub use scenario::of_scenario;
@@ -85,19 +87,60 @@ impl Library {
 /// Processor, operating system and file.
 const BUILT_IN: &[(&str, &str, &[u8])] = &include!(concat!(env!("OUT_DIR"), "/libraries.rs"));
 
-/// The FMU as the bytes of its file, the same for the same model.
+/// The icon: `icon.svg` rasterised, 256 by 256 pixels.
+const ICON: &[u8] = include_bytes!("icon.png");
+const ICON_SVG: &[u8] = include_bytes!("icon.svg");
+
+/// `terminalsAndIcons.xml` of FMI 3.0: how large the icon is.
+const TERMINALS_AND_ICONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiTerminalsAndIcons fmiVersion="3.0">
+  <GraphicalRepresentation>
+    <CoordinateSystem x1="-100" y1="-100" x2="100" y2="100" suggestedScalingFactorTo_mm="0.1"/>
+    <Icon x1="-100" y1="-100" x2="100" y2="100"/>
+  </GraphicalRepresentation>
+</fmiTerminalsAndIcons>
+"#;
+
+/// Licences, in `documentation/licenses`; `license.txt` is where a reader begins.
+const LICENCES: [(&str, &str); 3] = [
+    ("license.txt", include_str!("license.txt")),
+    ("LICENSE-MIT.txt", include_str!("../../../LICENSE-MIT")),
+    ("LICENSE-APACHE.txt", include_str!("../../../LICENSE-APACHE")),
+];
+
+/// The FMU as the bytes of its file, the same for the same model and moment. `generated_s` is when it was generated,
+/// seconds after the beginning of 1970 in UTC, for its description; `None` leaves that out.
 ///
 /// # Errors
 /// If the start values do not go together, or FMI has no place for a library.
-pub fn write(fmu: &Fmu, fmi: Fmi, libraries: &[Library]) -> Result<Vec<u8>, Error> {
+pub fn write(
+    fmu: &Fmu,
+    fmi: Fmi,
+    libraries: &[Library],
+    generated_s: Option<u64>,
+) -> Result<Vec<u8>, Error> {
     fmu.check().map_err(Error::Model)?;
+    let icon = match fmi {
+        Fmi::V2 => "model.png",
+        Fmi::V3 => "terminalsAndIcons/icon.png",
+    };
+    let page = page::page(fmu, fmi, &format!("../{icon}"))?;
     let mut files: Vec<(String, Cow<'_, [u8]>)> = vec![
-        ("modelDescription.xml".to_owned(), fmu.xml(fmi).into_bytes().into()),
+        ("modelDescription.xml".to_owned(), fmu.xml(fmi, generated_s).into_bytes().into()),
         ("resources/stiction.json".to_owned(), fmu.json().into_bytes().into()),
-        ("documentation/index.html".to_owned(), page::page(fmu, fmi).into_bytes().into()),
+        ("documentation/index.html".to_owned(), page.into_bytes().into()),
+        (icon.to_owned(), ICON.into()),
     ];
+    for (name, text) in LICENCES {
+        files.push((format!("documentation/licenses/{name}"), text.as_bytes().into()));
+    }
+    if fmi == Fmi::V3 {
+        files.push(("terminalsAndIcons/icon.svg".to_owned(), ICON_SVG.into()));
+        let name = "terminalsAndIcons/terminalsAndIcons.xml";
+        files.push((name.to_owned(), TERMINALS_AND_ICONS.as_bytes().into()));
+    }
     for library in libraries {
-        let Some(name) = fmi.binary(&library.arch, &library.os) else {
+        let Some(name) = fmu.binary(fmi, &library.arch, &library.os) else {
             let (arch, os) = (library.arch.clone(), library.os.clone());
             return Err(Error::Platform { arch, os });
         };

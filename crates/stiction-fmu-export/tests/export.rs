@@ -1,7 +1,7 @@
 //! What is in an FMU.
 
 use std::io::{Cursor, Read};
-use stiction_fmu::{Fmi, Fmu};
+use stiction_fmu::{Fmi, Fmu, models};
 use stiction_fmu_export::{Library, of_scenario, write};
 use stiction_io::Scenario;
 
@@ -13,22 +13,43 @@ fn file(bytes: &[u8], name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn an_fmu_holds_description_parameters_page_and_library() {
+fn an_fmu_holds_all_that_belongs_to_it() {
     let valve = Fmu::new("valve", "he").unwrap().with("S", 4.0).unwrap();
     for fmi in [Fmi::V2, Fmi::V3] {
         let libraries = Library::built_in();
-        let bytes = write(&valve, fmi, &libraries).unwrap();
-        assert_eq!(file(&bytes, "modelDescription.xml"), valve.xml(fmi).into_bytes());
+        let moment = Some(1_772_323_200);
+        let bytes = write(&valve, fmi, &libraries, moment).unwrap();
+        assert_eq!(file(&bytes, "modelDescription.xml"), valve.xml(fmi, moment).into_bytes());
         let json = String::from_utf8(file(&bytes, "resources/stiction.json")).unwrap();
         assert_eq!(Fmu::from_json(&json).unwrap(), valve);
         let page = String::from_utf8(file(&bytes, "documentation/index.html")).unwrap();
         assert!(valve.variables().iter().all(|v| page.contains(v.name)));
         for library in &libraries {
-            let name = fmi.binary(&library.arch, &library.os).unwrap();
+            let name = valve.binary(fmi, &library.arch, &library.os).unwrap();
             assert_eq!(file(&bytes, &name), *library.bytes, "{name}");
         }
-        // The same model, the same bytes.
-        assert_eq!(write(&valve, fmi, &libraries).unwrap(), bytes);
+        // The same model and moment, the same bytes.
+        assert_eq!(write(&valve, fmi, &libraries, moment).unwrap(), bytes);
+        assert_ne!(write(&valve, fmi, &libraries, None).unwrap(), bytes);
+
+        let (icon, terminals) =
+            ("terminalsAndIcons/icon.png", "terminalsAndIcons/terminalsAndIcons.xml");
+        let icon = if fmi == Fmi::V2 { "model.png" } else { icon };
+        let png = file(&bytes, icon);
+        assert!(png.starts_with(b"\x89PNG") && page.contains(icon));
+        // Width and height of 256 pixels.
+        assert_eq!(png[16..24], [0, 0, 1, 0, 0, 0, 1, 0]);
+        if fmi == Fmi::V3 {
+            assert!(file(&bytes, terminals).starts_with(b"<?xml"));
+        }
+        for (name, words) in [
+            ("license.txt", "MIT OR Apache-2.0"),
+            ("LICENSE-MIT.txt", "Permission is hereby granted"),
+            ("LICENSE-APACHE.txt", "Version 2.0, January 2004"),
+        ] {
+            let text = file(&bytes, &format!("documentation/licenses/{name}"));
+            assert!(String::from_utf8(text).unwrap().contains(words), "{name}");
+        }
     }
 }
 
@@ -55,13 +76,41 @@ fn libraries_are_of_the_platforms_asked_for() {
     }
 }
 
+/// Every model has its own equations, source and picture.
+#[test]
+fn pages_say_what_the_model_does() {
+    for entry in models() {
+        let fmu = Fmu::new(entry.model, entry.law).unwrap();
+        let bytes = write(&fmu, Fmi::V3, &[], None).unwrap();
+        let page = String::from_utf8(file(&bytes, "documentation/index.html")).unwrap();
+        let holds =
+            |part: &str| assert!(page.contains(part), "{} {}: {part}", entry.model, entry.law);
+        holds("<svg");
+        holds("fmpy.simulate_fmu(");
+        holds(match (entry.model, fmu.law()) {
+            ("stem", "classical" | "karnopp") => "exp(-(v/vs)^2)] sgn v",
+            ("stem", "lugre" | "dahl") => "F = s0 z",
+            ("stem", "gms") => "element i slips",
+            ("stem", "armstrong") => "presliding",
+            ("loop", _) => "tau dy/dt",
+            (_, "ideal") => "x = u",
+            (_, "he-wang") => "x + K (u - x",
+            (_, "play") => "limited to u - S/2",
+            (_, "stenman") => "|u - x| &gt; J",
+            _ => "|u - x| &gt; fs",
+        });
+        assert!(!page.contains("Source: ."), "{} {}", entry.model, entry.law);
+        assert!(!page.contains("NaN"), "{} {}", entry.model, entry.law);
+    }
+}
+
 #[test]
 fn libraries_without_a_place_are_refused() {
     let valve = Fmu::new("valve", "he").unwrap();
     let own = Library::built_in().swap_remove(0);
     let odd = Library { arch: "6502".to_owned(), ..own.clone() };
-    assert!(write(&valve, Fmi::V2, &[odd]).unwrap_err().to_string().contains("6502"));
-    let twice = write(&valve, Fmi::V2, &[own.clone(), own]).unwrap_err();
+    assert!(write(&valve, Fmi::V2, &[odd], None).unwrap_err().to_string().contains("6502"));
+    let twice = write(&valve, Fmi::V2, &[own.clone(), own], None).unwrap_err();
     assert!(twice.to_string().contains("two libraries"));
 }
 

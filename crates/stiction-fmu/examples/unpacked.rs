@@ -18,9 +18,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let version = if version == "2" { Fmi::V2 } else { Fmi::V3 };
     let directory = Path::new(directory);
     fs::create_dir_all(directory.join("resources"))?;
-    fs::write(directory.join("modelDescription.xml"), fmu.xml(version))?;
+    fs::write(directory.join("modelDescription.xml"), fmu.xml(version, None))?;
     fs::write(directory.join("resources/stiction.json"), fmu.json())?;
-    let binary = version.binary(env::consts::ARCH, env::consts::OS).ok_or("no such platform")?;
+    let binary =
+        fmu.binary(version, env::consts::ARCH, env::consts::OS).ok_or("no such platform")?;
     println!("{}", directory.join(binary).display());
     Ok(())
 }

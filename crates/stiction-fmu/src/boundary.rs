@@ -388,3 +388,23 @@ pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
         }
     }
 }
+
+/// Defines a function that tells numbers about the equations.
+macro_rules! told {
+    ($name:ident, $of:ident) => {
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(c: *mut c_void, numbers: *mut f64, count: usize) -> c_int {
+            let get = |i: &mut Instance| {
+                // SAFETY: by the contract of an importer.
+                let room = unsafe { $crate::boundary::room(numbers, count)? };
+                for (place, number) in room.iter_mut().zip(i.$of(stringify!($name), count)?) {
+                    place.write(number);
+                }
+                Ok(())
+            };
+            // SAFETY: by the contract of an importer.
+            unsafe { $crate::boundary::call(c, get) }
+        }
+    };
+}
+pub(crate) use told;

@@ -5,22 +5,18 @@ use std::fmt::Write;
 use crate::fmu::Fmu;
 use crate::variables::{Causality, Variability, Variable, VariableKind};
 
-/// A version of the Functional Mock-up Interface.
+/// A version of the Functional Mock-up Interface. Both offer co-simulation, and model exchange of stems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fmi {
-    /// 2.0: co-simulation, and model exchange of stems.
+    /// 2.0.
     V2,
-    /// 3.0: co-simulation.
+    /// 3.0.
     V3,
 }
 
-/// The name of the library, without the ending that its platform gives it.
-pub(crate) const IDENTIFIER: &str = "stiction";
-
 impl Fmi {
-    /// The path inside the FMU of the library for a platform, given as Rust names it
-    /// (`std::env::consts::ARCH` and `OS`), if FMI has a name for it.
-    pub fn binary(self, arch: &str, os: &str) -> Option<String> {
+    /// The path inside an FMU of the library for a platform, without name.
+    fn platform(self, arch: &str, os: &str) -> Option<(String, &'static str)> {
         let (system, ending) = match os {
             "linux" => ("linux", "so"),
             "windows" => ("windows", "dll"),
@@ -43,7 +39,7 @@ impl Fmi {
             }
             Self::V3 => return None,
         };
-        Some(format!("binaries/{platform}/{IDENTIFIER}.{ending}"))
+        Some((format!("binaries/{platform}"), ending))
     }
 }
 
@@ -67,22 +63,38 @@ const UNITS: [(&str, &str, f64, [i32; 3]); 15] = [
 ];
 
 impl Fmu {
-    /// The text of `modelDescription.xml`.
-    pub fn xml(&self, version: Fmi) -> String {
+    /// The name of the library in the FMU, without ending: an identifier of C, such as `stiction_valve_two_phase`.
+    /// By model and law, because some importers tell libraries apart by this name alone.
+    pub fn identifier(&self) -> String {
+        format!("stiction_{}_{}", self.model(), self.law()).replace('-', "_")
+    }
+
+    /// The path inside the FMU of the library for a platform, given as Rust names it
+    /// (`std::env::consts::ARCH` and `OS`), if FMI has a name for it.
+    pub fn binary(&self, version: Fmi, arch: &str, os: &str) -> Option<String> {
+        let (directory, ending) = version.platform(arch, os)?;
+        Some(format!("{directory}/{}.{ending}", self.identifier()))
+    }
+
+    /// The text of `modelDescription.xml`, `generated_s` seconds after the beginning of 1970 in UTC, if that is to
+    /// be told.
+    pub fn xml(&self, version: Fmi, generated_s: Option<u64>) -> String {
         let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         // Writing to a string cannot fail.
         let _ = match version {
-            Fmi::V2 => self.write_2(&mut xml),
-            Fmi::V3 => self.write_3(&mut xml),
+            Fmi::V2 => self.write_2(&mut xml, generated_s),
+            Fmi::V3 => self.write_3(&mut xml, generated_s),
         };
         xml
     }
 
-    fn title(&self) -> String {
+    /// A line about it.
+    pub fn title(&self) -> String {
         format!("stiction {} {}", self.model(), self.law())
     }
 
-    fn summary(&self) -> String {
+    /// What it is, in a line.
+    pub fn summary(&self) -> String {
         let what = match self.model() {
             "valve" => "Sticking control valve, data-driven model",
             "stem" => "Stem of a control valve with friction",
@@ -97,38 +109,50 @@ impl Fmu {
         rates.filter_map(|(v, rate)| v.rate_of.map(|state| (state, rate)))
     }
 
-    /// How many numbers a solver from outside watches.
-    fn indicators(&self) -> usize {
-        if self.is_continuous() { stiction_model::stem::MovingStem::GUARDS } else { 0 }
+    /// What a solver from outside watches: value references.
+    fn indicators(&self) -> impl Iterator<Item = u32> {
+        let all = self.variables().iter().zip(0..);
+        all.filter_map(|(v, reference)| v.indicates.then_some(reference))
     }
 
-    fn write_2(&self, xml: &mut String) -> std::fmt::Result {
-        writeln!(
+    /// What both versions say about where the FMU comes from.
+    fn write_origin(&self, xml: &mut String, generated_s: Option<u64>) -> std::fmt::Result {
+        const VERSION: &str = env!("CARGO_PKG_VERSION");
+        write!(
             xml,
-            "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{}\" guid=\"{}\" \
-             description=\"{}\" author=\"The stiction developers\" version=\"{}\" \
-             license=\"MIT OR Apache-2.0\" generationTool=\"stiction {}\" \
-             variableNamingConvention=\"flat\" numberOfEventIndicators=\"{}\">",
+            " description=\"{}\" author=\"The stiction developers\" version=\"{VERSION}\" \
+             copyright=\"The stiction developers\" license=\"MIT OR Apache-2.0\" \
+             generationTool=\"stiction {VERSION}\" variableNamingConvention=\"flat\"",
+            self.summary(),
+        )?;
+        generated_s.map_or(Ok(()), |seconds| {
+            write!(xml, " generationDateAndTime=\"{}\"", date_and_time(seconds))
+        })
+    }
+
+    fn write_2(&self, xml: &mut String, generated_s: Option<u64>) -> std::fmt::Result {
+        write!(
+            xml,
+            "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{}\" guid=\"{}\"",
             self.title(),
             self.token(),
-            self.summary(),
-            env!("CARGO_PKG_VERSION"),
-            env!("CARGO_PKG_VERSION"),
-            self.indicators()
         )?;
+        self.write_origin(xml, generated_s)?;
+        writeln!(xml, " numberOfEventIndicators=\"{}\">", self.indicators().count())?;
+        let identifier = self.identifier();
         let common = "canBeInstantiatedOnlyOncePerProcess=\"false\" \
                       canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\" \
                       canSerializeFMUstate=\"true\"";
         if self.is_continuous() {
             writeln!(
                 xml,
-                "  <ModelExchange modelIdentifier=\"{IDENTIFIER}\" \
+                "  <ModelExchange modelIdentifier=\"{identifier}\" \
                  completedIntegratorStepNotNeeded=\"true\" {common}/>"
             )?;
         }
         writeln!(
             xml,
-            "  <CoSimulation modelIdentifier=\"{IDENTIFIER}\" \
+            "  <CoSimulation modelIdentifier=\"{identifier}\" \
              canHandleVariableCommunicationStepSize=\"true\" canInterpolateInputs=\"false\" \
              maxOutputDerivativeOrder=\"0\" canRunAsynchronuously=\"false\" {common}/>"
         )?;
@@ -162,16 +186,9 @@ impl Fmu {
             writeln!(xml, "    </{name}>")
         };
         let outputs: Vec<u32> = self.outputs().collect();
-        let states: Vec<(u32, u32)> =
-            if self.is_continuous() { self.states().collect() } else { vec![] };
-        let rates: Vec<u32> = states.iter().map(|(_, rate)| *rate).collect();
-        let mut initial: Vec<u32> = outputs.iter().chain(&rates).copied().collect();
-        initial.extend(states.iter().map(|(state, _)| *state));
-        initial.sort_unstable();
-        initial.dedup();
         unknowns("Outputs", &outputs)?;
-        unknowns("Derivatives", &rates)?;
-        unknowns("InitialUnknowns", &initial)?;
+        unknowns("Derivatives", &self.rates())?;
+        unknowns("InitialUnknowns", &self.initial_unknowns())?;
         writeln!(xml, "  </ModelStructure>\n</fmiModelDescription>")
     }
 
@@ -208,25 +225,45 @@ impl Fmu {
         writeln!(xml, "/>\n    </ScalarVariable>")
     }
 
-    fn write_3(&self, xml: &mut String) -> std::fmt::Result {
-        writeln!(
+    /// The value references of the states' rates, in the order of the states.
+    fn rates(&self) -> Vec<u32> {
+        if self.is_continuous() { self.states().map(|(_, rate)| rate).collect() } else { vec![] }
+    }
+
+    /// What has to be computed at the start: outputs, states and their rates.
+    fn initial_unknowns(&self) -> Vec<u32> {
+        let mut initial: Vec<u32> = self.outputs().chain(self.rates()).collect();
+        if self.is_continuous() {
+            initial.extend(self.states().map(|(state, _)| state));
+        }
+        initial.sort_unstable();
+        initial.dedup();
+        initial
+    }
+
+    fn write_3(&self, xml: &mut String, generated_s: Option<u64>) -> std::fmt::Result {
+        write!(
             xml,
-            "<fmiModelDescription fmiVersion=\"3.0\" modelName=\"{}\" instantiationToken=\"{}\" \
-             description=\"{}\" author=\"The stiction developers\" version=\"{}\" \
-             license=\"MIT OR Apache-2.0\" generationTool=\"stiction {}\" \
-             variableNamingConvention=\"flat\">",
+            "<fmiModelDescription fmiVersion=\"3.0\" modelName=\"{}\" instantiationToken=\"{}\"",
             self.title(),
             self.token(),
-            self.summary(),
-            env!("CARGO_PKG_VERSION"),
-            env!("CARGO_PKG_VERSION"),
         )?;
+        self.write_origin(xml, generated_s)?;
+        writeln!(xml, ">")?;
+        let identifier = self.identifier();
+        let common = "canBeInstantiatedOnlyOncePerProcess=\"false\" \
+                      canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"";
+        if self.is_continuous() {
+            writeln!(
+                xml,
+                "  <ModelExchange modelIdentifier=\"{identifier}\" \
+                 needsCompletedIntegratorStep=\"false\" {common}/>"
+            )?;
+        }
         writeln!(
             xml,
-            "  <CoSimulation modelIdentifier=\"{IDENTIFIER}\" \
-             canHandleVariableCommunicationStepSize=\"true\" \
-             canBeInstantiatedOnlyOncePerProcess=\"false\" canGetAndSetFMUState=\"true\" \
-             canSerializeFMUState=\"true\"/>"
+            "  <CoSimulation modelIdentifier=\"{identifier}\" \
+             canHandleVariableCommunicationStepSize=\"true\" {common}/>"
         )?;
         self.write_units(xml, Fmi::V3)?;
         writeln!(
@@ -252,20 +289,37 @@ impl Fmu {
                 initial(v)
             )?;
             write_attributes(xml, v, Fmi::V3)?;
+            if self.is_continuous() {
+                if let Some(state) = v.rate_of {
+                    write!(xml, " derivative=\"{state}\"")?;
+                }
+                if self.states().any(|(state, _)| state as usize == reference) {
+                    write!(xml, " reinit=\"true\"")?;
+                }
+            }
             writeln!(xml, "/>")?;
         }
         writeln!(xml, "  </ModelVariables>\n  <ModelStructure>")?;
-        for reference in self.outputs() {
-            // There are no states in co-simulation to depend on.
-            let on = self.variables()[reference as usize].depends_on.map(|_| " dependencies=\"\"");
-            writeln!(
-                xml,
-                "    <Output valueReference=\"{reference}\"{}/>",
-                on.unwrap_or_default()
-            )?;
+        let outputs: Vec<u32> = self.outputs().collect();
+        for (name, references) in
+            [("Output", &outputs), ("ContinuousStateDerivative", &self.rates())]
+        {
+            for reference in references {
+                write!(xml, "    <{name} valueReference=\"{reference}\"")?;
+                if let Some(on) = self.variables()[*reference as usize].depends_on {
+                    // Only in model exchange are there states to depend on.
+                    let states = if self.is_continuous() { on } else { &[] };
+                    let on: Vec<_> = states.iter().map(u32::to_string).collect();
+                    write!(xml, " dependencies=\"{}\"", on.join(" "))?;
+                }
+                writeln!(xml, "/>")?;
+            }
         }
-        for reference in self.outputs() {
+        for reference in self.initial_unknowns() {
             writeln!(xml, "    <InitialUnknown valueReference=\"{reference}\"/>")?;
+        }
+        for reference in self.indicators() {
+            writeln!(xml, "    <EventIndicator valueReference=\"{reference}\"/>")?;
         }
         writeln!(xml, "  </ModelStructure>\n</fmiModelDescription>")
     }
@@ -318,6 +372,24 @@ impl Fmu {
     }
 }
 
+/// A moment in the form of XML, in UTC. The calendar is the Gregorian one, its years counted from March, so that a
+/// leap day is a year's last.
+fn date_and_time(seconds: u64) -> String {
+    const DAY: u64 = 86_400;
+    /// Days from 1 March of the year 0 to the beginning of 1970, and days in 400 years.
+    const TO_1970: u64 = 719_468;
+    const ERA: u64 = 146_097;
+    let (days, rest) = (seconds / DAY + TO_1970, seconds % DAY);
+    let (era, day) = (days / ERA, days % ERA);
+    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (year, month) = (400 * era + year + month / 10, (month + 2) % 12 + 1);
+    let (hour, minute, second) = (rest / 3_600, rest / 60 % 60, rest % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
+}
+
 fn causality(v: &Variable) -> &'static str {
     match v.causality {
         Causality::Independent => "independent",
@@ -360,5 +432,25 @@ fn write_attributes(xml: &mut String, v: &Variable, version: Fmi) -> std::fmt::R
         (None, _) => Ok(()),
         (Some(start), VariableKind::Boolean) => write!(xml, " start=\"{}\"", start != 0.0),
         (Some(start), _) => write!(xml, " start=\"{start}\""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::date_and_time;
+
+    /// Against `date --utc --date=@SECONDS`.
+    #[test]
+    fn moments_are_dates() {
+        for (seconds, date) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951_782_399, "2000-02-28T23:59:59Z"),
+            (951_782_400, "2000-02-29T00:00:00Z"),
+            (1_767_225_599, "2025-12-31T23:59:59Z"),
+            (1_772_323_200, "2026-03-01T00:00:00Z"),
+            (4_107_542_400, "2100-03-01T00:00:00Z"),
+        ] {
+            assert_eq!(date_and_time(seconds), date);
+        }
     }
 }

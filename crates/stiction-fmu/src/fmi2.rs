@@ -9,6 +9,7 @@
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
+use crate::boundary::told;
 use crate::boundary::{
     DISCARD, ERROR, Log, Logger2, boxed, call, call_or, free, free_state, get, get_state,
     instantiate, room, set, state, tell, text, values,
@@ -423,25 +424,6 @@ pub unsafe extern "C" fn fmi2SetContinuousStates(
 ) -> c_int {
     // SAFETY: by the contract of an importer.
     unsafe { call(c, |i| i.set_states("fmi2SetContinuousStates", values(states, count)?)) }
-}
-
-/// Defines a function that tells numbers about the equations.
-macro_rules! told {
-    ($name:ident, $of:ident) => {
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(c: *mut c_void, numbers: *mut f64, count: usize) -> c_int {
-            let get = |i: &mut Instance| {
-                // SAFETY: by the contract of an importer.
-                let room = unsafe { room(numbers, count)? };
-                for (place, number) in room.iter_mut().zip(i.$of(stringify!($name), count)?) {
-                    place.write(number);
-                }
-                Ok(())
-            };
-            // SAFETY: by the contract of an importer.
-            unsafe { call(c, get) }
-        }
-    };
 }
 
 told!(fmi2GetDerivatives, rates);

@@ -1,4 +1,4 @@
-//! FMI 3.0: the functions of its standard, which documents them. Co-simulation; all else is refused.
+//! FMI 3.0: the functions of its standard, which documents them. Co-simulation and model exchange; all else is refused.
 //!
 //! # Safety
 //! As for [`fmi2`](crate::fmi2).
@@ -8,12 +8,13 @@
 use std::ffi::{c_char, c_int, c_void};
 use std::path::Path;
 
+use crate::boundary::told;
 use crate::boundary::{
     ERROR, Log, Logger3, call, call_or, free, free_state, get, get_state, instantiate, set, state,
     tell, text, values,
 };
 use crate::fmi2::{deserialise, serialise};
-use crate::instance::Instance;
+use crate::instance::{Instance, Modes, Result};
 use crate::resources;
 use crate::variables::VariableKind;
 
@@ -49,16 +50,42 @@ fn refused(environment: *mut c_void, log: LogMessage, why: &str) -> *mut c_void 
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3InstantiateModelExchange(
-    _name: *const c_char,
-    _token: *const c_char,
-    _resources: *const c_char,
+    name: *const c_char,
+    token: *const c_char,
+    resource_path: *const c_char,
     _visible: Boolean,
     _logging_on: Boolean,
     environment: *mut c_void,
     log: LogMessage,
 ) -> *mut c_void {
-    let why = "for FMI 3.0 there is co-simulation only; a stem for model exchange is exported for FMI 2.0";
-    refused(environment, log, why)
+    // SAFETY: by the contract of an importer.
+    unsafe { made(name, token, resource_path, environment, log, true, || Ok(())) }
+}
+
+/// An instance, unless `checked` refuses it.
+unsafe fn made(
+    name: *const c_char,
+    token: *const c_char,
+    resource_path: *const c_char,
+    environment: *mut c_void,
+    log: LogMessage,
+    exchange: bool,
+    checked: impl Fn() -> Result<()>,
+) -> *mut c_void {
+    let logger: Option<Logger3> = log;
+    // SAFETY: by the contract of an importer.
+    unsafe {
+        instantiate(
+            name,
+            |_| Log::V3(logger, environment),
+            || {
+                let token = text(token, "the instantiation token")?;
+                let path = text(resource_path, "the path of the resources")?;
+                checked()?;
+                Instance::new(resources::read(Path::new(path))?, token, exchange)
+            },
+        )
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -74,7 +101,11 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lock: *mut c_void,
     _unlock: *mut c_void,
 ) -> *mut c_void {
-    refused(environment, log, "there is co-simulation only, no scheduled execution")
+    refused(
+        environment,
+        log,
+        "there are co-simulation and model exchange, but no scheduled execution",
+    )
 }
 
 #[unsafe(no_mangle)]
@@ -92,25 +123,17 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     log: LogMessage,
     _intermediate_update: *mut c_void,
 ) -> *mut c_void {
-    let logger: Option<Logger3> = log;
+    let checked = || {
+        if event_mode_used != FALSE {
+            return Err("there is no event mode in co-simulation".to_owned());
+        }
+        if intermediate_count > 0 {
+            return Err("there are no intermediate values within a step".to_owned());
+        }
+        Ok(())
+    };
     // SAFETY: by the contract of an importer.
-    unsafe {
-        instantiate(
-            name,
-            |_| Log::V3(logger, environment),
-            || {
-                let token = text(token, "the instantiation token")?;
-                let path = text(resource_path, "the path of the resources")?;
-                if event_mode_used != FALSE {
-                    return Err("there is no event mode in co-simulation".to_owned());
-                }
-                if intermediate_count > 0 {
-                    return Err("there are no intermediate values within a step".to_owned());
-                }
-                Instance::new(resources::read(Path::new(path))?, token, false)
-            },
-        )
-    }
+    unsafe { made(name, token, resource_path, environment, log, false, checked) }
 }
 
 #[unsafe(no_mangle)]
@@ -385,30 +408,126 @@ refused! {
     ): "adjoint derivatives are not provided";
     fmi3EnterConfigurationMode(): "there are no structural parameters to configure";
     fmi3ExitConfigurationMode(): "there are no structural parameters to configure";
-    fmi3EnterEventMode(): "there is no event mode in co-simulation";
     fmi3EnterStepMode(): "there is no event mode to leave in co-simulation";
-    fmi3EvaluateDiscreteStates(): "there is no event mode in co-simulation";
-    fmi3UpdateDiscreteStates(
-        _needed: *mut Boolean,
-        _terminate: *mut Boolean,
-        _nominals: *mut Boolean,
-        _values: *mut Boolean,
-        _next_defined: *mut Boolean,
-        _next: *mut f64
-    ): "there is no event mode in co-simulation";
-    fmi3EnterContinuousTimeMode(): "this is for model exchange";
-    fmi3CompletedIntegratorStep(_no_set: Boolean, _enter: *mut Boolean, _terminate: *mut Boolean):
-        "this is for model exchange";
-    fmi3SetTime(_time: f64): "this is for model exchange";
-    fmi3SetContinuousStates(_v: *const f64, _n: usize): "this is for model exchange";
-    fmi3GetContinuousStateDerivatives(_v: *mut f64, _n: usize): "this is for model exchange";
-    fmi3GetEventIndicators(_v: *mut f64, _n: usize): "this is for model exchange";
-    fmi3GetContinuousStates(_v: *mut f64, _n: usize): "this is for model exchange";
-    fmi3GetNominalsOfContinuousStates(_v: *mut f64, _n: usize): "this is for model exchange";
-    fmi3GetNumberOfEventIndicators(_n: *mut usize): "this is for model exchange";
-    fmi3GetNumberOfContinuousStates(_n: *mut usize): "this is for model exchange";
     fmi3ActivateModelPartition(_clock: u32, _time: f64): "this is for scheduled execution";
 }
+
+// Model exchange.
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterEventMode(instance: *mut c_void) -> c_int {
+    let from = Modes::CONTINUOUS.or(Modes::EVENT);
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| i.switch("fmi3EnterEventMode", from, Modes::EVENT)) }
+}
+
+/// Discrete variables depend on no input but by the events themselves: there is nothing to evaluate before these.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EvaluateDiscreteStates(instance: *mut c_void) -> c_int {
+    let stay =
+        |i: &mut Instance| i.switch("fmi3EvaluateDiscreteStates", Modes::EVENT, Modes::EVENT);
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, stay) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
+    instance: *mut c_void,
+    needed: *mut Boolean,
+    terminate_simulation: *mut Boolean,
+    nominals_changed: *mut Boolean,
+    values_changed: *mut Boolean,
+    next_event_time_defined: *mut Boolean,
+    next_event_time: *mut f64,
+) -> c_int {
+    let update = |i: &mut Instance| {
+        let passed = i.update_discrete_states("fmi3UpdateDiscreteStates")?;
+        // SAFETY: by the contract of an importer.
+        unsafe {
+            // Events that follow at once have passed too: one call is enough.
+            tell(needed, FALSE);
+            tell(terminate_simulation, FALSE);
+            tell(nominals_changed, FALSE);
+            tell(values_changed, Boolean::from(passed));
+            tell(next_event_time_defined, FALSE);
+            tell(next_event_time, 0.0);
+        }
+        Ok(())
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, update) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterContinuousTimeMode(instance: *mut c_void) -> c_int {
+    let enter =
+        |i: &mut Instance| i.switch("fmi3EnterContinuousTimeMode", Modes::EVENT, Modes::CONTINUOUS);
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, enter) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3CompletedIntegratorStep(
+    instance: *mut c_void,
+    _no_set_state: Boolean,
+    enter_event_mode: *mut Boolean,
+    terminate_simulation: *mut Boolean,
+) -> c_int {
+    let complete = |i: &mut Instance| {
+        i.switch("fmi3CompletedIntegratorStep", Modes::CONTINUOUS, Modes::CONTINUOUS)?;
+        // SAFETY: by the contract of an importer.
+        unsafe {
+            tell(enter_event_mode, FALSE);
+            tell(terminate_simulation, FALSE);
+        }
+        Ok(())
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, complete) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetTime(instance: *mut c_void, time: f64) -> c_int {
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| i.set_time("fmi3SetTime", time)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetContinuousStates(
+    instance: *mut c_void,
+    states: *const f64,
+    count: usize,
+) -> c_int {
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, |i| i.set_states("fmi3SetContinuousStates", values(states, count)?)) }
+}
+
+told!(fmi3GetContinuousStateDerivatives, rates);
+told!(fmi3GetEventIndicators, indicators);
+told!(fmi3GetContinuousStates, states);
+told!(fmi3GetNominalsOfContinuousStates, nominals);
+
+/// Defines a function that counts what the equations have.
+macro_rules! counted {
+    ($name:ident, $count:ident) => {
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(instance: *mut c_void, count: *mut usize) -> c_int {
+            let answer = |i: &mut Instance| {
+                let number = i.$count(stringify!($name))?;
+                // SAFETY: by the contract of an importer.
+                unsafe { tell(count, number) };
+                Ok(())
+            };
+            // SAFETY: by the contract of an importer.
+            unsafe { call(instance, answer) }
+        }
+    };
+}
+
+counted!(fmi3GetNumberOfEventIndicators, count_indicators);
+counted!(fmi3GetNumberOfContinuousStates, count_states);
+
+// Co-simulation.
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3DoStep(

@@ -103,9 +103,9 @@ impl Fmu {
             return Err(format!("{name} is computed, and has no start value of its own"));
         }
         accept(variable, value)?;
-        variable.start = Some(value);
-        if self.model == "stem" && name == "air_lag_s" {
-            stem::mark_pressure(&mut self.table);
+        let before = variable.start.replace(value);
+        if self.model == "stem" {
+            stem::adapt(&mut self.table, name, before);
         }
         Ok(self)
     }
@@ -125,7 +125,9 @@ impl Fmu {
         let model = word("model", MODELS)?;
         let law = word("law", "the laws of the model, such as \"two-phase\" or \"lugre\"")?;
         let mut fmu = Self::new(model, law)?;
-        for (key, value) in &pairs {
+        // The supply last, for it follows the range of pressures until it is given.
+        let (supply, others): (Vec<_>, Vec<_>) = pairs.iter().partition(|(key, _)| key == "supply");
+        for (key, value) in others.into_iter().chain(supply) {
             if key == "model" || key == "law" {
                 continue;
             }
@@ -166,6 +168,37 @@ impl Fmu {
     /// If not; the sentence names the parameter.
     pub fn check(&self) -> Result<(), String> {
         self.build().restart(&mut self.starts(), 0.0)
+    }
+
+    /// What it does in co-simulation: the variables called `names` after each step of `step_s`, s, over which the
+    /// first input (OP, or SP of a loop) is held at a value of `input`.
+    ///
+    /// # Errors
+    /// If there is no such variable, or the model cannot go on.
+    pub fn follow(
+        &self,
+        step_s: f64,
+        input: &[f64],
+        names: &[&str],
+    ) -> Result<Vec<Vec<f64>>, String> {
+        const INPUT: usize = 1;
+        let places = names.iter().map(|name| {
+            let place = self.table.iter().position(|v| v.name == *name);
+            place.ok_or_else(|| format!("there is no variable named {name}"))
+        });
+        let places = places.collect::<Result<Vec<usize>, String>>()?;
+        let (mut model, mut values) = (self.build(), self.starts());
+        values[INPUT] = input.first().copied().unwrap_or(values[INPUT]);
+        model.restart(&mut values, 0.0)?;
+        let mut signals = vec![Vec::with_capacity(input.len()); names.len()];
+        for (k, held) in input.iter().enumerate() {
+            values[INPUT] = *held;
+            model.step(&mut values, k as f64 * step_s, step_s)?;
+            for (signal, place) in signals.iter_mut().zip(&places) {
+                signal.push(values[*place]);
+            }
+        }
+        Ok(signals)
     }
 
     /// `valve`, `stem` or `loop`.

@@ -567,6 +567,16 @@ impl Instance {
         self.tell(call, modes, count, "event indicators", |model, _| model.indicators())
     }
 
+    pub(crate) fn count_states(&mut self, call: &str) -> Result<usize> {
+        let modes = Modes::INSTANTIATED.or(Modes::READABLE);
+        self.equations(call, modes).map(|(model, ..)| model.states().len())
+    }
+
+    pub(crate) fn count_indicators(&mut self, call: &str) -> Result<usize> {
+        let modes = Modes::INSTANTIATED.or(Modes::READABLE);
+        self.equations(call, modes).map(|(model, ..)| model.indicators().len())
+    }
+
     /// Lets events pass; says whether there was one.
     pub(crate) fn update_discrete_states(&mut self, call: &str) -> Result<bool> {
         let (model, values, _) = self.equations(call, Modes::EVENT)?;
@@ -648,7 +658,7 @@ fn check_length(call: &str, what: &str, asked: usize, have: usize) -> Result<()>
 }
 
 /// Marks the bytes of a state: `stiction` in ASCII, the last letter replaced by the version.
-const FORMAT: u64 = u64::from_le_bytes(*b"stictio1");
+const FORMAT: u64 = u64::from_le_bytes(*b"stictio2");
 
 impl State {
     /// The state as bytes, for [`Instance::deserialised`].

@@ -9,21 +9,22 @@
 //!
 //! let fmu = Fmu::new("valve", "two-phase")?.with("S", 5.0)?.with("J", 2.0)?;
 //! let json = fmu.json();                   // resources/stiction.json
-//! let xml = fmu.xml(Fmi::V2);              // modelDescription.xml
+//! let xml = fmu.xml(Fmi::V2, None);        // modelDescription.xml
 //! assert_eq!(Fmu::from_json(&json)?.json(), json);
 //! assert!(xml.contains(r#"name="S" valueReference="5""#));
 //! # Ok::<(), String>(())
 //! ```
 //!
-//! The library goes to `binaries/linux64/stiction.so` for FMI 2.0 and to
-//! `binaries/x86_64-linux/stiction.so` for FMI 3.0, and so on for other platforms ([`Fmi::binary`]).
+//! The library goes to `binaries/linux64/stiction_valve_two_phase.so` for FMI 2.0 and to
+//! `binaries/x86_64-linux/stiction_valve_two_phase.so` for FMI 3.0, and so on for other models and platforms
+//! ([`Fmu::binary`]).
 //!
 //! # Time
 //!
 //! * A data-driven valve takes one sample in each step: the OP is held over the step, and the VP at its
 //!   end is the answer to it. The step is the sample time, and may change.
 //! * A physical stem is integrated over the step with the OP held, events located. Nothing depends on
-//!   the step but the hold itself. In model exchange (FMI 2.0) the importer integrates, and finds the
+//!   the step but the hold itself. In model exchange the importer integrates, and finds the
 //!   events by their indicators; the OP may then vary as it likes.
 //! * A loop plays all of its own samples that fall into the step, its first moment included and its last
 //!   not. Its outputs are those of the last sample played.

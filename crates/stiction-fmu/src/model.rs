@@ -40,7 +40,7 @@ pub(crate) trait Continuous {
     /// The values of the continuous states.
     fn states(&self) -> Vec<f64>;
 
-    /// Typical sizes of the states.
+    /// Sizes of the states, by which a solver scales its tolerance.
     fn nominals(&self, values: &Numbers) -> Vec<f64>;
 
     /// Goes where the solver is, with `states` if they have changed, and writes the outputs.

@@ -2,10 +2,10 @@
 
 use stiction_model::stem::friction::{Armstrong, Dahl, LAWS};
 use stiction_model::stem::{
-    EventKind, FrictionLaw, MovingStem, ParameterSet, SETS, Stem, StemParameters, StemStart,
+    FrictionLaw, MovingStem, ParameterSet, SETS, Stem, StemParameters, StemStart,
 };
 
-use crate::model::{Continuous, FmuModel, Moves, Result, count};
+use crate::model::{Continuous, FmuModel, Result, count};
 use crate::variables::{MOVES, Numbers, Variable};
 
 /// Value references.
@@ -18,6 +18,7 @@ const VELOCITY: usize = 7;
 const FRICTION: usize = 8;
 const PRESSURE: usize = 9;
 const PARAMETERS: usize = 10;
+const PRESSURE_MAX: usize = PARAMETERS + 6;
 const AIR_LAG: usize = PARAMETERS + 7;
 const TOLERANCE: usize = PARAMETERS + 9;
 const RELAXED: usize = TOLERANCE + 1;
@@ -88,10 +89,10 @@ fn friction_parameter(name: &str) -> (&'static str, &'static str) {
 }
 
 /// The names of the deflections that a law has as states.
-fn deflections(law: &FrictionLaw) -> &'static [(&'static str, &'static str)] {
+fn deflections(law: &str) -> &'static [(&'static str, &'static str)] {
     match law {
-        FrictionLaw::Dahl(_) | FrictionLaw::LuGre(_) => &[("z", "der(z)")],
-        FrictionLaw::Gms(_) => &[("z1", "der(z1)"), ("z2", "der(z2)"), ("z3", "der(z3)")],
+        "dahl" | "lugre" => &[("z", "der(z)")],
+        "gms" => &[("z1", "der(z1)"), ("z2", "der(z2)"), ("z3", "der(z3)")],
         _ => &[],
     }
 }
@@ -107,13 +108,15 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
     let rate = "Rate of change of the position";
     let mut table = vec![
         Variable::TIME,
-        Variable::input("OP", "%", 0.0, "Controller output"),
-        Variable::input(
+        Variable::input("OP", "%", 50.0, "Controller output"),
+        // A parameter, for an importer may leave an input at 0 that nothing is connected to.
+        p(
             "supply",
             "Pa",
-            1e6,
+            enough_pa(stem.pressure_max_pa),
             "Pressure of the air supply, which limits the demanded one",
-        ),
+        )
+        .tunable(),
         Variable::output("VP", "%", "Valve position").depends_on(&[POSITION as u32]),
     ];
     table.extend(MOVES);
@@ -150,7 +153,7 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
         ),
         p("relaxed", "", 0.0, "Whether bristles begin relaxed instead of carrying the net force")
             .boolean(),
-        p("VP_start", "%", 0.0, "Valve position at the start"),
+        p("VP_start", "%", 50.0, "Valve position at the start"),
     ]);
     for (name, value) in law.values() {
         let (unit, description) = friction_parameter(name);
@@ -165,21 +168,48 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
         Variable::local("der(velocity)", "m/s2", "Rate of change of the velocity")
             .rate_of(VELOCITY),
     );
-    for (name, of) in deflections(law) {
+    for (name, of) in deflections(law.name()) {
         let state = table.len();
         table.push(Variable::local(name, "m", "Deflection of bristles"));
         table.push(Variable::local(of, "m/s", "Rate of change of the deflection").rate_of(state));
     }
-    table.push(Variable::local("der(pressure)", "Pa/s", "Rate of change of the acting pressure"));
+    table.push(Variable::local(PRESSURE_RATE, "Pa/s", "Rate of change of the acting pressure"));
+    if is_continuous(law.name()) {
+        table.extend(INDICATORS.map(|name| {
+            Variable::local(name, "", "Its change of sign is an event in model exchange")
+                .indicator()
+        }));
+    }
     mark_pressure(&mut table);
     table
 }
 
+const PRESSURE_RATE: &str = "der(pressure)";
+
+/// The names of the event indicators.
+const INDICATORS: [&str; MovingStem::GUARDS] =
+    ["event_1", "event_2", "event_3", "event_4", "event_5", "event_6"];
+
 /// Makes the acting pressure a state if there is a lag, and not if there is none.
-pub(crate) fn mark_pressure(table: &mut [Variable]) {
+fn mark_pressure(table: &mut [Variable]) {
     let lags = table[AIR_LAG].start.is_some_and(|lag| lag > 0.0);
-    if let Some(rate) = table.last_mut() {
+    if let Some(rate) = table.iter_mut().find(|v| v.name == PRESSURE_RATE) {
         rate.rate_of = lags.then_some(PRESSURE as u32);
+    }
+}
+
+/// A supply pressure that drives the valve fully open, unless another is given: a tenth above the pressure at
+/// 100 % OP, Pa.
+fn enough_pa(pressure_max_pa: f64) -> f64 {
+    pressure_max_pa + pressure_max_pa.abs() / 10.0
+}
+
+/// What else another start value changes, which was `before`: whether the pressure is a state, and a supply
+/// that was just enough.
+pub(crate) fn adapt(table: &mut [Variable], name: &str, before: Option<f64>) {
+    mark_pressure(table);
+    if name == table[PRESSURE_MAX].name && table[SUPPLY].start == before.map(enough_pa) {
+        table[SUPPLY].start = table[PRESSURE_MAX].start.map(enough_pa);
     }
 }
 
@@ -190,18 +220,11 @@ pub(crate) struct StemModel {
     count: usize,
     moving: Option<MovingStem>,
     parameters: StemParameters,
-    moves: Moves,
 }
 
 impl StemModel {
     pub(crate) fn new(parameters: StemParameters, law: &FrictionLaw) -> Self {
-        Self {
-            law: law.name(),
-            count: law.values().len(),
-            moving: None,
-            parameters,
-            moves: Moves::default(),
-        }
+        Self { law: law.name(), count: law.values().len(), moving: None, parameters }
     }
 
     fn demand_pa(&self, values: &Numbers) -> f64 {
@@ -222,6 +245,10 @@ impl StemModel {
         let states = moving.states().unwrap_or_default();
         let locals = LAW + self.count;
         let lags = self.parameters.air_lag_s > 0.0;
+        if is_continuous(self.law) {
+            let indicators = locals + 3 + 2 * deflections(self.law).len();
+            values[indicators..][..MovingStem::GUARDS].copy_from_slice(&self.indicators());
+        }
         if let [_, acceleration, ..] = rates[..] {
             values[locals] = rates[0];
             values[locals + 1] = acceleration;
@@ -242,21 +269,10 @@ impl StemModel {
     }
 
     /// Counts what has happened since the last step.
-    fn count_slips(&mut self, values: &mut Numbers) {
+    fn count_slips(&self, values: &mut Numbers) {
         let Some(moving) = &self.moving else { return };
-        let began = |kind| matches!(kind, EventKind::Slip | EventKind::Reversal);
-        if self.law == "classical" || self.law == "karnopp" || self.law == "armstrong" {
-            for _ in moving.events().iter().filter(|event| began(event.kind)) {
-                count(&mut values[MOVED]);
-            }
-        } else {
-            // Bristles never let the stem rest: it slips when it leaves creeping behind.
-            let velocity = moving.sample().velocity_m_per_s;
-            let direction = if moving.is_stuck() { 0.0 } else { 1f64.copysign(velocity) };
-            if direction != 0.0 && direction != self.moves.direction {
-                count(&mut values[MOVED]);
-            }
-            self.moves.direction = direction;
+        for _ in 0..moving.slips() {
+            count(&mut values[MOVED]);
         }
     }
 }
@@ -277,7 +293,7 @@ impl FmuModel for StemModel {
         };
         self.moving = Some(begin().map_err(|e| e.to_string())?);
         self.parameters = parameters;
-        self.moves = Moves::begin(&mut values[MOVED]);
+        values[MOVED].copy_from_slice(&[1.0, 0.0]);
         self.show(values);
         Ok(())
     }
@@ -299,18 +315,14 @@ impl FmuModel for StemModel {
     }
 
     fn memory(&self) -> Vec<f64> {
-        let mut memory = vec![self.moves.direction];
-        memory.extend(self.moving.iter().flat_map(MovingStem::memory));
-        memory
+        self.moving.iter().flat_map(MovingStem::memory).collect()
     }
 
     fn recall(&mut self, _values: &Numbers, memory: &[f64]) -> Result<()> {
-        let (Some(moving), [direction, stem @ ..]) = (&mut self.moving, memory) else {
+        let Some(moving) = &mut self.moving else {
             return Err("this is not the state of a stem".to_owned());
         };
-        moving.recall(stem).map_err(|e| e.to_string())?;
-        self.moves.direction = *direction;
-        Ok(())
+        moving.recall(memory).map_err(|e| e.to_string())
     }
 
     fn continuous(&mut self) -> Option<&mut dyn Continuous> {
@@ -327,29 +339,29 @@ impl Continuous for StemModel {
         self.moving.as_ref().and_then(MovingStem::states).unwrap_or_default()
     }
 
+    /// A solver keeps the error of a state below its tolerance times the nominal. What counts is the position, so
+    /// the other nominals are such errors as show in it as much as one of the position does.
+    ///
+    /// * Velocity: an error lasts for a step of the solver. A nominal as small as the velocities of a slide, a stroke
+    ///   in seconds, has a solver resolve how a light and much damped stem approaches its speed within microseconds,
+    ///   after every change of the input: CVode then takes steps of a tenth of a millisecond, and gives up.
+    /// * Deflection of bristles: shifts the position by as much as a force of their stiffness does on the spring.
     fn nominals(&self, values: &Numbers) -> Vec<f64> {
-        let stroke = self.parameters.stroke_m;
-        let mut nominals = vec![stroke; self.states().len()];
-        let parameter = |name: &str| {
-            let entry = LAWS.iter().find(|entry| entry.name == self.law)?;
-            let at = entry.parameters.iter().position(|p| *p == name)?;
-            values.get(LAW + at).copied()
-        };
-        for (i, names) in [
-            ("stiffness_n_per_m", "stiffness_1_n_per_m"),
-            ("", "stiffness_2_n_per_m"),
-            ("", "stiffness_3_n_per_m"),
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            let stiffness = parameter(names.0).or_else(|| parameter(names.1));
-            if let (Some(stiffness), Some(nominal)) = (stiffness, nominals.get_mut(2 + i)) {
-                *nominal = parameter("coulomb_n").unwrap_or(1.0) / stiffness;
-            }
-        }
-        if let (true, Some(nominal)) = (self.parameters.air_lag_s > 0.0, nominals.last_mut()) {
-            *nominal = self.parameters.pressure_max_pa - self.parameters.pressure_min_pa;
+        /// A step that a solver should manage through a slide, s: this project's choice.
+        const STEP_S: f64 = 0.02;
+        let stem = &self.parameters;
+        let entry = LAWS.iter().find(|entry| entry.name == self.law);
+        let parameters = entry.map_or(&[][..], |entry| entry.parameters);
+        let stiffnesses = parameters
+            .iter()
+            .zip(&values[LAW..])
+            .filter(|(name, _)| name.starts_with("stiffness_"));
+        let mut nominals = vec![stem.stroke_m, stem.stroke_m / STEP_S];
+        nominals.extend(
+            stiffnesses.map(|(_, stiffness)| stem.stroke_m * stem.spring_n_per_m / stiffness),
+        );
+        if stem.air_lag_s > 0.0 {
+            nominals.push(stem.pressure_max_pa - stem.pressure_min_pa);
         }
         nominals
     }

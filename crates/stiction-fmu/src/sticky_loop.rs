@@ -29,9 +29,11 @@ pub(crate) fn variables() -> Vec<Variable> {
     let p = Variable::parameter;
     let mut table = vec![
         Variable::TIME,
-        Variable::input("SP", "", 5.0, "Set point, in units of the PV"),
+        Variable::input("SP", "%", 5.0, "Set point"),
         Variable::input("load", "%", 0.0, "Load disturbance, added to the valve position"),
-        Variable::output("PV", "", "Measured process value").sampled().depends_on(&[]),
+        Variable::output("PV", "%", "Measured process value, percent of its span")
+            .sampled()
+            .depends_on(&[]),
         Variable::output("OP", "%", "Controller output").sampled().depends_on(&[]),
         Variable::output("VP", "%", "Valve position").sampled().depends_on(&[]),
     ];
@@ -39,24 +41,24 @@ pub(crate) fn variables() -> Vec<Variable> {
     table.extend(valve::settings());
     table.extend([
         p("sample_time", "s", 0.1, "Time between samples of the loop"),
-        p("Kc", "", 1.1, "Controller gain, % per unit of the PV"),
+        p("Kc", "1", 1.1, "Controller gain, % of the OP per % of the PV"),
         p("Ti", "s", 2.5, "Integral time"),
         p("Td", "s", 0.0, "Derivative time; 0 for a PI controller"),
         p("OP_limited", "", 0.0, "Whether the controller limits its output, its integral clamped")
             .boolean(),
         p("OP_low", "%", 0.0, "Lower limit of the controller output, if it is limited"),
         p("OP_high", "%", 100.0, "Upper limit of the controller output, if it is limited"),
-        p("gain", "", 1.5, "Process gain, units of the PV per %"),
+        p("gain", "1", 1.5, "Process gain, % of the PV per % of the VP"),
         p("tau", "s", 5.93, "Process time constant"),
         p("tau2", "s", 0.0, "Second process time constant; 0 for a process of the first order"),
         p("dead_time", "s", 1.07, "Dead time of the process"),
         p("OP_rest", "%", 0.0, "OP and VP at the operating point, where the loop begins at rest"),
-        p("PV_rest", "", 0.0, "PV at the operating point"),
-        p("noise_sd", "", 0.0, "Standard deviation of the measurement noise, units of the PV"),
+        p("PV_rest", "%", 0.0, "PV at the operating point"),
+        p("noise_sd", "%", 0.0, "Standard deviation of the measurement noise"),
         p("noise_tau", "s", 0.0, "Correlation time of the measurement noise; 0 for white noise"),
         p("seed", "", 1.0, "Seed of the measurement noise, from 0").integer(),
         p("OP_quantum", "%", 0.0, "Resolution of the controller output; 0 for none"),
-        p("PV_quantum", "", 0.0, "Resolution of the measured PV; 0 for none"),
+        p("PV_quantum", "%", 0.0, "Resolution of the measured PV; 0 for none"),
     ]);
     table.push(p("bumpless", "", 0.0, "Whether the loop is closed without a bump").boolean());
     table

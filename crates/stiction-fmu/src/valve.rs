@@ -64,12 +64,17 @@ pub(crate) fn build(
 pub(crate) fn variables() -> Vec<Variable> {
     let mut table = vec![
         Variable::TIME,
-        Variable::input("OP", "%", 0.0, "Controller output, held over each step"),
+        Variable::input("OP", "%", 50.0, "Controller output, held over each step"),
         Variable::output("VP", "%", "Valve position").sampled().depends_on(&[]),
     ];
     table.extend(MOVES);
     table.extend(settings());
-    table.push(Variable::parameter("VP_start", "%", 0.0, "Valve position and OP before the start"));
+    table.push(Variable::parameter(
+        "VP_start",
+        "%",
+        50.0,
+        "Valve position and OP before the start",
+    ));
     table
 }
 

@@ -152,6 +152,8 @@ pub struct Variable {
     pub description: &'static str,
     /// The value reference of the state whose rate this is.
     pub rate_of: Option<u32>,
+    /// Whether a change of its sign is an event in model exchange.
+    pub indicates: bool,
     /// The states on whose values it depends at an instant, if on nothing else: no input, above all, so that
     /// there is no algebraic loop around the FMU. `None` if it may depend on anything.
     pub depends_on: Option<&'static [u32]>,
@@ -208,8 +210,19 @@ impl Variable {
         description: &'static str,
     ) -> Self {
         let kind = VariableKind::Float64;
-        let (rate_of, depends_on) = (None, None);
-        Self { name, unit, kind, causality, variability, start, description, rate_of, depends_on }
+        let (rate_of, indicates, depends_on) = (None, false, None);
+        Self {
+            name,
+            unit,
+            kind,
+            causality,
+            variability,
+            start,
+            description,
+            rate_of,
+            indicates,
+            depends_on,
+        }
     }
 
     /// The time, always number 0.
@@ -283,6 +296,12 @@ impl Variable {
     /// The same as the rate of another variable.
     pub(crate) const fn rate_of(mut self, state: usize) -> Self {
         self.rate_of = Some(state as u32);
+        self
+    }
+
+    /// The same as an event indicator.
+    pub(crate) const fn indicator(mut self) -> Self {
+        self.indicates = true;
         self
     }
 

@@ -41,7 +41,7 @@ fn the_valve_position_depends_on_no_input() {
     for entry in models() {
         let fmu = Fmu::new(entry.model, entry.law).unwrap();
         let vp = fmu.variables().iter().position(|v| v.name == "VP").unwrap();
-        let (two, three) = (fmu.xml(Fmi::V2), fmu.xml(Fmi::V3));
+        let (two, three) = (fmu.xml(Fmi::V2, None), fmu.xml(Fmi::V3, None));
         let outputs = two.split("<Outputs>").nth(1).and_then(|xml| xml.split("</Outputs>").next());
         let known = match fmu.variables().iter().position(|v| v.name == "position") {
             Some(position) if fmu.is_continuous() => (position + 1).to_string(),
@@ -49,7 +49,10 @@ fn the_valve_position_depends_on_no_input() {
         };
         let expected = format!("<Unknown index=\"{}\" dependencies=\"{known}\"/>", vp + 1);
         assert!(outputs.unwrap().contains(&expected), "{} {}", entry.model, entry.law);
-        assert!(three.contains(&format!("<Output valueReference=\"{vp}\" dependencies=\"\"/>")));
+        // By value reference, which is one less.
+        let known = known.parse::<usize>().map_or(String::new(), |index| (index - 1).to_string());
+        let expected = format!("<Output valueReference=\"{vp}\" dependencies=\"{known}\"/>");
+        assert!(three.contains(&expected), "{} {}", entry.model, entry.law);
         // At the start everything may depend on anything.
         assert!(!two.split("<InitialUnknowns>").nth(1).unwrap().contains("dependencies"));
     }
@@ -61,7 +64,7 @@ fn descriptions_are_well_formed_and_say_what_the_table_says() {
         let fmu = Fmu::new(entry.model, entry.law).unwrap();
         fmu.check().unwrap();
         for version in [Fmi::V2, Fmi::V3] {
-            let tags = tags(&fmu.xml(version));
+            let tags = tags(&fmu.xml(version, None));
             let of = |name: &'static str| tags.iter().filter(move |(tag, _)| tag == name);
             let get = |attributes: &[(String, String)], key: &str| {
                 attributes.iter().find(|(k, _)| k == key).map(|(_, value)| value.clone())
@@ -114,11 +117,63 @@ fn descriptions_are_well_formed_and_say_what_the_table_says() {
                 }
                 assert!(unit.is_empty() || units.contains(&unit), "{unit} is defined");
                 assert!(!v.description.is_empty());
+                if version == Fmi::V3 && fmu.is_continuous() {
+                    let of = get(&attributes, "derivative").map(|of| of.parse().unwrap());
+                    assert_eq!(of, v.rate_of, "{}", v.name);
+                }
             }
             let outputs = fmu.variables().iter().filter(|v| v.causality == Causality::Output);
             if version == Fmi::V3 {
                 assert_eq!(of("Output").count(), outputs.count());
+                let indicators = fmu.variables().iter().filter(|v| v.indicates).count();
+                assert_eq!(of("EventIndicator").count(), indicators);
             }
+        }
+    }
+}
+
+/// Importers that know a library by its name alone must not take one model for another.
+#[test]
+fn libraries_have_the_names_of_their_models() {
+    let mut names = BTreeMap::new();
+    for entry in models() {
+        let fmu = Fmu::new(entry.model, entry.law).unwrap();
+        let name = fmu.identifier();
+        assert!(name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_'), "{name}");
+        // Parameter sets with a law in common have the library in common.
+        assert_eq!(*names.entry(name.clone()).or_insert_with(|| fmu.token()), fmu.token());
+        for version in [Fmi::V2, Fmi::V3] {
+            let path = fmu.binary(version, "x86_64", "windows").unwrap();
+            assert!(path.ends_with(&format!("/{name}.dll")), "{path}");
+            let xml = fmu.xml(version, Some(86_400));
+            assert!(xml.contains(&format!("modelIdentifier=\"{name}\"")));
+            assert!(xml.contains("generationDateAndTime=\"1970-01-02T00:00:00Z\""));
+            assert!(!fmu.xml(version, None).contains("generationDate"));
+        }
+    }
+    let tokens: BTreeSet<_> = names.values().collect();
+    assert_eq!(tokens.len(), names.len());
+}
+
+/// What is exported without a setting can be simulated: it begins at rest, and the supply opens it fully.
+#[test]
+fn defaults_rest_and_are_supplied() {
+    for entry in models().into_iter().filter(|entry| entry.model != "loop") {
+        let fmu = Fmu::new(entry.model, entry.law).unwrap();
+        let vp = &fmu.follow(0.1, &[50.0; 200], &["VP"]).unwrap()[0];
+        let far = vp.iter().map(|vp| (vp - 50.0).abs()).fold(0.0, f64::max);
+        // Bristles yield by micrometres.
+        assert!(far < 0.5, "{} {}: {far}", entry.model, entry.law);
+        let start = |fmu: &Fmu, name: &str| {
+            fmu.variables().iter().find(|v| v.name == name).and_then(|v| v.start).unwrap()
+        };
+        if entry.model == "stem" {
+            let most = start(&fmu, "pressure_max_pa");
+            assert!(start(&fmu, "supply") > most && start(&fmu, "supply") < 1.2 * most);
+            let wider = fmu.clone().with("pressure_max_pa", 2.0 * most).unwrap();
+            assert_eq!(start(&wider, "supply"), 2.0 * start(&fmu, "supply"));
+            let poor = fmu.with("supply", most).unwrap().with("pressure_max_pa", 3.0 * most);
+            assert_eq!(start(&poor.unwrap(), "supply"), most);
         }
     }
 }

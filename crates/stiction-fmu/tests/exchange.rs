@@ -1,10 +1,9 @@
 //! Model exchange: a solver from outside finds the events that the library locates itself.
-#![allow(unsafe_code)]
 
 mod common;
 
 use common::{Client, Unpacked, reference};
-use stiction_fmu::{Fmi, Fmu, fmi2};
+use stiction_fmu::{Fmi, Fmu};
 use stiction_model::stem::{EventKind, FrictionLaw, PressureSignal, Stem, StemStart};
 
 /// A fixed-step solver of the fourth order, with events by bisection: as plain as can be.
@@ -17,29 +16,22 @@ struct Solver<'a> {
 impl Solver<'_> {
     fn place(&self, time: f64, x: &[f64]) {
         let c = self.client;
-        // SAFETY: the instance is alive, arrays as long as announced.
-        unsafe {
-            c.good(fmi2::fmi2SetTime(c.instance, time));
-            c.good(c.set(1, (self.op)(time)));
-            c.good(fmi2::fmi2SetContinuousStates(c.instance, x.as_ptr(), x.len()));
-        }
+        c.good(c.set_time(time));
+        c.good(c.set(1, (self.op)(time)));
+        c.good(c.set_states(x));
     }
 
     fn rates(&self, time: f64, x: &[f64]) -> Vec<f64> {
         self.place(time, x);
         let mut rates = vec![f64::NAN; self.states];
-        let (c, at) = (self.client, rates.as_mut_ptr());
-        // SAFETY: as above.
-        c.good(unsafe { fmi2::fmi2GetDerivatives(c.instance, at, self.states) });
+        self.client.good(self.client.rates(&mut rates));
         rates
     }
 
     fn negative(&self, time: f64, x: &[f64]) -> bool {
         self.place(time, x);
-        let mut z = [f64::NAN; 5];
-        let c = self.client;
-        // SAFETY: as above.
-        c.good(unsafe { fmi2::fmi2GetEventIndicators(c.instance, z.as_mut_ptr(), 5) });
+        let mut z = [f64::NAN; 6];
+        self.client.good(self.client.indicators(&mut z));
         z.iter().any(|z| *z <= 0.0)
     }
 
@@ -58,7 +50,8 @@ impl Solver<'_> {
 #[test]
 fn events_are_found_by_their_indicators() {
     // A lightly damped stem on a slow rise of the OP and back: it moves in steps.
-    let fmu = Fmu::new("stem", "cts").unwrap().with("viscous_n_s_per_m", 61.29).unwrap();
+    let fmu = Fmu::new("stem", "cts").unwrap();
+    let fmu = fmu.with("viscous_n_s_per_m", 61.29).unwrap().with("VP_start", 0.0).unwrap();
     let op: fn(f64) -> f64 = |t| if t < 60.0 { 100.0 * t / 60.0 } else { 100.0 - 2.0 * (t - 60.0) };
     let end = 100.0;
 
@@ -71,60 +64,64 @@ fn events_are_found_by_their_indicators() {
     let signal = PressureSignal::from_points(vec![p(0.0), p(60.0), p(end)]).unwrap();
     let expected = stem.simulate(&signal, StemStart::at_rest(0.0), &[end]).unwrap();
 
-    let client = Client::instantiate(Fmi::V2, &Unpacked::new(&fmu), true);
-    client.start();
-    let c = client.instance;
-    let solver = Solver { client: &client, states: 2, op };
-    let mut info = std::mem::MaybeUninit::uninit();
-    let mut x = vec![0.0; 2];
-    let (mut time, mut changes) = (0.0, vec![]);
-    let mut stuck = true;
-    // SAFETY: the instance is alive, arrays as long as announced.
-    unsafe {
-        client.good(fmi2::fmi2NewDiscreteStates(c, info.as_mut_ptr()));
-        client.good(fmi2::fmi2EnterContinuousTimeMode(c));
-        client.good(fmi2::fmi2GetContinuousStates(c, x.as_mut_ptr(), 2));
-        while time < end {
-            let mut h: f64 = if stuck { 0.05 } else { 2e-4 };
-            h = h.min(end - time);
-            let mut next = solver.step(time, &x, h);
-            let event = solver.negative(time + h, &next);
-            if event {
-                let (mut low, mut high) = (0.0, h);
-                for _ in 0..60 {
-                    let middle = 0.5 * (low + high);
-                    let at = solver.step(time, &x, middle);
-                    if solver.negative(time + middle, &at) { high = middle } else { low = middle }
-                }
-                h = high;
-                next = solver.step(time, &x, h);
-            }
-            (time, x) = (time + h, next);
-            solver.place(time, &x);
-            if event {
-                client.good(fmi2::fmi2EnterEventMode(c));
-                client.good(fmi2::fmi2NewDiscreteStates(c, info.as_mut_ptr()));
-                client.good(fmi2::fmi2EnterContinuousTimeMode(c));
-                client.good(fmi2::fmi2GetContinuousStates(c, x.as_mut_ptr(), 2));
-                if client.boolean(reference(&fmu, "stuck")) != stuck {
-                    stuck = !stuck;
-                    changes.push((time, stuck));
-                }
-            }
-        }
-    }
     let events: Vec<_> = expected
         .events
         .iter()
         .map(|e| (e.time_s, matches!(e.kind, EventKind::Stop | EventKind::EndStop)))
         .collect();
     assert!(events.len() > 10, "{events:?}");
-    assert_eq!(changes.len(), events.len());
-    for ((found, stops), (expected, should_stop)) in changes.iter().zip(&events) {
-        assert_eq!(stops, should_stop);
-        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    for version in [Fmi::V2, Fmi::V3] {
+        let client = Client::instantiate(version, &Unpacked::new(&fmu), true);
+        let changes = solved(&fmu, &client, op, end);
+        assert_eq!(changes.len(), events.len());
+        for ((found, stops), (expected, should_stop)) in changes.iter().zip(&events) {
+            assert_eq!(stops, should_stop);
+            assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        }
+        let position = client.get(reference(&fmu, "position")).unwrap();
+        assert!((position - expected.samples[0].position_m).abs() < 1e-8);
+        assert_eq!(client.integer(reference(&fmu, "slips")), expected.slips().count() as i32);
     }
-    let position = client.get(reference(&fmu, "position")).unwrap();
-    assert!((position - expected.samples[0].position_m).abs() < 1e-8);
-    assert_eq!(client.integer(reference(&fmu, "slips")), expected.slips().count() as i32);
+}
+
+/// Solves a stem of two states that begins stuck; when it got stuck or free, and which of these.
+fn solved(fmu: &Fmu, client: &Client, op: fn(f64) -> f64, end: f64) -> Vec<(f64, bool)> {
+    client.good(client.set(1, op(0.0)));
+    client.start();
+    let solver = Solver { client, states: 2, op };
+    let mut x = vec![0.0; 2];
+    let (mut time, mut changes) = (0.0, vec![]);
+    let mut stuck = true;
+    client.good(client.update());
+    client.good(client.enter_continuous_time_mode());
+    client.good(client.states(&mut x));
+    while time < end {
+        let mut h: f64 = if stuck { 0.05 } else { 2e-4 };
+        h = h.min(end - time);
+        let mut next = solver.step(time, &x, h);
+        let event = solver.negative(time + h, &next);
+        if event {
+            let (mut low, mut high) = (0.0, h);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let at = solver.step(time, &x, middle);
+                if solver.negative(time + middle, &at) { high = middle } else { low = middle }
+            }
+            h = high;
+            next = solver.step(time, &x, h);
+        }
+        (time, x) = (time + h, next);
+        solver.place(time, &x);
+        if event {
+            client.good(client.enter_event_mode());
+            client.good(client.update());
+            client.good(client.enter_continuous_time_mode());
+            client.good(client.states(&mut x));
+            if client.boolean(reference(fmu, "stuck")) != stuck {
+                stuck = !stuck;
+                changes.push((time, stuck));
+            }
+        }
+    }
+    changes
 }

@@ -72,7 +72,7 @@ fn every_valve_is_the_library_bit_for_bit() {
 fn stiction_can_grow() {
     let op = wandering(2_000, 3);
     for version in VERSIONS {
-        let fmu = Fmu::new("valve", "he-wang").unwrap();
+        let fmu = Fmu::new("valve", "he-wang").unwrap().with("VP_start", 0.0).unwrap();
         let client = Client::instantiate(version, &Unpacked::new(&fmu), false);
         client.start();
         let mut position = 0.0;
@@ -96,7 +96,7 @@ fn stiction_can_grow() {
 
 #[test]
 fn slips_are_counted() {
-    let fmu = Fmu::new("valve", "two-phase").unwrap();
+    let fmu = Fmu::new("valve", "two-phase").unwrap().with("VP_start", 0.0).unwrap();
     let client = Client::instantiate(Fmi::V3, &Unpacked::new(&fmu), false);
     client.start();
     // fs = 3.5: it slips at 4, moves with 5, rests, and slips back.
@@ -158,7 +158,7 @@ fn a_loop_is_the_library_bit_for_bit() {
 #[test]
 fn a_stem_is_the_library() {
     for set in SETS.into_iter().chain(["dahl", "armstrong"]) {
-        let fmu = Fmu::new("stem", set).unwrap().with("VP_start", 50.0).unwrap();
+        let fmu = Fmu::new("stem", set).unwrap().with("supply", 1e6).unwrap();
         let step = 0.5;
         // Wide enough for the 59 % of the set cts.
         let op: Vec<f64> = wandering(200, 5).iter().map(|op| 50.0 + 8.0 * (op - 50.0)).collect();

@@ -75,7 +75,7 @@ fn every_valve_gives_the_same_bits_on_every_system() {
     let mut all = vec![];
     for entry in models().into_iter().filter(|entry| entry.model == "valve") {
         let fmu = Fmu::new("valve", entry.law).unwrap();
-        let fmu = [("S", 4.0), ("limited", 1.0), ("low", 46.0), ("high", 54.0)]
+        let fmu = [("VP_start", 0.0), ("S", 4.0), ("limited", 1.0), ("low", 46.0), ("high", 54.0)]
             .into_iter()
             .fold(fmu, |fmu, (name, value)| fmu.with(name, value).unwrap());
         let vp = followed(&Two::of(&library), &fmu, &op);

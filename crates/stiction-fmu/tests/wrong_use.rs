@@ -101,7 +101,8 @@ fn numbers_that_are_none_are_refused_and_change_nothing() {
         }
         refused(&client, client.step(5.0, 0.1), &["must begin where the last ended, at 0 s"]);
         client.good(client.step(0.0, 0.1));
-        assert_eq!(client.get(2), Ok(8.5));
+        // From 50 % down to fd above the OP.
+        assert_eq!(client.get(2), Ok(11.5));
     }
 }
 
@@ -207,36 +208,53 @@ fn resources_that_are_missing_or_damaged_are_refused() {
 }
 
 #[test]
-fn model_exchange_is_for_stems_in_fmi_2() {
-    for (model, law) in [("valve", "two-phase"), ("loop", "he"), ("stem", "armstrong")] {
-        let fmu = Fmu::new(model, law).unwrap();
-        let client = Client::instantiate(Fmi::V2, &Unpacked::new(&fmu), true);
-        assert!(client.instance.is_null());
-        assert!(client.logged()[0].contains("for co-simulation only"));
-        assert!(!fmu.xml(Fmi::V2).contains("<ModelExchange"));
-    }
-    let fmu = Fmu::new("stem", "cts").unwrap();
-    let client = Client::instantiate(Fmi::V2, &Unpacked::new(&fmu), true);
-    client.good(client.enter());
-    client.good(client.set(reference(&fmu, "air_lag_s"), 1.0));
-    refused(&client, client.exit(), &["air_lag_s cannot become 0 or cease to be 0"]);
-    client.good(client.set(reference(&fmu, "air_lag_s"), 0.0));
-    client.good(client.exit());
-    refused(&client, client.step(0.0, 0.1), &["fmi2DoStep is for co-simulation"]);
-    let c = client.instance;
-    let mut numbers = [f64::NAN; 8];
-    // SAFETY: the instance is alive, arrays as long as announced.
-    unsafe {
-        let status = fmi2::fmi2SetContinuousStates(c, numbers.as_ptr(), 2);
+fn model_exchange_is_for_stems() {
+    for version in VERSIONS {
+        for (model, law) in [("valve", "two-phase"), ("loop", "he"), ("stem", "armstrong")] {
+            let fmu = Fmu::new(model, law).unwrap();
+            let client = Client::instantiate(version, &Unpacked::new(&fmu), true);
+            assert!(client.instance.is_null());
+            assert!(client.logged()[0].contains("for co-simulation only"));
+            assert!(!fmu.xml(version, None).contains("<ModelExchange"));
+        }
+        let fmu = Fmu::new("stem", "cts").unwrap();
+        assert!(fmu.xml(version, None).contains("<ModelExchange"));
+        let client = Client::instantiate(version, &Unpacked::new(&fmu), true);
+        client.good(client.enter());
+        client.good(client.set(reference(&fmu, "air_lag_s"), 1.0));
+        refused(&client, client.exit(), &["air_lag_s cannot become 0 or cease to be 0"]);
+        client.good(client.set(reference(&fmu, "air_lag_s"), 0.0));
+        client.good(client.exit());
+        refused(&client, client.step(0.0, 0.1), &["DoStep is for co-simulation"]);
+        let mut numbers = [f64::NAN; 6];
+        let status = client.set_states(&numbers[..2]);
         refused(&client, status, &["modes: continuous-time mode", "event mode"]);
-        client.good(fmi2::fmi2EnterContinuousTimeMode(c));
-        let status = fmi2::fmi2SetContinuousStates(c, numbers.as_ptr(), 2);
-        refused(&client, status, &["continuous state 0 is NaN"]);
-        let status = fmi2::fmi2GetDerivatives(c, numbers.as_mut_ptr(), 3);
+        client.good(client.enter_continuous_time_mode());
+        refused(&client, client.set_states(&numbers[..2]), &["continuous state 0 is NaN"]);
+        let status = client.rates(&mut numbers[..3]);
         refused(&client, status, &["3 continuous states were asked for, but there are 2"]);
-        refused(&client, fmi2::fmi2SetTime(c, f64::NAN), &["the time is NaN"]);
-        client.good(fmi2::fmi2GetEventIndicators(c, numbers.as_mut_ptr(), 5));
+        refused(&client, client.set_time(f64::NAN), &["the time is NaN"]);
+        client.good(client.indicators(&mut numbers));
     }
+}
+
+/// FMI 3.0 asks how many numbers there are.
+#[test]
+fn states_and_indicators_are_counted() {
+    let client = |exchange| {
+        let unpacked = Unpacked::new(&Fmu::new("stem", "usp-gms").unwrap());
+        Client::instantiate(Fmi::V3, &unpacked, exchange)
+    };
+    let (three, other) = (client(true), client(false));
+    let (mut states, mut indicators) = (0, 0);
+    // SAFETY: the instances are alive.
+    unsafe {
+        three.good(fmi3::fmi3GetNumberOfContinuousStates(three.instance, &mut states));
+        three.good(fmi3::fmi3GetNumberOfEventIndicators(three.instance, &mut indicators));
+        let status = fmi3::fmi3GetNumberOfContinuousStates(other.instance, &mut states);
+        refused(&other, status, &["is for model exchange"]);
+    }
+    assert_eq!((states, indicators), (5, 6));
 }
 
 #[test]
@@ -263,7 +281,7 @@ fn null_pointers_and_wrong_lengths_are_refused() {
         let status = fmi3::fmi3GetFloat64(three.instance, &1, 1, &mut value, 2);
         refused(&three, status, &["2 values for 1 variables"]);
         refused(&three, fmi3::fmi3GetInt8(three.instance, &1, 1, null_mut(), 1), &["variable OP"]);
-        refused(&three, fmi3::fmi3EnterEventMode(three.instance), &["no event mode"]);
+        refused(&three, fmi3::fmi3EnterEventMode(three.instance), &["for model exchange"]);
         refused(&three, fmi3::fmi3SetTime(three.instance, 1.0), &["for model exchange"]);
         let made = fmi2::fmi2Instantiate(null(), 1, null(), null(), null(), 0, 0);
         assert!(made.is_null());

@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 use std::collections::HashSet;
 use std::path::Path;
 use stiction_diagnose::recording::{
-    Channel, LoopType, Mode, Modes, Quality, Range, RangeSource, Recording,
+    Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
 };
 
 /// The format of a file.
@@ -516,7 +516,23 @@ impl<'a> Builder<'a> {
             Some(given) => given,
             None => self.told_type(&mut notes).unwrap_or_else(|| role::loop_type(&name)),
         };
-        Ok(Recording { name, loop_type, start: self.times.start, op, pv, sp, vp, mode, notes })
+        let plant_time = match (&self.options.zone, self.times.start, &self.times.clock) {
+            (Some(zone), Some(start), _) => zone.plant_time(start),
+            (None, _, Clock::Local) => PlantTime::unnamed(),
+            _ => PlantTime::default(),
+        };
+        Ok(Recording {
+            name,
+            loop_type,
+            start: self.times.start,
+            plant_time,
+            op,
+            pv,
+            sp,
+            vp,
+            mode,
+            notes,
+        })
     }
 
     /// The type that the file tells, as a name or as whether the loop integrates.

@@ -46,12 +46,14 @@ impl Fmu {
         plain(py, &self.0.variables())
     }
 
-    /// The bytes of the file, for version 2 or 3 of FMI, with more libraries: processor, system, bytes.
+    /// The bytes of the file, for version 2 or 3 of FMI, with more libraries (processor, system, bytes) and the moment
+    /// of its generation, seconds after the beginning of 1970.
     fn bytes<'py>(
         &self,
         py: Python<'py>,
         fmi: u8,
         libraries: Vec<(String, String, Vec<u8>)>,
+        generated_s: u64,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let fmi = match fmi {
             2 => Fmi::V2,
@@ -63,8 +65,9 @@ impl Fmu {
             .map(|(arch, os, bytes)| Library { arch, os, bytes: bytes.into() })
             .collect();
         let all = Library::built_in_and(further);
-        let bytes =
-            py.detach(|| stiction_fmu_export::write(&self.0, fmi, &all)).map_err(refused)?;
+        let bytes = py
+            .detach(|| stiction_fmu_export::write(&self.0, fmi, &all, Some(generated_s)))
+            .map_err(refused)?;
         Ok(PyBytes::new(py, &bytes))
     }
 }

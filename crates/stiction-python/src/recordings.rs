@@ -14,7 +14,7 @@ use pyo3_arrow::input::AnyRecordBatch;
 use std::path::PathBuf;
 use std::sync::Arc;
 use stiction::recording::{
-    self, Channel, GridOptions, LoopType, Mode, Modes, Quality, Range, RangeSource,
+    self, Channel, GridOptions, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource,
 };
 use stiction_io::sheet::{Cells, Column};
 use stiction_io::{ReadOptions, Reading, Sheet};
@@ -201,12 +201,10 @@ impl Recording {
 
 /// A channel as plain values: times, values, qualities, unit, range.
 type KeptChannel = (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<(f64, f64, u8)>);
+/// Name, type, start, clock of the plant, notes, file and its hash.
+type KeptAbout = (String, String, Option<f64>, (String, i32), Vec<String>, String, String);
 /// A recording as plain values.
-type Kept = (
-    (String, String, Option<f64>, Vec<String>, String, String),
-    Vec<Option<KeptChannel>>,
-    Option<(Vec<f64>, Vec<u8>)>,
-);
+type Kept = (KeptAbout, Vec<Option<KeptChannel>>, Option<(Vec<f64>, Vec<u8>)>);
 
 const QUALITIES: [Quality; 4] = [Quality::Good, Quality::Uncertain, Quality::Bad, Quality::Missing];
 const MODES: [Mode; 4] = [Mode::Automatic, Mode::Cascade, Mode::Manual, Mode::Other];
@@ -260,6 +258,7 @@ impl Recording {
                 recording.name.clone(),
                 recording.loop_type.name().to_owned(),
                 recording.start,
+                (recording.plant_time.name.clone(), recording.plant_time.offset_s),
                 recording.notes.clone(),
                 self.source.file.clone(),
                 self.source.sha256.clone(),
@@ -273,11 +272,11 @@ impl Recording {
 /// A recording that was pickled.
 #[pyfunction]
 fn recording_kept(
-    about: (String, String, Option<f64>, Vec<String>, String, String),
+    about: KeptAbout,
     channels: Vec<Option<KeptChannel>>,
     mode: Option<(Vec<f64>, Vec<u8>)>,
 ) -> PyResult<Recording> {
-    let (name, loop_type, start, notes, file, sha256) = about;
+    let (name, loop_type, start, plant_time, notes, file, sha256) = about;
     let mut channels = channels.into_iter();
     let mut next = |name: &'static str| {
         channels.next().flatten().map(|kept| kept_channel(name, kept)).transpose().map_err(refused)
@@ -287,6 +286,7 @@ fn recording_kept(
         name,
         loop_type: LoopType::by_name(&loop_type).map_err(refused)?,
         start,
+        plant_time: PlantTime { name: plant_time.0, offset_s: plant_time.1 },
         op,
         pv: next("PV")?,
         sp: next("SP")?,

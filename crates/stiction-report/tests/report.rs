@@ -47,8 +47,13 @@ fn report(samples: usize) -> Report {
     let run = sticky(samples).unwrap();
     let segments = [segment(&run, 0, samples / 4), segment(&run, samples / 3, samples)];
     let modes = Modes { time: vec![0.0, 100.0], modes: vec![Mode::Manual, Mode::Automatic] };
-    let context =
-        Context { start: Some(1.7e9), pv_unit: Some(HOSTILE), modes: Some(&modes), period_s: None };
+    let context = Context {
+        start: Some(1.7e9),
+        plant_time: None,
+        pv_unit: Some(HOSTILE),
+        modes: Some(&modes),
+        period_s: None,
+    };
     let table = Table::new(HOSTILE).words(HOSTILE).numbers("value", HOSTILE).row([HOSTILE, "1"]);
     let card = Card::new(HOSTILE, HOSTILE)
         .badge(Decision::Undecided)

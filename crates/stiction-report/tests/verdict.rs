@@ -8,6 +8,7 @@ use stiction_diagnose::diagnose::{
     FewSlips, Grade, Limit, Observation, Override, Stiction, TestKind, Verdict, VerdictClass,
     Votes, Window, combine, diagnose, repair,
 };
+use stiction_diagnose::recording::PlantTime;
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::recording::fitness::Class;
 use stiction_report::document::{Document, Loop, Point, Source, Valve, ValveHistory};
@@ -364,6 +365,7 @@ fn a_history_is_drawn_with_its_repair() {
         name: "FIC101".to_owned(),
         sources: vec![source()],
         dated: true,
+        plant_time: PlantTime::default(),
         windows: windows.collect(),
         combined: combine(&all[12..]).unwrap(),
         repair: Some(repaired),

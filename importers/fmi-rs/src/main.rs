@@ -24,7 +24,7 @@ const STEP_S: f64 = 0.1;
 
 /// Time and OP at the beginning of each step.
 fn steps() -> impl Iterator<Item = (f64, f64)> {
-    (0..STEPS).map(|k| k as f64 * STEP_S).map(|t| (t, 50.0 + 20.0 * (0.2 * t).sin()))
+    (0..STEPS).map(|k| k as f64 * STEP_S).map(|t| (t, 50.0 + 45.0 * (0.2 * t).sin()))
 }
 
 /// Goes through the initialisation.

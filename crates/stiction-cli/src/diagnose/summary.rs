@@ -1,7 +1,7 @@
 //! Diagnoses as text: one screen for one loop, one line each for several, a table of all.
 
 use super::Diagnosed;
-use crate::text::{columns, number, wrapped};
+use crate::text::{coloured, columns, number, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::detect::{Decision, Finding};
@@ -58,7 +58,8 @@ pub fn brief(loops: &[Diagnosed]) -> String {
 /// Name, verdict, probability and S in a line.
 fn line(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
-    let mut out = format!("{}: {}", diagnosis.name, verdict.grade);
+    let grade = coloured(verdict.grade, verdict.grade.name());
+    let mut out = format!("{}: {grade}", diagnosis.name);
     // Writing to a string cannot fail.
     let _ = match verdict.probability {
         Some(p) => write!(out, " ({})", words::percent(p)),
@@ -93,7 +94,7 @@ fn verdict(diagnosis: &Diagnosis) -> String {
         Basis::None => String::new(),
         basis => format!(" Rests on: {}.", basis.name()),
     };
-    let grade = verdict.grade.name().to_uppercase();
+    let grade = coloured(verdict.grade, &verdict.grade.name().to_uppercase());
     format!("{grade}: {}{basis}", words::verdict(diagnosis))
 }
 
@@ -288,7 +289,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
         rows.push([
             diagnosis.name.clone(),
             diagnosis.loop_type.name().to_owned(),
-            diagnosis.verdict.grade.name().to_owned(),
+            coloured(diagnosis.verdict.grade, diagnosis.verdict.grade.name()),
             diagnosis.verdict.probability.map_or("-".to_owned(), words::percent),
             format!("{sticks}:{does_not_stick}"),
             band(diagnosis),

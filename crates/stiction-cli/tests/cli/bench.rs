@@ -112,7 +112,7 @@ fn board(folder: &Path, threads: &str) -> Vec<String> {
             "bench --simulated 12 --per-kind 1 --seed 5 --method horch --method curve-fit"
                 .split(' '),
         )
-        .args(["--html", &html, "--csv", &csv])
+        .args(["--report", &html, "--csv", &csv])
         .output()
         .expect("the command starts");
     let err = String::from_utf8_lossy(&output.stderr);
@@ -175,7 +175,7 @@ fn the_page_leads_to_every_report() {
     write(&folder, "index.csv", INDEX);
     std::fs::create_dir(folder.join("pages")).expect("a folder");
     let arguments =
-        "bench --labels index.csv --only verdict --html pages/board.html --reports all/reports";
+        "bench --labels index.csv --only verdict --report pages/board.html --reports all/reports";
     run(&folder, &arguments.split(' ').collect::<Vec<_>>()).quiet_success();
     let page = read(&folder, "pages/board.html");
     // Pictures name their language by an address, which no one opens.

@@ -7,7 +7,7 @@ use std::path::Path;
 fn draw(folder: &Path, threads: &str) -> Vec<(String, Vec<u8>)> {
     let output = command(folder)
         .env("RAYON_NUM_THREADS", threads)
-        .args(["figures", "--out", threads])
+        .args(["figures", "--output", threads])
         .output()
         .expect("the command starts");
     assert!(output.status.success());

@@ -24,7 +24,7 @@ fn fmu_tells_what_its_variables_are() {
         table.quiet_success(),
         "\
 time             time                 s      Time
-OP               input              0 %      Controller output, held over each step
+OP               input             50 %      Controller output, held over each step
 VP               output               %      Valve position
 stuck            output                      Whether the stem is stuck
 slips            output                      How often the stem has begun to move, or turned round
@@ -36,7 +36,7 @@ stem_lag         parameter          0 s      Time constant of the stem behind th
 limited          parameter      false        Whether OP and VP are limited
 low              parameter          0 %      Lower limit of OP and VP, if they are limited
 high             parameter        100 %      Upper limit of OP and VP, if they are limited
-VP_start         parameter          0 %      Valve position and OP before the start
+VP_start         parameter         50 %      Valve position and OP before the start
 "
     );
     let json = run(&folder, &["fmu", "--stem", "lugre", "--variables", "--json"]).json();
@@ -74,7 +74,12 @@ fn everything_listed_can_be_exported() {
             assert_eq!((done.code, done.out.as_str()), (0, ""), "{model} {law}: {}", done.err);
             let names = names(&path);
             let count = |start: &str| names.iter().filter(|name| name.starts_with(start)).count();
-            for file in ["modelDescription.xml", "resources/stiction.json", "documentation/"] {
+            for file in [
+                "modelDescription.xml",
+                "resources/stiction.json",
+                "documentation/index.html",
+                "documentation/licenses/license.txt",
+            ] {
                 assert_eq!(count(file), 1, "{names:?}");
             }
             if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
@@ -82,6 +87,20 @@ fn everything_listed_can_be_exported() {
             }
         }
     }
+}
+
+/// The same model and date, the same bytes; another date, others.
+#[test]
+fn an_export_can_be_repeated() {
+    let folder = folder("fmu-date");
+    let bytes = |date: &str, file: &str| {
+        let done = run(&folder, &["fmu", "--stem", "usp", "--date", date, "-o", file]);
+        assert_eq!(done.code, 0, "{}", done.err);
+        std::fs::read(folder.join(file)).unwrap()
+    };
+    let first = bytes("2026-03-01T00:00:00Z", "a.fmu");
+    assert_eq!(first, bytes("2026-03-01T01:00:00+01:00", "b.fmu"));
+    assert_ne!(first, bytes("2026-03-02T00:00:00Z", "c.fmu"));
 }
 
 #[test]
@@ -101,6 +120,8 @@ fn what_cannot_be_exported_is_refused_in_a_sentence() {
         (&["paper/closed-lop", "-o", "x.fmu"], "paper/closed-loop"),
         (&["--model", "he", "--library", "win=x.dll", "-o", "x.fmu"], "ARCH-OS=FILE"),
         (&["--model", "he", "--library", "x86_64-windows=x.dll", "-o", "x.fmu"], "x.dll"),
+        (&["--model", "he", "--date", "yesterday", "-o", "x.fmu"], "--date"),
+        (&["--model", "he", "--date", "1960-01-01T00:00:00Z", "-o", "x.fmu"], "after 1970"),
         (&["--model", "he"], "--output"),
         (&["--model", "he", "--json", "-o", "x.fmu"], "--json needs --list or --variables"),
         (&["--model", "he", "-o", "no/such/x.fmu"], "x.fmu"),

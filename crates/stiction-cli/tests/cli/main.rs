@@ -17,6 +17,7 @@ mod malformed;
 mod overrule;
 mod population;
 mod session;
+mod settings;
 mod shift;
 mod simulate;
 mod stem;

@@ -380,18 +380,18 @@ fn malformed_stem_and_figure_commands() {
     write(&folder, "file", "");
     let cases: &[(&[&str], &[&str])] = &[
         (
-            &["stem", "--set", "none"],
+            &["stem", "--parameters", "none"],
             &["there is no stem parameter set named \"none\"; known are cts"],
         ),
         (&["stem", "--friction", "glue"], &["glue", "known are classical"]),
-        (&["stem", "--with", "mass_kg"], &["--with mass_kg: write NAME=VALUE"]),
-        (&["stem", "--with", "mass_kg=heavy"], &["--with mass_kg=heavy: write NAME=VALUE"]),
+        (&["stem", "--parameters", "mass_kg"], &["no stem parameter set named"]),
+        (&["stem", "--set", "mass_kg=heavy"], &["--set mass_kg=heavy: write NAME=VALUE"]),
         (
-            &["stem", "--with", "colour=1"],
+            &["stem", "--set", "colour=1"],
             &["there is no stem parameter named \"colour\"; known are mass_kg"],
         ),
-        (&["stem", "--with", "mass_kg=-1"], &["-1, but must be"]),
-        (&["stem", "--with", "mass_kg=nan"], &["NaN, but must be"]),
+        (&["stem", "--set", "mass_kg=-1"], &["-1, but must be"]),
+        (&["stem", "--set", "mass_kg=nan"], &["NaN, but must be"]),
         (&["stem", "--period", "0"], &["makes 1 samples"]),
         (&["stem", "--period", "-1"], &["samples, but must make between 2 and"]),
         (&["stem", "--period", "nan"], &["NaN samples"]),
@@ -406,7 +406,7 @@ fn malformed_stem_and_figure_commands() {
         (&["stem", "--input", "none.csv"], &["none.csv: "]),
         (&["stem", "--column", "u"], &["--input"]),
         (&["stem", "--signal", "triangle"], &["possible values: ramp, sine"]),
-        (&["figures", "--out", "file"], &["file: "]),
+        (&["figures", "--output", "file"], &["file: "]),
         (&["figures", "now"], &["unexpected argument 'now'"]),
         (&["detect"], &["unrecognized subcommand 'detect'"]),
     ];

@@ -38,8 +38,8 @@ fn every_command_has_help_with_an_example_and_stands_in_the_readme() {
 fn help_is_printed_for_nothing_and_names_the_version() {
     let folder = folder("version");
     let version = run(&folder, &["--version"]).quiet_success();
-    assert_eq!(version, concat!("stiction ", env!("CARGO_PKG_VERSION"), "\n"));
-    assert!(run(&folder, &[]).refusal().contains("Usage: stiction <COMMAND>"));
+    assert!(version.starts_with(concat!("stiction ", env!("CARGO_PKG_VERSION"))), "{version}");
+    assert!(run(&folder, &[]).refusal().contains("Usage: stiction [OPTIONS] <COMMAND>"));
 }
 
 /// A reader that stops early, as `head` does, is a success without a word.

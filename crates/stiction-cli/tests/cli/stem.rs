@@ -15,7 +15,8 @@ fn stem_lists_sets_and_laws() {
     assert_eq!(names(laws), ["classical", "karnopp", "dahl", "lugre", "gms", "armstrong"]);
     assert!(names(sets).len() >= 5, "{sets}");
     for set in names(sets) {
-        let arguments = ["stem", "--set", &set, "--period", "2", "--amplitude", "1", "--json"];
+        let arguments =
+            ["stem", "--parameters", &set, "--period", "2", "--amplitude", "1", "--json"];
         let json = run(&folder, &arguments).json();
         assert_eq!(json["set"], set.as_str());
     }
@@ -25,7 +26,7 @@ fn stem_lists_sets_and_laws() {
 #[test]
 fn stem_tells_the_equivalent_bands() {
     let folder = folder("stem-json");
-    let json = run(&folder, &["stem", "--set", "cts", "--json"]).json();
+    let json = run(&folder, &["stem", "--parameters", "cts", "--json"]).json();
     let of = |path: &str| json.pointer(path).and_then(|v| v.as_f64()).expect("a number");
     let signal = of("/stem/area_m2") * (of("/stem/pressure_max_pa") - of("/stem/pressure_min_pa"));
     let (high, low) = (of("/friction/parameters/static_n"), of("/friction/parameters/coulomb_n"));
@@ -40,7 +41,8 @@ fn stem_tells_the_equivalent_bands() {
 #[test]
 fn stem_writes_samples_and_events() {
     let folder = folder("stem-events");
-    let arguments = ["stem", "--set", "cts-stribeck", "--period", "200", "--duration", "400"];
+    let arguments =
+        ["stem", "--parameters", "cts-stribeck", "--period", "200", "--duration", "400"];
     let files = ["--json", "-o", "out.csv", "--events", "events.csv"];
     let json = run(&folder, &[&arguments[..], &files].concat()).json();
     let out = read(&folder, "out.csv");
@@ -80,16 +82,7 @@ fn stem_takes_changes() {
     let folder = folder("stem-with");
     let json = run(
         &folder,
-        &[
-            "stem",
-            "--with",
-            "coulomb_n=900",
-            "--with",
-            "mass_kg=2",
-            "--with",
-            "mass_kg=3",
-            "--json",
-        ],
+        &["stem", "--set", "coulomb_n=900", "--set", "mass_kg=2", "--set", "mass_kg=3", "--json"],
     )
     .json();
     assert_eq!(json["friction"]["parameters"]["coulomb_n"], 900.0);

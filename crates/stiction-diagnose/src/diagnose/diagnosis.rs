@@ -24,7 +24,7 @@ use crate::fusion::Estimate;
 use crate::identify::slips::Motion;
 use crate::oscillation::{self, Oscillation};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{Grid, GridOptions, LoopType, Modes, Recording, Segment};
+use crate::recording::{Grid, GridOptions, LoopType, Modes, PlantTime, Recording, Segment};
 use crate::valve::{Start, Valve};
 
 /// What may be told about a loop before it is diagnosed.
@@ -91,6 +91,8 @@ pub struct Diagnosis {
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub start: Option<f64>,
+    /// The clock of the plant, by which its times are told.
+    pub plant_time: PlantTime,
     /// The recording on a regular grid, with what was mended.
     #[cfg_attr(
         feature = "serde",
@@ -460,6 +462,7 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
         name: recording.name.clone(),
         loop_type,
         start: recording.start,
+        plant_time: recording.plant_time.clone(),
         mode: recording.mode.clone(),
         pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.clone()),
         judged: Judged::of(&grid),

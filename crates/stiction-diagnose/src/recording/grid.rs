@@ -356,7 +356,7 @@ fn closed_share(modes: Option<&Vec<(f64, bool)>>, first: f64, last: f64) -> f64 
 
 #[cfg(test)]
 mod tests {
-    use super::super::{LoopType, Mode, Modes, RangeSource};
+    use super::super::{LoopType, Mode, Modes, PlantTime, RangeSource};
     use super::*;
 
     fn wave(n: usize) -> Vec<f64> {
@@ -368,6 +368,7 @@ mod tests {
             name: "FIC1".to_owned(),
             loop_type: LoopType::Flow,
             start: None,
+            plant_time: PlantTime::default(),
             op: Channel::new("OP", times.to_vec(), op.to_vec()).unwrap(),
             pv: Some(Channel::new("PV", times.to_vec(), pv.to_vec()).unwrap()),
             sp: None,

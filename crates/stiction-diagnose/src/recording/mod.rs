@@ -8,12 +8,14 @@ mod channel;
 pub mod fitness;
 pub mod grid;
 mod loop_type;
+mod plant_time;
 mod split;
 
 pub use channel::{Channel, Quality, Range, RangeSource};
 pub use fitness::Fitness;
 pub use grid::{Grid, GridOptions, GridRepair, Interpolation, RepairKind, Segment};
 pub use loop_type::{Dynamics, LoopType};
+pub use plant_time::PlantTime;
 
 use crate::error::{Error, Result};
 
@@ -57,6 +59,8 @@ pub struct Recording {
     pub loop_type: LoopType,
     /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
     pub start: Option<f64>,
+    /// The clock by which its times are told.
+    pub plant_time: PlantTime,
     /// Controller output, percent unless its range says otherwise.
     pub op: Channel,
     /// Process value, in its own units.
@@ -99,6 +103,7 @@ impl Recording {
             name: name.into(),
             loop_type: LoopType::Unknown,
             start: None,
+            plant_time: PlantTime::default(),
             op: channel("OP", op)?,
             pv: pv.map(|pv| channel("PV", pv)).transpose()?,
             sp: sp.map(|sp| channel("SP", sp)).transpose()?,

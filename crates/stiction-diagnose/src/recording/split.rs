@@ -35,6 +35,7 @@ impl Recording {
                 name: self.name.clone(),
                 loop_type: self.loop_type,
                 start: self.start,
+                plant_time: self.plant_time.clone(),
                 op: slice(&self.op)?,
                 pv: self.pv.as_ref().and_then(slice),
                 sp: self.sp.as_ref().and_then(slice),

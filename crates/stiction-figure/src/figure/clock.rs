@@ -1,4 +1,4 @@
-//! Dates and times along an axis: seconds since 1970-01-01 UTC.
+//! Dates and times along an axis: seconds since 1970-01-01 on the clock that is shown.
 
 use super::axis::Tick;
 use jiff::Timestamp;
@@ -67,10 +67,13 @@ fn date(at: i64) -> String {
     written(at, "%Y-%m-%d")
 }
 
-/// Date and time to the second as ISO 8601 writes them but for a blank between, with the time zone;
-/// `None` beyond the calendar.
-pub fn instant(seconds: f64) -> Option<String> {
-    CALENDAR.contains(&seconds).then(|| written(seconds.round() as i64, "%Y-%m-%d %H:%M:%S UTC"))
+/// Date and time to the second as ISO 8601 writes them but for a blank between, with the name of the clock if it has one;
+/// `None` beyond the calendar. `seconds` are those that the clock shows.
+pub fn instant(seconds: f64, clock: &str) -> Option<String> {
+    let text = CALENDAR
+        .contains(&seconds)
+        .then(|| written(seconds.round() as i64, "%Y-%m-%d %H:%M:%S"))?;
+    Some(format!("{text} {clock}").trim_end().to_owned())
 }
 
 /// An instant of the [`CALENDAR`] in UTC, as `strftime` writes it.

@@ -132,23 +132,17 @@ fn one(
                     Err(status) => status,
                 }
             }
-            (13, Fmi::V2) => fmi2::fmi2EnterEventMode(c),
-            (13, Fmi::V3) => fmi3::fmi3EnterEventMode(c),
-            (14, Fmi::V2) => {
-                let mut info = std::mem::MaybeUninit::uninit();
-                fmi2::fmi2NewDiscreteStates(c, info.as_mut_ptr())
-            }
-            (15, Fmi::V2) => fmi2::fmi2EnterContinuousTimeMode(c),
-            (16, Fmi::V2) => fmi2::fmi2SetTime(c, bytes.number()),
-            (17, Fmi::V2) => {
+            (13, _) => client.enter_event_mode(),
+            (14, _) => client.update(),
+            (15, _) => client.enter_continuous_time_mode(),
+            (16, _) => client.set_time(bytes.number()),
+            (17, _) => {
                 numbers.fill_with(|| bytes.number());
-                fmi2::fmi2SetContinuousStates(c, numbers.as_ptr(), 2 + call / 32)
+                client.set_states(&numbers[..(2 + call / 32).min(8)])
             }
-            (18, Fmi::V2) => fmi2::fmi2GetDerivatives(c, numbers.as_mut_ptr(), 2 + call / 64),
-            (19, Fmi::V2) => fmi2::fmi2GetEventIndicators(c, numbers.as_mut_ptr(), 5),
-            (20, Fmi::V2) => {
-                fmi2::fmi2GetNominalsOfContinuousStates(c, numbers.as_mut_ptr(), 2 + call / 64)
-            }
+            (18, _) => client.rates(&mut numbers[..2 + call / 64]),
+            (19, _) => client.indicators(&mut numbers[..6]),
+            (20, _) => client.nominals(&mut numbers[..2 + call / 64]),
             (21, Fmi::V2) => {
                 let value = c_int::from(call & 32 != 0);
                 fmi2::fmi2SetBoolean(c, &bytes.reference(), 1, &value)

@@ -123,6 +123,15 @@ impl Client {
                         0,
                     )
                 }
+                Fmi::V3 if exchange => fmi3::fmi3InstantiateModelExchange(
+                    name.as_ptr(),
+                    token.as_ptr(),
+                    location.as_ptr(),
+                    0,
+                    0,
+                    environment,
+                    Some(log3),
+                ),
                 Fmi::V3 => fmi3::fmi3InstantiateCoSimulation(
                     name.as_ptr(),
                     token.as_ptr(),
@@ -245,6 +254,106 @@ impl Client {
             match self.version {
                 Fmi::V2 => fmi2::fmi2DoStep(self.instance, time, step, 1),
                 Fmi::V3 => fmi3::fmi3DoStep(self.instance, time, step, 1, a, b, c, &mut last),
+            }
+        }
+    }
+
+    pub fn enter_event_mode(&self) -> c_int {
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2EnterEventMode(self.instance),
+                Fmi::V3 => fmi3::fmi3EnterEventMode(self.instance),
+            }
+        }
+    }
+
+    /// Lets events pass.
+    pub fn update(&self) -> c_int {
+        let mut info = std::mem::MaybeUninit::uninit();
+        let (mut flags, mut next) = ([9u8; 5], f64::NAN);
+        let [a, b, c, d, e] = &mut flags;
+        let i = self.instance;
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2NewDiscreteStates(i, info.as_mut_ptr()),
+                Fmi::V3 => fmi3::fmi3UpdateDiscreteStates(i, a, b, c, d, e, &mut next),
+            }
+        }
+    }
+
+    pub fn enter_continuous_time_mode(&self) -> c_int {
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2EnterContinuousTimeMode(self.instance),
+                Fmi::V3 => fmi3::fmi3EnterContinuousTimeMode(self.instance),
+            }
+        }
+    }
+
+    pub fn set_time(&self, time: f64) -> c_int {
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2SetTime(self.instance, time),
+                Fmi::V3 => fmi3::fmi3SetTime(self.instance, time),
+            }
+        }
+    }
+
+    pub fn set_states(&self, x: &[f64]) -> c_int {
+        let (i, at, n) = (self.instance, x.as_ptr(), x.len());
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2SetContinuousStates(i, at, n),
+                Fmi::V3 => fmi3::fmi3SetContinuousStates(i, at, n),
+            }
+        }
+    }
+
+    pub fn states(&self, x: &mut [f64]) -> c_int {
+        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2GetContinuousStates(i, at, n),
+                Fmi::V3 => fmi3::fmi3GetContinuousStates(i, at, n),
+            }
+        }
+    }
+
+    pub fn nominals(&self, x: &mut [f64]) -> c_int {
+        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2GetNominalsOfContinuousStates(i, at, n),
+                Fmi::V3 => fmi3::fmi3GetNominalsOfContinuousStates(i, at, n),
+            }
+        }
+    }
+
+    pub fn rates(&self, x: &mut [f64]) -> c_int {
+        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2GetDerivatives(i, at, n),
+                Fmi::V3 => fmi3::fmi3GetContinuousStateDerivatives(i, at, n),
+            }
+        }
+    }
+
+    pub fn indicators(&self, x: &mut [f64]) -> c_int {
+        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
+        // SAFETY: see above.
+        unsafe {
+            match self.version {
+                Fmi::V2 => fmi2::fmi2GetEventIndicators(i, at, n),
+                Fmi::V3 => fmi3::fmi3GetEventIndicators(i, at, n),
             }
         }
     }

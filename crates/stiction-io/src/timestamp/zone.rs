@@ -1,7 +1,9 @@
 //! Time zones by name, from the database that comes with the program.
 
+use jiff::Timestamp;
 use jiff::tz::{Offset, TimeZone, TimeZoneDatabase};
 use std::str::FromStr;
+use stiction_diagnose::recording::PlantTime;
 
 /// The zone of local times, such as `Europe/Berlin`, or an offset, such as `+01:00`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,6 +16,15 @@ impl Zone {
     /// As the user wrote it.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Its clock at an instant, s since 1970-01-01 UTC.
+    pub fn plant_time(&self, instant: f64) -> PlantTime {
+        let Ok(at) = Timestamp::from_millisecond((1e3 * instant).round() as i64) else {
+            return PlantTime::default();
+        };
+        let info = self.zone.to_offset_info(at);
+        PlantTime { name: info.abbreviation().to_owned(), offset_s: info.offset().seconds() }
     }
 }
 

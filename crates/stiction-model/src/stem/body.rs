@@ -74,12 +74,14 @@ pub(super) struct Recorder<'a> {
     times_s: &'a [f64],
     pub(super) samples: Vec<Sample>,
     pub(super) events: Vec<Event>,
+    /// How often the stem has begun to move or turned round.
+    pub(super) slips: usize,
 }
 
 impl<'a> Recorder<'a> {
     /// For samples at ascending `times_s`.
     pub(super) fn new(times_s: &'a [f64]) -> Self {
-        Self { times_s, samples: Vec::with_capacity(times_s.len()), events: Vec::new() }
+        Self { times_s, samples: Vec::with_capacity(times_s.len()), ..Self::default() }
     }
 
     /// Takes the samples due before `end_s`; `at` gives the state at a time since `start_s`.
@@ -97,6 +99,12 @@ impl<'a> Recorder<'a> {
         for time_s in &self.times_s[self.samples.len()..] {
             self.samples.push(state.sampled(*time_s));
         }
+    }
+
+    /// Forgets what has happened so far.
+    pub(super) fn clear(&mut self) {
+        self.events.clear();
+        self.slips = 0;
     }
 
     pub(super) fn event(

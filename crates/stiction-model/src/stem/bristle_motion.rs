@@ -4,7 +4,7 @@
 //! velocity, changes inside a GMS law, and meetings with an end stop.
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
-use super::equations::{Equations, STATES};
+use super::equations::{self, Equations, STATES};
 use super::friction::bristle::{BristleLaw, ELEMENTS};
 use super::pressure::Drive;
 use super::simulate::EventKind;
@@ -12,6 +12,9 @@ use crate::error::Result;
 use crate::numeric::radau::{self, GUARDS, System, Tolerance};
 use crate::numeric::roots::first_fall;
 use crate::valve::Direction;
+
+/// The guard of the [`Gait`], the last.
+const GAIT: usize = equations::GUARDS - 1;
 
 /// The stem between two moments; `state` is position, velocity, deflections.
 #[derive(Debug, Clone)]
@@ -22,6 +25,60 @@ pub(super) struct BristleMotion<L, const N: usize> {
     direction: Direction,
     /// Pressed against an end stop.
     held: bool,
+    gait: Gait,
+}
+
+/// Whether a stem on bristles counts as stuck or as moving, which its motion does not depend on.
+///
+/// It begins to move once it has left its place by more than bristles yield, faster than it creeps. It is stuck again
+/// once its speed has fallen to half of that.
+#[derive(Debug, Clone, Copy)]
+struct Gait {
+    moves: bool,
+    /// Where it was stuck last, m.
+    place_m: f64,
+    /// By how much bristles yield from end to end, m.
+    yield_m: f64,
+    /// The speed of creep, m/s.
+    creep_m_per_s: f64,
+}
+
+impl Gait {
+    fn new(body: &Body, place_m: f64, deflection_m: f64) -> Self {
+        /// Strokes per second: this project's choice.
+        const CREEP: f64 = 1e-3;
+        Self {
+            moves: false,
+            place_m,
+            yield_m: 2.0 * deflection_m,
+            creep_m_per_s: CREEP * body.stem.stroke_m,
+        }
+    }
+
+    /// At least 0 until it changes.
+    fn guard(self, position_m: f64, velocity_m_per_s: f64) -> f64 {
+        let speed = velocity_m_per_s.abs() / self.creep_m_per_s;
+        if self.moves {
+            return speed - 0.5;
+        }
+        let away = (position_m - self.place_m).abs() / self.yield_m;
+        (1.0 - away).max(1.0 - speed)
+    }
+
+    fn change(&mut self, position_m: f64, recorder: &mut Recorder<'_>) {
+        self.moves = !self.moves;
+        if self.moves {
+            recorder.slips += 1;
+        } else {
+            self.place_m = position_m;
+        }
+    }
+
+    fn note(&mut self, position_m: f64, velocity_m_per_s: f64, recorder: &mut Recorder<'_>) {
+        if self.guard(position_m, velocity_m_per_s) < 0.0 {
+            self.change(position_m, recorder);
+        }
+    }
 }
 
 impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
@@ -30,7 +87,11 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         let carried_n = if balanced { body.net_n(drive, position_m) } else { 0.0 };
         let mut state = law.carrying(carried_n);
         state[0] = position_m;
-        Self { body, law, state, direction: Direction::Up, held: false }
+        // Elements that are not in use have any scale.
+        let scales = law.deflection_scale().into_iter().skip(2);
+        let deflection_m = scales.filter(|scale| *scale < body.stem.stroke_m).fold(0.0, f64::max);
+        let gait = Gait::new(&body, position_m, deflection_m);
+        Self { body, law, state, direction: Direction::Up, held: false, gait }
     }
 
     pub(super) fn position_m(&self) -> f64 {
@@ -130,6 +191,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         absolute[1] = resolution;
         let tolerance = Tolerance { relative: self.body.tolerance, absolute };
         let sign = self.direction.sign();
+        let mut gait = self.gait;
         let mut system =
             Flow { body: &self.body, law: &self.law, drive, direction: self.direction };
         let outcome =
@@ -143,9 +205,15 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                         pressure_pa: drive.pressure_pa + drive.rise(s),
                     }
                 });
+                let [position_m, velocity_m_per_s, ..] = step.at(step.start + step.length)[..]
+                else {
+                    return;
+                };
+                gait.note(position_m, velocity_m_per_s, recorder);
             })
             .map_err(|e| delayed(e, time_s))?;
         self.state = outcome.y;
+        self.gait = gait;
         let Some(guard) = outcome.guard else { return Ok(None) };
         self.pass_guard(guard, time_s + outcome.elapsed, recorder);
         Ok(Some(outcome.elapsed))
@@ -165,6 +233,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
                 self.state[0] = self.body.stop_m(self.direction);
                 self.state[1] = 0.0;
                 self.held = true;
+                self.gait.note(self.state[0], 0.0, recorder);
                 self.law.stick_all();
                 recorder.event(now_s, EventKind::EndStop, self.direction, self.state[0]);
             }
@@ -208,17 +277,21 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
         rates
     }
 
-    fn guards(&self, drive: &Drive, _time_s: f64) -> [f64; GUARDS] {
+    fn guards(&self, drive: &Drive, _time_s: f64) -> [f64; equations::GUARDS] {
+        let mut guards = [f64::INFINITY; equations::GUARDS];
         if self.held {
-            let mut guards = [f64::INFINITY; GUARDS];
             guards[0] = self.direction.sign() * self.surplus_n(drive);
-            return guards;
+        } else {
+            guards[..GUARDS].copy_from_slice(&self.flow_equations(drive).guards(&self.state));
+            guards[GAIT] = self.gait.guard(self.state[0], self.state[1]);
         }
-        self.flow_equations(drive).guards(&self.state)
+        guards
     }
 
     fn pass(&mut self, guard: usize, _drive: &Drive, time_s: f64, recorder: &mut Recorder<'_>) {
-        if self.held {
+        if guard == GAIT {
+            self.gait.change(self.state[0], recorder);
+        } else if self.held {
             self.leave_stop(time_s, recorder);
         } else {
             self.pass_guard(guard, time_s, recorder);
@@ -226,10 +299,7 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
     }
 
     fn is_stuck(&self) -> bool {
-        /// Speed below which a stem on bristles counts as stuck, strokes per second: this project's
-        /// choice.
-        const CREEP: f64 = 1e-3;
-        self.held || self.state[1].abs() < CREEP * self.body.stem.stroke_m
+        !self.gait.moves
     }
 
     fn begin(&mut self, drive: &Drive) {
@@ -239,6 +309,7 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
     fn remember(&self, memory: &mut Vec<f64>) {
         memory.extend(self.state);
         memory.extend([self.direction.sign(), f64::from(u8::from(self.held))]);
+        memory.extend([f64::from(u8::from(self.gait.moves)), self.gait.place_m]);
         memory.extend(self.law.slipping().map(|slips| f64::from(u8::from(slips))));
     }
 
@@ -248,6 +319,8 @@ impl<L: BristleLaw<N>, const N: usize> Equations for BristleMotion<L, N> {
         }
         self.direction = direction_of(memory.next()?);
         self.held = memory.next()? != 0.0;
+        self.gait.moves = memory.next()? != 0.0;
+        self.gait.place_m = memory.next()?;
         self.law.stick_all();
         for element in 0..ELEMENTS {
             if memory.next()? != 0.0 {

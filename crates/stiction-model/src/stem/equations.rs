@@ -2,10 +2,14 @@
 
 use super::body::Recorder;
 use super::pressure::Drive;
-use crate::numeric::radau::GUARDS;
+use crate::numeric::radau;
 
 /// Most states a motion may have: position, velocity, three deflections.
 pub(super) const STATES: usize = 5;
+
+/// Guards of a motion: those of our own solver, and one more for what does not change the motion itself, so that
+/// our own need not stop there.
+pub(super) const GUARDS: usize = radau::GUARDS + 1;
 
 /// A motion as equations. Unused states and rates are 0, unused guards infinite.
 pub(super) trait Equations {

@@ -1,10 +1,10 @@
 //! The stem, moved piece by piece from outside.
 
 use super::body::Recorder;
+use super::equations::GUARDS;
 use super::pressure::{Drive, Segment};
 use super::simulate::{Event, Run, Sample, Stem, StemStart};
 use crate::error::{Error, Result, finite, require};
-use crate::numeric::radau::GUARDS;
 
 /// A stem that waits for its pressure.
 ///
@@ -58,7 +58,7 @@ impl MovingStem {
         require("end of the step", until_s, later, "later than the present time")?;
         let segment = Segment::held(self.time_s, until_s, pressure_pa)?;
         let mut run = self.run.clone();
-        self.recorder.events.clear();
+        self.recorder.clear();
         run.advance(&segment, &mut self.recorder)?;
         (self.run, self.time_s) = (run, until_s);
         Ok(())
@@ -69,13 +69,21 @@ impl MovingStem {
         &self.recorder.events
     }
 
+    /// How often the stem has begun to move, or turned round, in the last [`MovingStem::hold`] or
+    /// [`MovingStem::pass_events`]. One on bristles begins to move when it is no longer
+    /// [stuck](MovingStem::is_stuck).
+    pub fn slips(&self) -> usize {
+        self.recorder.slips
+    }
+
     /// The stem at the present moment.
     pub fn sample(&self) -> Sample {
         self.run.state(self.time_s).sampled(self.time_s)
     }
 
-    /// Whether the stem rests. One on bristles (Dahl, LuGre, GMS) never quite does; it counts as stuck
-    /// below a thousandth of its stroke per second.
+    /// Whether the stem rests. One on bristles (Dahl, LuGre, GMS) never quite does: it counts as moving once it has
+    /// left its place by more than bristles yield, faster than a thousandth of its stroke per second, and as stuck
+    /// once its speed has fallen to half of that.
     pub fn is_stuck(&self) -> bool {
         self.run.equations().is_stuck()
     }
@@ -128,7 +136,7 @@ impl MovingStem {
     /// # Errors
     /// If the modes do not settle.
     pub fn pass_events(&mut self) -> Result<bool> {
-        self.recorder.events.clear();
+        self.recorder.clear();
         for passed in 0..16 {
             let Some(guard) = self.guards().iter().position(|guard| *guard <= 0.0) else {
                 return Ok(passed > 0);
@@ -170,7 +178,7 @@ impl MovingStem {
             ));
         };
         (self.run, self.time_s) = (run, time_s);
-        self.recorder.events.clear();
+        self.recorder.clear();
         Ok(())
     }
 

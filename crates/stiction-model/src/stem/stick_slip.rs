@@ -4,7 +4,7 @@
 //! located event, and the next follows from what ended it, so nothing chatters.
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
-use super::equations::{Equations, STATES};
+use super::equations::{self, Equations, STATES};
 use super::linear::{Forcing, LinearFlow, Oscillator};
 use super::pressure::Drive;
 use super::simulate::EventKind;
@@ -249,6 +249,7 @@ impl StickSlip {
 
     fn begin_slip(&mut self, direction: Direction, time_s: f64, recorder: &mut Recorder<'_>) {
         self.mode = Mode::Sliding(direction);
+        recorder.slips += 1;
         recorder.event(time_s, EventKind::Slip, direction, self.position_m);
     }
 
@@ -366,6 +367,7 @@ impl StickSlip {
             recorder.event(now_s, kind, direction, self.position_m);
         } else {
             self.mode = Mode::Sliding(heading);
+            recorder.slips += 1;
             recorder.event(now_s, EventKind::Reversal, heading, self.position_m);
         }
     }
@@ -508,8 +510,8 @@ impl Equations for StickSlip {
         [moving * velocity, force_n / self.body.stem.mass_kg, 0.0, 0.0, 0.0]
     }
 
-    fn guards(&self, drive: &Drive, time_s: f64) -> [f64; GUARDS] {
-        let mut guards = [f64::INFINITY; GUARDS];
+    fn guards(&self, drive: &Drive, time_s: f64) -> [f64; equations::GUARDS] {
+        let mut guards = [f64::INFINITY; equations::GUARDS];
         let velocity = self.velocity_m_per_s;
         match self.mode {
             Mode::Held => {

@@ -6,7 +6,9 @@ use serde::Serialize;
 use stiction_diagnose::diagnose::{
     Basis, Diagnosis, Estimate, Grade, History, Repair, VerdictClass,
 };
+use stiction_diagnose::recording::PlantTime;
 use stiction_diagnose::recording::fitness::Class;
+use stiction_figure::figure::instant;
 
 /// The histories of some valves.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -29,6 +31,8 @@ pub struct Valve {
     pub sources: Vec<Source>,
     /// Whether the times count from 1970-01-01 UTC; else they are those of the recording's clock.
     pub dated: bool,
+    /// The clock of the plant, by which its times are told.
+    pub plant_time: PlantTime,
     /// What each window said, in order of time.
     pub windows: Vec<Point>,
     /// What they say together; of a valve that was repaired, those after the repair.
@@ -73,6 +77,13 @@ impl ValveHistory {
     /// The document as JSON text, indented.
     pub fn json(&self) -> String {
         json(self)
+    }
+}
+
+impl Valve {
+    /// The date and time on the clock of the plant at a time of this history; `None` of recordings without dates.
+    pub fn date(&self, at: f64) -> Option<String> {
+        self.dated.then(|| instant(self.plant_time.shows(at), &self.plant_time.name))?
     }
 }
 

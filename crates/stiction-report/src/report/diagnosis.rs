@@ -201,9 +201,15 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     facts
 }
 
+/// The date and time of plant `at` s after the recording's zero, where they are known.
+pub(super) fn date(diagnosis: &Diagnosis, at: f64) -> Option<String> {
+    let clock = &diagnosis.plant_time;
+    instant(clock.shows(diagnosis.start? + at), &clock.name)
+}
+
 /// A time on the recording's clock as a date, where that is known.
 pub(super) fn moment(diagnosis: &Diagnosis, at: f64) -> String {
-    diagnosis.start.and_then(|start| instant(start + at)).unwrap_or_else(|| spoken(at))
+    date(diagnosis, at).unwrap_or_else(|| spoken(at))
 }
 
 fn unit_of(signal: &str, diagnosis: &Diagnosis) -> String {

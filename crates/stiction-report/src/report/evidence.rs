@@ -93,7 +93,7 @@ impl Scene<'_> {
 
     fn time(&self) -> TimeAxis {
         let segment = self.subject.segment;
-        TimeAxis::of_times(self.context.start, segment.from + segment.duration())
+        self.context.time_axis(segment.from + segment.duration())
     }
 
     /// Times of some places, in samples, as they stand along [`Scene::time`].

@@ -9,7 +9,6 @@ use crate::words::{self, percent, rough, spoken};
 use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade, TestKind};
 use stiction_diagnose::fit::prospects::Remedy;
 use stiction_diagnose::recording::fitness::Class;
-use stiction_figure::figure::instant;
 
 /// Other causes that are named.
 const CAUSES: usize = 3;
@@ -53,7 +52,7 @@ fn line(diagnosis: &Diagnosis, source: &Source) -> String {
     let mut parts = vec![diagnosis.loop_type.name().to_owned()];
     if let Some(segment) = diagnosis.segment() {
         let (from, to) = (segment.from, segment.from + segment.duration());
-        let date = |at: f64| diagnosis.start.and_then(|start| instant(start + at));
+        let date = |at: f64| super::diagnosis::date(diagnosis, at);
         let lasting = spoken(segment.duration());
         parts.push(match (date(from), date(to)) {
             (Some(from), Some(to)) => format!("{from} to {to} ({lasting})"),

@@ -6,7 +6,6 @@ use crate::Error;
 use crate::document::{Valve, ValveHistory};
 use crate::words::{interval, percent, spoken};
 use stiction_diagnose::diagnose::Estimate;
-use stiction_figure::figure::instant;
 
 const INTRODUCTION: &str = "What each window of the recordings says of a valve on its own, what they say \
     together, and whether the valve gets worse. Windows of one valve are not independent of each other: \
@@ -60,12 +59,13 @@ fn section(valve: &Valve) -> Section {
     let marks: Vec<(f64, &str)> =
         valve.repair.iter().map(|repair| (repair.time, "repair")).collect();
     section = section.heading("Over time");
-    section = match over_time::figure(&points, valve.dated.then_some(0.0), &marks) {
-        Some(figure) => section.with(figure),
-        None => section.with(Block::Paragraph(
-            "No window has a probability or an S, so there is nothing to draw.".to_owned(),
-        )),
-    };
+    section =
+        match over_time::figure(&points, valve.dated.then_some(0.0), &valve.plant_time, &marks) {
+            Some(figure) => section.with(figure),
+            None => section.with(Block::Paragraph(
+                "No window has a probability or an S, so there is nothing to draw.".to_owned(),
+            )),
+        };
     let table = Table::new("")
         .words("from")
         .words("duration")
@@ -107,5 +107,5 @@ fn headline(valve: &Valve) -> String {
 }
 
 fn moment(valve: &Valve, at: f64) -> String {
-    Some(at).filter(|_| valve.dated).and_then(instant).unwrap_or_else(|| spoken(at))
+    valve.date(at).unwrap_or_else(|| spoken(at))
 }

@@ -3,6 +3,7 @@
 use super::time_axis::TimeAxis;
 use super::views::WIDTH;
 use stiction_diagnose::diagnose::Estimate;
+use stiction_diagnose::recording::PlantTime;
 use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 
 /// What one window says, for the figure.
@@ -20,10 +21,11 @@ pub(super) struct Point {
 pub(super) fn figure(
     points: &[Point],
     start: Option<f64>,
+    clock: &PlantTime,
     marks: &[(f64, &str)],
 ) -> Option<Figure> {
     let last = points.iter().map(|p| p.from + p.duration).fold(0.0, f64::max);
-    let axis = TimeAxis::of_times(start, last);
+    let axis = TimeAxis::of_times(start, clock, last);
     let mut panels = vec![];
     let probabilities: Vec<(&Point, f64)> =
         points.iter().filter_map(|p| Some((p, 100.0 * p.probability?))).collect();

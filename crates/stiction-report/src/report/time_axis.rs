@@ -1,5 +1,6 @@
 //! Time along an axis.
 
+use stiction_diagnose::recording::PlantTime;
 use stiction_figure::figure::Scale;
 
 /// A time axis: how seconds become what is written.
@@ -26,10 +27,13 @@ impl TimeAxis {
     }
 
     /// Times of a recording that ends after `longest` s.
-    pub fn of_times(start: Option<f64>, longest: f64) -> Self {
-        match start.filter(|s| s.abs() < 5e10) {
+    pub fn of_times(start: Option<f64>, clock: &PlantTime, longest: f64) -> Self {
+        match start.map(|start| clock.shows(start)).filter(|s| s.abs() < 5e10) {
             Some(start) => Self {
-                label: "time (UTC)".to_owned(),
+                label: match &*clock.name {
+                    "" => "plant time".to_owned(),
+                    name => format!("time ({name})"),
+                },
                 scale: Scale::Clock,
                 size: 1.0,
                 offset: start,

@@ -283,7 +283,7 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
         })
         .collect();
     let mut section = section;
-    if let Some(figure) = over_time::figure(&points, diagnosis.start, &[]) {
+    if let Some(figure) = over_time::figure(&points, diagnosis.start, &diagnosis.plant_time, &[]) {
         section = section.with(figure);
     }
     let table = Table::new("")

@@ -11,7 +11,7 @@ use crate::words::spoken;
 use stiction_diagnose::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
 use stiction_diagnose::diagnose::Diagnosis;
 use stiction_diagnose::oscillation::separate::separate;
-use stiction_diagnose::recording::{LoopType, Mode, Modes, Segment};
+use stiction_diagnose::recording::{LoopType, Mode, Modes, PlantTime, Segment};
 use stiction_diagnose::series::{
     Periodogram, autocorrelation, centred, cross_correlation, detrended, mean, periodogram,
     quantile, span, std, zero_crossings,
@@ -41,6 +41,8 @@ const SAMPLES: &str = "samples";
 pub struct Context<'a> {
     /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
     pub start: Option<f64>,
+    /// The clock of the plant; UTC if it is not given.
+    pub plant_time: Option<&'a PlantTime>,
     /// Unit of PV and SP; `None` if it is not known.
     pub pv_unit: Option<&'a str>,
     /// What the controller was doing.
@@ -54,9 +56,18 @@ impl<'a> Context<'a> {
     pub fn of(diagnosis: &'a Diagnosis) -> Self {
         Self {
             start: diagnosis.start,
+            plant_time: Some(&diagnosis.plant_time),
             pv_unit: diagnosis.pv_unit.as_deref(),
             modes: diagnosis.mode.as_ref(),
             period_s: diagnosis.oscillation().and_then(|(_, found)| found.period_s),
+        }
+    }
+
+    /// The axis of a recording that ends after `longest` s.
+    pub(super) fn time_axis(&self, longest: f64) -> TimeAxis {
+        match self.plant_time {
+            Some(clock) => TimeAxis::of_times(self.start, clock, longest),
+            None => TimeAxis::of_times(self.start, &PlantTime::default(), longest),
         }
     }
 
@@ -79,7 +90,7 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     let segments: Vec<&Segment> = segments.iter().filter(|s| !s.is_empty()).collect();
     let (first, last) = (segments.first()?, segments.last()?);
     let (from, to) = (first.from, last.from + last.duration());
-    let axis = TimeAxis::of_times(context.start, to);
+    let axis = context.time_axis(to);
     let at = |t: f64| axis.at(t);
 
     // All segments as one series, with the pen lifted between.
@@ -212,7 +223,7 @@ pub(super) fn cycle_on_axis(segments: &[Segment], context: &Context<'_>) -> Opti
 
 fn axis_of(segments: &[Segment], context: &Context<'_>) -> Option<TimeAxis> {
     let last = segments.iter().rfind(|segment| !segment.is_empty())?;
-    Some(TimeAxis::of_times(context.start, last.from + last.duration()))
+    Some(context.time_axis(last.from + last.duration()))
 }
 
 /// PV over OP for the first screen, with `s` drawn on it.
@@ -291,7 +302,7 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     let ellipse = Ellipse::fit(&segment.op[from..], &pv[from..])
         .filter(|ellipse| ellipse.residual <= Bicoherence::default().most_residual);
     let (op, pv) = (thinned(&segment.op), thinned(pv));
-    let axis = TimeAxis::of_times(context.start, segment.from + segment.duration());
+    let axis = context.time_axis(segment.from + segment.duration());
     let times: Vec<f64> = segment.times().into_iter().map(|t| axis.at(t)).collect();
     let time = Along { label: axis.label, scale: axis.scale, values: thinned(&times) };
 
