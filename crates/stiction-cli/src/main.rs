@@ -1,10 +1,8 @@
 //! The `stiction` command: sticking control valves, diagnosed and simulated.
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 mod actions;
 mod bench;
-// For one attribute of the linker, and nothing else.
-#[allow(unsafe_code)]
 mod closed;
 mod compensate;
 mod completions;

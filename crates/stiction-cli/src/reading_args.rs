@@ -27,7 +27,7 @@ pub struct Reading {
     zone: Option<Zone>,
     /// How times are written: a pattern such as "%d/%m/%Y %H:%M:%S", or day-first, month-first,
     /// year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds,
-    /// minutes, hours
+    /// microseconds, nanoseconds, minutes, hours, days
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<TimeFormat>,
     /// Time between rows in s, in place of a column of times

@@ -5,7 +5,6 @@
 //! error that names the file, the line or row, the key or column, and what would be right.
 #![forbid(unsafe_code)]
 
-#[cfg(any(feature = "matlab", feature = "parquet"))]
 mod budget;
 mod built_in;
 pub mod bytes;

@@ -162,11 +162,12 @@ pv_range = [0, 120.5]
         assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
         assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
         assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 2));
-        let settings = options.settings("fic101");
+        let by_name = crate::options::SettingsByName::of(&options);
+        let settings = by_name.of_loop("fic101");
         assert_eq!(settings.pv_range, Some((0.0, 120.5)));
         assert_eq!(settings.op_range, Some((0.0, 100.0)));
         assert_eq!(settings.loop_type, Some(LoopType::Flow));
-        assert_eq!(options.settings("other").loop_type, None);
+        assert_eq!(by_name.of_loop("other").loop_type, None);
     }
 
     #[test]
