@@ -16,13 +16,29 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 Samples: TypeAlias = Any
 """What is taken: a NumPy array of any real dtype and stride, a sequence of numbers, or a column of any table that
-speaks the Arrow capsule interface (pandas, polars, pyarrow)."""
+speaks the Arrow capsule interface (pandas, polars, pyarrow). What is masked is missing, as a null of Arrow is."""
+
+
+def unmasked(values: Any) -> npt.NDArray[Any]:
+    """Give `values` as an array, with NaN, NaT or None in the place of what a masked array hides."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values)
+    if not np.ma.is_masked(values):
+        return np.asarray(values.data)
+    array, mask = np.array(values.data), np.ma.getmaskarray(values)
+    if array.dtype.kind == "M":
+        array[mask] = np.datetime64("NaT")
+        return array
+    numeric = array.dtype.kind in "biuf"
+    array = array.astype(np.float64 if numeric else object)
+    array[mask] = np.nan if numeric else None
+    return array
 
 
 def samples(name: str, values: Samples) -> Array:
     """Give `values` as a contiguous float64 array, without a copy if they are one.
 
-    Nulls of Arrow columns and NaN stay NaN: whether they are allowed is the callee's to say.
+    Nulls of Arrow columns, what is masked and NaN are NaN: whether they are allowed is the callee's to say.
     """
     if not isinstance(values, np.ndarray) and (
         hasattr(values, "__arrow_c_stream__") or hasattr(values, "__arrow_c_array__")
@@ -34,7 +50,7 @@ def samples(name: str, values: Samples) -> Array:
         except Exception as error:
             raise TypeError(f"{name} must be a column of numbers: {error}") from None
     try:
-        array = np.asarray(values)
+        array = unmasked(values)
     except ValueError as error:
         raise TypeError(f"{name} must be a one-dimensional array of numbers: {error}") from None
     if array.dtype.kind not in "fiu":

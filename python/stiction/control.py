@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from stiction import _core
 from stiction._arguments import choice, number, text
-from stiction._arrays import Array
+from stiction._arrays import Array, unmasked
 from stiction.cycles import describing_function as _describing_function
 from stiction.valves import Valve, valve_models
 
@@ -215,7 +215,7 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
         """
         shape = np.shape(amplitude)
         bands = self._valve.bands
-        sines = np.ravel(np.asarray(amplitude, dtype=np.float64))
+        sines = np.ravel(np.asarray(unmasked(amplitude), dtype=np.float64))
         gains = _describing_function(sines, bands.S, bands.J, model=self._valve.model)
         return gains.reshape(shape) if shape else complex(gains[0])
 

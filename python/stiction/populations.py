@@ -16,6 +16,8 @@ from stiction._result import Result, result
 
 __all__ = ["POPULATION_VERSION", "Member", "Population", "Truth", "population", "population_kinds"]
 
+MOST_LOOPS = 1_000_000  # Already some tens of GB.
+
 
 @result
 class Truth(Result):
@@ -189,7 +191,7 @@ def population(
     Parameters
     ----------
     n : int
-        Number of loops, at least 1.
+        Number of loops, 1 to 1,000,000; more are made in parts, with `first`.
     seed : int, default 1
         Seed of the population.
     kind : str, optional
@@ -219,7 +221,7 @@ def population(
     """
     return Population(
         _core.population_loops(
-            _large("n", n, 1),
+            _count(n),
             _large("seed", seed),
             None if kind is None else text("kind", kind),
             _large("first", first),
@@ -243,6 +245,14 @@ def population_kinds() -> dict[str, float]:
     0.48
     """
     return dict(_core.population_kinds())
+
+
+def _count(n: Any) -> int:
+    """Give a number of loops that memory can hold."""
+    count = integer("n", n, 1)
+    if count > MOST_LOOPS:
+        raise ValueError(f"n is {count}, but must be at most {MOST_LOOPS}; make more in parts, with first")
+    return count
 
 
 def _large(name: str, value: Any, least: int = 0) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiction import _core
 from stiction._arguments import number, optional, text
-from stiction._arrays import Array, Samples, samples
+from stiction._arrays import Array, Samples, samples, unmasked
 from stiction._core import Recording
 from stiction._result import Result, result, result_of
 
@@ -80,7 +80,8 @@ def read(
         Time zone of times without one, such as ``"Europe/Berlin"``.
     time_format : str, optional
         How times are written: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first,
-        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds, minutes, hours.
+        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds, microseconds,
+        nanoseconds, minutes, hours, days.
     sample_time : float, optional
         Time between rows, s, in place of a column of times.
     op_range, pv_range, vp_range : tuple of float, optional
@@ -551,7 +552,7 @@ def _filled(name: str, signal: Array) -> Array:
 
 def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
     """Give times in s; those of a calendar with whether they are UTC."""
-    array = np.asarray(values)
+    array = unmasked(values)
     if array.dtype.kind != "M":
         return samples(name, values)
     nanoseconds = array.astype("datetime64[ns]")
@@ -587,7 +588,7 @@ def _column(name: str, values: Any) -> Any:
             return samples(name, values)
         except (TypeError, ImportError):
             pass
-    array = np.asarray(values)
+    array = unmasked(values)
     if array.dtype.kind == "M":
         return _times(name, array)
     if array.dtype.kind in "OUS":

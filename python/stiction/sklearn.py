@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiction._arguments import choice, number
-from stiction._arrays import Array
+from stiction._arrays import Array, unmasked
 from stiction._core import Recording
 from stiction.diagnosis import Diagnosis, diagnose_all
 from stiction.recordings import RecordingLike, _checked, _is_table, recording
@@ -259,7 +259,7 @@ def _recordings(X: Any, sample_time: float | None) -> list[Recording]:
         raise TypeError("X must be several recordings or tables in a list, but is one table")
     if getattr(X, "ndim", None) != 3:
         return [_checked(each, f"X[{place}]", sample_time) for place, each in enumerate(X)]
-    cases = np.asarray(X)
+    cases = unmasked(X)
     if cases.shape[1] not in (2, 3):
         raise ValueError(f"X has the shape {cases.shape}, but must have 2 or 3 channels: OP, PV and SP")
     if sample_time is None:
@@ -275,6 +275,8 @@ def _diagnoses(X: Any, loop_type: str | None, sample_time: float | None) -> list
 def _same_length(recordings: list[Recording], y: Any) -> npt.NDArray[Any] | None:
     if y is None:
         return None
+    if np.ma.is_masked(y):
+        raise ValueError("y has masked values, but every recording needs its label")
     given = np.asarray(y)
     if given.shape != (len(recordings),):
         raise ValueError(f"y has the shape {given.shape}, but X holds {len(recordings)} recordings")

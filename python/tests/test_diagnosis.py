@@ -4,6 +4,7 @@ import json
 import os
 import pickle
 import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timezone
 from pathlib import Path
@@ -379,3 +380,29 @@ def test_where_dates_are_known_plots_have_them():
     plt.close("all")
     undated = stiction.read(STICKY)[0]
     assert undated.start_time is None and pickle.loads(pickle.dumps(found)).start_time == found.start_time
+
+
+FORKED = """
+import multiprocessing, signal, sys, warnings
+import stiction
+
+warnings.simplefilter("ignore")  # Python warns of forks beside threads, which is what is tried here.
+paths = sys.argv[1:]
+loops = [stiction.read(path)[0] for path in paths]
+
+def verdicts(_):
+    signal.alarm(60)  # Who waits for ever is ended.
+    return [each.verdict.class_ for each in stiction.diagnose_all(loops, detectors="none")]
+
+expected = verdicts(0)
+with multiprocessing.get_context("fork").Pool(2) as pool:
+    assert pool.map(verdicts, range(2)) == [expected] * 2
+assert verdicts(0) == expected
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork on this system")
+def test_a_child_of_fork_diagnoses_too():
+    # A pool of threads is not copied by a fork: the workers waited for ever.
+    command = [sys.executable, "-c", FORKED, *map(str, SAMPLES[:2])]
+    subprocess.run(command, check=True, timeout=120)

@@ -74,6 +74,7 @@ def test_progress_moves_a_bar():
     "call, error, words",
     [
         (lambda: stiction.population(0), ValueError, "n is 0, but must be at least 1"),
+        (lambda: stiction.population(10**18), ValueError, "n is 1000000000000000000, but must be at most 1000000; make"),
         (lambda: stiction.population("3"), TypeError, "n must be a whole number"),
         (lambda: stiction.population(1.5), TypeError, "n must be a whole number"),
         (lambda: stiction.population(1, seed=-1), ValueError, "seed is -1, but must be at least 0"),

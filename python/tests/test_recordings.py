@@ -262,3 +262,36 @@ def test_notes_name_keywords(tmp_path):
     [made] = stiction.read(path)
     said = " ".join(made.notes)
     assert "if it matters, give zone" in said and 'give columns={"vp": "mv"}' in said and " --" not in said
+
+
+def test_what_is_masked_is_missing_where_samples_may_be_missing():
+    mask = np.arange(50) == 7
+    op = np.ma.array(np.where(mask, 1e6, OP), mask=mask)
+    whole = np.ma.array(np.arange(50), mask=mask)
+    made = stiction.recording(op, whole, sample_time=1)
+    assert np.array_equal(np.isnan(made.op), mask) and np.array_equal(np.isnan(made.pv), mask)
+    assert np.array_equal(made.op[~mask], OP[~mask])
+    [table] = stiction.recordings_from({"op": op, "pv": np.ma.array(PV)}, sample_time=1)
+    assert np.array_equal(table.op, made.op, equal_nan=True) and np.array_equal(table.pv, PV)
+
+
+def test_what_is_masked_is_refused_where_no_sample_may_be_missing():
+    times = np.ma.array(np.arange(50.0), mask=np.arange(50) == 7)
+    with pytest.raises(ValueError, match='row 8, column "time": is no time'):
+        stiction.recording(OP, time=times)
+    moments = np.ma.array(np.arange(50).astype("datetime64[s]"), mask=np.arange(50) == 7)
+    with pytest.raises(ValueError, match='row 8, column "time": is no time'):
+        stiction.recording(OP, time=moments)
+    with pytest.raises(ValueError, match="1"):
+        stiction.valve(np.ma.array([50.0, 1e6, 50.0], mask=[False, True, False]), S=5, J=2)
+
+
+def test_days_in_a_column_called_t_are_asked_about():
+    table = {"t": 45000 + np.arange(50) / 86400, "op": OP, "pv": PV}
+    words = "as spreadsheet days since 1900 the sample time would be 1 s, as seconds 12 µs"
+    with pytest.raises(ValueError, match=words) as refused:
+        stiction.recording_from(table)
+    assert 'time_format "excel" or "seconds"' in str(refused.value) and "sample_time=1" in str(refused.value)
+    told = stiction.recording_from(table, time_format="excel")
+    assert np.allclose(np.diff(told.time_s), 1, atol=0.01)
+    assert stiction.recording_from(table, sample_time=1).time_s[-1] == 49

@@ -68,6 +68,7 @@ def test_parameters_and_clones(loops):
         (lambda: StictionDetector().predict([]), NotFittedError, "not fitted"),
         (lambda: StictionDetector(threshold=2).fit([]), ValueError, "threshold is 2, but must be between 0 and 1"),
         (lambda: StictionDetector().fit([3]), TypeError, r"X\[0\] must be a Recording or a table"),
+        (lambda: StictionDetector().fit([], np.ma.array([1], mask=[True])), ValueError, "y has masked values"),
         (lambda: StictionDetector().fit([], [1]), ValueError, r"y has the shape \(1,\), but X holds 0 recordings"),
         (lambda: StictionQuantifier("K").fit([]), ValueError, "quantity is 'K'"),
     ],

@@ -1,6 +1,8 @@
 //! What the commands on scenarios and actions share: which scenario, which loop, the table of measures, its JSON and its CSV.
 
-use crate::{output, text};
+use crate::files::In;
+use crate::output::{self, Sheet};
+use crate::text;
 use anyhow::{Result, bail};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
@@ -11,11 +13,15 @@ use stiction::Bands;
 use stiction::closed_loop::ClosedLoop;
 use stiction::compensate::Row;
 use stiction::valve::Model;
-use stiction_io::scenario::{Scenario, System};
+use stiction_io::scenario::{Scenario, System, built_in_text};
 
 /// The scenario of that name or file with its settings; what of it has no effect is told.
 pub fn scenario(name: &str, settings: &[String]) -> Result<Scenario> {
     let scenario = Scenario::open(name, settings)?;
+    if built_in_text(name).is_none() {
+        In::also(name)?;
+    }
+    scenario.files.iter().try_for_each(|file| In::also(file).map(drop))?;
     scenario.notes.iter().for_each(output::note);
     Ok(scenario)
 }
@@ -155,8 +161,7 @@ impl Head {
 
 /// Rows as CSV, all cases of each.
 pub fn csv(rows: &[(&str, &Row)]) -> Result<String> {
-    let mut writer = csv::Writer::from_writer(vec![]);
-    writer.write_record([
+    let mut sheet = Sheet::new([
         "rank",
         "action",
         "s_factor",
@@ -176,7 +181,7 @@ pub fn csv(rows: &[(&str, &Row)]) -> Result<String> {
         for outcome in &row.outcomes {
             let m = &outcome.measures;
             let settled = |time: Option<f64>| time.map_or(String::new(), |t| t.to_string());
-            writer.write_record([
+            sheet.row([
                 (rank + 1).to_string(),
                 (*name).to_owned(),
                 outcome.case.s_factor.to_string(),
@@ -194,5 +199,5 @@ pub fn csv(rows: &[(&str, &Row)]) -> Result<String> {
             ])?;
         }
     }
-    Ok(String::from_utf8(writer.into_inner()?)?)
+    sheet.text()
 }

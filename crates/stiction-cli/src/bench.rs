@@ -6,13 +6,14 @@ mod positions;
 mod results;
 mod simulated;
 
+use crate::files::{In, Out};
 use crate::{output, text};
 pub use results::Document;
 
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
 use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
@@ -26,7 +27,8 @@ use stiction_report::scoreboard::{self, Scoreboard};
 ///
 /// An index of labelled recordings is a CSV with the columns loop and label (stiction, no stiction, or
 /// empty for those to be passed over), and, where they are known, loop_type, tag (the valve) and file;
-/// without the latter the recording of a loop is the file LOOP.csv beside the index.
+/// without the latter the recording of a loop is the file LOOP.csv beside the index. Recordings lie in the
+/// folder of the index, unless --allow-outside is given.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction bench --simulated 1000
@@ -38,7 +40,10 @@ pub struct Args {
     /// Index of labelled recordings
     #[arg(long, value_name = "INDEX.csv",
           required_unless_present_any = ["simulated", "invented", "positions"])]
-    labels: Option<PathBuf>,
+    labels: Option<In>,
+    /// Let the index name recordings outside its folder
+    #[arg(long, requires = "labels")]
+    allow_outside: bool,
     /// Simulate this many members of the mixed population
     #[arg(long, value_name = "N", conflicts_with = "labels",
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -75,13 +80,13 @@ pub struct Args {
     json: bool,
     /// Write every loop's statistics, decisions and truth to this CSV file
     #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
+    csv: Option<Out>,
     /// Write a page with tables, figures and all loops to this file: one self-contained HTML page
     #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    report: Option<Out>,
     /// Write the report of every loop to this folder; the page of --report leads to them
     #[arg(long, value_name = "DIR")]
-    reports: Option<PathBuf>,
+    reports: Option<Out>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -98,7 +103,7 @@ pub fn run(args: Args) -> Result<()> {
         }
     };
     if let Some(folder) = &args.reports {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        folder.make_folder()?;
     }
     let plan = Plan {
         options: DiagnoseOptions {
@@ -107,10 +112,10 @@ pub fn run(args: Args) -> Result<()> {
             ..DiagnoseOptions::default()
         },
         time: args.time,
-        reports: args.reports.as_deref(),
+        reports: args.reports.as_ref(),
     };
     let (mut about, measured) = match (&args.labels, args.invented, args.positions) {
-        (Some(index), ..) => labelled::measure(index, &plan)?,
+        (Some(index), ..) => labelled::measure(index, args.allow_outside, &plan)?,
         (None, Some(n), _) => simulated::invented(args.seed, n, &plan)?,
         (None, None, Some(n)) => positions::measure(args.seed, n, &plan)?,
         (None, None, None) => {
@@ -139,7 +144,7 @@ pub fn run(args: Args) -> Result<()> {
         out.push('\n');
         out += &print(&table);
     }
-    output::write(None, out.as_bytes())
+    output::text(&out)
 }
 
 /// What was measured.

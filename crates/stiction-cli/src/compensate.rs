@@ -1,12 +1,12 @@
 //! `stiction compensate`: compensators on a loop, one or all.
 
 use crate::actions::{self, Head, Settings, Valve};
+use crate::files::Out;
 use crate::{output, text};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::path::PathBuf;
 use stiction::Bands;
 use stiction::compensate::{
     CompareOptions, Comparison, Knowledge, Method, Row, compare, run as play,
@@ -49,10 +49,10 @@ pub struct Args {
     json: bool,
     /// Draw to this file, .svg or .png: of one method the run before and after, else error and travel
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    plot: Option<Out>,
     /// Write every method and case to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
-    csv: Option<PathBuf>,
+    csv: Option<Out>,
 }
 
 /// What `stiction compensate --json` prints.
@@ -147,7 +147,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(path) = &args.csv {
         let named: Vec<(&str, &Row)> = rows;
         output::write(Some(path), actions::csv(&named)?.as_bytes())?;
-        if path.as_os_str() == "-" {
+        if path.is_standard() {
             return Ok(());
         }
     }
@@ -167,7 +167,7 @@ pub fn run(args: Args) -> Result<()> {
             methods: methods.collect(),
         });
     }
-    output::write(None, in_words(&scenario.title, &found, assumed).as_bytes())
+    output::text(&in_words(&scenario.title, &found, assumed))
 }
 
 fn error(row: &Row) -> f64 {

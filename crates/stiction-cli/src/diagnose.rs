@@ -4,6 +4,8 @@ pub mod joined;
 mod methods;
 mod summary;
 
+use crate::files::{In, Out};
+use crate::input;
 use crate::output;
 use crate::overrule;
 use crate::progress;
@@ -12,11 +14,10 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use joined::Found;
 use rayon::prelude::*;
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use stiction::diagnose::{DiagnoseOptions, Diagnosis, KpiOptions, VerdictClass, diagnose};
 use stiction::recording::{GridOptions, Recording};
+use stiction_io::Overrides;
 use stiction_report::document::{self, Document, Loop, Source};
 use stiction_report::report;
 
@@ -38,9 +39,9 @@ use stiction_report::report;
   stiction diagnose plant/*.csv --brief
   stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files
+    /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required_unless_present_any = ["schema", "methods"], value_name = "FILE")]
-    files: Vec<PathBuf>,
+    files: Vec<In>,
     /// Diagnose this loop only; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
@@ -56,13 +57,13 @@ pub struct Args {
     /// Write a report to this file, one self-contained HTML page; or, if it does not end in .html, to this
     /// folder: a page for each loop, and index.html, a table of all that can be sorted and searched
     #[arg(long, value_name = "OUT.html|FOLDER")]
-    report: Option<PathBuf>,
+    report: Option<Out>,
     /// Print the results as JSON
     #[arg(long, conflicts_with = "schema")]
     json: bool,
     /// Write a table with one row a loop to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "schema"])]
-    csv: Option<PathBuf>,
+    csv: Option<Out>,
     /// End with exit code 1 if a loop is of this class: sticks, does-not-stick, does-not-respond or
     /// cannot-tell; several with commas or given several times. An override goes before the verdict
     #[arg(long, value_name = "CLASS", value_delimiter = ',', value_parser = VerdictClass::by_name)]
@@ -105,8 +106,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
         return output::line(document::schema()).map(|()| ExitCode::SUCCESS);
     }
     if args.methods {
-        let table = methods::table();
-        return output::write(None, table.as_bytes()).map(|()| ExitCode::SUCCESS);
+        return output::text(&methods::table()).map(|()| ExitCode::SUCCESS);
     }
     let options = DiagnoseOptions {
         loop_type: None,
@@ -130,23 +130,23 @@ pub fn run(args: Args) -> Result<ExitCode> {
             output::write(Some(path), summary::csv(&found)?.as_bytes())?;
         }
         if args.json {
-            return output::line(Document::new(tool(), found.clone()).json());
+            return output::json_text(&Document::new(tool(), found.clone()).json());
         }
         if args.csv.is_none() {
             match &loops[..] {
                 [] => {}
-                several if args.brief => output::write(None, summary::brief(several).as_bytes())?,
-                [one] => output::write(None, summary::one(one).as_bytes())?,
-                several => output::write(None, summary::several(several).as_bytes())?,
+                several if args.brief => output::text(&summary::brief(several))?,
+                [one] => output::text(&summary::one(one))?,
+                several => output::text(&summary::several(several))?,
             }
         }
         if let Some(path) = &args.report
-            && path != Path::new("-")
-            && args.csv.as_deref() != Some(Path::new("-"))
+            && !path.is_standard()
+            && !args.csv.as_ref().is_some_and(Out::is_standard)
         {
             let page = match is_folder(path) {
                 true => path.join(report::folder::INDEX),
-                false => path.clone(),
+                false => path.to_path_buf(),
             };
             output::note(format!("the report is in {}", page.display()));
         }
@@ -160,14 +160,14 @@ pub fn run(args: Args) -> Result<ExitCode> {
 }
 
 /// Whether a report goes to a folder: no page, nor standard output.
-fn is_folder(path: &Path) -> bool {
+fn is_folder(path: &Out) -> bool {
     let page =
         |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm");
-    path != Path::new("-") && !path.extension().is_some_and(page)
+    !path.is_standard() && !path.extension().is_some_and(page)
 }
 
 /// Writes the report: a page, or a folder of pages.
-fn reported(path: &Path, found: &[Loop<'_>]) -> Result<()> {
+fn reported(path: &Out, found: &[Loop<'_>]) -> Result<()> {
     if !is_folder(path) {
         return output::write(Some(path), report::html(&tool(), found)?.as_bytes());
     }
@@ -175,16 +175,16 @@ fn reported(path: &Path, found: &[Loop<'_>]) -> Result<()> {
     let pages = path.join("loops");
     std::fs::create_dir_all(&pages).with_context(|| pages.display().to_string())?;
     (0..folder.len()).into_par_iter().try_for_each(|place| {
-        output::write(Some(&path.join(folder.path(place))), folder.page(place)?.as_bytes())
+        output::write(Some(&path.inside(folder.path(place))?), folder.page(place)?.as_bytes())
     })?;
-    output::write(Some(&path.join(report::folder::INDEX)), folder.index().as_bytes())
+    output::write(Some(&path.inside(report::folder::INDEX)?), folder.index().as_bytes())
 }
 
 /// The last of some failures, after a message for each of the others.
 pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     let Some(last) = failures.pop() else { return Ok(()) };
     for failure in failures {
-        let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&failure));
+        output::complain(&failure);
     }
     Err(last)
 }
@@ -213,7 +213,7 @@ pub fn tool() -> String {
 /// The wanted recordings of all files with their sources, each for itself, and what could not be read.
 #[allow(clippy::type_complexity)]
 pub fn read_all(
-    files: &[PathBuf],
+    files: &[In],
     loops: &[String],
     reading: &Reading,
 ) -> Result<(Vec<(Source, Recording)>, Vec<anyhow::Error>)> {
@@ -223,16 +223,20 @@ pub fn read_all(
 
 /// The wanted recordings of all files, each for itself, and what could not be read.
 pub fn find_all(
-    files: &[PathBuf],
+    files: &[In],
     loops: &[String],
     reading: &Reading,
 ) -> Result<(Vec<Found>, Vec<anyhow::Error>)> {
     let options = reading.options()?;
+    // What people concluded is read beside the files.
+    for file in files.iter().filter(|file| !file.is_standard()) {
+        In::also(Overrides::path_beside(file))?;
+    }
     let progress = progress::bar("reading", files.len());
     let readings: Vec<_> = files
         .par_iter()
-        .map(|path| {
-            let reading = stiction_io::reading::read(path, &options);
+        .map(|file| {
+            let reading = input::recordings(file, &options);
             progress.inc(1);
             reading
         })

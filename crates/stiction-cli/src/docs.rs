@@ -6,11 +6,11 @@ mod commands;
 mod figures;
 mod gallery;
 
+use crate::files::Out;
 use crate::{Cli, output, progress, schema};
 use anyhow::{Context, Result, bail};
 use clap::{CommandFactory, Parser};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
 use stiction_docs::markdown::literal;
 use stiction_docs::{Page, Site, contents};
 
@@ -26,7 +26,7 @@ use stiction_docs::{Page, Site, contents};
 pub struct Args {
     /// Folder to write to; made if it is not there [default: a folder among the user's caches]
     #[arg(short, long, value_name = "FOLDER")]
-    output: Option<PathBuf>,
+    output: Option<Out>,
     /// Open the first page in the browser
     #[arg(long)]
     open: bool,
@@ -38,14 +38,16 @@ const MARK: &str = ".stiction-docs";
 pub fn run(args: Args) -> Result<()> {
     let folder = match args.output {
         Some(folder) => folder,
-        None => dirs::cache_dir()
-            .context("no folder for caches is known of this user; name a folder with -o")?
-            .join(concat!("stiction/docs-", env!("CARGO_PKG_VERSION"))),
+        None => Out::also(
+            dirs::cache_dir()
+                .context("no folder for caches is known of this user; name a folder with -o")?
+                .join(concat!("stiction/docs-", env!("CARGO_PKG_VERSION"))),
+        )?,
     };
     claim(&folder)?;
     let files = site()?.files()?;
     for file in &files {
-        let path = folder.join(&file.path);
+        let path = folder.inside(&file.path)?;
         if let Some(above) = path.parent() {
             std::fs::create_dir_all(above).with_context(|| above.display().to_string())?;
         }
@@ -60,11 +62,11 @@ pub fn run(args: Args) -> Result<()> {
 }
 
 /// Makes the folder and marks it as a site; refuses one that holds anything else.
-fn claim(folder: &Path) -> Result<()> {
+fn claim(folder: &Out) -> Result<()> {
     let named = || folder.display().to_string();
-    std::fs::create_dir_all(folder).with_context(named)?;
-    let mark = folder.join(MARK);
-    let empty = std::fs::read_dir(folder).with_context(named)?.next().is_none();
+    folder.make_folder()?;
+    let mark = folder.inside(MARK)?;
+    let empty = std::fs::read_dir(&**folder).with_context(named)?.next().is_none();
     if !empty && !mark.is_file() {
         bail!(
             "{} is not empty, and no site that stiction wrote; name an empty or a new folder with -o",

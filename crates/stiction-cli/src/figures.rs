@@ -1,11 +1,11 @@
 //! `stiction figures`: every figure of the paper.
 
+use crate::files::Out;
 use crate::output;
 use crate::paper;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Parser;
 use indicatif::ProgressBar;
-use std::path::PathBuf;
 use stiction_figure::{Entry, Page, Picture};
 
 /// Draw every figure of the paper that has a plot, and one that it lacks.
@@ -17,18 +17,18 @@ use stiction_figure::{Entry, Page, Picture};
 pub struct Args {
     /// Folder to write to; made if it is not there
     #[arg(short, long, default_value = "figures", value_name = "DIR")]
-    output: PathBuf,
+    output: Out,
 }
 
 pub fn run(args: Args) -> Result<()> {
-    std::fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
+    args.output.make_folder()?;
     let mut page = Page::new(paper::TITLE, paper::INTRODUCTION, paper::tool());
     let progress = ProgressBar::new(paper::FIGURES.len() as u64);
     for make in paper::FIGURES {
         let drawn = make()?;
         let (svg, png) = (format!("{}.svg", drawn.name), format!("{}.png", drawn.name));
-        output::write(Some(&args.output.join(&svg)), drawn.figure.svg()?.as_bytes())?;
-        output::write(Some(&args.output.join(&png)), &drawn.figure.png()?)?;
+        output::write(Some(&args.output.inside(&svg)?), drawn.figure.svg()?.as_bytes())?;
+        output::write(Some(&args.output.inside(&png)?), &drawn.figure.png()?)?;
         let mut entry = Entry::new(&drawn.heading, Picture::File(svg), &drawn.figure.caption);
         for (name, value, unit) in &drawn.parameters {
             entry = entry.parameter(name, value, unit);
@@ -37,7 +37,7 @@ pub fn run(args: Args) -> Result<()> {
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let index = args.output.join("index.html");
+    let index = args.output.inside("index.html")?;
     output::write(Some(&index), page.html().as_bytes())?;
     output::line(format!("{} figures; see {}", paper::FIGURES.len(), index.display()))
 }

@@ -1,6 +1,7 @@
 //! `stiction fit`: the loop behind a recording.
 
 use crate::diagnose::{Diagnosed, diagnose_all, ended, read_all};
+use crate::files::{In, Out};
 use crate::reading_args::Reading;
 use crate::text::number;
 use crate::{output, progress, text};
@@ -9,7 +10,6 @@ use clap::Parser;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
 use stiction::diagnose::{Detectors, DiagnoseOptions};
 use stiction::fit::{Fit, FitOptions, Prospects, fit};
 use stiction::fusion::Estimate;
@@ -30,18 +30,18 @@ use stiction_report::document::Source;
   stiction fit samples/FIC101-sticky.csv -o loop.toml --plot fit.svg
   stiction fit export.csv --loop FIC101 --json")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files
+    /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
-    files: Vec<PathBuf>,
+    files: Vec<In>,
     /// Fit this loop only; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
     /// Write the loop as a scenario to this TOML file; - is standard output
     #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    output: Option<Out>,
     /// Draw the recording beside the fitted loop to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    plot: Option<Out>,
     /// How many loops are drawn from what is possible
     #[arg(long, default_value_t = FitOptions::default().draws, value_name = "N")]
     draws: usize,
@@ -89,7 +89,7 @@ pub struct Fitted {
 
 /// The fits of all wanted loops in some files, and what could not be read or diagnosed.
 pub fn fit_all(
-    files: &[PathBuf],
+    files: &[In],
     loops: &[String],
     reading: &Reading,
     options: &FitOptions,
@@ -132,7 +132,7 @@ pub fn run(args: Args) -> Result<()> {
         }
         if let Some(path) = &args.output {
             output::write(Some(path), scenario.as_bytes())?;
-            if path == Path::new("-") {
+            if path.is_standard() {
                 return ended(failures);
             }
         }
@@ -150,7 +150,7 @@ pub fn run(args: Args) -> Result<()> {
         output::json(&Document { tool: output::TOOL, loops })?;
     } else {
         let texts: Vec<String> = all.iter().map(in_words).collect();
-        output::write(None, texts.join("\n").as_bytes())?;
+        output::text(&texts.join("\n"))?;
         if let Some(path) = &args.output {
             output::note(format!("the loop is in {}", path.display()));
         }
@@ -166,7 +166,7 @@ pub fn scenario(each: &Fitted) -> Result<String> {
     stiction_io::fitted::scenario(name, fit, duration).map_err(anyhow::Error::msg)
 }
 
-fn plot(path: &Path, each: &Fitted, scenario: &str) -> Result<()> {
+fn plot(path: &Out, each: &Fitted, scenario: &str) -> Result<()> {
     let diagnosis = &each.diagnosed.diagnosis;
     let parsed = Scenario::parse(scenario, &diagnosis.name, None)?;
     let (System::ClosedLoop(plant), Some(segment)) = (&parsed.system, diagnosis.segment()) else {
@@ -186,7 +186,7 @@ fn interval(of: &Estimate, unit: &str) -> String {
 
 fn in_words(each: &Fitted) -> String {
     let diagnosis = &each.diagnosed.diagnosis;
-    let mut out = format!("{}\n", diagnosis.name);
+    let mut out = format!("{}\n", output::name(&diagnosis.name));
     let mut row = |name: &str, words: String| {
         for (k, line) in text::wrapped(&words, 82).iter().enumerate() {
             out += &format!("  {:12}{line}\n", if k == 0 { name } else { "" });
@@ -309,7 +309,8 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
         ]);
     }
     let mut out = format!(
-        "{name}: what could be done, on {} loops that the recording leaves possible\n\n{}\n",
+        "{}: what could be done, on {} loops that the recording leaves possible\n\n{}\n",
+        output::name(name),
         found.loops,
         text::columns(&rows, &[false, true, true, true, true, true, true, true])
     );

@@ -1,12 +1,12 @@
 //! `stiction fmu`: models for Simulink, OpenModelica, Dymola and every other tool that imports FMUs.
 
+use crate::files::{In, Out};
 use crate::{actions, output};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::path::PathBuf;
 use stiction_fmu::{Fmi, Fmu, ModelEntry, Variable, models};
 use stiction_fmu_export::{Library, of_scenario, write};
 
@@ -61,7 +61,7 @@ pub struct Args {
     library: Vec<String>,
     /// Write the FMU to this file
     #[arg(short, long, value_name = "FILE", required_unless_present_any = ["list", "variables"])]
-    output: Option<PathBuf>,
+    output: Option<Out>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -178,7 +178,8 @@ fn library(given: &str) -> Result<Library> {
     let Some(((arch, os), file)) = parts else {
         bail!("--library {given}: must be ARCH-OS=FILE, such as x86_64-windows=stiction_fmu.dll");
     };
-    let bytes = std::fs::read(file).with_context(|| format!("--library {given}: {file}"))?;
+    let file = In::also(file)?;
+    let bytes = stiction_io::bytes::read(&file).with_context(|| format!("--library {given}"))?;
     Ok(Library { arch: arch.to_owned(), os: os.to_owned(), bytes: bytes.into() })
 }
 

@@ -1,13 +1,13 @@
 //! `stiction history`: several recordings, or a long one, of the same valves.
 
 use crate::diagnose::{Diagnosed, diagnose_all, ended, find_all, joined, tool};
-use crate::output;
+use crate::files::{In, Out};
+use crate::output::{self, Sheet};
 use crate::reading_args::Reading;
 use crate::text::{coloured, columns, number, wrapped};
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use std::fmt::Write;
-use std::path::PathBuf;
 use stiction::diagnose::{DiagnoseOptions, Estimate, Observation, combine, repair};
 use stiction::oscillation;
 use stiction::recording::{Grid, GridOptions, PlantTime, Recording};
@@ -33,9 +33,9 @@ const CYCLES: f64 = 10.0;
   stiction history export.parquet --loop FIC101 --window 8h --repair 2026-03-01T08:00
   stiction history plant/*.csv --csv windows.csv")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files
+    /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
-    files: Vec<PathBuf>,
+    files: Vec<In>,
     /// Show the valve of this loop only; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
@@ -51,13 +51,13 @@ pub struct Args {
     repair: Option<String>,
     /// Write a report to this file: one self-contained HTML page
     #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
+    report: Option<Out>,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
     /// Write a table with one row a window to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
-    csv: Option<PathBuf>,
+    csv: Option<Out>,
     // Last, because its heading stands above all that follows.
     #[command(flatten)]
     reading: Reading,
@@ -134,11 +134,11 @@ fn show(history: &ValveHistory, args: &Args) -> Result<()> {
         output::write(Some(path), table(history)?.as_bytes())?;
     }
     if args.json {
-        return output::line(history.json());
+        return output::json_text(&history.json());
     }
     if args.csv.is_none() {
         let texts: Vec<String> = history.valves.iter().map(text).collect();
-        output::write(None, texts.join("\n").as_bytes())?;
+        output::text(&texts.join("\n"))?;
     }
     Ok(())
 }
@@ -233,10 +233,11 @@ fn text(valve: &Valve) -> String {
     let mut out = String::new();
     // Writing to a string cannot fail.
     let files = match &valve.sources[..] {
-        [one] => one.file.clone(),
+        [one] => output::name(&one.file).into_owned(),
         several => format!("{} files", several.len()),
     };
-    let _ = writeln!(out, "{}  {files}, {} windows\n", valve.name, valve.windows.len());
+    let _ =
+        writeln!(out, "{}  {files}, {} windows\n", output::name(&valve.name), valve.windows.len());
     out += &columns(&rows, &[!valve.dated, true, false, true, false, false, false]);
     out.push('\n');
     let combined = &valve.combined;
@@ -262,8 +263,7 @@ fn text(valve: &Valve) -> String {
 }
 
 fn table(history: &ValveHistory) -> Result<String> {
-    let mut writer = csv::Writer::from_writer(vec![]);
-    writer.write_record([
+    let mut sheet = Sheet::new([
         "loop",
         "file",
         "from",
@@ -285,7 +285,7 @@ fn table(history: &ValveHistory) -> Result<String> {
     for valve in &history.valves {
         for w in &valve.windows {
             let (s, j) = (w.s, w.j);
-            writer.write_record([
+            sheet.row([
                 valve.name.clone(),
                 w.file.clone(),
                 valve.date(w.from_s).unwrap_or_else(|| number(w.from_s)),
@@ -305,7 +305,7 @@ fn table(history: &ValveHistory) -> Result<String> {
             ])?;
         }
     }
-    Ok(String::from_utf8(writer.into_inner()?)?)
+    sheet.text()
 }
 
 #[cfg(test)]

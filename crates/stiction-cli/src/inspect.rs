@@ -1,14 +1,14 @@
 //! `stiction inspect`: what a file of recordings holds, as it is understood.
 
-use crate::output;
+use crate::files::In;
+use crate::input;
+use crate::output::{self, name as shown};
 use crate::reading_args::Reading as ReadingArgs;
 use anyhow::Result;
 use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::path::PathBuf;
-use stiction_io::reading;
 use stiction_io::summary::{Column, Summary};
 
 /// Show what files of recordings hold: format, times, columns, loops, bad samples, ranges.
@@ -37,9 +37,9 @@ A mapping file:
   type = \"flow\"
   pv_range = [0, 120]")]
 pub struct Args {
-    /// Files to show
+    /// Files to show; - is standard input
     #[arg(required = true, value_name = "FILE")]
-    files: Vec<PathBuf>,
+    files: Vec<In>,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
@@ -60,12 +60,12 @@ pub fn run(args: Args) -> Result<()> {
     let options = args.reading.options()?;
     let mut shown = vec![];
     for file in &args.files {
-        let summary = Summary::from(&reading::read(file, &options)?);
+        let summary = Summary::from(&input::recordings(file, &options)?);
         if args.json {
             shown.push(summary);
         } else {
             let between = if file == &args.files[0] { "" } else { "\n" };
-            output::write(None, format!("{between}{}", text(&summary)).as_bytes())?;
+            output::text(&format!("{between}{}", text(&summary)))?;
         }
     }
     if args.json {
@@ -108,7 +108,7 @@ fn text(summary: &Summary) -> String {
 }
 
 fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
-    writeln!(out, "{}", summary.file)?;
+    writeln!(out, "{}", shown(&summary.file))?;
     let format = match (summary.encoding, summary.delimiter, summary.decimal_mark) {
         (Some(encoding), Some(between), Some(mark)) => {
             format!("CSV, {encoding}, delimiter {}, decimal mark {mark}", delimiter(between))
@@ -116,19 +116,21 @@ fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
         _ => summary.format.to_owned(),
     };
     let times = &summary.times;
-    let column =
-        times.column.as_ref().map_or(String::new(), |column| format!("column \"{column}\", "));
+    let column = times
+        .column
+        .as_ref()
+        .map_or(String::new(), |column| format!("column \"{}\", ", shown(column)));
     writeln!(out, "  format  {format}")?;
     writeln!(out, "  sha256  {}", summary.sha256)?;
     writeln!(out, "  times   {column}{}, {}", times.format, times.zone)?;
     writeln!(out, "  layout  {}", summary.layout)?;
     writeln!(out, "columns")?;
     let name = |each: &Column| match &*each.part {
-        "" => each.column.clone(),
-        part => format!("{part}.{}", each.column),
+        "" => shown(&each.column).into_owned(),
+        part => shown(&format!("{part}.{}", each.column)).into_owned(),
     };
     let role = |each: &Column| match &each.loop_name {
-        Some(loop_name) => format!("{} of {loop_name}", each.role),
+        Some(loop_name) => format!("{} of {}", each.role, shown(loop_name)),
         None => each.role.clone(),
     };
     let widest = |text: &dyn Fn(&Column) -> String| {
@@ -136,17 +138,18 @@ fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
     };
     let (wide, wider) = (widest(&name), widest(&role));
     for each in &summary.columns {
-        writeln!(out, "  {:wide$}  {:wider$}  {}", name(each), role(each), each.why)?;
+        writeln!(out, "  {:wide$}  {:wider$}  {}", name(each), role(each), shown(&each.why))?;
     }
     for each in &summary.loops {
-        writeln!(out, "loop {}, {}", each.name, each.loop_type)?;
+        writeln!(out, "loop {}, {}", shown(&each.name), each.loop_type)?;
         writeln!(out, "  from {} to {}, {} s", each.first, each.last, each.duration_s)?;
         for (name, signal) in &each.signals {
             let values = match (signal.lowest, signal.highest) {
                 (Some(low), Some(high)) => format!(", {} to {}", short(low), short(high)),
                 _ => String::new(),
             };
-            let unit = signal.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+            let unit =
+                signal.unit.as_ref().map_or(String::new(), |unit| format!(" {}", shown(unit)));
             let range = signal.range.map_or(String::new(), |range| {
                 format!(", range {} to {} ({})", range.low, range.high, range.source)
             });
@@ -157,11 +160,11 @@ fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
             writeln!(out, "  mode  {}", list(modes))?;
         }
         for note in &each.notes {
-            writeln!(out, "  note: {note}")?;
+            writeln!(out, "  note: {}", shown(note))?;
         }
     }
     for note in &summary.notes {
-        writeln!(out, "note: {note}")?;
+        writeln!(out, "note: {}", shown(note))?;
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ mod text;
 pub use args::Args;
 
 use crate::actions::{self, Valve};
+use crate::files::Out;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use schemars::JsonSchema;
@@ -124,10 +125,10 @@ pub fn run(args: Args) -> Result<()> {
     write_files(&args, &report, &continuous)?;
     if args.json {
         output::json(&report)
-    } else if args.csv.as_ref().is_some_and(|path| path.as_os_str() == "-") {
+    } else if args.csv.as_ref().is_some_and(Out::is_standard) {
         Ok(())
     } else {
-        output::write(None, report.text(&continuous, args.all).as_bytes())
+        output::text(&report.text(&continuous, args.all))
     }
 }
 

@@ -3,14 +3,17 @@
 
 mod actions;
 mod bench;
+mod closed;
 mod compensate;
 mod completions;
 mod diagnose;
 mod docs;
 mod figures;
+mod files;
 mod fit;
 mod fmu;
 mod history;
+mod input;
 mod inspect;
 mod limit_cycle;
 mod man;
@@ -30,8 +33,8 @@ mod text;
 mod valve;
 mod what_if;
 
-use clap::{Parser, Subcommand};
-use std::io::Write;
+use clap::error::ErrorKind;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Sticking control valves: diagnosis of recorded loops, models, simulated loops, the paper's figures.
@@ -128,7 +131,12 @@ impl Done for ExitCode {
 
 fn main() -> ExitCode {
     let (arguments, renamed) = renamed::present(std::env::args_os());
-    let cli = Cli::parse_from(arguments);
+    let asked = Cli::command().try_get_matches_from(arguments);
+    let asked = asked.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match asked {
+        Ok(asked) => asked,
+        Err(error) => return unasked(&error),
+    };
     output::set_quiet(cli.quiet);
     match cli.color {
         Colour::Auto => anstream::ColorChoice::Auto,
@@ -140,14 +148,27 @@ fn main() -> ExitCode {
         reading_args::ignore_settings();
     }
     renamed.into_iter().for_each(output::note);
-    match cli.command.run() {
+    let noted = files::note(&Cli::command(), &matches);
+    match noted.and_then(|()| cli.command.run()) {
         Ok(code) => code,
         // A reader that has seen enough, such as `head`, is no failure.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            // Not eprintln!, which panics where standard error is closed.
-            let _ = writeln!(std::io::stderr(), "stiction: {}", output::failure(&error));
+            output::complain(&error);
             ExitCode::from(2)
         }
     }
+}
+
+/// Prints help or the version, or what is wrong with the arguments, which are quoted there.
+fn unasked(error: &clap::Error) -> ExitCode {
+    match error.kind() {
+        ErrorKind::DisplayHelp
+        | ErrorKind::DisplayVersion
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+        }
+        _ => output::usage(&error.render().to_string()),
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }

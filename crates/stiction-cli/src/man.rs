@@ -1,10 +1,10 @@
 //! `stiction man`: manual pages of the command and its subcommands.
 
+use crate::files::Out;
 use crate::{Cli, output};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{CommandFactory, Parser};
 use clap_mangen::Man;
-use std::path::{Path, PathBuf};
 
 /// Write the manual pages to a folder: stiction.1, stiction-diagnose.1 and so on.
 #[derive(Parser)]
@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// The folder; made if it is not there
     #[arg(value_name = "FOLDER")]
-    folder: PathBuf,
+    folder: Out,
 }
 
 pub fn run(args: Args) -> Result<()> {
-    std::fs::create_dir_all(&args.folder).with_context(|| args.folder.display().to_string())?;
+    args.folder.make_folder()?;
     let mut command = Cli::command();
     // Names of subcommands with that of the command before them.
     command.build();
@@ -29,9 +29,9 @@ pub fn run(args: Args) -> Result<()> {
         .try_for_each(|each| page(&args.folder, each))
 }
 
-fn page(folder: &Path, command: &clap::Command) -> Result<()> {
+fn page(folder: &Out, command: &clap::Command) -> Result<()> {
     let man = Man::new(command.clone());
     let mut text = vec![];
     man.render(&mut text)?;
-    output::write(Some(&folder.join(man.get_filename())), &text)
+    output::write(Some(&folder.inside(man.get_filename())?), &text)
 }

@@ -1,63 +1,113 @@
 //! Writing results to files and to standard output.
 
+use crate::closed;
+use crate::files::Out;
+use crate::text::painted;
 use anyhow::{Context, Result, bail};
-use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::borrow::Cow;
+use std::io::{ErrorKind, IsTerminal, StdoutLock, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction_figure::Figure;
+use stiction_io::whole;
 
 /// The program with its version, as documents name it.
 pub const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 
-/// Writes `bytes` to the file at `path`, or to standard output for none or `-`.
-pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
-    match path {
-        Some(path) if path != Path::new("-") => {
-            whole(path, bytes).with_context(|| path.display().to_string())
+/// Writes data to a file, whole or not at all, or to standard output for none or `-`.
+pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
+    match to {
+        Some(file) if !file.is_standard() => {
+            whole::write(file, bytes).with_context(|| file.display().to_string())
         }
-        _ => {
-            // What is no text goes out as it is; of text, colours go to terminals that want them.
-            let mut out = std::io::stdout().lock();
-            match std::str::from_utf8(bytes).is_ok_and(|text| text.contains('\u{1b}')) {
-                true => anstream::AutoStream::auto(&mut out).write_all(bytes)?,
-                false => out.write_all(bytes)?,
-            }
-            Ok(out.flush()?)
-        }
+        _ if std::io::stdout().is_terminal() => text(&String::from_utf8_lossy(bytes)),
+        _ => to_standard_output(bytes),
     }
 }
 
-/// Writes a file whole or not at all: a full disk or an end in between leaves what was there before. A device or a pipe,
-/// a file that is reached by a link, one that must not be written and one in a folder that takes no other are written
-/// as they are.
-fn whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let there = std::fs::symlink_metadata(path);
-    let plain =
-        there.as_ref().map_or(true, |there| there.is_file() && !there.permissions().readonly());
-    let Some(name) = path.file_name().filter(|_| plain) else {
-        return std::fs::write(path, bytes);
-    };
-    let mut beside = std::ffi::OsString::from(".");
-    beside.push(name);
-    beside.push(format!(".{}.part", std::process::id()));
-    let beside = path.with_file_name(beside);
-    match std::fs::write(&beside, bytes) {
-        Err(error) if error.kind() == ErrorKind::PermissionDenied && there.is_ok() => {
-            return std::fs::write(path, bytes);
-        }
-        written => written,
+/// Prints text for people to standard output, in colours on a terminal that wants them.
+pub fn text(text: &str) -> Result<()> {
+    // The only escapes in it are those of its colours.
+    let text = painted(&shown(text));
+    opened(|out| anstream::AutoStream::auto(out).write_all(text.as_bytes()))
+}
+
+fn to_standard_output(bytes: &[u8]) -> Result<()> {
+    opened(|out| out.write_all(bytes))
+}
+
+/// Writes to standard output, if it is open.
+fn opened(write: impl FnOnce(&mut StdoutLock<'static>) -> std::io::Result<()>) -> Result<()> {
+    if closed::standard_output() {
+        bail!(
+            "standard output is closed, and the result has no other place to go; give it one, such as > FILE"
+        );
     }
-    .and_then(|()| {
-        there.map_or(Ok(()), |there| std::fs::set_permissions(&beside, there.permissions()))
-    })
-    .and_then(|()| std::fs::rename(&beside, path))
-    .inspect_err(|_| {
-        let _ = std::fs::remove_file(&beside);
-    })
+    let mut out = std::io::stdout().lock();
+    write(&mut out)?;
+    Ok(out.flush()?)
+}
+
+/// Text as a terminal may have it: what would steer it, or turn the direction of reading, is written out as `\u{1b}`.
+/// Lines stay lines.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| steers(c) && !matches!(c, '\n' | '\t'))
+}
+
+/// The same of what stands within a line, such as a tag or the name of a file.
+pub fn name(text: &str) -> Cow<'_, str> {
+    escaped(text, steers)
+}
+
+/// Whether a character steers a terminal or the direction of reading.
+fn steers(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+fn escaped(text: &str, is_meant: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_meant) {
+        return text.into();
+    }
+    let mut out = String::new();
+    for c in text.chars() {
+        if is_meant(c) { out.extend(c.escape_unicode()) } else { out.push(c) }
+    }
+    out.into()
+}
+
+/// A table for people as CSV. A spreadsheet takes a cell that begins with `=`, `+`, `-` or `@`, a tab or a new line for
+/// a formula, and tags come from foreign files: such a text gets an apostrophe before it, a number never.
+pub struct Sheet(csv::Writer<Vec<u8>>);
+
+impl Sheet {
+    /// With these columns.
+    pub fn new<T: AsRef<[u8]>>(columns: impl IntoIterator<Item = T>) -> Result<Self> {
+        let mut writer = csv::Writer::from_writer(vec![]);
+        writer.write_record(columns)?;
+        Ok(Self(writer))
+    }
+
+    /// Adds a row.
+    pub fn row<T: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = T>) -> Result<()> {
+        for cell in cells {
+            self.0.write_field(harmless(cell.as_ref()).as_bytes())?;
+        }
+        Ok(self.0.write_record(None::<&[u8]>)?)
+    }
+
+    /// All of it as text.
+    pub fn text(self) -> Result<String> {
+        Ok(String::from_utf8(self.0.into_inner()?)?)
+    }
+}
+
+fn harmless(cell: &str) -> Cow<'_, str> {
+    let is_formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    if is_formula && cell.parse::<f64>().is_err() { format!("'{cell}").into() } else { cell.into() }
 }
 
 /// Draws `figure` to the file that `option` named, .svg or .png.
-pub fn figure(option: &str, path: &Path, figure: &Figure) -> Result<()> {
+pub fn figure(option: &str, path: &Out, figure: &Figure) -> Result<()> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let bytes = match extension.to_ascii_lowercase().as_str() {
         "svg" => figure.svg()?.into_bytes(),
@@ -68,13 +118,26 @@ pub fn figure(option: &str, path: &Path, figure: &Figure) -> Result<()> {
 }
 
 /// Prints one line to standard output.
-pub fn line(text: impl std::fmt::Display) -> Result<()> {
-    write(None, format!("{text}\n").as_bytes())
+pub fn line(words: impl std::fmt::Display) -> Result<()> {
+    text(&format!("{words}\n"))
 }
 
 /// Prints a document as JSON, indented.
 pub fn json(document: &impl serde::Serialize) -> Result<()> {
-    line(serde_json::to_string_pretty(document)?)
+    json_text(&serde_json::to_string_pretty(document)?)
+}
+
+/// Prints JSON. What would steer a terminal can stand in its texts only, where it may be escaped.
+pub fn json_text(json: &str) -> Result<()> {
+    let mut out = String::new();
+    for c in json.chars() {
+        if steers(c) && c != '\n' {
+            out += &format!("\\u{:04x}", u32::from(c));
+        } else {
+            out.push(c);
+        }
+    }
+    to_standard_output(format!("{out}\n").as_bytes())
 }
 
 /// The times of samples, rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
@@ -107,12 +170,23 @@ pub fn note(text: impl std::fmt::Display) {
     if is_quiet() {
         return;
     }
-    let _ = writeln!(std::io::stderr(), "note: {text}");
+    let _ = writeln!(std::io::stderr(), "note: {}", name(&text.to_string()));
+}
+
+/// Tells the user why something did not work.
+pub fn complain(error: &anyhow::Error) {
+    // Not eprintln!, which panics where standard error is closed.
+    let _ = writeln!(std::io::stderr(), "stiction: {}", name(&failure(error)));
+}
+
+/// Tells the user what is wrong with the arguments, in the lines of their parser.
+pub fn usage(text: &str) {
+    let _ = write!(std::io::stderr(), "{}", shown(text));
 }
 
 /// A failure in a line: what was tried, and why it did not work, with the options of this command. Some causes
 /// say what the error above them says too; they are not repeated.
-pub fn failure(error: &anyhow::Error) -> String {
+fn failure(error: &anyhow::Error) -> String {
     let words = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
         Some(stiction_io::Error::Setting { settings, message }) => {
             format!("--set {}: {message}", settings.join(" --set "))
@@ -140,33 +214,28 @@ pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::whole;
+    use super::{harmless, name, shown};
 
     #[test]
-    fn files_are_replaced_whole_and_links_stay() {
-        let folder = std::env::temp_dir().join(format!("stiction-output-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let file = folder.join("a.txt");
-        for text in ["first", "second"] {
-            whole(&file, text.as_bytes()).unwrap();
-            assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+    fn what_steers_a_terminal_is_written_out() {
+        assert_eq!(shown("a\tb\nc \u{1b}[2J"), "a\tb\nc \\u{1b}[2J");
+        assert_eq!(name("a\nb\r\u{202e}\u{9b}"), "a\\u{a}b\\u{d}\\u{202e}\\u{9b}");
+        assert_eq!(shown("Hägglund, 5 ÷ 2 − 1"), "Hägglund, 5 ÷ 2 − 1");
+    }
+
+    #[test]
+    fn formulas_are_texts_and_numbers_stay() {
+        for (cell, expected) in [
+            ("=1+1", "'=1+1"),
+            ("@SUM(A1)", "'@SUM(A1)"),
+            ("-2+3", "'-2+3"),
+            ("+FIC101", "'+FIC101"),
+            ("\tx", "'\tx"),
+            ("-2.5e-3", "-2.5e-3"),
+            ("FIC101", "FIC101"),
+            ("", ""),
+        ] {
+            assert_eq!(harmless(cell), expected);
         }
-        #[cfg(unix)]
-        {
-            let link = folder.join("link.txt");
-            std::os::unix::fs::symlink(&file, &link).unwrap();
-            whole(&link, b"third").unwrap();
-            assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
-            assert_eq!(std::fs::read_to_string(&file).unwrap(), "third");
-        }
-        let hidden = |name: &str| name.ends_with(".part");
-        let left = std::fs::read_dir(&folder).unwrap();
-        assert!(!left.flatten().any(|entry| entry.file_name().to_str().is_some_and(hidden)));
-        // What cannot be put in its place leaves nothing behind.
-        std::fs::create_dir(folder.join("b")).unwrap();
-        assert!(
-            whole(&folder.join("b"), b"x").is_err() && whole(&folder.join("c/d"), b"x").is_err()
-        );
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -1,9 +1,10 @@
 //! `stiction override`: what people concluded of a valve, kept beside the recordings.
 
 use crate::diagnose::{Diagnosed, read_all};
+use crate::files::{In, Out, STANDARD_INPUT};
 use crate::output;
 use crate::reading_args::Reading;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Parser;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,7 +26,7 @@ use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Recorde
 pub struct Args {
     /// The recording; with --list also a folder
     #[arg(value_name = "FILE")]
-    file: PathBuf,
+    file: In,
     /// The loop, which may be left out if the file has one only
     #[arg(long = "loop", value_name = "TAG")]
     tag: Option<String>,
@@ -36,7 +37,7 @@ pub struct Args {
     /// Why, in words
     #[arg(long, value_parser = not_empty)]
     reason: Option<String>,
-    /// Who says so
+    /// Who says so [default: the user of this system]
     #[arg(long, value_name = "NAME", value_parser = not_empty)]
     by: Option<String>,
     /// The first day on which it holds, UTC, such as 2026-03-01
@@ -69,6 +70,9 @@ fn not_empty(text: &str) -> Result<String, String> {
 }
 
 pub fn run(args: Args) -> Result<()> {
+    if args.file.is_standard() {
+        bail!("an override is kept beside a file, and standard input has no place; name the file");
+    }
     let path = Overrides::path_beside(&args.file);
     let origin = path.display().to_string();
     if args.list {
@@ -77,12 +81,11 @@ pub fn run(args: Args) -> Result<()> {
         }
         let kept = Overrides::read(&path)?;
         let wanted = |each: &&Override| args.tag.as_ref().is_none_or(|tag| *tag == each.loop_name);
-        return output::write(None, list(kept.all.iter().filter(wanted)).as_bytes());
+        kept.complaints().for_each(output::note);
+        return output::text(&list(kept.all.iter().filter(wanted)));
     }
-    let text = match std::fs::read_to_string(&path) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-        text => text.with_context(|| origin.clone())?,
-    };
+    // A link could lead from here to the recording.
+    let path = Out::also(path)?;
     let file_name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     if args.remove {
         let Some(tag) = &args.tag else {
@@ -95,12 +98,12 @@ pub fn run(args: Args) -> Result<()> {
             };
             scope && each.loop_name == *tag
         };
-        let (rest, removed) = overrides::without(&text, &origin, unwanted)?;
+        let removed = overrides::remove(&path, unwanted)?;
         if removed == 0 {
             bail!("{origin}: has no such override of {tag}; see --list");
         }
-        output::write(Some(&path), rest.as_bytes())?;
-        return output::line(format!("removed {removed} of {tag} from {origin}"));
+        let told = format!("removed {removed} of {tag} from {origin}");
+        return output::line(output::name(&told));
     }
     let (Some(verdict), Some(reason)) = (args.verdict, args.reason.clone()) else {
         bail!("--verdict and --reason are needed");
@@ -133,19 +136,22 @@ pub fn run(args: Args) -> Result<()> {
         loop_name: recording.name.clone(),
         verdict,
         reason,
-        by: args.by,
+        by: args.by.or_else(|| whoami::username().ok()),
         entered: Some(args.entered.unwrap_or_else(overrides::today)),
+        tool: Some(output::TOOL.to_owned()),
         scope,
         from: args.from,
         until: args.until,
     };
-    output::write(Some(&path), overrides::with(&text, &origin, &one)?.as_bytes())?;
-    output::line(format!(
+    overrides::enter(&path, &one)?;
+    Overrides::read(&path)?.complaints().for_each(output::note);
+    let told = format!(
         "{} {}, by override, for {}; kept in {origin}",
         one.loop_name,
         one.verdict.name(),
         one.scope_in_words()
-    ))
+    );
+    output::line(output::name(&told))
 }
 
 fn list<'a>(kept: impl Iterator<Item = &'a Override>) -> String {
@@ -159,7 +165,10 @@ fn list<'a>(kept: impl Iterator<Item = &'a Override>) -> String {
             if let Some(day) = each.entered {
                 line += &format!("; entered {day}");
             }
-            format!("{line}; for {}\n", each.scope_in_words())
+            if let Some(tool) = &each.tool {
+                line += &format!(" with {tool}");
+            }
+            format!("{}\n", output::name(&format!("{line}; for {}", each.scope_in_words())))
         })
         .collect();
     if lines.is_empty() { format!("no overrides in {FILE_NAME}\n") } else { lines.concat() }
@@ -170,12 +179,17 @@ fn list<'a>(kept: impl Iterator<Item = &'a Override>) -> String {
 pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
     let mut folders: BTreeMap<PathBuf, Overrides> = BTreeMap::new();
     for each in loops {
+        // Beside standard input there is nothing.
+        if each.source.file == STANDARD_INPUT {
+            continue;
+        }
         let file = Path::new(&each.source.file);
         let path = file.with_file_name(FILE_NAME);
         let kept = match folders.entry(path) {
             std::collections::btree_map::Entry::Occupied(known) => known.into_mut(),
             std::collections::btree_map::Entry::Vacant(place) => {
                 let kept = Overrides::read(place.key())?;
+                kept.complaints().for_each(output::note);
                 place.insert(kept)
             }
         };

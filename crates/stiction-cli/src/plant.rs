@@ -1,5 +1,6 @@
 //! `stiction plant`: all loops of a plant, day by day.
 
+use crate::files::Out;
 use crate::{output, progress};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
@@ -8,7 +9,7 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use stiction_plant::inputs::{Inputs, Problem};
 use stiction_plant::plant_file::{self, Plant};
@@ -28,8 +29,9 @@ use stiction_plant::{ScanOptions, Store, day, demo, propose, scan};
   stiction plant -C refinery init export")]
 pub struct Args {
     /// The folder of the plant; all paths are from there on
-    #[arg(short = 'C', long = "folder", value_name = "DIR", default_value = ".", global = true)]
-    folder: PathBuf,
+    #[arg(short = 'C', long = "folder", value_name = "PLANT", default_value = ".", global = true)]
+    // Read and written, within what the store guards: no file of a run.
+    folder: String,
     #[command(subcommand)]
     task: Task,
 }
@@ -95,7 +97,7 @@ struct Demo {
     seed: u64,
     /// Folder to write to; made if it is not there
     #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    output: Out,
     /// Write to a folder that is not empty
     #[arg(long)]
     force: bool,
@@ -165,7 +167,7 @@ struct Graded {
 }
 
 pub fn run(args: Args) -> Result<ExitCode> {
-    let folder = &args.folder;
+    let folder = Path::new(&args.folder);
     match args.task {
         Task::Init(of) => init(folder, &of).map(|()| ExitCode::SUCCESS),
         Task::Check { json } => check(folder, json),
@@ -184,7 +186,7 @@ fn init(folder: &Path, of: &Init) -> Result<()> {
     let name =
         whole.file_name().map_or("plant".to_owned(), |name| name.to_string_lossy().into_owned());
     let found = propose::propose(folder, &name, &of.data)?;
-    output::write(Some(&path), found.text.as_bytes())?;
+    output::write(Some(&Out::also(&path)?), found.text.as_bytes())?;
     let (loops, files, doubts) = (found.loops, found.files, found.doubts.len());
     output::line(format!("{loops} loops in {files} files, {doubts} doubts; see {}", path.display()))
 }
@@ -329,7 +331,7 @@ fn status(folder: &Path, json: bool) -> Result<()> {
 }
 
 fn demonstrate(folder: &Path, of: &Demo) -> Result<()> {
-    let folder = folder.join(&of.output);
+    let folder = folder.join(&*of.output);
     let named = || folder.display().to_string();
     std::fs::create_dir_all(&folder).with_context(named)?;
     if !of.force && std::fs::read_dir(&folder).with_context(named)?.next().is_some() {

@@ -1,12 +1,13 @@
 //! `stiction population`: simulated loops with known truth, as files.
 
+use crate::files::Out;
 use crate::{output, progress};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
 use stiction::population::{self, LoopKind, Simulated};
 use stiction_io::table;
+use stiction_io::whole::WholeFile;
 
 /// Simulate a population of loops with known truth, to train or to measure a method.
 ///
@@ -28,7 +29,7 @@ pub struct Args {
     seed: u64,
     /// Folder to write to; made if it is not there
     #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    output: Out,
     /// Loops of this kind only, such as "sticky valve"; of the seeds from SEED on
     #[arg(long, value_name = "NAME")]
     kind: Option<String>,
@@ -47,15 +48,18 @@ pub fn run(args: Args) -> Result<()> {
     let kind = args.kind.as_deref().map(LoopKind::by_name).transpose()?;
     let folder = &args.output;
     let named = || folder.display().to_string();
-    std::fs::create_dir_all(folder).with_context(named)?;
-    if !args.force && std::fs::read_dir(folder).with_context(named)?.next().is_some() {
+    folder.make_folder()?;
+    if !args.force && std::fs::read_dir(&**folder).with_context(named)?.next().is_some() {
         bail!("{} is not empty; --force writes to it, over files of the same name", named());
     }
-    let open = |name: &str| {
-        let path = folder.join(name);
-        csv::Writer::from_path(&path).with_context(|| path.display().to_string())
+    // They say that the folder is whole, so they come last; those of another population would not be of this one.
+    let (truth, listed) = (folder.inside("truth.csv")?, folder.inside("index.csv")?);
+    let open = |path: &Out| {
+        let _ = std::fs::remove_file(&**path);
+        let file = WholeFile::create(path).with_context(|| path.display().to_string())?;
+        anyhow::Ok(csv::Writer::from_writer(file))
     };
-    let (mut truths, mut index) = (open("truth.csv")?, open("index.csv")?);
+    let (mut truths, mut index) = (open(&truth)?, open(&listed)?);
     index.write_record(["loop", "label", "loop_type"])?;
 
     let digits = (args.n - 1).to_string().len();
@@ -114,13 +118,15 @@ pub fn run(args: Args) -> Result<()> {
         }
     }
     progress.finish_and_clear();
-    truths.flush()?;
-    index.flush()?;
+    for (path, written) in [(truth, truths), (listed, index)] {
+        let file = written.into_inner().map_err(|e| e.into_error());
+        file.and_then(WholeFile::keep).with_context(|| path.display().to_string())?;
+    }
     output::line(format!("{} loops, {sticky} with a valve at fault; see {}", args.n, named()))
 }
 
-fn write_recording(folder: &Path, name: &str, simulated: &Simulated, vp: bool) -> Result<()> {
-    output::write(Some(&folder.join(format!("{name}.csv"))), recorded(simulated, vp).as_bytes())
+fn write_recording(folder: &Out, name: &str, simulated: &Simulated, vp: bool) -> Result<()> {
+    output::write(Some(&folder.inside(format!("{name}.csv"))?), recorded(simulated, vp).as_bytes())
 }
 
 /// What a plant would have recorded of a loop, as CSV; with the valve position if that is asked for.

@@ -1,5 +1,7 @@
 //! The options that say what a file of recordings holds, shared by all commands that read one.
 
+use crate::files::In;
+use crate::input;
 use anyhow::Result;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -19,13 +21,13 @@ pub struct Reading {
     map: Vec<Mapped>,
     /// Read more of what the files hold from this TOML file [default: stiction.toml, if it is there]
     #[arg(long, value_name = "FILE")]
-    mapping: Option<PathBuf>,
+    mapping: Option<In>,
     /// Time zone of times without one, such as Europe/Berlin or +01:00
     #[arg(long)]
     zone: Option<Zone>,
     /// How times are written: a pattern such as "%d/%m/%Y %H:%M:%S", or day-first, month-first,
     /// year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds,
-    /// minutes, hours
+    /// microseconds, nanoseconds, minutes, hours, days
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<TimeFormat>,
     /// Time between rows in s, in place of a column of times
@@ -58,8 +60,12 @@ impl Reading {
     /// The options, those of the command line before those of the mapping file.
     pub fn options(&self) -> Result<ReadOptions> {
         let given = self.clone();
-        let mut options = match given.mapping.clone().or_else(settings) {
-            Some(path) => ReadOptions::read(&path)?,
+        let mapping = match given.mapping.clone() {
+            None => settings().map(In::also).transpose()?,
+            given => given,
+        };
+        let mut options = match mapping {
+            Some(file) => input::mapping(&file)?,
             None => ReadOptions::default(),
         };
         options.map.extend(given.map);

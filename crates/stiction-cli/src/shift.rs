@@ -1,11 +1,12 @@
 //! `stiction shift`: how far recordings are from the simulated loops that the verdict was trained on.
 
+use crate::files::{In, Out};
+use crate::output::Sheet;
 use crate::reading_args::Reading;
-use crate::{output, progress, text};
+use crate::{input, output, progress, text};
 use anyhow::{Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
-use std::path::PathBuf;
 use stiction::evidence::Evidence;
 use stiction::evidence::shift::{Shift, shifts};
 use stiction::fusion;
@@ -21,15 +22,15 @@ use stiction::recording::{Grid, GridOptions, Recording};
   stiction shift plant/*.csv
   stiction shift export.parquet --csv shift.csv")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files
+    /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
-    files: Vec<PathBuf>,
+    files: Vec<In>,
     /// Show only so many features
     #[arg(long, value_name = "K")]
     top: Option<usize>,
     /// Write all features to this CSV file; - is standard output
     #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
+    csv: Option<Out>,
     // Last, because its heading stands above all that follows.
     #[command(flatten)]
     reading: Reading,
@@ -40,7 +41,7 @@ pub fn run(args: Args) -> Result<()> {
     let mut recordings = vec![];
     let progress = progress::bar("reading", args.files.len());
     for file in &args.files {
-        recordings.extend(stiction_io::reading::read(file, &options)?.recordings);
+        recordings.extend(input::recordings(file, &options)?.recordings);
         progress.inc(1);
     }
     progress.finish_and_clear();
@@ -55,7 +56,7 @@ pub fn run(args: Args) -> Result<()> {
     let found = shifts(simulated, &recorded);
     if let Some(path) = &args.csv {
         output::write(Some(path), csv(&found)?.as_bytes())?;
-        if path.as_os_str() == "-" {
+        if path.is_standard() {
             return Ok(());
         }
     }
@@ -72,21 +73,17 @@ pub fn run(args: Args) -> Result<()> {
             [shift.feature.name.to_owned(), place, range(shift.simulated), range(shift.recorded)]
         }));
     let rows: Vec<Vec<String>> = rows.map(|row| row.to_vec()).collect();
-    output::write(
-        None,
-        format!(
-            "{} recordings against the {} simulated loops of the training (population {}, seed {}). {far} \
+    output::text(&format!(
+        "{} recordings against the {} simulated loops of the training (population {}, seed {}). {far} \
              of {} features differ by more than 0.5; {unlike} recordings are unlike all of them.\n\
              Median and middle 90 % of each.\n\n{}",
-            recorded.len(),
-            bundle.provenance.trained,
-            bundle.provenance.population,
-            bundle.provenance.seed,
-            found.len(),
-            text::columns(&rows, &[false, true, false, false])
-        )
-        .as_bytes(),
-    )
+        recorded.len(),
+        bundle.provenance.trained,
+        bundle.provenance.population,
+        bundle.provenance.seed,
+        found.len(),
+        text::columns(&rows, &[false, true, false, false])
+    ))
 }
 
 /// The evidence in the longest segment of a recording.
@@ -96,8 +93,7 @@ fn evidence(recording: &Recording) -> Option<Evidence> {
 }
 
 fn csv(found: &[Shift]) -> Result<String> {
-    let mut writer = csv::Writer::from_writer(vec![]);
-    writer.write_record([
+    let mut sheet = Sheet::new([
         "feature",
         "meaning",
         "place",
@@ -122,7 +118,7 @@ fn csv(found: &[Shift]) -> Result<String> {
             row.extend(quantiles.map(number));
             row.push(number(missing));
         }
-        writer.write_record(&row)?;
+        sheet.row(&row)?;
     }
-    Ok(String::from_utf8(writer.into_inner()?)?)
+    sheet.text()
 }

@@ -1,12 +1,12 @@
 //! `stiction simulate`: scenarios.
 
 use crate::actions::{self, Head, Settings};
+use crate::files::Out;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::path::PathBuf;
 use stiction::closed_loop::Run;
 use stiction_figure::{Figure, run};
 use stiction_io::scenario::{self, Scenario, System};
@@ -36,13 +36,13 @@ pub struct Args {
     print: bool,
     /// Write every sample to this CSV file; - is standard output
     #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    output: Option<Out>,
     /// Write these columns only, such as t,sp,pv,op: what a plant records, without the valve position
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "output")]
     columns: Vec<String>,
     /// Draw the run to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    plot: Option<Out>,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,

@@ -1,18 +1,18 @@
 //! `stiction stem`: the physical valve on a signal.
 
-use crate::output;
+use crate::files::{In, Out};
+use crate::{input, output};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
 use stiction::closed_loop::{Signal, Wave};
 use stiction::stem::friction::LAWS;
 use stiction::stem::{
     Equivalent, FrictionLaw, ParameterSet, PressureSignal, Response, SETS, Stem, StemParameters,
     StemStart,
 };
-use stiction_io::{Table, table};
+use stiction_io::table;
 
 /// Move a physical valve: mass, spring, air pressure and friction.
 ///
@@ -39,7 +39,7 @@ pub struct Args {
     changes: Vec<String>,
     /// Read the signal from this CSV file, which needs a column t, instead of making one
     #[arg(long, value_name = "FILE")]
-    input: Option<PathBuf>,
+    input: Option<In>,
     /// Column of the file that holds the controller output
     #[arg(long, default_value = "u", value_name = "NAME", requires = "input")]
     column: String,
@@ -66,10 +66,10 @@ pub struct Args {
     start: Option<f64>,
     /// File to write [default: standard output, unless --json]
     #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    output: Option<Out>,
     /// Write slips and stops, with their exact times, to this CSV file
     #[arg(long, value_name = "FILE")]
-    events: Option<PathBuf>,
+    events: Option<Out>,
     /// Print the equivalent S, J and overshoot, and the number of slips, as JSON
     #[arg(long)]
     json: bool,
@@ -134,7 +134,7 @@ pub fn run(args: Args) -> Result<()> {
             ("velocity_m_per_s", Some(&column(|s| s.velocity_m_per_s))),
             ("friction_n", Some(&column(|s| s.friction_n))),
         ]);
-        output::write(args.output.as_deref(), csv.as_bytes())?;
+        output::write(args.output.as_ref(), csv.as_bytes())?;
     }
     if args.json {
         output::json(&Document {
@@ -188,7 +188,7 @@ fn parse(change: &str) -> Result<(String, f64)> {
 /// Times and controller output.
 fn signal(args: &Args) -> Result<(Vec<f64>, Vec<f64>)> {
     if let Some(path) = &args.input {
-        let table = Table::read(path)?;
+        let table = input::table(path)?;
         return Ok((table.column("t")?, table.column(&args.column)?));
     }
     let duration = args.duration.unwrap_or(2.0 * args.period);
@@ -215,7 +215,7 @@ fn signal(args: &Args) -> Result<(Vec<f64>, Vec<f64>)> {
     Ok(((0..op.len()).map(|k| k as f64 * args.sample_time).collect(), op))
 }
 
-fn write_events(path: &Path, parameters: &StemParameters, response: &Response) -> Result<()> {
+fn write_events(path: &Out, parameters: &StemParameters, response: &Response) -> Result<()> {
     let mut text = "t,event,direction,vp,position_m\n".to_owned();
     for event in &response.events {
         let kind = event.kind.name();

@@ -1,5 +1,8 @@
 //! Numbers, durations, paragraphs and columns on a terminal.
 
+use crate::output::name;
+use anstyle::{AnsiColor, Reset, Style};
+use std::borrow::Cow;
 use stiction::diagnose::Grade;
 use stiction_report::report::{Column, Table};
 use unicode_width::UnicodeWidthStr;
@@ -27,37 +30,66 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// What a coloured word begins with, by colour, and ends with: characters that Unicode keeps for the internal use of
+/// programs. What steers a terminal is written out on the way there, so colours are put in after that.
+const COLOURS: [(char, AnsiColor); 5] = [
+    ('\u{fdd0}', AnsiColor::Red),
+    ('\u{fdd1}', AnsiColor::Yellow),
+    ('\u{fdd2}', AnsiColor::Cyan),
+    ('\u{fdd3}', AnsiColor::Green),
+    ('\u{fdd4}', AnsiColor::Blue),
+];
+const END: char = '\u{fdd5}';
+
 /// A word on the verdict in the colour of its grade; what is written to no terminal loses it again.
 pub fn coloured(grade: Grade, word: &str) -> String {
-    use anstyle::AnsiColor::{Blue, Cyan, Green, Red, Yellow};
-    let colour = match grade {
-        Grade::Sticks | Grade::DoesNotRespond => Red,
-        Grade::ProbablySticks => Yellow,
-        Grade::Unclear => Cyan,
-        Grade::ProbablyFine | Grade::Fine => Green,
-        Grade::CannotAnswer => Blue,
+    let place = match grade {
+        Grade::Sticks | Grade::DoesNotRespond => 0,
+        Grade::ProbablySticks => 1,
+        Grade::Unclear => 2,
+        Grade::ProbablyFine | Grade::Fine => 3,
+        Grade::CannotAnswer => 4,
     };
-    let style = anstyle::Style::new().bold().fg_color(Some(colour.into()));
-    format!("{style}{word}{style:#}")
+    format!("{}{word}{END}", COLOURS[place].0)
+}
+
+fn is_mark(c: &char) -> bool {
+    ('\u{fdd0}'..=END).contains(c)
+}
+
+/// Text with the colours that a terminal shows.
+pub fn painted(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match COLOURS.iter().find(|(mark, _)| *mark == c) {
+            Some((_, colour)) => {
+                let style = Style::new().bold().fg_color(Some((*colour).into()));
+                out += &style.render().to_string();
+            }
+            None if c == END => out += &Reset.render().to_string(),
+            None => out.push(c),
+        }
+    }
+    out
 }
 
 /// Columns that a text takes, without its colours.
 fn width_of(text: &str) -> usize {
-    match text.contains('\u{1b}') {
-        true => anstream::adapter::strip_str(text).to_string().width(),
-        false => text.width(),
-    }
+    text.chars().filter(|c| !is_mark(c)).collect::<String>().width()
 }
 
 /// Rows in columns two blanks apart; `right` tells which are aligned right.
 pub fn columns(rows: &[impl AsRef<[String]>], right: &[bool]) -> String {
+    // A cell is within a line, whatever a tag holds.
+    let rows: Vec<Vec<Cow<'_, str>>> =
+        rows.iter().map(|row| row.as_ref().iter().map(|cell| name(cell)).collect()).collect();
     let width: Vec<usize> = (0..right.len())
-        .map(|c| rows.iter().map(|row| width_of(&row.as_ref()[c])).max().unwrap_or(0))
+        .map(|c| rows.iter().map(|row| width_of(&row[c])).max().unwrap_or(0))
         .collect();
     let mut out = String::new();
-    for row in rows {
+    for row in &rows {
         let mut line = String::new();
-        for (c, cell) in row.as_ref().iter().enumerate() {
+        for (c, cell) in row.iter().enumerate() {
             let blank = " ".repeat(width[c] - width_of(cell));
             let (before, after) =
                 if right[c] { (blank.as_str(), "") } else { ("", blank.as_str()) };

@@ -1,12 +1,11 @@
 //! `stiction valve`: a valve model on a column of a table.
 
-use crate::output;
+use crate::files::{In, Out};
+use crate::{input, output};
 use anyhow::{Context, Result};
 use clap::Parser;
-use std::path::PathBuf;
 use stiction::Bands;
 use stiction::valve::{Model, Start, Valve, ValveSpec};
-use stiction_io::Table;
 
 /// Drive a valve model with a signal from a CSV file.
 ///
@@ -38,12 +37,12 @@ pub struct Args {
     /// Column that holds the valve's input
     #[arg(long, default_value = "u", value_name = "NAME")]
     column: String,
-    /// CSV file with a header row
+    /// CSV file with a header row; - is standard input
     #[arg(required_unless_present = "list")]
-    input: Option<PathBuf>,
+    input: Option<In>,
     /// File to write [default: standard output]
     #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    output: Option<Out>,
 }
 
 pub fn run(args: Args) -> Result<()> {
@@ -62,15 +61,14 @@ pub fn run(args: Args) -> Result<()> {
     let spec = ValveSpec { overshoot: args.k, ..ValveSpec::new(model, bands) };
     let mut valve = spec.build(None).map_err(worded)?;
 
-    let input = args.input.context("no input file")?;
-    let table = Table::read(&input)?;
+    let table = input::table(&args.input.context("no input file")?)?;
     let op = table.column(&args.column)?;
     let start = args.start.unwrap_or(op[0]);
     anyhow::ensure!(start.is_finite(), "--start is {start}, but must be a finite number");
     valve.restart(Start::at_rest(start));
     let mut vp = vec![0.0; op.len()];
     valve.run(&op, &mut vp)?;
-    output::write(args.output.as_deref(), table.with_column("vp", &vp)?.as_bytes())
+    output::write(args.output.as_ref(), table.with_column("vp", &vp)?.as_bytes())
 }
 
 /// The bands of a model from what was given of S and J; it must be what the model uses.

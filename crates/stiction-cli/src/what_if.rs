@@ -2,6 +2,7 @@
 
 use crate::actions::{self, Head, Settings, Valve};
 use crate::diagnose::ended;
+use crate::files::{In, Out};
 use crate::fit::{Fitted, fit_all, prospects_in_words};
 use crate::reading_args::Reading;
 use crate::{output, text};
@@ -9,7 +10,7 @@ use anyhow::{Result, bail};
 use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use stiction::Bands;
 use stiction::compensate;
 use stiction::fit::prospects::Remedy;
@@ -37,7 +38,7 @@ pub struct Args {
     of_loop: Option<String>,
     /// Of a recording: what came of it, a recording of the same loop after something was done
     #[arg(long, value_name = "FILE")]
-    after: Option<PathBuf>,
+    after: Option<In>,
     /// With --after: what was done: nothing, repair, retune, repair-and-retune, positioner, or
     /// the name of a compensator [default: repair]
     #[arg(long, value_name = "ACTION", requires = "after", value_parser = Remedy::by_name)]
@@ -62,10 +63,10 @@ pub struct Args {
     json: bool,
     /// Draw error and travel of every action to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    plot: Option<Out>,
     /// Write every action and case to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
-    csv: Option<PathBuf>,
+    csv: Option<Out>,
     // Last, because its heading stands above all that follows.
     #[command(flatten)]
     reading: Reading,
@@ -131,23 +132,23 @@ fn of_recording(args: &Args) -> Result<()> {
             args.scenario
         );
     }
-    let one = |file: &Path| -> Result<Fitted> {
+    let one = |file: &In| -> Result<Fitted> {
         let loops: Vec<String> = args.of_loop.iter().cloned().collect();
         let (mut all, failures) =
-            fit_all(&[file.to_owned()], &loops, &args.reading, &FitOptions::default())?;
+            fit_all(std::slice::from_ref(file), &loops, &args.reading, &FitOptions::default())?;
         ended(failures)?;
         if all.len() != 1 {
             let tags: Vec<&str> = all.iter().map(|each| &*each.diagnosed.diagnosis.name).collect();
             bail!(
                 "{} holds {} loops; choose one with --loop: {}",
-                file.display(),
+                file.origin(),
                 all.len(),
                 tags.join(", ")
             );
         }
         Ok(all.swap_remove(0))
     };
-    let before = one(Path::new(&args.scenario))?;
+    let before = one(&In::also(&args.scenario)?)?;
     let name = before.diagnosed.diagnosis.name.clone();
     let fit = before.fit.map_err(|why| {
         anyhow::anyhow!("{name}: what an action would bring cannot be told: {why}")
@@ -179,7 +180,7 @@ fn of_recording(args: &Args) -> Result<()> {
             out += &format!("{line}\n");
         }
     }
-    output::write(None, out.as_bytes())
+    output::text(&out)
 }
 
 pub fn run(args: Args) -> Result<()> {
@@ -215,7 +216,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(path) = &args.csv {
         let named: Vec<(&str, &compensate::Row)> = rows;
         output::write(Some(path), actions::csv(&named)?.as_bytes())?;
-        if path.as_os_str() == "-" {
+        if path.is_standard() {
             return Ok(());
         }
     }
@@ -224,7 +225,7 @@ pub fn run(args: Args) -> Result<()> {
         let (valve, protocol) = (Valve::new(model, bands), options.protocol);
         return output::json(&Document { head, valve, settings, protocol, found });
     }
-    output::write(None, in_words(&scenario.title, &found).as_bytes())
+    output::text(&in_words(&scenario.title, &found))
 }
 
 fn in_words(title: &str, found: &WhatIf) -> String {

@@ -144,7 +144,12 @@ fn as_it_is_is_the_plain_simulation() {
 #[test]
 fn the_papers_loop() {
     let b = bands(5.0, 3.0);
-    let plant = paper(Model::TwoPhase, b);
+    let mut plant = paper(Model::TwoPhase, b);
+    // Sampled faster, no throw of it could be followed by a stem.
+    let faster = asked(&plant, Model::TwoPhase, b);
+    let throws = row(&faster, |action| *action == Action::Compensate(Method::ModifiedTwoMove));
+    assert!(throws.against.iter().any(|said| said.contains("faster than a pneumatic one")));
+    plant.sample_time = 0.25;
     let found = asked(&plant, Model::TwoPhase, b);
     assert!(found.rows.windows(2).all(|w| w[0].worst_error() <= w[1].worst_error()));
     assert_eq!(found.rows.len(), 4 + Method::ALL.len());

@@ -1,11 +1,13 @@
 //! CSV as historians, control systems and spreadsheets export it, read into a [`Sheet`].
 
+use crate::budget::Budget;
 use crate::encoding::decode;
 use crate::error::{Error, Result};
 use crate::number::{self, DecimalMark};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp;
 use csv::StringRecord;
+use std::collections::HashSet;
 
 /// How a CSV file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +41,14 @@ const LOOKED_AT: usize = 200;
 ///
 /// # Errors
 /// If it is not text, names no columns, or has a row with more or fewer cells than the header.
+///
+/// # Limits
+/// Cells that would take more than 4 GiB are refused.
 pub fn read(bytes: &[u8], origin: &str) -> Result<CsvSheet> {
+    read_within(Budget::of(bytes.len()), bytes, origin)
+}
+
+fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvSheet> {
     let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
     let decoded = decode(bytes, origin)?;
     let text = &*decoded.text;
@@ -69,6 +78,9 @@ pub fn read(bytes: &[u8], origin: &str) -> Result<CsvSheet> {
             units = Some(record.iter().map(trimmed).collect());
             continue;
         }
+        let text: usize = record.iter().map(str::len).sum();
+        let cells = columns.len() * size_of::<String>();
+        budget.spend(text + cells).map_err(|message| wrong(format!("row {line} {message}")))?;
         for (column, cell) in columns.iter_mut().zip(record.iter()) {
             column.push(cell.trim().to_owned());
         }
@@ -107,6 +119,7 @@ pub fn read(bytes: &[u8], origin: &str) -> Result<CsvSheet> {
         sample_time,
         attributes,
         rows,
+        ..Sheet::default()
     };
     let dialect = Dialect { encoding: decoded.encoding, delimiter: delimiter.into(), decimal_mark };
     Ok(CsvSheet { sheet, dialect, notes })
@@ -336,12 +349,13 @@ fn check_width(
 /// # Errors
 /// If two have the same name.
 fn named(mut columns: Vec<Column>, origin: &str) -> Result<Vec<Column>> {
-    for i in 0..columns.len() {
-        if columns[i].name.is_empty() {
-            columns[i].name = format!("column {}", i + 1);
+    let mut seen = HashSet::with_capacity(columns.len());
+    for (i, column) in columns.iter_mut().enumerate() {
+        if column.name.is_empty() {
+            column.name = format!("column {}", i + 1);
         }
-        if columns[..i].iter().any(|column| column.name == columns[i].name) {
-            let message = format!("has two columns named \"{}\"; rename one", columns[i].name);
+        if !seen.insert(column.name.clone()) {
+            let message = format!("has two columns named \"{}\"; rename one", column.name);
             return Err(Error::Table { origin: origin.to_owned(), message });
         }
     }
@@ -365,5 +379,19 @@ fn sample_time(attributes: &[(String, String)], origin: &str) -> Result<Option<f
                  seconds, such as \"{key}: 1.5\""
             ),
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_would_take_too_much_is_refused_at_its_row() {
+        let text = b"t,op\n0,50\n1,51\n2,52\n";
+        let row = 3 + 2 * size_of::<String>();
+        assert!(read_within(Budget::new(3 * row), text, "f.csv").is_ok());
+        let message = read_within(Budget::new(2 * row), text, "f.csv").unwrap_err().to_string();
+        assert!(message.starts_with("f.csv: row 4 would take more than"), "{message}");
     }
 }

@@ -40,12 +40,14 @@ impl Instrument {
         })
     }
 
+    /// What the transmitter and the controller of a loop have in common: area, what is measured, number.
+    pub fn loop_key(&self) -> (&str, &str, &str) {
+        (&self.area, &self.measured, &self.number)
+    }
+
     /// Whether this transmitter and that `controller` are of one loop.
     pub fn measures_for(&self, controller: &Self) -> bool {
-        !self.controls
-            && controller.controls
-            && (&self.area, &self.measured, &self.number)
-                == (&controller.area, &controller.measured, &controller.number)
+        !self.controls && controller.controls && self.loop_key() == controller.loop_key()
     }
 }
 

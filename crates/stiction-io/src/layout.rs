@@ -6,9 +6,12 @@ use crate::leftover;
 use crate::options::{Mapped, ReadOptions};
 use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Role, SEPARATORS, Signal};
-use crate::sheet::{Cells, Sheet};
-use std::collections::{HashMap, HashSet};
+use crate::sheet::{Cells, LeftOut, Sheet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use stiction_diagnose::recording::Mode;
+
+/// How many reasons why something is no column have a note of their own; the list of columns has them all.
+const MOST_REASONS: usize = 20;
 
 /// How a sheet holds its loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,6 +68,8 @@ pub struct LoopPlan {
     pub name: Option<String>,
     /// What the user should know of it alone.
     pub notes: Vec<String>,
+    /// Why it is not read, where the file has a signal of it that could not be made a column.
+    pub unread: Option<String>,
     signals: [Option<usize>; 5],
     qualities: [Option<usize>; 5],
     quality: Option<usize>,
@@ -152,26 +157,88 @@ pub struct Plan {
 /// If a column that was named for no loop in particular is not there, or two columns are the same signal of
 /// the same loop.
 pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
-    let columns: Vec<&str> = sheet.columns.iter().map(|column| &*column.name).collect();
-    let about_rows = AboutRows::find(sheet, &columns, options)?;
+    let given = Given::of(options);
+    let about_rows = AboutRows::find(sheet, &given)?;
     let mut plan = match (about_rows.of(Role::Tag), about_rows.of(Role::Value)) {
-        (Some(tag), Some(value)) => long(sheet, options, &about_rows, tag, value)?,
-        _ => wide(sheet, options, &about_rows)?,
+        (Some(tag), Some(value)) => long(sheet, &given, &about_rows, tag, value)?,
+        _ => wide(sheet, &given, &about_rows)?,
     };
     plan.time = about_rows.of(Role::Time);
     plan.date = about_rows.of(Role::Date);
     if plan.time.is_none() {
         plan.time = plan.date.take();
     }
+    name_left_out(sheet, &given, &mut plan);
     for recognised in &mut plan.recognised {
         recognised.part.clone_from(&sheet.part);
     }
     Ok(plan)
 }
 
-fn wide(sheet: &Sheet, options: &ReadOptions, about_rows: &AboutRows) -> Result<Plan> {
+/// Names what could not be made a column. A loop is not judged on half of its signals: where one of them is left out,
+/// and nothing stands for it, the loop is not read. A mode is no such signal, and neither is what is empty or single.
+fn name_left_out(sheet: &Sheet, given: &Given<'_>, plan: &mut Plan) {
+    let lower = |name: &Option<String>| name.as_ref().map(|name| name.to_lowercase());
+    let mut places: HashMap<Option<String>, usize> =
+        plan.loops.iter().enumerate().map(|(place, each)| (lower(&each.name), place)).collect();
+    let mut by_reason: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for LeftOut { name, why, holds_samples } in &sheet.left_out {
+        let found = candidate(name, given);
+        let role = found.as_ref().map_or(Role::Ignored, |found| found.role);
+        let is_given = found.as_ref().is_some_and(|found| found.given);
+        let loop_name = found.and_then(|found| found.loop_name);
+        plan.recognised.push(Recognised {
+            part: String::new(),
+            column: name.clone(),
+            role: Role::Ignored,
+            loop_name: loop_name.clone(),
+            why: format!("it {why}"),
+        });
+        if is_given && role == Role::Ignored {
+            continue;
+        }
+        if let Role::Signal(signal) = role
+            && signal != Signal::Mode
+            && (*holds_samples || is_given)
+        {
+            let only = plan.loops.first().filter(|_| plan.loops.len() == 1);
+            // What tells no loop belongs to the only one.
+            let is_only = only.is_some_and(|only| only.name.is_none() || loop_name.is_none());
+            let place = match places.get(&lower(&loop_name)) {
+                Some(place) => *place,
+                None if is_only => 0,
+                None => {
+                    plan.loops.push(LoopPlan { name: loop_name.clone(), ..LoopPlan::default() });
+                    places.insert(lower(&loop_name), plan.loops.len() - 1);
+                    plan.loops.len() - 1
+                }
+            };
+            if plan.loops[place].signal(signal).is_none() {
+                plan.loops[place].unread.get_or_insert(format!(
+                    "has \"{name}\", by its name the {}, but it {why}; mend it, or leave it out with {}",
+                    signal.name(),
+                    given.options.wording.of(Remedy::map("ignore", name))
+                ));
+                continue;
+            }
+        }
+        by_reason.entry(why).or_default().push(name);
+    }
+    let more: Vec<&str> = by_reason.values().skip(MOST_REASONS).flatten().copied().collect();
+    for (why, names) in by_reason.iter().take(MOST_REASONS) {
+        plan.notes.push(match &names[..] {
+            [name] => format!("\"{name}\" {why} and is not used"),
+            names => format!("{} are not used: each {why}", list(names)),
+        });
+    }
+    if !more.is_empty() {
+        plan.notes.push(format!("{} are not used, for other reasons", list(&more)));
+    }
+}
+
+fn wide(sheet: &Sheet, given: &Given<'_>, about_rows: &AboutRows) -> Result<Plan> {
     let names: Vec<&str> = sheet.columns.iter().map(|column| &*column.name).collect();
-    let missing = missing(sheet, &names, options, "column")?;
+    let missing = missing(sheet, &names, given.options, "column")?;
     let content = Content { sheet, place: &Place::Columns };
     let rows: Vec<usize> = about_rows
         .roles
@@ -179,7 +246,7 @@ fn wide(sheet: &Sheet, options: &ReadOptions, about_rows: &AboutRows) -> Result<
         .filter(|(_, role)| matches!(role, Role::Time | Role::Date))
         .map(|(column, _)| *column)
         .collect();
-    let mut assigned = assign(&content, &names, &rows, missing, options)?;
+    let mut assigned = assign(&content, &names, &rows, missing, given)?;
     for (column, role) in &about_rows.roles {
         // A column that only its name makes one about rows may be a signal or quality all the same.
         if matches!(role, Role::Time | Role::Date) {
@@ -201,20 +268,20 @@ fn wide(sheet: &Sheet, options: &ReadOptions, about_rows: &AboutRows) -> Result<
 
 fn long(
     sheet: &Sheet,
-    options: &ReadOptions,
+    given: &Given<'_>,
     about_rows: &AboutRows,
     tag: usize,
     value: usize,
 ) -> Result<Plan> {
     for role in [Role::Tag, Role::Value, Role::Quality(None)] {
-        about_rows.check_single(sheet, role, options.wording)?;
+        about_rows.check_single(sheet, role, given.options.wording)?;
     }
-    let tags = tags(sheet, tag, options.wording)?;
+    let tags = tags(sheet, tag, given.options.wording)?;
     let quality = about_rows.of(Role::Quality(None));
     let place = Place::Rows { tags: tags.clone(), value, quality };
     let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
-    let missing = missing(sheet, &names, options, "tag")?;
-    let assigned = assign(&Content { sheet, place: &place }, &names, &[], missing, options)?;
+    let missing = missing(sheet, &names, given.options, "tag")?;
+    let assigned = assign(&Content { sheet, place: &place }, &names, &[], missing, given)?;
     let mut recognised: Vec<Recognised> = sheet
         .columns
         .iter()
@@ -237,36 +304,37 @@ fn long(
 /// The columns that say something of whole rows: times, tags, values, a common quality.
 struct AboutRows {
     roles: Vec<(usize, Role)>,
-    given: Vec<usize>,
+    given: HashSet<usize>,
 }
 
 impl AboutRows {
-    fn find(sheet: &Sheet, columns: &[&str], options: &ReadOptions) -> Result<Self> {
-        let (mut roles, mut given): (Vec<(usize, Role)>, Vec<usize>) = (vec![], vec![]);
-        for (i, column) in columns.iter().enumerate() {
-            if let Some(mapped) = mapping_of(column, options) {
+    fn find(sheet: &Sheet, told: &Given<'_>) -> Result<Self> {
+        let (mut roles, mut given): (Vec<(usize, Role)>, HashSet<usize>) = Default::default();
+        for (i, column) in sheet.columns.iter().enumerate() {
+            if let Some(mapped) = told.mapped(&column.name) {
                 let about = !matches!(
                     mapped.role,
                     Role::Signal(_) | Role::Quality(Some(_)) | Role::Ignored
                 );
                 if about && mapped.loop_name.is_none() {
                     roles.push((i, mapped.role));
-                    given.push(i);
+                    given.insert(i);
                 }
-            } else if let Some(role) = role::of_rows(column) {
+            } else if let Some(role) = role::of_rows(&column.name) {
                 roles.push((i, role));
             }
         }
         // What is given stands in place of what is recognised.
-        let is_given =
-            |role: Role| roles.iter().any(|(i, each)| *each == role && given.contains(i));
         let replaced: Vec<Role> =
-            roles.iter().map(|(_, role)| *role).filter(|role| is_given(*role)).collect();
+            [Role::Time, Role::Date, Role::Tag, Role::Value, Role::Quality(None)]
+                .into_iter()
+                .filter(|role| roles.iter().any(|(i, each)| each == role && given.contains(i)))
+                .collect();
         roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
         let found = Self { roles, given };
         // Words for the others count only in a long table.
-        found.check_single(sheet, Role::Time, options.wording)?;
-        found.check_single(sheet, Role::Date, options.wording)?;
+        found.check_single(sheet, Role::Time, told.options.wording)?;
+        found.check_single(sheet, Role::Date, told.options.wording)?;
         Ok(found)
     }
 
@@ -333,16 +401,30 @@ fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> {
     Ok(tags)
 }
 
-/// What the user says of the column or tag called `name`.
-fn mapping_of<'o>(name: &str, options: &'o ReadOptions) -> Option<&'o Mapped> {
-    let exact = options.map.iter().rev().find(|mapped| mapped.column == name);
-    exact.or_else(|| options.map.iter().rev().find(|mapped| is_same(&mapped.column, name)))
+/// What the user says of columns and tags, by their names.
+struct Given<'o> {
+    options: &'o ReadOptions,
+    exactly: HashMap<&'o str, usize>,
+    in_lower_case: HashMap<String, usize>,
 }
 
-/// Whether a user who writes `given` means the column called `name`.
-fn is_same(given: &str, name: &str) -> bool {
-    let given = given.to_lowercase();
-    given == name.to_lowercase() || given == role::without_unit(name).0.to_lowercase()
+impl<'o> Given<'o> {
+    fn of(options: &'o ReadOptions) -> Self {
+        // Of several the last counts.
+        let columns = || options.map.iter().enumerate().map(|(place, each)| (&*each.column, place));
+        let in_lower_case = columns().map(|(column, place)| (column.to_lowercase(), place));
+        Self { options, exactly: columns().collect(), in_lower_case: in_lower_case.collect() }
+    }
+
+    /// What is said of the column or tag called `name`, with its unit or without.
+    fn mapped(&self, name: &str) -> Option<&'o Mapped> {
+        let loosely = |name: &str| self.in_lower_case.get(&name.to_lowercase());
+        let place = self
+            .exactly
+            .get(name)
+            .or_else(|| loosely(name).max(loosely(role::without_unit(name).0)))?;
+        Some(&self.options.map[*place])
+    }
 }
 
 /// The loops for which the user names what is not there; what is named for no loop must be.
@@ -352,14 +434,20 @@ fn missing(
     options: &ReadOptions,
     what: &str,
 ) -> Result<Vec<MissingLoop>> {
-    let columns = || sheet.columns.iter().map(|column| &*column.name);
-    let mut missing: Vec<MissingLoop> = vec![];
-    for mapped in &options.map {
-        let known =
-            names.iter().copied().chain(columns()).any(|name| is_same(&mapped.column, name));
-        if known {
-            continue;
-        }
+    if options.map.is_empty() {
+        return Ok(vec![]);
+    }
+    let columns = sheet.columns.iter().map(|column| &*column.name);
+    let left_out = sheet.left_out.iter().map(|each| &*each.name);
+    let known: HashSet<String> = names
+        .iter()
+        .copied()
+        .chain(columns)
+        .chain(left_out)
+        .flat_map(|name| [name.to_lowercase(), role::without_unit(name).0.to_lowercase()])
+        .collect();
+    let (mut missing, mut seen): (Vec<MissingLoop>, _) = (vec![], HashSet::new());
+    for mapped in options.map.iter().filter(|each| !known.contains(&each.column.to_lowercase())) {
         let reason = format!(
             "has no {what} \"{}\", which is given as {}; its {what}s are {}",
             mapped.column,
@@ -369,16 +457,11 @@ fn missing(
         let Some(name) = &mapped.loop_name else {
             return Err(Error::Table { origin: sheet.origin.clone(), message: reason });
         };
-        if !missing.iter().any(|each| is_loop(&each.name, name)) {
+        if seen.insert(name.to_lowercase()) {
             missing.push(MissingLoop { name: name.clone(), reason, is_partly_here: false });
         }
     }
     Ok(missing)
-}
-
-/// Whether two names are of one loop.
-fn is_loop(a: &str, b: &str) -> bool {
-    a.to_lowercase() == b.to_lowercase()
 }
 
 /// Names in quotes, not endlessly many.
@@ -432,7 +515,8 @@ impl Candidate {
     }
 }
 
-fn candidate(name: &str, options: &ReadOptions) -> Option<Candidate> {
+fn candidate(name: &str, given: &Given<'_>) -> Option<Candidate> {
+    let options = given.options;
     let split = |why: &dyn Fn(&role::Split) -> String| {
         let by_pattern = options.pattern.as_ref().and_then(|p| p.split(name, &options.signals));
         let by_pattern = by_pattern.map(|split| {
@@ -453,7 +537,7 @@ fn candidate(name: &str, options: &ReadOptions) -> Option<Candidate> {
         }
         role => format!("its name is a word for {role}"),
     };
-    if let Some(mapped) = mapping_of(name, options) {
+    if let Some(mapped) = given.mapped(name) {
         let named = || split(&why).and_then(|(split, _)| split.loop_name);
         return Some(Candidate {
             loop_name: mapped.loop_name.clone().or_else(named),
@@ -486,13 +570,13 @@ fn assign(
     names: &[&str],
     rows: &[usize],
     missing: Vec<MissingLoop>,
-    options: &ReadOptions,
+    given: &Given<'_>,
 ) -> Result<Assigned> {
-    let sheet = content.sheet;
+    let (sheet, options) = (content.sheet, given.options);
     let mut candidates: Vec<Option<Candidate>> =
-        names.iter().map(|name| candidate(name, options)).collect();
+        names.iter().map(|name| candidate(name, given)).collect();
     let mut notes = vec![];
-    settle_mv(&mut candidates, names, options.wording, &mut notes);
+    let settled = settle_mv(&mut candidates, names, options.wording);
     take_switches(&mut candidates, names, content);
     take_quantity(&mut candidates, names, content, options.wording, &mut notes);
     let is_unused = |i: &usize| {
@@ -519,6 +603,12 @@ fn assign(
                 });
         }
     }
+    for (i, note) in settled {
+        let of = candidates[i].as_ref().and_then(|candidate| candidate.loop_name.as_ref());
+        if let Some(place) = places.get(&of.map(|name| name.to_lowercase())) {
+            loops[*place].notes.push(note);
+        }
+    }
     order.sort_by_key(|i| candidates[*i].as_ref().is_some_and(|c| !c.given));
     for i in order {
         let Some(candidate) = &mut candidates[i] else { continue };
@@ -528,7 +618,7 @@ fn assign(
         let Some(place) = plan.place(candidate.role) else { continue };
         match *place {
             None => *place = Some(i),
-            Some(other) if given(options, names[other]) && !candidate.given => {
+            Some(other) if given.mapped(names[other]).is_some() && !candidate.given => {
                 candidate.why = format!("the {} is given as \"{}\"", candidate.role, names[other]);
                 candidate.role = Role::Ignored;
             }
@@ -645,32 +735,28 @@ fn take_quantity(
     candidates[*quantity] = Some(Candidate::recognised(loop_name, Role::Signal(Signal::Pv), why));
 }
 
-fn given(options: &ReadOptions, name: &str) -> bool {
-    mapping_of(name, options).is_some()
-}
-
-/// MV is the manipulated variable, which is the OP; beside another OP it is the measured valve.
+/// MV is the manipulated variable, which is the OP; beside another OP it is the measured valve. Gives a note for each.
 fn settle_mv(
     candidates: &mut [Option<Candidate>],
     names: &[&str],
     wording: Wording,
-    notes: &mut Vec<String>,
-) {
+) -> Vec<(usize, String)> {
     let key = |candidate: &Candidate| candidate.loop_name.as_ref().map(|name| name.to_lowercase());
-    let has = |candidates: &[Option<Candidate>], of: &Candidate, signal: Signal| {
-        let same = |c: &&Candidate| {
-            !c.is_mv
-                && c.role == Role::Signal(signal)
-                && (key(c) == key(of) || c.loop_name.is_none())
-        };
-        candidates.iter().flatten().find(same).is_some()
+    let loops_with = |signal: Signal| -> HashSet<Option<String>> {
+        let is_it = |c: &&Candidate| !c.is_mv && c.role == Role::Signal(signal);
+        candidates.iter().flatten().filter(is_it).map(key).collect()
     };
+    let (with_op, with_vp) = (loops_with(Signal::Op), loops_with(Signal::Vp));
+    // A signal of no loop in particular may be that of any.
+    let has = |loops: &HashSet<Option<String>>, of: &Candidate| {
+        loops.contains(&None) || loops.contains(&key(of))
+    };
+    let mut notes = vec![];
     for i in 0..candidates.len() {
         let Some(candidate) = candidates[i].as_ref().filter(|candidate| candidate.is_mv) else {
             continue;
         };
-        let (has_op, has_vp) =
-            (has(candidates, candidate, Signal::Op), has(candidates, candidate, Signal::Vp));
+        let (has_op, has_vp) = (has(&with_op, candidate), has(&with_vp, candidate));
         let name = names[i];
         let (role, note) = if has_op && !has_vp {
             let note = format!(
@@ -695,8 +781,9 @@ fn settle_mv(
                 "MV is the manipulated variable".to_owned()
             };
         }
-        notes.push(note);
+        notes.push((i, note));
     }
+    notes
 }
 
 /// Signals that tell no loop belong to the only loop that there is.
@@ -723,6 +810,7 @@ fn join_the_nameless(assigned: &mut Assigned) {
         one.qualities[k] = one.qualities[k].or(nameless.qualities[k]);
     }
     one.quality = one.quality.or(nameless.quality);
+    one.notes.extend(nameless.notes);
 }
 
 /// The PV of a data acquisition block, `FC101.DACA`, is that of the control block of the same point,
@@ -732,6 +820,13 @@ fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
         let (point, block) = each.name.as_ref()?.rsplit_once(SEPARATORS)?;
         Some((point.to_lowercase(), block.to_lowercase()))
     };
+    let mut of_point: HashMap<String, Vec<usize>> = HashMap::new();
+    for (place, each) in assigned.loops.iter().enumerate().filter(|(_, each)| each.has_op()) {
+        let whole = each.name.as_ref().map(|name| name.to_lowercase());
+        for key in point(each).map(|(point, _)| point).into_iter().chain(whole) {
+            of_point.entry(key).or_default().push(place);
+        }
+    }
     for k in 0..assigned.loops.len() {
         let Some((of, _)) = point(&assigned.loops[k]).filter(|(_, block)| block == "daca") else {
             continue;
@@ -741,15 +836,11 @@ fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
         else {
             continue;
         };
-        let controls = |each: &&mut LoopPlan| {
-            each.has_op()
-                && each.signals[pv].is_none()
-                && (point(each).is_some_and(|(point, _)| point == of)
-                    || each.name.as_ref().is_some_and(|name| is_loop(name, &of)))
-        };
-        let quality = assigned.loops[k].quality(Signal::Pv);
-        let mut controllers = assigned.loops.iter_mut().filter(controls);
+        let lacks_pv = |place: &&usize| assigned.loops[**place].signals[pv].is_none();
+        let mut controllers = of_point.get(&of).into_iter().flatten().filter(lacks_pv);
         let (Some(controller), None) = (controllers.next(), controllers.next()) else { continue };
+        let quality = assigned.loops[k].quality(Signal::Pv);
+        let controller = &mut assigned.loops[*controller];
         controller.signals[pv] = Some(column);
         controller.qualities[pv] = controller.qualities[pv].or(quality);
         let name = controller.name.clone();
@@ -774,16 +865,16 @@ fn leave_out_missing(assigned: &mut Assigned) {
     let here: HashSet<String> = loops.map(|name| name.to_lowercase()).collect();
     for missing in &mut assigned.missing {
         missing.is_partly_here = here.contains(&missing.name.to_lowercase());
-        if !missing.is_partly_here {
-            continue;
-        }
-        let is_it =
-            |name: &Option<String>| name.as_ref().is_some_and(|name| is_loop(name, &missing.name));
-        assigned.loops.retain(|each| !is_it(&each.name));
-        for each in assigned.recognised.iter_mut().filter(|each| is_it(&each.loop_name)) {
-            each.role = Role::Ignored;
-            "another column or tag of its loop is not there".clone_into(&mut each.why);
-        }
+    }
+    let partly = assigned.missing.iter().filter(|each| each.is_partly_here);
+    let partly: HashSet<String> = partly.map(|each| each.name.to_lowercase()).collect();
+    let is_it = |name: &Option<String>| {
+        name.as_ref().is_some_and(|name| partly.contains(&name.to_lowercase()))
+    };
+    assigned.loops.retain(|each| !is_it(&each.name));
+    for each in assigned.recognised.iter_mut().filter(|each| is_it(&each.loop_name)) {
+        each.role = Role::Ignored;
+        "another column or tag of its loop is not there".clone_into(&mut each.why);
     }
     for missing in assigned.missing.iter().filter(|each| each.is_partly_here) {
         assigned
@@ -798,12 +889,15 @@ fn keep_those_with_op(assigned: &mut Assigned) -> Vec<usize> {
     let lone = lone.filter_map(|each| each.signal(Signal::Pv)).collect();
     let without: Vec<&LoopPlan> = assigned.loops.iter().filter(|each| !each.has_op()).collect();
     if without.len() < assigned.loops.len() {
-        for each in without {
-            assigned.notes.push(match &each.name {
-                Some(name) => format!("loop {name} has no OP and is not read"),
-                None => "the columns that tell no loop have no OP among them and are not read"
-                    .to_owned(),
-            });
+        let named: Vec<&str> = without.iter().filter_map(|each| each.name.as_deref()).collect();
+        assigned.notes.extend(match &named[..] {
+            [] => None,
+            [name] => Some(format!("loop {name} has no OP and is not read")),
+            _ => Some(format!("the loops {} have no OP and are not read", list(&named))),
+        });
+        if named.len() < without.len() {
+            let note = "the columns that tell no loop have no OP among them and are not read";
+            assigned.notes.push(note.to_owned());
         }
         assigned.loops.retain(LoopPlan::has_op);
     } else {

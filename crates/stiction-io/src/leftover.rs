@@ -4,6 +4,7 @@ use crate::instrument::Instrument;
 use crate::layout::{LoopPlan, list};
 use crate::remedy::{Remedy, Wording};
 use crate::role::Signal;
+use std::collections::HashMap;
 
 /// The signals without which a diagnosis knows less.
 const WANTED: [Signal; 3] = [Signal::Pv, Signal::Sp, Signal::Mode];
@@ -23,36 +24,44 @@ pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording
     let mut offered = vec![];
     let tags: Vec<Option<Instrument>> =
         candidates.iter().map(|name| Instrument::of(name)).collect();
+    let mut of_loop: HashMap<_, Vec<(usize, &Instrument)>> = HashMap::new();
+    for (place, tag) in tags.iter().enumerate() {
+        let Some(tag) = tag else { continue };
+        of_loop.entry(tag.loop_key()).or_default().push((place, tag));
+    }
     for each in loops.iter_mut().filter(|each| each.signal(Signal::Pv).is_none()) {
         let Some(name) = each.name.clone() else { continue };
         let Some(controller) = Instrument::of(&name) else { continue };
-        for (place, tag) in tags.iter().enumerate() {
-            if tag.as_ref().is_some_and(|tag| tag.measures_for(&controller)) {
-                let candidate = candidates[place];
+        for (place, tag) in of_loop.get(&controller.loop_key()).into_iter().flatten() {
+            if tag.measures_for(&controller) {
+                let candidate = candidates[*place];
                 let note = format!(
                     "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which \
                      has none; if it is, give {}",
                     wording.of(Remedy::map(role(each, Signal::Pv, false), candidate))
                 );
                 each.notes.push(note);
-                offered.push(place);
+                offered.push(*place);
             }
         }
     }
     offered
 }
 
-/// The note on numeric columns or tags that are not used while a loop lacks a signal that they could be.
+/// The note on numeric columns or tags that are not used; while a loop lacks a signal that they could be, with how to
+/// say so.
 pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<String> {
     let first = unused.first()?;
     let lacks = |each: &LoopPlan, signal: Signal| each.signal(signal).is_none();
     let missing: Vec<Signal> =
         WANTED.into_iter().filter(|signal| loops.iter().any(|each| lacks(each, *signal))).collect();
-    let signal = *missing.first()?;
-    let poor = loops.iter().find(|each| lacks(each, signal))?;
     let holds = match unused.len() {
         1 => "holds numbers and is not used",
         _ => "hold numbers and are not used",
+    };
+    let poor = missing.first().and_then(|signal| loops.iter().find(|each| lacks(each, *signal)));
+    let (Some(signal), Some(poor)) = (missing.first(), poor) else {
+        return Some(format!("{} {holds}", list(unused)));
     };
     let whose = match (loops.len(), &poor.name) {
         (1, None) => "the loop has".to_owned(),
@@ -65,6 +74,6 @@ pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<Str
         "{} {holds}, while {whose} {}; if one is such a signal, say so, as in {}",
         list(unused),
         missing.join(", "),
-        wording.of(Remedy::map(role(poor, signal, loops.len() == 1), first))
+        wording.of(Remedy::map(role(poor, *signal, loops.len() == 1), first))
     ))
 }

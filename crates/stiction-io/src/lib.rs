@@ -5,9 +5,9 @@
 //! error that names the file, the line or row, the key or column, and what would be right.
 #![forbid(unsafe_code)]
 
-#[cfg(any(feature = "matlab", feature = "parquet"))]
 mod budget;
 mod built_in;
+pub mod bytes;
 mod content;
 pub mod csv_sheet;
 mod encoding;
@@ -37,6 +37,7 @@ pub mod sheet;
 pub mod summary;
 pub mod table;
 pub mod timestamp;
+pub mod whole;
 
 pub use error::{Error, Result};
 pub use options::ReadOptions;

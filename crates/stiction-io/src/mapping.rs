@@ -1,5 +1,6 @@
 //! Mapping files: what the user says of recordings, in TOML.
 
+use crate::bytes;
 use crate::error::{Error, Result};
 use crate::fields::{Fields, Wrong, line_of};
 use crate::options::{LoopOptions, LoopSettings, Mapped, ReadOptions};
@@ -43,10 +44,7 @@ impl ReadOptions {
     /// If it cannot be read or is not well formed.
     pub fn read(path: &Path) -> Result<Self> {
         let origin = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text, &origin),
-            Err(source) => Err(Error::File { path: origin, source }),
-        }
+        Self::parse(&bytes::text(bytes::read(path)?, &origin)?, &origin)
     }
 
     /// Reads a mapping file from its `text`; `origin` names it in errors.
@@ -164,11 +162,12 @@ pv_range = [0, 120.5]
         assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
         assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
         assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 2));
-        let settings = options.settings("fic101");
+        let by_name = crate::options::SettingsByName::of(&options);
+        let settings = by_name.of_loop("fic101");
         assert_eq!(settings.pv_range, Some((0.0, 120.5)));
         assert_eq!(settings.op_range, Some((0.0, 100.0)));
         assert_eq!(settings.loop_type, Some(LoopType::Flow));
-        assert_eq!(options.settings("other").loop_type, None);
+        assert_eq!(by_name.of_loop("other").loop_type, None);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod hdf5;
 mod level5;
+mod links;
 mod sheets;
 
 use crate::error::{Error, Result};
@@ -22,9 +23,8 @@ const HDF5_OFFSETS: [usize; 3] = [0, 512, 1024];
 /// columns `data(:,1)`, `data(:,2)`, ..., or what `colheaders`, `names` or `tags` beside it call them.
 /// A number `Ts`, `dt` or the like is the sampling time, other numbers and text are attributes. A set
 /// point `SP` that is a single number is both: an attribute, and a column that holds it. Vectors of
-/// another length than most are left out, which an attribute called `note` says, as it does of
-/// everything else that was left out. Where there are no vectors of equal length, single vectors
-/// count.
+/// another length than most, and everything else that makes no column, are `left_out` with the reason.
+/// Where there are no vectors of equal length, single vectors count.
 ///
 /// Dates that are MATLAB's (days since the year 0) are left as they are; the attribute `datenum` names
 /// the column that looks like that.
@@ -34,7 +34,7 @@ const HDF5_OFFSETS: [usize; 3] = [0, 512, 1024];
 ///
 /// # Limits
 /// Sparse and complex arrays, function handles and objects, among them tables and timetables, are left
-/// out. In files of version 7.3 fields come in the order of their names.
+/// out, and so are links to other files, which are never followed. In files of version 7.3 fields come in the order of their names.
 pub fn matlab_sheets(bytes: &[u8], origin: &str) -> Result<Vec<Sheet>> {
     variables(bytes)
         .and_then(|variables| sheets::find(&variables, origin))

@@ -3,6 +3,7 @@
 use crate::remedy::Wording;
 use crate::role::{Pattern, Role, Signal};
 use crate::timestamp::{TimeFormat, Zone};
+use std::collections::HashMap;
 use stiction_diagnose::recording::{LoopType, Mode, Quality};
 
 /// What the user says of a file; by default nothing, and all is recognised.
@@ -85,17 +86,32 @@ pub struct LoopOptions {
     pub settings: LoopSettings,
 }
 
-impl ReadOptions {
+/// The settings of loops by their names.
+#[derive(Debug)]
+pub(crate) struct SettingsByName<'o> {
+    all: LoopSettings,
+    own: HashMap<String, &'o LoopSettings>,
+}
+
+impl<'o> SettingsByName<'o> {
+    pub(crate) fn of(options: &'o ReadOptions) -> Self {
+        let mut own = HashMap::with_capacity(options.loops.len());
+        for each in &options.loops {
+            // Of several the first counts.
+            own.entry(each.name.to_lowercase()).or_insert(&each.settings);
+        }
+        Self { all: options.all, own }
+    }
+
     /// The settings of the loop called `name`.
-    pub(crate) fn settings(&self, name: &str) -> LoopSettings {
-        let lower = name.to_lowercase();
-        let own = self.loops.iter().find(|each| each.name.to_lowercase() == lower);
-        let own = own.map(|each| each.settings).unwrap_or_default();
+    pub(crate) fn of_loop(&self, name: &str) -> LoopSettings {
+        let own = self.own.get(&name.to_lowercase()).copied().copied().unwrap_or_default();
+        let all = self.all;
         LoopSettings {
-            loop_type: own.loop_type.or(self.all.loop_type),
-            op_range: own.op_range.or(self.all.op_range),
-            pv_range: own.pv_range.or(self.all.pv_range),
-            vp_range: own.vp_range.or(self.all.vp_range),
+            loop_type: own.loop_type.or(all.loop_type),
+            op_range: own.op_range.or(all.op_range),
+            pv_range: own.pv_range.or(all.pv_range),
+            vp_range: own.vp_range.or(all.vp_range),
         }
     }
 }

@@ -9,6 +9,7 @@
 //! reason = "new packing, stroked by maintenance"
 //! by = "J. Miller"
 //! entered = 2026-03-02
+//! tool = "stiction 0.1.0"
 //! file = "FIC101.csv"
 //! sha256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"
 //!
@@ -30,11 +31,17 @@
 //! With `from` or `until` it holds only for what was recorded on those days, both included, in UTC: the
 //! judged segment must lie between them as a whole, so a recording without dates is not covered. An
 //! override of one recording goes before one of all. Two of one loop and one scope whose days overlap
-//! contradict each other and are an error.
+//! contradict each other, and neither holds.
+//!
+//! An entry that cannot be understood does not hide the others: it is named with its line, see [`Damaged`], and stays in
+//! the file as it is. The file is changed under a lock, so that several who enter something at a time lose nothing.
 
 use crate::error::{Error, Result};
 use crate::fields::{Fields, Wrong, line_of};
+use crate::{bytes, whole};
 use jiff::tz::TimeZone;
+use std::fs::File;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use stiction_diagnose::diagnose::VerdictClass;
 use toml::de::DeTable;
@@ -44,6 +51,10 @@ pub use jiff::civil::Date;
 /// Name of the file that holds the overrides of a folder.
 pub const FILE_NAME: &str = "stiction-overrides.toml";
 
+/// Name of the empty file beside it that is locked while it is changed. It stays: who removed it could remove one that
+/// somebody has just locked.
+const LOCK_NAME: &str = ".stiction-overrides.lock";
+
 const TOP: &[&str] = &["override"];
 const KEYS: &[&str] = &[
     "loop",
@@ -51,6 +62,7 @@ const KEYS: &[&str] = &[
     "reason",
     "by",
     "entered",
+    "tool",
     "file",
     "sha256",
     "all_recordings",
@@ -71,6 +83,8 @@ pub struct Override {
     pub by: Option<String>,
     /// When it was entered.
     pub entered: Option<Date>,
+    /// The program with which it was entered, with its version.
+    pub tool: Option<String>,
     /// What it is about.
     pub scope: Scope,
     /// The first day on which it holds, UTC.
@@ -98,8 +112,21 @@ pub enum Scope {
 pub struct Overrides {
     /// The file, as it is named in messages.
     pub origin: String,
-    /// All of them, in the order of the file.
+    /// All that hold, in the order of the file.
     pub all: Vec<Override>,
+    /// The entries that do not hold, because they cannot be understood or contradict each other.
+    pub damaged: Vec<Damaged>,
+}
+
+/// An entry that does not hold.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damaged {
+    /// Its line, from 1.
+    pub line: usize,
+    /// Tag of its loop, where that much can be read.
+    pub loop_name: Option<String>,
+    /// What is wrong and what would be right.
+    pub message: String,
 }
 
 /// A recording, as far as overrides are concerned.
@@ -178,54 +205,68 @@ impl Overrides {
     /// Reads the overrides at `path`; none if there is no such file.
     ///
     /// # Errors
-    /// If it cannot be read or is not well formed.
+    /// If it cannot be read.
     pub fn read(path: &Path) -> Result<Self> {
-        let origin = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text, &origin),
-            Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
-                Ok(Self { origin, all: vec![] })
-            }
-            Err(source) => Err(Error::File { path: origin, source }),
-        }
+        Ok(Self::parse(&read_if_there(path)?, &path.display().to_string()))
     }
 
-    /// Reads overrides from their `text`; `origin` names it in errors.
-    ///
-    /// # Errors
-    /// If it is not well formed; the error tells the line and what would be right.
-    pub fn parse(text: &str, origin: &str) -> Result<Self> {
-        let at = |wrong: Wrong| Error::Overrides {
-            origin: origin.to_owned(),
-            line: line_of(text.as_bytes(), wrong.span.start),
-            message: wrong.message,
-        };
-        let document = DeTable::parse(text).map_err(|e| {
-            at(Wrong { span: e.span().unwrap_or_default(), message: e.message().to_owned() })
-        })?;
-        let fields = Fields::document(&document, TOP).map_err(at)?;
-        let mut all: Vec<Override> = vec![];
-        for table in fields.tables("override", KEYS).map_err(at)? {
-            let one = entry(&table).map_err(at)?;
-            if all.iter().any(|other| one.rivals(other) && one.overlaps(other)) {
-                let message = format!(
-                    "a second override of {} for {}; remove one, or give them days that do not overlap",
-                    one.loop_name,
-                    one.scope_in_words()
-                );
-                return Err(at(table.wrong_table(message)));
+    /// Reads overrides from the bytes of their file; `origin` names it in messages.
+    pub fn parse(bytes: &[u8], origin: &str) -> Self {
+        let mut damaged = vec![];
+        let mut all: Vec<(usize, Override)> = vec![];
+        for piece in pieces(bytes) {
+            match piece.found {
+                Ok(found) => all.extend(found),
+                Err(wrong) => damaged.push(wrong),
             }
-            table.finish().map_err(at)?;
-            all.push(one);
         }
-        fields.finish().map_err(at)?;
-        Ok(Self { origin: origin.to_owned(), all })
+        // Which of two that contradict each other is meant, nobody but their author knows.
+        let rival = |place: usize| {
+            let (_, one) = &all[place];
+            let mut others = all.iter().enumerate().filter(|(other, _)| *other != place);
+            others.find(|(_, (_, other))| one.rivals(other) && one.overlaps(other)).map(|(_, o)| o)
+        };
+        let rivals: Vec<Option<usize>> =
+            (0..all.len()).map(|place| rival(place).map(|(line, _)| *line)).collect();
+        let mut kept = vec![];
+        for ((line, one), rival) in all.into_iter().zip(rivals) {
+            let Some(other) = rival else {
+                kept.push(one);
+                continue;
+            };
+            let message = format!(
+                "[override]: contradicts that of line {other}, of {} for {}; remove one, or give them days that \
+                 do not overlap",
+                one.loop_name,
+                one.scope_in_words()
+            );
+            damaged.push(Damaged { line, loop_name: Some(one.loop_name), message });
+        }
+        damaged.sort_by_key(|each| each.line);
+        Self { origin: origin.to_owned(), all: kept, damaged }
+    }
+
+    /// What is wrong with each entry that does not hold, in a sentence with file and line.
+    pub fn complaints(&self) -> impl Iterator<Item = String> {
+        self.damaged.iter().map(|each| self.complaint(each))
+    }
+
+    fn complaint(&self, of: &Damaged) -> String {
+        format!(
+            "{}, line {}: {}; this override does not hold until it is mended or removed, the others do",
+            self.origin, of.line, of.message
+        )
     }
 
     /// The override that holds for a recording, and why others of its tag do not.
     pub fn of(&self, recorded: &Recorded<'_>) -> (Option<&Override>, Vec<String>) {
         let file_name = recorded.file.file_name().unwrap_or_default().to_string_lossy();
-        let (mut found, mut notes): (Option<&Override>, _) = (None, vec![]);
+        let mut found: Option<&Override> = None;
+        // One of a loop that cannot be read may be of this one.
+        let of_this =
+            |each: &&Damaged| each.loop_name.as_ref().is_none_or(|name| name == recorded.loop_name);
+        let mut notes: Vec<String> =
+            self.damaged.iter().filter(of_this).map(|each| self.complaint(each)).collect();
         for each in self.all.iter().filter(|each| each.loop_name == recorded.loop_name) {
             let why_not = match &each.scope {
                 Scope::File { name, .. } if *name != file_name => continue,
@@ -307,8 +348,8 @@ fn entry(table: &Fields<'_, '_>) -> std::result::Result<Override, Wrong> {
             ));
         }
     };
-    let (by, entered) = (text("by")?, date("entered")?);
-    Ok(Override { loop_name, verdict, reason, by, entered, scope, from, until })
+    let (by, entered, tool) = (text("by")?, date("entered")?, text("tool")?);
+    Ok(Override { loop_name, verdict, reason, by, entered, tool, scope, from, until })
 }
 
 /// The day of today, UTC.
@@ -316,100 +357,243 @@ pub fn today() -> Date {
     jiff::Timestamp::now().to_zoned(TimeZone::UTC).date()
 }
 
-/// The `text` of a file of overrides with one more: in place of those of the same loop and scope whose
-/// days overlap with its own. All else, such as comments, stays as it is.
+/// Keeps one more override in the file at `path`, see [`with`], whoever else changes it at the time.
 ///
 /// # Errors
-/// If the text, or the result, is not well formed.
-pub fn with(text: &str, origin: &str, one: &Override) -> Result<String> {
-    let head = if text.trim().is_empty() { HEAD } else { "" };
-    let (mut document, _, comments) =
-        edited(text, origin, |other| one.rivals(other) && one.overlaps(other))?;
-    let mut table = toml_edit::Table::new();
-    if !comments.is_empty() {
-        table.decor_mut().set_prefix(comments);
+/// If the file cannot be locked, read or written, or as for [`with`].
+pub fn enter(path: &Path, one: &Override) -> Result<()> {
+    change(path, |bytes, origin| Ok((with(bytes, origin, one)?, ())))
+}
+
+/// Removes the overrides that are `unwanted` from the file at `path`, and tells how many those were.
+///
+/// # Errors
+/// If the file cannot be locked, read or written, or as for [`without`].
+pub fn remove(path: &Path, unwanted: impl Fn(&Override) -> bool) -> Result<usize> {
+    change(path, |bytes, origin| without(bytes, origin, unwanted))
+}
+
+/// Reads the file, changes it and writes it whole, while nobody else does.
+fn change<T>(path: &Path, edit: impl FnOnce(&[u8], &str) -> Result<(Vec<u8>, T)>) -> Result<T> {
+    let refused = |path: &Path, source| Error::File { path: path.display().to_string(), source };
+    let lock_path = whole::end_of_links(path).with_file_name(LOCK_NAME);
+    let lock = File::options().create(true).write(true).truncate(false).open(&lock_path);
+    let lock = lock.map_err(|e| refused(&lock_path, e))?;
+    lock.lock().map_err(|e| refused(&lock_path, e))?;
+    let bytes = read_if_there(path)?;
+    let (made, done) = edit(&bytes, &path.display().to_string())?;
+    if made != bytes {
+        whole::write(path, &made).map_err(|e| refused(path, e))?;
     }
-    let mut set =
-        |key: &str, value: toml_edit::Value| table.insert(key, toml_edit::Item::Value(value));
-    set("loop", one.loop_name.as_str().into());
-    set("verdict", one.verdict.name().into());
-    set("reason", one.reason.as_str().into());
-    if let Some(by) = &one.by {
-        set("by", by.as_str().into());
-    }
-    match &one.scope {
-        Scope::File { name, sha256 } => {
-            set("file", name.as_str().into());
-            set("sha256", sha256.as_str().into());
+    Ok(done)
+}
+
+fn read_if_there(path: &Path) -> Result<Vec<u8>> {
+    match bytes::read(path) {
+        Err(Error::File { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            Ok(vec![])
         }
-        Scope::All => {
-            set("all_recordings", true.into());
-        }
+        read => read,
     }
-    for (key, date) in [("from", one.from), ("until", one.until), ("entered", one.entered)] {
-        // A date as jiff writes it is one of TOML.
-        if let Some(Ok(date)) = date.map(|date| date.to_string().parse::<toml_edit::Datetime>()) {
-            set(key, date.into());
+}
+
+/// The bytes of a file of overrides with one more: in place of those of the same loop and scope whose
+/// days overlap with its own. All else, such as comments and what cannot be understood, stays as it is.
+///
+/// # Errors
+/// If an override to be replaced is not a table of its own.
+pub fn with(bytes: &[u8], origin: &str, one: &Override) -> Result<Vec<u8>> {
+    let (mut made, removed) =
+        edited(bytes, origin, |other| one.rivals(other) && one.overlaps(other))?;
+    let new = in_toml(one);
+    match removed.first() {
+        Some(place) => {
+            made.splice(place..place, new.into_bytes());
         }
-    }
-    let item = document
-        .entry("override")
-        .or_insert_with(|| toml_edit::Item::ArrayOfTables(toml_edit::ArrayOfTables::new()));
-    match item.as_array_of_tables_mut() {
-        Some(tables) => tables.push(table),
+        None if made.trim_ascii().is_empty() => made = format!("{HEAD}{new}").into_bytes(),
         None => {
-            let message = "override: write each as a table of its own, [[override]]".to_owned();
-            return Err(Error::Overrides { origin: origin.to_owned(), line: 1, message });
+            // A file that was cut may end within a line.
+            let blank: &[u8] = if made.ends_with(b"\n") { b"\n" } else { b"\n\n" };
+            made.extend_from_slice(blank);
+            made.extend(new.into_bytes());
         }
     }
-    let made = format!("{head}{document}");
-    Overrides::parse(&made, origin)?;
     Ok(made)
 }
 
-/// The `text` of a file of overrides without those that are `unwanted`, and how many those were.
+/// The bytes of a file of overrides without those that are `unwanted`, and how many those were.
 ///
 /// # Errors
-/// If the text is not well formed.
+/// If one of them is not a table of its own.
 pub fn without(
-    text: &str,
+    bytes: &[u8],
     origin: &str,
     unwanted: impl Fn(&Override) -> bool,
-) -> Result<(String, usize)> {
-    let (mut document, removed, comments) = edited(text, origin, unwanted)?;
-    let end = document.trailing().as_str().unwrap_or_default().to_owned();
-    document.set_trailing(format!("{comments}{end}"));
-    Ok((document.to_string(), removed))
+) -> Result<(Vec<u8>, usize)> {
+    let (made, removed) = edited(bytes, origin, unwanted)?;
+    Ok((made, removed.len()))
 }
 
 const HEAD: &str = "# What people concluded of valves, kept by `stiction override`.\n\
                     # The computed verdict is always shown beside it.\n\n";
 
-/// The document without those that are `unwanted`, how many those were, and what stood above them.
-fn edited(
-    text: &str,
-    origin: &str,
-    unwanted: impl Fn(&Override) -> bool,
-) -> Result<(toml_edit::DocumentMut, usize, String)> {
-    let known = Overrides::parse(text, origin)?;
-    let mut document: toml_edit::DocumentMut =
-        text.parse().map_err(|e: toml_edit::TomlError| Error::Overrides {
-            origin: origin.to_owned(),
-            line: line_of(text.as_bytes(), e.span().unwrap_or_default().start),
-            message: e.message().to_owned(),
-        })?;
-    let (mut removed, mut comments) = (0, String::new());
-    if let Some(tables) =
-        document.get_mut("override").and_then(toml_edit::Item::as_array_of_tables_mut)
-    {
-        for place in (0..known.all.len()).rev().filter(|place| unwanted(&known.all[*place])) {
-            let above = tables.get(place).and_then(|table| table.decor().prefix()?.as_str());
-            comments.insert_str(0, above.filter(|text| text.contains('#')).unwrap_or_default());
-            tables.remove(place);
-            removed += 1;
+/// An override as a table.
+fn in_toml(one: &Override) -> String {
+    let mut out = "[[override]]\n".to_owned();
+    let mut set = |key: &str, value: String| out += &format!("{key} = {value}\n");
+    set("loop", quoted(&one.loop_name));
+    set("verdict", quoted(one.verdict.name()));
+    set("reason", quoted(&one.reason));
+    if let Some(by) = &one.by {
+        set("by", quoted(by));
+    }
+    match &one.scope {
+        Scope::File { name, sha256 } => {
+            set("file", quoted(name));
+            set("sha256", quoted(sha256));
+        }
+        Scope::All => set("all_recordings", "true".to_owned()),
+    }
+    for (key, date) in [("from", one.from), ("until", one.until), ("entered", one.entered)] {
+        if let Some(date) = date {
+            set(key, date.to_string());
         }
     }
-    Ok((document, removed, comments))
+    if let Some(tool) = &one.tool {
+        set("tool", quoted(tool));
+    }
+    out
+}
+
+/// A text of TOML on one line, whatever it holds: lines tell where entries begin when a file is damaged.
+fn quoted(text: &str) -> String {
+    let mut out = "\"".to_owned();
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out += &format!("\\u{:04X}", u32::from(c)),
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}
+
+/// The bytes without the overrides that are `unwanted`, and where each of those was. Comments stay.
+fn edited(
+    bytes: &[u8],
+    origin: &str,
+    unwanted: impl Fn(&Override) -> bool,
+) -> Result<(Vec<u8>, Vec<usize>)> {
+    let (mut made, mut removed) = (vec![], vec![]);
+    for piece in pieces(bytes) {
+        let text = &bytes[piece.range.clone()];
+        let unwanted = piece.found.iter().flatten().find(|(_, each)| unwanted(each));
+        let Some((line, _)) = unwanted else {
+            made.extend_from_slice(text);
+            continue;
+        };
+        if !text.starts_with(b"[[") {
+            let message = "override: write each as a table of its own, [[override]]".to_owned();
+            return Err(Error::Overrides { origin: origin.to_owned(), line: *line, message });
+        }
+        removed.push(made.len());
+        made.extend_from_slice(&text[end_of_entry(text)..]);
+    }
+    Ok((made, removed))
+}
+
+/// Where an entry ends and the comments above the next one begin.
+fn end_of_entry(text: &[u8]) -> usize {
+    let mut end = text.len();
+    for line in text.split_inclusive(|b| *b == b'\n').rev() {
+        let bare = line.trim_ascii();
+        if !(bare.is_empty() || bare.starts_with(b"#")) {
+            break;
+        }
+        end -= line.len();
+    }
+    end
+}
+
+/// A piece of a file of overrides: an entry, or what stands above the first.
+struct Piece {
+    range: Range<usize>,
+    /// The overrides in it with their lines.
+    found: std::result::Result<Vec<(usize, Override)>, Damaged>,
+}
+
+/// The pieces of a file, all of them together the whole of it. Where the file is no TOML, an entry begins with each line
+/// that begins with `[[`.
+fn pieces(bytes: &[u8]) -> Vec<Piece> {
+    let known = std::str::from_utf8(bytes).ok().and_then(|text| {
+        let document = DeTable::parse(text).ok()?;
+        // Those of other names, which are misspelt, do not belong to the one above them.
+        let lists = document.get_ref().values().filter_map(|value| value.get_ref().as_array());
+        let mut starts: Vec<usize> =
+            lists.flat_map(|list| list.iter().map(|each| each.span().start)).collect();
+        starts.retain(|at| text[*at..].starts_with("[["));
+        starts.sort_unstable();
+        Some(starts)
+    });
+    let mut starts = known.unwrap_or_else(|| {
+        let (mut at, mut starts) = (0, vec![]);
+        for line in bytes.split_inclusive(|b| *b == b'\n') {
+            if line.trim_ascii_start().starts_with(b"[[") {
+                starts.push(at + line.len() - line.trim_ascii_start().len());
+            }
+            at += line.len();
+        }
+        starts
+    });
+    starts.insert(0, 0);
+    starts.push(bytes.len());
+    starts.dedup();
+    let ranges = starts.windows(2).map(|pair| pair[0]..pair[1]);
+    ranges.map(|range| Piece { found: understood(bytes, range.clone()), range }).collect()
+}
+
+/// The overrides in a piece of a file.
+fn understood(
+    bytes: &[u8],
+    range: Range<usize>,
+) -> std::result::Result<Vec<(usize, Override)>, Damaged> {
+    let line = |at: usize| line_of(bytes, range.start + at);
+    let text = std::str::from_utf8(&bytes[range.clone()]).map_err(|e| Damaged {
+        line: line(e.valid_up_to()),
+        loop_name: None,
+        message: "is not UTF-8 text; save the file in UTF-8".to_owned(),
+    })?;
+    let found = entries(text).map_err(|wrong| Damaged {
+        line: line(wrong.span.start),
+        loop_name: tag(text),
+        message: wrong.message,
+    })?;
+    Ok(found.into_iter().map(|(at, one)| (line(at), one)).collect())
+}
+
+/// The overrides in a text with their places.
+fn entries(text: &str) -> std::result::Result<Vec<(usize, Override)>, Wrong> {
+    let document = DeTable::parse(text).map_err(|e| Wrong {
+        span: e.span().unwrap_or_default(),
+        message: e.message().to_owned(),
+    })?;
+    let fields = Fields::document(&document, TOP)?;
+    let mut all = vec![];
+    for table in fields.tables("override", KEYS)? {
+        let at = table.wrong_table("").span.start;
+        all.push((at, entry(&table)?));
+        table.finish()?;
+    }
+    fields.finish()?;
+    Ok(all)
+}
+
+/// The tag in an entry that is no TOML as a whole, if its line is.
+fn tag(text: &str) -> Option<String> {
+    text.lines().find_map(|line| {
+        let line = DeTable::parse(line).ok()?;
+        Some(line.get_ref().get("loop")?.get_ref().as_str()?.to_owned())
+    })
 }
 
 #[cfg(test)]
@@ -425,6 +609,7 @@ mod tests {
             reason: "new \"packing\"".to_owned(),
             by: Some("J. Miller".to_owned()),
             entered: Some(Date::constant(2026, 3, 2)),
+            tool: Some("stiction 0.1.0".to_owned()),
             scope: Scope::File { name: "a.csv".to_owned(), sha256: SHA.to_owned() },
             from: None,
             until: None,
@@ -439,34 +624,121 @@ mod tests {
         Recorded { loop_name: tag, file: Path::new(file), sha256, span: None }
     }
 
+    fn text(made: &[u8]) -> &str {
+        std::str::from_utf8(made).unwrap()
+    }
+
+    fn all(bytes: &[u8]) -> Vec<Override> {
+        let found = Overrides::parse(bytes, "o.toml");
+        assert_eq!(found.damaged, []);
+        found.all
+    }
+
     #[test]
     fn what_is_written_is_read() {
-        let text = with("", "o.toml", &one()).unwrap();
+        let made = with(b"", "o.toml", &one()).unwrap();
         assert!(
-            text.starts_with("# What people") && text.contains("entered = 2026-03-02"),
-            "{text}"
+            made.starts_with(b"# What people") && text(&made).contains("entered = 2026-03-02"),
+            "{}",
+            text(&made)
         );
-        assert_eq!(Overrides::parse(&text, "o.toml").unwrap().all, [one()]);
-        let both = with(&text, "o.toml", &for_all(None, Date::constant(2026, 6, 1))).unwrap();
-        assert_eq!(Overrides::parse(&both, "o.toml").unwrap().all.len(), 2);
+        assert_eq!(all(&made), [one()]);
+        let both = with(&made, "o.toml", &for_all(None, Date::constant(2026, 6, 1))).unwrap();
+        assert_eq!(all(&both).len(), 2);
+        let nasty = "\u{1b}\u{7f} \\ \"\"\" \n[[override]]\nloop = 'B' \u{202e}".to_owned();
+        let nasty = Override { reason: nasty, ..one() };
+        let made = with(b"", "o.toml", &nasty).unwrap();
+        assert_eq!(all(&made), [nasty]);
+        assert_eq!(made.iter().filter(|b| **b == b'\n').count(), 12, "{}", text(&made));
+        // As files were before they told the tool.
+        let old = text(&made).replace("tool = \"stiction 0.1.0\"\n", "");
+        assert_eq!(all(old.as_bytes())[0].tool, None);
     }
 
     #[test]
     fn comments_stay_and_the_same_scope_is_replaced() {
-        let text = format!("# of ours\n{}", with("", "o.toml", &one()).unwrap());
+        let made = [b"# of ours\n", &with(b"", "o.toml", &one()).unwrap()[..], b"# of the next\n"]
+            .concat();
         let newer = Override { reason: "stroked".to_owned(), ..one() };
-        let text = with(&text, "o.toml", &newer).unwrap();
-        assert!(text.starts_with("# of ours\n"), "{text}");
-        assert_eq!(Overrides::parse(&text, "o.toml").unwrap().all, [newer]);
-        let (rest, removed) = without(&text, "o.toml", |each| each.loop_name == "FIC101").unwrap();
-        assert_eq!((removed, Overrides::parse(&rest, "o.toml").unwrap().all.len()), (1, 0));
-        assert!(rest.contains("# of ours"));
-        assert_eq!(without(&text, "o.toml", |_| false).unwrap(), (text, 0));
+        let made = with(&made, "o.toml", &newer).unwrap();
+        assert!(
+            made.starts_with(b"# of ours\n") && made.ends_with(b"\n# of the next\n"),
+            "{}",
+            text(&made)
+        );
+        assert_eq!(all(&made), [newer]);
+        let (rest, removed) = without(&made, "o.toml", |each| each.loop_name == "FIC101").unwrap();
+        assert_eq!((removed, all(&rest).len()), (1, 0));
+        assert!(rest.starts_with(b"# of ours") && rest.ends_with(b"# of the next\n"));
+        assert_eq!(without(&made, "o.toml", |_| false).unwrap(), (made, 0));
+        let inline = format!(
+            "override = [{{loop = 'FIC101', verdict = 'sticks', reason = 'x', file = 'a.csv', sha256 = '{SHA}'}}]\n"
+        );
+        assert_eq!(all(inline.as_bytes()).len(), 1);
+        assert!(with(inline.as_bytes(), "o.toml", &one()).is_err());
+    }
+
+    #[test]
+    fn a_damaged_entry_never_hides_the_others() {
+        let other = |name: &str| Override { loop_name: name.to_owned(), ..one() };
+        let (first, last) = (in_toml(&other("A")), in_toml(&other("C")));
+        let cut = &in_toml(&one())[..50];
+        for (middle, loop_name, at) in [
+            (cut.as_bytes(), Some("FIC101"), 3),
+            (b"[[override]]\nloop = \"B\"\nverdict = \"fine\"\n", Some("B"), 3),
+            (b"[[override]]\nloop = \"B\"\nreason = \"\xff\"\n", None, 3),
+            (b"[[override]]\nloop = \"B\"\nreason = \"\"\"\nx\n", Some("B"), 6),
+            (b"[[overide]]\nloop = \"B\"\n", Some("B"), 1),
+            (b"[[override\n", None, 1),
+        ] {
+            let file = [first.as_bytes(), middle, b"\n", last.as_bytes()].concat();
+            let check = |file: &[u8], names: &[&str]| {
+                let found = Overrides::parse(file, "o.toml");
+                let kept: Vec<_> = found.all.iter().map(|each| &*each.loop_name).collect();
+                assert_eq!(kept, names, "{}", String::from_utf8_lossy(file));
+                assert_eq!(found.damaged.len(), 1, "{:?}", found.damaged);
+                found
+            };
+            let found = check(&file, &["A", "C"]);
+            assert_eq!(found.damaged[0].line, 9 + at, "{:?}", found.damaged);
+            assert_eq!(found.damaged[0].loop_name.as_deref(), loop_name);
+            let named = found.complaints().next().unwrap();
+            assert!(
+                named.starts_with("o.toml, line ") && named.contains("the others do"),
+                "{named}"
+            );
+            let notes = |tag| found.of(&recorded(tag, "a.csv", SHA)).1;
+            assert_eq!(notes("A").len(), usize::from(loop_name.is_none()));
+            assert_eq!(notes("FIC101").len(), usize::from(loop_name != Some("B")));
+            // What is entered and removed beside it leaves it where it is.
+            let more = with(&file, "o.toml", &other("D")).unwrap();
+            check(&more, &["A", "C", "D"]);
+            let (less, removed) = without(&more, "o.toml", |each| each.loop_name != "D").unwrap();
+            assert_eq!(removed, 2);
+            check(&less, &["D"]);
+        }
+    }
+
+    #[test]
+    fn entries_of_many_at_a_time_are_all_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(FILE_NAME);
+        std::thread::scope(|scope| {
+            for k in 0..12 {
+                let one = Override { loop_name: format!("L{k}"), ..one() };
+                let path = &path;
+                scope.spawn(move || enter(path, &one).unwrap());
+            }
+        });
+        let found = Overrides::read(&path).unwrap();
+        assert_eq!((found.all.len(), found.damaged.len()), (12, 0));
+        assert_eq!(remove(&path, |each| each.loop_name == "L3").unwrap(), 1);
+        assert_eq!(Overrides::read(&path).unwrap().all.len(), 11);
     }
 
     #[test]
     fn nothing_is_applied_to_another_loop_or_recording() {
-        let overrides = Overrides { origin: "o.toml".to_owned(), all: vec![one()] };
+        let overrides = Overrides { all: vec![one()], ..Overrides::default() };
         let found = |tag, file, sha| overrides.of(&recorded(tag, file, sha));
         assert_eq!(found("FIC101", "folder/a.csv", SHA), (Some(&one()), vec![]));
         assert_eq!(found("FIC101", "b.csv", SHA), (None, vec![]));
@@ -481,8 +753,7 @@ mod tests {
     fn days_bound_what_is_covered() {
         let day = Date::constant(2026, 3, 1);
         let begin = day.to_zoned(TimeZone::UTC).unwrap().timestamp().as_second() as f64;
-        let overrides =
-            Overrides { origin: "o.toml".to_owned(), all: vec![for_all(Some(day), day)] };
+        let overrides = Overrides { all: vec![for_all(Some(day), day)], ..Overrides::default() };
         let covers = |span| overrides.of(&Recorded { span, ..recorded("FIC101", "x.csv", SHA) });
         assert!(covers(Some((begin, begin + 86_399.0))).0.is_some());
         for span in [Some((begin - 1.0, begin + 9.0)), Some((begin, begin + 86_400.0)), None] {
@@ -493,7 +764,7 @@ mod tests {
         let sure = Override { verdict: VerdictClass::Sticks, ..one() };
         for all in [vec![for_all(None, day), sure.clone()], vec![sure.clone(), for_all(None, day)]]
         {
-            let overrides = Overrides { origin: String::new(), all };
+            let overrides = Overrides { all, ..Overrides::default() };
             let span = Some((begin, begin));
             let found = overrides.of(&Recorded { span, ..recorded("FIC101", "a.csv", SHA) });
             assert_eq!(found.0, Some(&sure));
@@ -538,11 +809,16 @@ mod tests {
                 "line 8: override.until: is before from",
             ),
             (&format!("{head}{file}tag = \"B\"\n"), "line 7: unknown key \"override.tag\""),
-            (&twice, "line 7: [override]: a second override of A for this recording, a.csv"),
+            (
+                &twice,
+                "line 1: [override]: contradicts that of line 7, of A for this recording, a.csv",
+            ),
             ("override = 3\n", "line 1"),
             ("[[override]\n", "line 1"),
         ] {
-            let message = Overrides::parse(text, "o.toml").unwrap_err().to_string();
+            let found = Overrides::parse(text.as_bytes(), "o.toml");
+            assert_eq!(found.all, []);
+            let message = found.complaints().next().unwrap();
             assert!(message.starts_with("o.toml, line "), "{message}");
             assert!(message.contains(expected), "{expected}: {message}");
         }

@@ -27,6 +27,9 @@ const MAGIC_ENCRYPTED: &[u8] = b"PARE";
 /// Keys of a file whose values are for programs, not readers.
 const PROGRAMS_KEYS: [&str; 2] = ["ARROW:schema", "pandas"];
 
+/// Bytes that every cell takes, and a text at least.
+const CELL: usize = size_of::<f64>();
+
 /// Rows that are decoded at a time.
 const BATCH: usize = 8192;
 
@@ -45,7 +48,8 @@ const MAX_SCHEMA_DEPTH: usize = 32;
 /// in an encoding that is not read.
 ///
 /// # Limits
-/// A file that would take more than 64 MiB and 256 times its size is refused.
+/// A file that would take more than 64 MiB and 256 times its size, or more than 4 GiB, is refused by what its
+/// footer announces.
 pub fn parquet_sheets(bytes: &[u8], origin: &str) -> Result<Vec<Sheet>> {
     match sheet(bytes, origin) {
         Ok(sheet) => Ok(vec![sheet]),
@@ -74,6 +78,8 @@ fn sheet(bytes: &[u8], origin: &str) -> std::result::Result<Sheet, Message> {
     }
     let file = Bytes::copy_from_slice(bytes);
     let mut budget = Budget::of(bytes.len());
+    // The footer says how many cells there are: what is too much is refused before any is decoded.
+    budget.spend(cells(&metadata).saturating_mul(CELL))?;
     for (index, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
         let name = column.path().string();
         if column.path().parts().len() > 1 || column.max_rep_level() > 0 {
@@ -97,6 +103,13 @@ fn sheet(bytes: &[u8], origin: &str) -> std::result::Result<Sheet, Message> {
         return Err("has no columns; write at least one".to_owned());
     }
     Ok(sheet)
+}
+
+/// How many cells the footer announces.
+fn cells(metadata: &ParquetMetaData) -> usize {
+    let rows = metadata.row_groups().iter().map(|group| group.num_rows().max(0) as usize);
+    let columns = metadata.file_metadata().schema_descr().num_columns();
+    rows.fold(0usize, usize::saturating_add).saturating_mul(columns)
 }
 
 /// What the parquet crate makes of something.
@@ -334,44 +347,44 @@ fn read_column(
         let out = &mut numbers;
         match get_column_reader(chunk.column_descr_ptr(), pages) {
             ColumnReader::BoolColumnReader(reader) => {
-                push(reader, rows, budget, out, |v| Ok(f64::from(u8::from(*v))))?;
+                push(reader, rows, out, |v| Ok(f64::from(u8::from(*v))))?;
             }
-            ColumnReader::Int32ColumnReader(reader) => push(reader, rows, budget, out, |v| {
+            ColumnReader::Int32ColumnReader(reader) => push(reader, rows, out, |v| {
                 let unsigned = kind.is_unsigned();
                 Ok(kind.integer(if unsigned { (*v as u32).into() } else { (*v).into() }))
             })?,
             ColumnReader::Int64ColumnReader(reader) => {
-                push(reader, rows, budget, out, |v| Ok(kind.integer(*v)))?;
+                push(reader, rows, out, |v| Ok(kind.integer(*v)))?;
             }
             ColumnReader::Int96ColumnReader(reader) => {
-                push(reader, rows, budget, out, |v| Ok(int96(v)))?;
+                push(reader, rows, out, |v| Ok(int96(v)))?;
             }
             ColumnReader::FloatColumnReader(reader) => {
-                push(reader, rows, budget, out, |v| Ok(f64::from(*v)))?;
+                push(reader, rows, out, |v| Ok(f64::from(*v)))?;
             }
             ColumnReader::DoubleColumnReader(reader) => {
-                push(reader, rows, budget, out, |v| Ok(*v))?;
+                push(reader, rows, out, |v| Ok(*v))?;
             }
             ColumnReader::FixedLenByteArrayColumnReader(reader) => {
-                push(reader, rows, budget, out, |v: &FixedLenByteArray| kind.bytes(v.data()))?;
+                push(reader, rows, out, |v: &FixedLenByteArray| kind.bytes(v.data()))?;
             }
             ColumnReader::ByteArrayColumnReader(reader) => match kind {
                 Kind::Text => {
-                    let cell = |v: Option<&ByteArray>, budget: &mut Budget| {
+                    let cell = |v: Option<&ByteArray>| {
                         let value = v.map_or(Ok(""), |v| v.as_utf8());
                         let value = value.map_err(|_| {
                             let what =
                                 "a cell is not UTF-8 text; write the file without the column";
                             ParquetError::General(what.to_owned())
                         })?;
-                        let bytes = value.len() + size_of::<String>();
+                        let bytes = value.len() + size_of::<String>() - CELL;
                         budget.spend(bytes).map_err(ParquetError::General)?;
                         text.push(value.to_owned());
                         Ok(())
                     };
-                    read(reader, rows, budget, cell)?;
+                    read(reader, rows, cell)?;
                 }
-                _ => push(reader, rows, budget, out, |v| kind.bytes(v.data()))?,
+                _ => push(reader, rows, out, |v| kind.bytes(v.data()))?,
             },
         }
     }
@@ -392,12 +405,10 @@ fn int96(value: &Int96) -> f64 {
 fn push<T: DataType>(
     reader: ColumnReaderImpl<T>,
     rows: usize,
-    budget: &mut Budget,
     out: &mut Vec<f64>,
     number: impl Fn(&T::T) -> parquet::errors::Result<f64>,
 ) -> parquet::errors::Result<()> {
-    read(reader, rows, budget, |value, budget| {
-        budget.spend(size_of::<f64>()).map_err(ParquetError::General)?;
+    read(reader, rows, |value| {
         out.push(value.map_or(Ok(f64::NAN), &number)?);
         Ok(())
     })
@@ -407,8 +418,7 @@ fn push<T: DataType>(
 fn read<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     rows: usize,
-    budget: &mut Budget,
-    mut cell: impl FnMut(Option<&T::T>, &mut Budget) -> parquet::errors::Result<()>,
+    mut cell: impl FnMut(Option<&T::T>) -> parquet::errors::Result<()>,
 ) -> parquet::errors::Result<()> {
     let (mut values, mut levels) = (vec![], vec![]);
     let mut left = rows;
@@ -429,8 +439,41 @@ fn read<T: DataType>(
         for i in 0..count {
             let present = levels.get(i).is_none_or(|level| *level > 0);
             let value = if present { given.next() } else { None };
-            cell(value, budget)?;
+            cell(value)?;
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::metadata::{
+        ColumnChunkMetaData, FileMetaData, ParquetMetaDataWriter, RowGroupMetaData,
+    };
+    use parquet::schema::parser::parse_message_type;
+    use parquet::schema::types::SchemaDescriptor;
+    use std::sync::Arc;
+
+    /// A file of some bytes that announces a billion rows, as one of nulls alone can.
+    #[test]
+    fn what_is_announced_and_too_much_is_not_decoded() {
+        let schema = "message m { optional double t; optional double op; }";
+        let schema = parse_message_type(schema).expect("a schema");
+        let schema = Arc::new(SchemaDescriptor::new(Arc::new(schema)));
+        let rows = 1_000_000_000;
+        let column =
+            |i| ColumnChunkMetaData::builder(schema.column(i)).set_num_values(rows).build();
+        let group = RowGroupMetaData::builder(Arc::clone(&schema))
+            .set_num_rows(rows)
+            .set_column_metadata(vec![column(0).expect("a column"), column(1).expect("another")])
+            .build()
+            .expect("a group");
+        let file = FileMetaData::new(2, rows, None, None, Arc::clone(&schema), None);
+        let metadata = ParquetMetaData::new(file, vec![group]);
+        let mut bytes = MAGIC.to_vec();
+        ParquetMetaDataWriter::new(&mut bytes, &metadata).finish().expect("a footer");
+        let message = parquet_sheets(&bytes, "f.parquet").unwrap_err().to_string();
+        assert!(message.starts_with("f.parquet: would take more than 64 MiB"), "{message}");
+    }
 }

@@ -1,16 +1,17 @@
 //! Recordings from files of any format.
 
+use crate::bytes;
 use crate::content::Content;
 use crate::csv_sheet::{self, Dialect};
 use crate::error::{Error, Result};
 use crate::layout::{self, Layout, LoopPlan, MissingLoop, Place, Plan, Recognised};
 use crate::number::{self, DecimalMark};
-use crate::options::ReadOptions;
+use crate::options::{ReadOptions, SettingsByName};
 use crate::range;
 use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Signal};
 use crate::sheet::{Cells, Column, Sheet};
-use crate::timestamp::{self, Clock, Times};
+use crate::timestamp::{self, Clock, Times, Told};
 use crate::{mode, quality};
 use sha2::{Digest, Sha256};
 use std::collections::HashSet;
@@ -72,8 +73,8 @@ pub struct Reading {
     pub recordings: Vec<Recording>,
     /// What every column and tag was recognised as.
     pub recognised: Vec<Recognised>,
-    /// The loops of the mapping that are not among the recordings, because the file lacks a column or tag of
-    /// theirs; the notes name those of which it has others.
+    /// The loops that are not among the recordings, because the file lacks a column or tag that the mapping names,
+    /// or a signal of theirs could not be made a column; the notes name those of which it has others.
     pub missing: Vec<MissingLoop>,
     /// Names of recordings that nothing in the file names, so that the file's own name stands in.
     pub untagged: Vec<String>,
@@ -86,11 +87,7 @@ pub struct Reading {
 /// # Errors
 /// If it cannot be read, or as for [`parse`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
-    let origin = path.display().to_string();
-    match std::fs::read(path) {
-        Ok(bytes) => parse(&bytes, &origin, options),
-        Err(source) => Err(Error::File { path: origin, source }),
-    }
+    parse(&bytes::read(path)?, &path.display().to_string(), options)
 }
 
 /// Reads recordings from `bytes`, whose format their beginning tells; `origin` names them in errors,
@@ -130,6 +127,7 @@ fn build(
     let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
     let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
+    let mut without_op: Vec<&str> = vec![];
     for sheet in sheets {
         let plan = layout::recognise(sheet, options)?;
         recognised.extend(plan.recognised.iter().cloned());
@@ -138,16 +136,25 @@ fn build(
             "" => note.clone(),
             part => format!("{part}: {note}"),
         };
-        notes.extend(plan.notes.iter().map(about));
+        notes.extend(sheet.notes.iter().chain(&plan.notes).map(about));
         if plan.loops.is_empty() {
-            if sheets.len() > 1 {
-                notes.push(format!("{} has no column known as OP and is not read", sheet.part));
+            without_op.push(&*sheet.part);
+            continue;
+        }
+        for each in &plan.loops {
+            if let Some(reason) = &each.unread {
+                let (name, _) = names.of(each, sheet);
+                notes.push(format!("loop {name} is not read: the file {reason}"));
+                let reason = reason.clone();
+                missing.push(MissingLoop { name, reason, is_partly_here: true });
             }
+        }
+        if plan.loops.iter().all(|each| each.unread.is_some()) {
             continue;
         }
         let builder = Builder::new(sheet, &plan, options, mark)?;
         notes.extend(builder.times.notes.iter().map(about));
-        for each in &plan.loops {
+        for each in plan.loops.iter().filter(|each| each.unread.is_none()) {
             let (name, tells) = names.of(each, sheet);
             if !tells {
                 untagged.push(name.clone());
@@ -163,15 +170,19 @@ fn build(
         };
         return Err(Error::Table { origin: origin.to_owned(), message: lacking.reason.clone() });
     };
+    match &without_op[..] {
+        [] => {}
+        [part] => notes.push(format!("{part} has no column known as OP and is not read")),
+        parts => {
+            let parts = layout::list(parts);
+            notes.push(format!("{parts} have no column known as OP and are not read"));
+        }
+    }
     // What one part of the file lacks another may have.
-    let is_read = |name: &str| {
-        let mut names =
-            recordings.iter().map(|recording: &Recording| recording.name.to_lowercase());
-        names.any(|read| read == name.to_lowercase())
-    };
+    let mut seen: HashSet<String> =
+        recordings.iter().map(|read: &Recording| read.name.to_lowercase()).collect();
     missing.sort_by_key(|each| !each.is_partly_here);
-    let mut seen = HashSet::new();
-    missing.retain(|each| !is_read(&each.name) && seen.insert(each.name.to_lowercase()));
+    missing.retain(|each| seen.insert(each.name.to_lowercase()));
     let elsewhere: Vec<&str> =
         missing.iter().filter(|each| !each.is_partly_here).map(|each| &*each.name).collect();
     if !elsewhere.is_empty() {
@@ -295,6 +306,7 @@ struct Builder<'a> {
     sheet: &'a Sheet,
     plan: &'a Plan,
     options: &'a ReadOptions,
+    settings: SettingsByName<'a>,
     mark: DecimalMark,
     times: Times,
 }
@@ -314,19 +326,24 @@ impl<'a> Builder<'a> {
         options: &'a ReadOptions,
         mark: DecimalMark,
     ) -> Result<Self> {
-        let mut builder = Self { sheet, plan, options, mark, times: evenly(sheet.len(), 1.0) };
+        let (settings, times) = (SettingsByName::of(options), evenly(sheet.len(), 1.0));
+        let mut builder = Self { sheet, plan, options, settings, mark, times };
         builder.times = builder.read_times()?;
         Ok(builder)
     }
 
     fn read_times(&self) -> Result<Times> {
         let wrong = |message: String| Error::Table { origin: self.sheet.origin.clone(), message };
+        let check_told = |seconds: f64, told: Told| {
+            timestamp::check_told(seconds, told, &self.sheet.origin, self.options.wording)
+        };
         let by_rows = matches!(self.plan.place, Place::Rows { .. });
         if let Some(sample_time) = self.options.sample_time {
             if by_rows {
                 let message = "holds a row a sample, so a sample time cannot stand for its times";
                 return Err(wrong(message.to_owned()));
             }
+            check_told(sample_time, Told::ByUser)?;
             let mut times = evenly(self.sheet.len(), sample_time);
             if let Some(column) = self.plan.time {
                 let name = &self.sheet.columns[column].name;
@@ -337,6 +354,7 @@ impl<'a> Builder<'a> {
         let Some(time) = self.plan.time else {
             return match self.sheet.sample_time {
                 Some(sample_time) if sample_time > 0.0 && sample_time.is_finite() && !by_rows => {
+                    check_told(sample_time, Told::ByFile)?;
                     Ok(evenly(self.sheet.len(), sample_time))
                 }
                 _ => Err(wrong(format!(
@@ -344,7 +362,7 @@ impl<'a> Builder<'a> {
                      the time between rows, as in {}",
                     layout::list(&self.sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>()),
                     self.options.wording.of(Remedy::map_some("time")),
-                    self.options.wording.of(Remedy::SampleTime)
+                    self.options.wording.of(Remedy::SampleTime(1.0))
                 ))),
             };
         };
@@ -362,6 +380,7 @@ impl<'a> Builder<'a> {
             format: self.options.time_format.as_ref(),
             zone: self.options.zone.as_ref(),
             series: &series,
+            is_long: by_rows,
             wording: self.options.wording,
         };
         let column = &self.sheet.columns[time];
@@ -440,7 +459,7 @@ impl<'a> Builder<'a> {
     }
 
     fn recording(&self, plan: &LoopPlan, name: String) -> Result<Recording> {
-        let settings = self.options.settings(plan.name.as_deref().unwrap_or(&name));
+        let settings = self.settings.of_loop(plan.name.as_deref().unwrap_or(&name));
         let refused = |e: stiction_model::Error| Error::Table {
             origin: self.sheet.origin.clone(),
             message: format!("loop {name}: {e}"),

@@ -14,8 +14,8 @@ pub enum Remedy {
         /// The column; `None` stands for one that only the user knows.
         column: Option<String>,
     },
-    /// Tell the time between rows, in s.
-    SampleTime,
+    /// Tell the time between rows, in s, such as this one.
+    SampleTime(f64),
     /// Tell how times are written: one of these ways, or another one if there are none.
     TimeFormat(Vec<String>),
     /// Tell the zone of local times, such as this one.
@@ -46,7 +46,7 @@ impl Remedy {
     pub fn option(&self) -> &'static str {
         match self {
             Self::Map { .. } => "map",
-            Self::SampleTime => "sample_time",
+            Self::SampleTime(_) => "sample_time",
             Self::TimeFormat(_) => "time_format",
             Self::Zone(_) => "zone",
             Self::BadText(_) => "bad_text",
@@ -61,7 +61,7 @@ impl Remedy {
             Self::Map { role, column } => {
                 format!("{role}={}", column.as_deref().unwrap_or("COLUMN"))
             }
-            Self::SampleTime => "1".to_owned(),
+            Self::SampleTime(seconds) => seconds.to_string(),
             Self::TimeFormat(ways) => ways.join(" or "),
             Self::Zone(zone) => zone.clone().unwrap_or_default(),
             Self::BadText(word) => word.clone(),

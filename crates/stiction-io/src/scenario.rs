@@ -23,10 +23,12 @@
 //! the project's `docs/scenarios.md`.
 
 use crate::built_in::SCENARIOS;
+use crate::bytes;
 use crate::error::{Error, Result};
 use crate::fields::{Fields, Wrong, line_of};
 use crate::table::Table;
-use std::path::Path;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{
     AntiWindup, Cascade, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, Handover, OpenLoop,
@@ -59,6 +61,8 @@ pub struct Scenario {
     pub text: String,
     /// What was given but has no effect, in sentences.
     pub notes: Vec<String>,
+    /// The files that its signals were read from.
+    pub files: Vec<PathBuf>,
 }
 
 /// Names and titles of the built-in scenarios.
@@ -85,13 +89,12 @@ impl Scenario {
             Some(text) => (text.to_owned(), None),
             None => {
                 let path = Path::new(name);
-                let text = std::fs::read(path).map_err(|source| {
-                    if source.kind() == std::io::ErrorKind::NotFound {
+                let text = bytes::read(path).map_err(|error| match error {
+                    Error::File { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
                         let known: Vec<_> = SCENARIOS.iter().map(|(name, _)| *name).collect();
                         Error::UnknownScenario { name: name.to_owned(), known: known.join(", ") }
-                    } else {
-                        Error::File { path: name.to_owned(), source }
                     }
+                    other => other,
                 })?;
                 let text = String::from_utf8(text).map_err(|e| Error::Scenario {
                     origin: name.to_owned(),
@@ -142,12 +145,17 @@ impl Scenario {
         let document = DeTable::parse(text).map_err(|e| {
             at(Wrong { span: e.span().unwrap_or_default(), message: e.message().to_owned() })
         })?;
-        let mut builder = Builder { folder, valve: (Model::Ideal, Bands::NONE), notes: vec![] };
+        let mut builder = Builder {
+            folder,
+            valve: (Model::Ideal, Bands::NONE),
+            notes: vec![],
+            files: RefCell::default(),
+        };
         let (title, system) = Fields::document(&document, keys::SCENARIO)
             .and_then(|top| builder.scenario(top))
             .map_err(at)?;
-        let Builder { valve, notes, .. } = builder;
-        Ok(Self { title, system, valve, text: text.to_owned(), notes })
+        let Builder { valve, notes, files, .. } = builder;
+        Ok(Self { title, system, valve, text: text.to_owned(), notes, files: files.into_inner() })
     }
 }
 
@@ -288,6 +296,8 @@ struct Builder<'p> {
     /// Of the valve that was read.
     valve: (Model, Bands),
     notes: Vec<String>,
+    /// What signals were read from.
+    files: RefCell<Vec<PathBuf>>,
 }
 
 /// Time base of a scenario.
@@ -690,7 +700,9 @@ impl Builder<'_> {
         let Some(folder) = self.folder else {
             return Err(fields.wrong("file", "signals can be read by scenarios in files only"));
         };
-        Table::read(&folder.join(path))
+        let path = folder.join(path);
+        self.files.borrow_mut().push(path.clone());
+        Table::read(&path)
             .and_then(|table| table.column(column))
             .map_err(|e| fields.wrong("file", e))
     }

@@ -14,9 +14,24 @@ pub struct Sheet {
     pub sample_time: Option<f64>,
     /// What else the file says of the whole, such as `("type", "1")`.
     pub attributes: Vec<(String, String)>,
+    /// What the file has beside them that could not be made a column.
+    pub left_out: Vec<LeftOut>,
+    /// What the user should know of how the columns were made.
+    pub notes: Vec<String>,
     /// The row of the file that each cell of a column comes from, from 1, as a spreadsheet or editor
     /// counts; empty where rows have no number of their own, and the index from 1 is used.
     pub rows: Vec<usize>,
+}
+
+/// What could not be made a column: it is named, not dropped.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Its name.
+    pub name: String,
+    /// Why, as the end of a sentence that begins with the name.
+    pub why: String,
+    /// Whether it holds samples, or could: what is empty or a single number does not.
+    pub holds_samples: bool,
 }
 
 /// A named column.

@@ -1,5 +1,6 @@
 //! Tables of signals in CSV.
 
+use crate::bytes;
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -24,19 +25,15 @@ impl Table {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// If it cannot be read or is not a table of at least two rows below a header.
+    /// If it cannot be read or is not a table of at least one row below a header.
     pub fn read(path: &Path) -> Result<Self> {
-        let origin = path.display().to_string();
-        match std::fs::read(path) {
-            Ok(bytes) => Self::parse(&bytes, &origin),
-            Err(source) => Err(Error::File { path: origin, source }),
-        }
+        Self::parse(&bytes::read(path)?, &path.display().to_string())
     }
 
     /// Reads a table from `bytes`; `origin` names it in errors.
     ///
     /// # Errors
-    /// If it is not UTF-8 text with a header of distinct names and at least two rows of as many
+    /// If it is not UTF-8 text with a header of distinct names and at least one row of as many
     /// cells, or its times, where it has them, do not ascend.
     pub fn parse(bytes: &[u8], origin: &str) -> Result<Self> {
         let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
@@ -85,11 +82,10 @@ impl Table {
             lines.push(records.line(row.position()));
             rows.push(row);
         }
-        if rows.len() < 2 {
-            return Err(wrong(format!(
-                "has {} below its header; a signal needs at least two",
-                if rows.is_empty() { "no row" } else { "one row" }
-            )));
+        if rows.is_empty() {
+            return Err(wrong(
+                "has no row below its header; a signal needs at least two, an index one".to_owned(),
+            ));
         }
         let table = Self { origin: origin.to_owned(), delimiter, header, rows, lines };
         table.check_times()?;
@@ -138,9 +134,13 @@ impl Table {
     /// The numbers in the column called `name`.
     ///
     /// # Errors
-    /// If there is no such column, or a cell is empty, not a number, NaN or infinite.
+    /// If there is no such column, a cell is empty, not a number, NaN or infinite, or there are less than two.
     pub fn column(&self, name: &str) -> Result<Vec<f64>> {
         let index = self.index(name)?;
+        if self.rows.len() < 2 {
+            let message = "has one row below its header; a signal needs at least two".to_owned();
+            return Err(Error::Table { origin: self.origin.clone(), message });
+        }
         let number = |(i, row): (usize, &csv::StringRecord)| {
             let cell = row.get(index).unwrap_or("").trim();
             match cell.parse::<f64>() {

@@ -1,6 +1,7 @@
 //! Columns of times: dates and times of day, epochs, days of spreadsheets and MATLAB, plain seconds.
 
 mod column;
+mod plausible;
 mod scan;
 mod zone;
 
@@ -8,6 +9,7 @@ pub use column::{Clock, Times};
 pub use zone::{Zone, instant};
 
 pub(crate) use column::{Context, read};
+pub(crate) use plausible::{Told, check_told};
 pub(crate) use scan::looks_like;
 
 use std::str::FromStr;
@@ -52,7 +54,7 @@ pub enum TimeFormat {
 
 impl TimeFormat {
     /// The formats that have a name.
-    const NAMES: [(&'static str, Self); 13] = [
+    const NAMES: [(&'static str, Self); 16] = [
         ("year-first", Self::Date(DateOrder::YearFirst)),
         ("day-first", Self::Date(DateOrder::DayFirst)),
         ("month-first", Self::Date(DateOrder::MonthFirst)),
@@ -64,9 +66,20 @@ impl TimeFormat {
         ("datenum", Self::Datenum),
         ("seconds", Self::Elapsed(1.0)),
         ("milliseconds", Self::Elapsed(1e-3)),
+        ("microseconds", Self::Elapsed(1e-6)),
+        ("nanoseconds", Self::Elapsed(1e-9)),
         ("minutes", Self::Elapsed(60.0)),
         ("hours", Self::Elapsed(3600.0)),
+        ("days", Self::Elapsed(86_400.0)),
     ];
+
+    /// The word by which a user gives it; a pattern is its own.
+    fn name(&self) -> &str {
+        match self {
+            Self::Pattern(pattern) => pattern,
+            _ => Self::NAMES.iter().find(|(_, each)| each == self).map_or("", |(name, _)| name),
+        }
+    }
 
     /// A word or two for it.
     fn describe(&self) -> String {
@@ -82,13 +95,14 @@ impl TimeFormat {
 }
 
 /// The units of time that columns are in, in s, and what they are called.
-const UNITS: [(f64, &str, &[&str]); 6] = [
+const UNITS: [(f64, &str, &[&str]); 7] = [
     (1.0, "seconds", &["s", "sec", "secs", "second", "seconds"]),
     (1e-3, "milliseconds", &["ms", "msec", "millis", "millisecond", "milliseconds"]),
     (1e-6, "microseconds", &["us", "µs", "microseconds"]),
     (1e-9, "nanoseconds", &["ns", "nanoseconds"]),
     (60.0, "minutes", &["min", "mins", "minute", "minutes"]),
     (3600.0, "hours", &["h", "hr", "hrs", "hour", "hours"]),
+    (86_400.0, "days", &["d", "day", "days"]),
 ];
 
 fn unit_name(unit: f64) -> &'static str {
@@ -98,6 +112,11 @@ fn unit_name(unit: f64) -> &'static str {
 /// The unit of time, in s, that a word names.
 fn unit_of(word: &str) -> Option<f64> {
     UNITS.iter().find(|(_, _, words)| words.contains(&word)).map(|(unit, _, _)| *unit)
+}
+
+/// Whether a column of this name holds times of which it tells neither unit nor form.
+fn is_plain_name(name: &str) -> bool {
+    matches!(&*name.to_lowercase(), "t" | "time" | "elapsed")
 }
 
 impl FromStr for TimeFormat {

@@ -445,6 +445,118 @@ const CASES: &[Case] = &[
         &["is a time beyond the calendar"]
     ),
     case!("time-relative-large.csv", "", Ok("f op 30000:50 30001:51"), &[]),
+    case!(
+        "time-days-in-t.csv",
+        "",
+        Err(()),
+        &[
+            "column \"t\": steps by 0.0000116: as spreadsheet days since 1900 the sample time would be 1 s, \
+             as seconds 12 µs",
+            "time_format excel or seconds",
+            "sample_time 1"
+        ]
+    ),
+    case!(
+        "time-days-in-t.csv",
+        "time_format = \"excel\"",
+        Ok("f @1678838401 op 0:50 1:51 2:52"),
+        &["the times tell no zone"]
+    ),
+    case!(
+        "time-days-in-t.csv",
+        "sample_time = 1",
+        Ok("f op 0:50 1:51 2:52"),
+        &["\"t\" is not used"]
+    ),
+    case!(
+        "time-datenum-in-t.csv",
+        "",
+        Err(()),
+        &[
+            "as days of MATLAB's datenum the sample time would be 1 s, as seconds 12 µs",
+            "datenum or seconds"
+        ]
+    ),
+    case!(
+        "time-days-or-seconds.csv",
+        "",
+        Err(()),
+        &["column \"time\": steps by 0.5", "sample time would be 12 h", "as seconds 500 ms"]
+    ),
+    case!(
+        "time-days-or-seconds.csv",
+        "time_format = \"seconds\"",
+        Ok("f op 45000.5:50 45001:51 45001.5:52"),
+        &[]
+    ),
+    case!(
+        "time-days-elapsed.csv",
+        "",
+        Err(()),
+        &["as seconds the sample time would be 12 µs, as days 1 s", "time_format seconds or days"]
+    ),
+    case!(
+        "time-epoch-ms-as-s.csv",
+        "",
+        Err(()),
+        &[
+            "as milliseconds since 1970 the sample time would be 1 s, as seconds 17 min",
+            "epoch-ms or seconds"
+        ]
+    ),
+    case!("time-2-ms.csv", "", Err(()), &["as seconds the sample time would be 2 ms, as days"]),
+    case!("time-2-ms.csv", "time_format = \"seconds\"", Ok("f op 0:50 0.002:51 0.004:52"), &[]),
+    case!(
+        "time-2-days.csv",
+        "",
+        Err(()),
+        &["as seconds the sample time would be 2 d, as milliseconds"]
+    ),
+    case!("time-2-days.csv", "time_format = \"seconds\"", Ok("f op 0:50 172800:51 345600:52"), &[]),
+    case!(
+        "time-collapsed.csv",
+        "",
+        Err(()),
+        &[
+            "row 3, column \"Timestamp\": has the time \"45000.0001\" of the row before but other values, as 2 \
+             of 4 rows do",
+            "sample_time 1"
+        ]
+    ),
+    case!("time-doubled.csv", "", Ok("f op 0:50 0:50 1:51 1:51"), &[]),
+    case!(
+        "time-equal.csv",
+        "",
+        Err(()),
+        &["row 3, column \"t\": has the time \"7\" as all rows before"]
+    ),
+    case!(
+        "time-tiny.csv",
+        "",
+        Err(()),
+        &["column \"t\": steps by 1e-308 s", "which no recording does"]
+    ),
+    case!("time-digits.csv", "", Err(()), &["row 2, column \"t\"", "is no time of a recording"]),
+    case!(
+        "time-far.csv",
+        "",
+        Err(()),
+        &["row 4, column \"time\": \"9999-12-31 00:00:00\"", "is no time of a recording"]
+    ),
+    case!(
+        "time-gap-endless.csv",
+        "",
+        Err(()),
+        &["row 4, column \"t\": \"1e308\", taken as seconds"]
+    ),
+    case!(
+        "sample-time-in-days.csv",
+        "",
+        Err(()),
+        &["taken as seconds, would be 12 µs, as days 1 s: if so, give sample_time 1"]
+    ),
+    case!("sample-time-in-days.csv", "sample_time = 1", Ok("f op 0:50 1:51"), &[]),
+    case!("sample-time-tiny.csv", "", Err(()), &["said to be 1e-308 s, which no recording has"]),
 ];
 
 #[test]

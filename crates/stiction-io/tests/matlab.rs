@@ -4,6 +4,8 @@ mod level5;
 
 use level5::Writer;
 use stiction_io::matlab_file::matlab_sheets;
+use stiction_io::options::{Mapped, ReadOptions};
+use stiction_io::reading::{self, Reading};
 use stiction_io::sheet::{Cells, Sheet};
 
 /// The fixtures' loop, as `fixtures/make_fixtures.py` writes it.
@@ -32,6 +34,11 @@ fn numbers<'s>(sheet: &'s Sheet, name: &str) -> &'s [f64] {
 
 fn attributes(sheet: &Sheet) -> Vec<(&str, &str)> {
     sheet.attributes.iter().map(|(key, value)| (&**key, &**value)).collect()
+}
+
+/// What is left out, with its reason.
+fn left_out(sheet: &Sheet) -> Vec<(&str, &str)> {
+    sheet.left_out.iter().map(|each| (&*each.name, &*each.why)).collect()
 }
 
 /// What each row should hold.
@@ -71,16 +78,13 @@ fn structs_of_structs() {
         );
         assert_eq!(second.sample_time, Some(60.0));
         assert_eq!(numbers(second, "SP"), vec![100.0; ROWS]);
-        assert_eq!(
-            attributes(second),
-            [
-                ("type", "1"),
-                ("SP", "100"),
-                ("note", "SP is a single number, held"),
-                ("note", "raw has 7 values where most have 40; left out"),
-                ("note", "limits has 2 values where most have 40; left out"),
-            ]
-        );
+        assert_eq!(attributes(second), [("type", "1"), ("SP", "100")]);
+        assert_eq!(second.notes, ["SP is a single number, which is held"]);
+        let expected = [
+            ("raw", "has 7 values where most have 40"),
+            ("limits", "has 2 values where most have 40"),
+        ];
+        assert_eq!(left_out(second), expected);
         assert_eq!(numbers(third, "SP"), each(|k| pv(k) - 1.0));
     }
 }
@@ -98,15 +102,9 @@ fn variables_of_every_class() {
     assert_eq!(numbers(sheet, "u8"), each(|k| k));
     assert_eq!(numbers(sheet, "i64"), each(|k| -k));
     assert_eq!(numbers(sheet, "on"), each(|k| f64::from(k % 2.0 == 0.0)));
-    assert_eq!(
-        attributes(sheet),
-        [
-            ("datenum", "t"),
-            ("title", "Füllstand"),
-            ("note", "z is an array of complex numbers; left out"),
-            ("note", "sparse is a sparse array; left out"),
-        ]
-    );
+    assert_eq!(attributes(sheet), [("datenum", "t"), ("title", "Füllstand")]);
+    let expected = [("z", "is an array of complex numbers"), ("sparse", "is a sparse array")];
+    assert_eq!(left_out(sheet)[..2], expected);
 }
 
 #[test]
@@ -115,8 +113,9 @@ fn columns_of_a_matrix() {
     assert_eq!(names(&sheets[0]), ["Time", "OP", "PV", "mode"]);
     assert_eq!(numbers(&sheets[0], "OP"), each(op));
     assert_eq!(sheets[0].columns[3].cells, Cells::Text(vec!["MAN".to_owned(); ROWS]));
-    let wide = ("note", "wide is a matrix of 3 rows and 5 columns; left out");
-    assert!(attributes(&sheets[0]).contains(&wide));
+    assert!(
+        left_out(&sheets[0]).contains(&("wide", "is a matrix of 3 rows and 5 columns, no vector"))
+    );
     let sheets = read("numbered.mat");
     assert_eq!((parts(&sheets), names(&sheets[0])), (vec!["run"], vec!["data(:,1)", "data(:,2)"]));
     assert_eq!(numbers(&sheets[0], "data(:,2)"), each(pv));
@@ -146,8 +145,8 @@ fn version_7_3() {
     assert_eq!(numbers(&sheets[1], "OP"), each(|k| op(k) + 1.0));
     assert_eq!(names(&sheets[2]), ["Time", "OP"]);
     assert_eq!(numbers(&sheets[2], "OP"), each(op));
-    let (key, note) = &sheets[0].attributes[0];
-    assert!(key == "note" && note.starts_with("sheet is a timetable, which only MATLAB reads"));
+    let [note] = &sheets[0].notes[..] else { panic!("one note") };
+    assert!(note.starts_with("sheet is a timetable, which only MATLAB reads"), "{note}");
 }
 
 #[test]
@@ -186,4 +185,97 @@ fn single_vectors_count_where_there_are_no_others() {
     let run = w.structure("run", &["PV", "OP"], &run);
     let sheets = matlab_sheets(&w.file(&[single, run]), "f.mat").expect("read");
     assert_eq!(parts(&sheets), ["run"]);
+}
+
+const LITTLE: Writer = Writer { big_endian: false };
+
+/// Times and OP of ten samples beside other variables.
+fn workspace(others: &[Vec<u8>]) -> Vec<u8> {
+    let ramp: Vec<f64> = (0..10).map(f64::from).collect();
+    let own = [LITTLE.doubles("t", &ramp), LITTLE.doubles("op", &ramp)];
+    LITTLE.file(&[&own[..], others].concat())
+}
+
+fn parsed(bytes: &[u8], ignored: &[&str]) -> stiction_io::Result<Reading> {
+    let map: Vec<Mapped> =
+        ignored.iter().map(|name| format!("ignore={name}").parse().expect("a mapping")).collect();
+    reading::parse(bytes, "f.mat", &ReadOptions { map, ..ReadOptions::default() })
+}
+
+/// Signals that cannot be used, with the reason: another length, complex, sparse, three-dimensional.
+fn unusable(name: &str) -> [(Vec<u8>, &'static str); 4] {
+    let w = LITTLE;
+    let numbers = |count: u32| w.element(9, &vec![0; 8 * count as usize]);
+    [
+        (w.doubles(name, &[1.0; 9]), "it has 9 values where most have 10"),
+        (
+            w.array(6 | 0x0800, &[1, 10], name, &[numbers(10), numbers(10)]),
+            "it is an array of complex numbers",
+        ),
+        (w.array(5, &[10, 1], name, &[numbers(2)]), "it is a sparse array"),
+        (w.array(6, &[2, 3, 10], name, &[numbers(60)]), "it is a matrix of 2 rows and 30 columns"),
+    ]
+}
+
+/// A loop is not judged on its OP alone because its PV cannot be used; who leaves it out knows.
+#[test]
+fn a_signal_that_cannot_be_used_is_not_passed_over() {
+    for (pv, why) in unusable("pv") {
+        let message =
+            parsed(&workspace(std::slice::from_ref(&pv)), &[]).expect_err(why).to_string();
+        assert!(message.contains("f.mat: has \"pv\", by its name the PV, but"), "{message}");
+        assert!(message.contains(why) && message.contains("map ignore=pv"), "{message}");
+        let reading = parsed(&workspace(&[pv]), &["pv"]).expect("it is left out");
+        let [recording] = &reading.recordings[..] else { panic!("one loop") };
+        assert!(recording.pv.is_none() && recording.op.values.len() == 10);
+    }
+    // The OP of that loop is no less a signal.
+    let w = LITTLE;
+    let ramp: Vec<f64> = (0..10).map(f64::from).collect();
+    let odd = w.doubles("op", &[1.0; 9]);
+    let file = w.file(&[w.doubles("t", &ramp), w.doubles("pv", &ramp), odd]);
+    let message = parsed(&file, &[]).expect_err("it has no OP").to_string();
+    assert!(message.contains("\"op\", by its name the OP, but it has 9 values"), "{message}");
+}
+
+/// What is no signal, or holds nothing, is named among the columns and in a note, and the loop is read.
+#[test]
+fn everything_that_is_left_out_is_named() {
+    let empty = (LITTLE.array(6, &[0, 0], "pv", &[LITTLE.element(9, &[])]), "it is empty");
+    let single = (LITTLE.doubles("vp", &[50.0]), "it is a single number");
+    for (variable, why) in unusable("extra").into_iter().chain([empty, single]) {
+        let reading = parsed(&workspace(&[variable]), &[]).expect(why);
+        let column = reading.recognised.last().expect("columns");
+        assert!(column.why.starts_with(why), "{}", column.why);
+        let note = format!("\"{}\" {}", column.column, &why["it ".len()..]);
+        assert!(reading.notes.iter().any(|each| each.starts_with(&note)), "{:?}", reading.notes);
+        assert_eq!(reading.recordings.len(), 1);
+    }
+}
+
+/// One loop of several that cannot be read costs no other.
+#[test]
+fn a_loop_that_cannot_be_read_is_listed() {
+    let w = LITTLE;
+    let of = |count: usize| {
+        let ramp: Vec<f64> = (0..10).map(f64::from).collect();
+        [w.doubles("", &ramp), w.doubles("", &ramp), w.doubles("", &ramp[..count])]
+    };
+    let names = ["t", "op", "pv"];
+    let file = w.file(&[w.structure("a", &names, &of(10)), w.structure("b", &names, &of(9))]);
+    let reading = parsed(&file, &[]).expect("one of them is read");
+    assert_eq!(reading.recordings.iter().map(|read| &*read.name).collect::<Vec<_>>(), ["a"]);
+    let [missing] = &reading.missing[..] else { panic!("one is missing") };
+    assert!(missing.name == "b" && missing.is_partly_here, "{missing:?}");
+    assert!(missing.reason.contains("it has 9 values where most have 10"), "{}", missing.reason);
+}
+
+/// A link to another file is not followed, and not passed over.
+#[test]
+fn a_link_to_another_file_is_named() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/link_v73.mat");
+    let bytes = std::fs::read(path).expect("a fixture");
+    let message = parsed(&bytes, &[]).expect_err("its PV is elsewhere").to_string();
+    assert!(message.contains("\"PV\"") && message.contains("a link to another file"), "{message}");
+    assert!(parsed(&bytes, &["PV"]).is_ok());
 }

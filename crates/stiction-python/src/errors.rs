@@ -31,7 +31,7 @@ pub const KEYWORDS: Wording = Wording(|remedy| {
             format!("columns={{{role:?}: {column:?}}}")
         }
         Remedy::BadText(word) => format!("bad_text=[{word:?}]"),
-        Remedy::SampleTime => format!("sample_time={value}"),
+        Remedy::SampleTime(_) => format!("sample_time={value}"),
         Remedy::Range { .. } => format!("{}=({})", remedy.option(), value.replace(',', ", ")),
         Remedy::TimeFormat(ways) if !ways.is_empty() => {
             let written: Vec<_> = ways.iter().map(|way| format!("{way:?}")).collect();

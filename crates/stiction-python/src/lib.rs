@@ -19,6 +19,7 @@ mod limit_cycle;
 mod long;
 mod oscillation;
 mod own;
+mod pool;
 mod population;
 mod recordings;
 mod series;

@@ -1,5 +1,6 @@
 //! Calls that take long: without the interpreter's lock, and such that Ctrl-C ends them.
 
+use crate::pool::pool;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -35,7 +36,7 @@ impl Progress {
     }
 }
 
-/// Computes on another thread, without the interpreter's lock. `told` is called with the number of items that are
+/// Computes on the threads of this process, without the interpreter's lock. `told` is called with the number of items that are
 /// done whenever that has grown. An interrupt, or an exception in `told`, ends the call at once; the
 /// computation then ends as soon as it asks [`Progress::is_cancelled`], or with its present item.
 pub fn long<T: Send + 'static>(
@@ -46,10 +47,14 @@ pub fn long<T: Send + 'static>(
     let progress = Arc::new(Progress::default());
     let (sender, mut receiver) = channel();
     let theirs = Arc::clone(&progress);
+    let unstarted = |e: &dyn std::fmt::Display| {
+        PyRuntimeError::new_err(format!("no thread could be started: {e}"))
+    };
+    let pool = pool().map_err(|e| unstarted(&e))?;
     std::thread::Builder::new()
         .name("stiction".to_owned())
-        .spawn(move || _ = sender.send(compute(&theirs)))
-        .map_err(|e| PyRuntimeError::new_err(format!("no thread could be started: {e}")))?;
+        .spawn(move || _ = sender.send(pool.install(|| compute(&theirs))))
+        .map_err(|e| unstarted(&e))?;
     let mut before = 0;
     loop {
         let waiting = &mut receiver;

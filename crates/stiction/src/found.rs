@@ -82,12 +82,34 @@ impl<'a> Report<'a> {
         Document::new(TOOL, self.loops())
     }
 
-    /// Writes the page to the file at `path`.
+    /// Writes the page to the file at `path`, whole or not at all: see [`stiction_io::whole`].
     ///
     /// # Errors
     /// If a figure cannot be drawn or the file cannot be written.
     pub fn save(&self, path: impl AsRef<std::path::Path>) -> std::io::Result<()> {
         let page = self.html().map_err(std::io::Error::other)?;
-        std::fs::write(path, page)
+        stiction_io::whole::write(path.as_ref(), page.as_bytes())
+    }
+}
+
+#[cfg(all(test, feature = "report"))]
+mod tests {
+    /// A report that cannot be written whole leaves the one that is there.
+    #[test]
+    fn a_report_is_saved_whole_or_not_at_all() {
+        let samples = concat!(env!("CARGO_MANIFEST_DIR"), "/../../samples/FIC101-sticky.csv");
+        let found = crate::read(samples).unwrap().diagnose().unwrap();
+        let folder = std::env::temp_dir().join(format!("stiction-save-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let page = folder.join("page.html");
+        super::Report::of(&found).save(&page).unwrap();
+        let whole = std::fs::read_to_string(&page).unwrap();
+        assert!(whole.trim_end().ends_with("</html>"));
+        let mut permissions = std::fs::metadata(&page).unwrap().permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(&page, permissions).unwrap();
+        assert!(found[0].report().save(&page).is_err());
+        assert_eq!(std::fs::read_to_string(&page).unwrap(), whole);
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -2,11 +2,13 @@
 
 use super::About;
 use super::measure::{Known, Measured, Plan};
+use crate::files::In;
+use crate::input;
 use anyhow::{Context, Result, bail};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path};
 use stiction::recording::LoopType;
 use stiction::scoreboard::Truth;
-use stiction_io::{ReadOptions, Table};
+use stiction_io::ReadOptions;
 use stiction_report::document::Source;
 
 /// A row of the index.
@@ -14,15 +16,15 @@ struct Entry {
     /// Where it stands, for messages.
     place: String,
     name: String,
-    file: PathBuf,
+    file: In,
     loop_type: Option<LoopType>,
     valve: String,
     sticks: bool,
 }
 
 /// Measures all labelled recordings of an index.
-pub fn measure(index: &Path, plan: &Plan<'_>) -> Result<(About, Measured)> {
-    let (entries, unlabelled) = entries(index)?;
+pub fn measure(index: &In, allow_outside: bool, plan: &Plan<'_>) -> Result<(About, Measured)> {
+    let (entries, unlabelled) = entries(index, allow_outside)?;
     let mut measured = Measured::default();
     measured.add(&entries, load, plan)?;
     let passed = match unlabelled {
@@ -40,8 +42,8 @@ pub fn measure(index: &Path, plan: &Plan<'_>) -> Result<(About, Measured)> {
 }
 
 /// The labelled rows, and how many have no label.
-fn entries(index: &Path) -> Result<(Vec<Entry>, usize)> {
-    let table = Table::read(index)?;
+fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
+    let table = input::table(index)?;
     let folder = index.parent().unwrap_or(Path::new(""));
     let (names, labels) = (table.texts("loop")?, table.texts("label")?);
     let optional = |column: &str| table.texts(column).ok();
@@ -49,7 +51,7 @@ fn entries(index: &Path) -> Result<(Vec<Entry>, usize)> {
     let (tags, files) = (optional("tag"), optional("file"));
     let mut entries = vec![];
     for (k, name) in names.iter().enumerate() {
-        let place = format!("{}, row {}", index.display(), table.line(k));
+        let place = format!("{}, row {}", index.origin(), table.line(k));
         let sticks = match &labels[k][..] {
             "stiction" => true,
             "no stiction" => false,
@@ -72,9 +74,17 @@ fn entries(index: &Path) -> Result<(Vec<Entry>, usize)> {
             (None, Some(word)) => LoopType::by_name(&word).ok(),
             (None, None) => None,
         };
+        let file = folder.join(cell(&files).unwrap_or_else(|| format!("{name}.csv")));
+        if !allow_outside && is_outside(&file, folder) {
+            bail!(
+                "{place}: the recording of {name}, {}, lies outside the folder of the index; give \
+                 --allow-outside if it may",
+                file.display()
+            );
+        }
         entries.push(Entry {
             place,
-            file: folder.join(cell(&files).unwrap_or_else(|| format!("{name}.csv"))),
+            file: In::also(file)?,
             loop_type,
             valve: cell(&tags).unwrap_or_else(|| name.clone()),
             sticks,
@@ -82,10 +92,25 @@ fn entries(index: &Path) -> Result<(Vec<Entry>, usize)> {
         });
     }
     if entries.is_empty() {
-        bail!("{}: no loop has a label; write stiction or no stiction", index.display());
+        bail!("{}: no loop has a label; write stiction or no stiction", index.origin());
     }
     let unlabelled = names.len() - entries.len();
     Ok((entries, unlabelled))
+}
+
+/// Whether a file is not in a folder or one of its folders, wherever links lead.
+fn is_outside(file: &Path, folder: &Path) -> bool {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (file.canonicalize(), folder.canonicalize()) {
+        (Ok(file), Ok(folder)) => !file.starts_with(folder),
+        // What is not there is told by its name alone.
+        _ => {
+            let inside = file.strip_prefix(folder).unwrap_or(file);
+            inside
+                .components()
+                .any(|part| !matches!(part, Component::Normal(_) | Component::CurDir))
+        }
+    }
 }
 
 fn load(entry: &Entry) -> Result<Known> {
@@ -95,8 +120,7 @@ fn load(entry: &Entry) -> Result<Known> {
             entry.place, entry.name
         )
     };
-    let reading =
-        stiction_io::reading::read(&entry.file, &ReadOptions::default()).with_context(remedy)?;
+    let reading = input::recordings(&entry.file, &ReadOptions::default()).with_context(remedy)?;
     let source = Source { file: reading.origin, sha256: reading.sha256 };
     let Some(mut recording) = reading.recordings.into_iter().next() else {
         bail!("{}: {} holds no recording", entry.place, entry.file.display());

@@ -1,9 +1,9 @@
 //! Diagnosing many loops one by one, and keeping no more of them than what is counted.
 
+use crate::files::Out;
 use crate::{output, progress};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
-use std::path::Path;
 use std::time::Instant;
 use stiction::detect::{self, Detector, Subject};
 use stiction::diagnose::{Basis, DiagnoseOptions, Diagnosis};
@@ -27,7 +27,7 @@ pub struct Plan<'a> {
     /// Whether the diagnosis and the methods are timed.
     pub time: bool,
     /// Where the reports go.
-    pub reports: Option<&'a Path>,
+    pub reports: Option<&'a Out>,
 }
 
 /// What was measured; the lists are in the order of the loops.
@@ -116,7 +116,7 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
             let name = report::folder::file_name(place, &diagnosis.name);
             let html =
                 report::html(output::TOOL, &[Loop { diagnosis: &diagnosis, source: &source }])?;
-            output::write(Some(&folder.join(&name)), html.as_bytes())?;
+            output::write(Some(&folder.inside(&name)?), html.as_bytes())?;
             Some(name)
         }
         None => None,

@@ -2,7 +2,7 @@
 
 use super::About;
 use super::measure::Measured;
-use crate::output;
+use crate::output::{self, Sheet};
 use anyhow::Result;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,8 +14,7 @@ const VERSION: u32 = 1;
 
 /// One row a loop and method, the verdict first.
 pub fn csv(loops: &[Scored]) -> Result<String> {
-    let mut writer = csv::Writer::from_writer(vec![]);
-    writer.write_record([
+    let mut sheet = Sheet::new([
         "loop",
         "valve",
         "kind",
@@ -56,7 +55,7 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
             row.extend([of(|e| e.value), of(|e| e.low), of(|e| e.high)]);
         }
         row.push(say(each.s_below));
-        writer.write_record(&row)?;
+        sheet.row(&row)?;
         for said in &each.methods {
             let mut row = known.to_vec();
             row.extend([
@@ -66,10 +65,10 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
                 said.decision.name().to_owned(),
             ]);
             row.resize(19, String::new());
-            writer.write_record(&row)?;
+            sheet.row(&row)?;
         }
     }
-    Ok(String::from_utf8(writer.into_inner()?)?)
+    sheet.text()
 }
 
 /// What `stiction bench --json` prints.

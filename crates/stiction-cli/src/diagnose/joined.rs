@@ -1,5 +1,6 @@
 //! Recordings of one loop that are in several files, as one.
 
+use crate::files::STANDARD_INPUT;
 use crate::output;
 use anyhow::{Result, bail};
 use std::path::Path;
@@ -39,6 +40,9 @@ fn one(files: &[Found]) -> stiction_io::Result<(Source, Recording)> {
 fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
     let mut notes = vec![];
     for Found { source, recording, .. } in files {
+        if source.file == STANDARD_INPUT {
+            continue;
+        }
         let path = Path::new(&source.file);
         let kept = Overrides::read(&Overrides::path_beside(path))?;
         let of_file = |each: &&Override| {

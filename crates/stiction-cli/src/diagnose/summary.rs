@@ -1,6 +1,7 @@
 //! Diagnoses as text: one screen for one loop, one line each for several, a table of all.
 
 use super::Diagnosed;
+use crate::output::{Sheet, name};
 use crate::text::{coloured, columns, number, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
@@ -20,7 +21,13 @@ pub fn one(loop_: &Diagnosed) -> String {
     let Diagnosed { source, diagnosis } = loop_;
     let mut out = String::new();
     // Writing to a string cannot fail.
-    let _ = writeln!(out, "{} ({})  {}", diagnosis.name, diagnosis.loop_type.name(), source.file);
+    let _ = writeln!(
+        out,
+        "{} ({})  {}",
+        name(&diagnosis.name),
+        diagnosis.loop_type.name(),
+        name(&source.file)
+    );
     out += &field("verdict", &verdict(diagnosis));
     if let Some(said) = &diagnosis.verdict.overruled {
         out += &field("override", &words::overruled(said));
@@ -59,7 +66,7 @@ pub fn brief(loops: &[Diagnosed]) -> String {
 fn line(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let grade = coloured(verdict.grade, verdict.grade.name());
-    let mut out = format!("{}: {grade}", diagnosis.name);
+    let mut out = format!("{}: {grade}", name(&diagnosis.name));
     // Writing to a string cannot fail.
     let _ = match verdict.probability {
         Some(p) => write!(out, " ({})", words::percent(p)),
@@ -350,13 +357,12 @@ fn why(diagnosis: &Diagnosis) -> String {
 
 /// One row a loop: the columns of all tables, then every method's statistic and decision.
 pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
-    let mut writer = csv::Writer::from_writer(vec![]);
     let methods = stiction::detect::MethodId::ALL;
     let mut header: Vec<String> = COLUMNS.iter().map(|column| column.name.to_owned()).collect();
     for method in methods {
         header.extend([method.to_string(), format!("{method} decision")]);
     }
-    writer.write_record(&header)?;
+    let mut sheet = Sheet::new(&header)?;
     for found in loops {
         let mut row: Vec<String> = COLUMNS.iter().map(|column| column.cells.text(found)).collect();
         for id in methods {
@@ -365,9 +371,9 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
             row.push(statistic.map_or(String::new(), |v| v.to_string()));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));
         }
-        writer.write_record(&row)?;
+        sheet.row(&row)?;
     }
-    Ok(String::from_utf8(writer.into_inner()?)?)
+    sheet.text()
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! What `stiction limit-cycle` is asked.
 
+use crate::files::Out;
 use crate::valve;
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Parser, ValueEnum};
-use std::path::PathBuf;
 use stiction::Bands;
 use stiction::closed_loop::{Controller, Process};
 use stiction::limit_cycle::map::{Axis, Parameter};
@@ -49,13 +49,13 @@ pub struct Args {
     pub show: Show,
     /// Write the map, or the exact cycle over one period, to this CSV file; - is standard output
     #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
+    pub csv: Option<Out>,
     /// Draw the map, or the exact cycle over time, to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
-    pub plot: Option<PathBuf>,
+    pub plot: Option<Out>,
     /// Draw the loop's frequency response and -1/N(X) of its valve to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
-    pub nyquist: Option<PathBuf>,
+    pub nyquist: Option<Out>,
     /// By how many percent the cycle changes with a percent of each parameter
     #[arg(long)]
     pub sensitivity: bool,

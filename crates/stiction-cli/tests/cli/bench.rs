@@ -46,6 +46,40 @@ fn labelled_recordings_are_scored_by_recording_and_by_valve() {
 }
 
 #[test]
+fn an_index_has_one_row_or_more_and_stays_in_its_folder() {
+    let folder = with_samples("bench-outside");
+    std::fs::create_dir(folder.join("plant")).expect("a folder");
+    std::fs::rename(folder.join("FIC102-disturbed.csv"), folder.join("plant/in.csv"))
+        .expect("moved");
+    let absolute = folder.join("FIC101-sticky.csv").display().to_string();
+    let measured = |file: &str, more: &[&str]| {
+        write(&folder, "plant/index.csv", format!("loop,label,file\nA,stiction,{file}\n"));
+        run(
+            &folder,
+            &[&["bench", "--labels", "plant/index.csv", "--only", "verdict"][..], more].concat(),
+        )
+    };
+    assert!(measured("in.csv", &[]).quiet_success().starts_with("1 labelled recordings"));
+    let inside = folder.join("plant/in.csv").display().to_string();
+    measured(&inside, &[]).quiet_success();
+    let mut outside = vec!["../FIC101-sticky.csv", &absolute, "../no.csv", "/etc/passwd"];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&absolute, folder.join("plant/link.csv")).expect("a link");
+        outside.push("link.csv");
+    }
+    for file in outside {
+        let refused = measured(file, &[]).refusal();
+        let named = "plant/index.csv, row 2: the recording of A";
+        assert!(refused.contains(named) && refused.contains("give --allow-outside"), "{refused}");
+    }
+    assert!(measured(&absolute, &["--allow-outside"]).quiet_success().starts_with("1 labelled"));
+    write(&folder, "plant/index.csv", "loop,label\n../FIC101-sticky,stiction\n");
+    let refused = run(&folder, &["bench", "--labels", "plant/index.csv"]).refusal();
+    assert!(refused.contains("give --allow-outside"), "{refused}");
+}
+
+#[test]
 fn what_is_counted_can_be_counted_again_from_the_table_of_all_loops() {
     let folder = folder("bench-again");
     let arguments = "bench --simulated 40 --per-kind 2 --method yamashita --json --csv details.csv";

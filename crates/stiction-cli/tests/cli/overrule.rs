@@ -1,7 +1,7 @@
 //! `stiction override`, and what `stiction diagnose` makes of it.
 
 use crate::diagnose::with_samples;
-use crate::{read, run, write};
+use crate::{Done, read, run, write};
 
 const FILE: &str = "FIC101-sticky.csv";
 const KEPT: &str = "stiction-overrides.toml";
@@ -102,7 +102,7 @@ fn it_holds_for_that_recording_only_until_widened() {
 }
 
 #[test]
-fn malformed_overrides_name_file_line_and_remedy() {
+fn malformed_overrides_are_named_with_file_line_and_remedy() {
     let folder = with_samples("override-malformed");
     for (text, expected) in [
         (
@@ -118,8 +118,10 @@ fn malformed_overrides_name_file_line_and_remedy() {
     ] {
         write(&folder, KEPT, text);
         for command in [&["diagnose", FILE][..], &["override", FILE, "--list"]] {
-            let refused = run(&folder, command).refusal();
-            assert!(refused.contains(KEPT) && refused.contains(expected), "{expected}: {refused}");
+            let Done { code, err, .. } = run(&folder, command);
+            assert_eq!(code, 0, "{err}");
+            assert!(err.contains(KEPT) && err.contains(expected), "{expected}: {err}");
+            assert!(err.contains("does not hold until it is mended or removed"), "{err}");
         }
     }
     for (arguments, expected) in [

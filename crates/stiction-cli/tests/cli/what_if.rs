@@ -21,7 +21,7 @@ valve repaired          0.061  0.061   0.068      1.95       0.684      229  8.7
     for part in [
         "\nWhat to do\n- As it is, the loop cycles every 18 s",
         "- Repair the valve: that removes the cause.",
-        "- Until then, compensate it (modified-two-move:",
+        "- Until then, leave the loop as it is: something speaks against every tuning",
         "\nThe test in manual that confirms it first\n",
         "- Move the output up in 6 steps of 1.5 %, waiting 20 s after each.",
         "\nWhat this rests on\n- The valve is two-phase with S = 5 % and J = 3 %",
@@ -35,13 +35,37 @@ valve repaired          0.061  0.061   0.068      1.95       0.684      229  8.7
     }
 }
 
+/// The exact cycle would be followed for hours.
+#[test]
+fn times_that_no_sample_shows_are_refused_at_once() {
+    let folder = folder("what-if-absurd");
+    for (set, expected) in [
+        ("process.tau=1e-300", "the shortest time constant of the process is 1e-300 s"),
+        ("process.tau=1e-9", "the shortest time constant of the process is 1e-9 s"),
+        ("process.delay=1e-300", "the dead time is 1e-300 s"),
+        ("process.delay=1e-5", "the dead time is 1e-5 s"),
+        ("controller.ti=1e12", "the integral time is "),
+    ] {
+        let began = std::time::Instant::now();
+        let refused = run(&folder, &["what-if", "paper/closed-loop", "--set", set]).refusal();
+        assert!(refused.contains(expected), "{refused}");
+        assert!(
+            refused.contains("times the sample time of 0.01 s, but must be between"),
+            "{refused}"
+        );
+        assert!(refused.contains("or a sample time that shows it"), "{refused}");
+        assert!(began.elapsed().as_secs() < 10, "{set}");
+    }
+    run(&folder, &paper("what-if", &["--set", "process.delay=0"]));
+}
+
 #[test]
 fn the_papers_loop_as_json_and_csv() {
     let folder = folder("what-if-json");
     let json = run(&folder, &paper("what-if", &["--json"])).json();
     assert_eq!(json["scenario"], "paper/closed-loop");
     assert_eq!(json["valve"]["model"], "two-phase");
-    assert_eq!(json["interim"], "modified-two-move");
+    assert_eq!(json["interim"], serde_json::Value::Null);
     let actions = json["actions"].as_array().expect("a list");
     assert_eq!(actions.len(), 13);
     let worst = |k: usize| actions[k]["worst_iae_per_s"].as_f64().expect("a number");

@@ -1,6 +1,6 @@
 //! What to do, in sentences.
 
-use super::{Action, Prediction, Row, WEARING, WORTH, WhatIfOptions};
+use super::{Action, Prediction, Row, STEM_SPEED, WEARING, WORTH, WhatIfOptions};
 use crate::bands::Bands;
 use crate::closed_loop::ClosedLoop;
 use crate::limit_cycle::tuning::Retuning;
@@ -67,6 +67,16 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
     .collect();
     if !lost.is_empty() {
         said.push(format!("does not always settle after a {} step", lost.join(" or ")));
+    }
+    let number = |name| row.played.parameters.iter().find(|n| n.name == name).map(|n| n.value);
+    if let (Some(reach), Some(hold)) = (number("reach"), number("hold"))
+        && reach > STEM_SPEED * hold
+    {
+        said.push(format!(
+            "throws the stem {} % within {} s, faster than a pneumatic one moves ({STEM_SPEED} %/s)",
+            set(reach),
+            set(hold)
+        ));
     }
     let worn = travel(row, present);
     if worn > WEARING {

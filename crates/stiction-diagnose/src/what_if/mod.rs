@@ -31,6 +31,7 @@
 //! window and load step together, worst > present / 1.25    a load step costs what is gained before it
 //! a step does not settle in every case            it lets go of the set point
 //! stem travel, worst > 3 times the present        it wears the valve
+//! a throw of more than 50 % a second              no pneumatic stem follows it
 //! its cycle is longer than a third of the window  what was measured is not its error
 //! the loop is unstable without friction           no compensator helps that
 //! ```
@@ -66,6 +67,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Stem travel, as a multiple of that of the loop as it is, above which an action is not recommended.
 pub const WEARING: f64 = 3.0;
+
+/// How fast a pneumatic stem moves at most, percent of its stroke a second: a throw that asks for more is not offered. The
+/// whole stroke in two seconds is fast for one without a booster; the figure is ours.
+pub const STEM_SPEED: f64 = 50.0;
 
 /// By what the control error must be divided for an action to be worth its trouble.
 pub const WORTH: f64 = 1.25;
@@ -127,6 +132,7 @@ impl WhatIfOptions {
     /// # Errors
     /// If the loop has a setting out of its range.
     pub fn suiting(plant: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
+        sensible(plant)?;
         let bands = model.felt(bands)?;
         let figures = Figures::of(&knowledge(plant, bands))?;
         let continuous = left_alone(plant, model, bands);
@@ -156,6 +162,37 @@ impl WhatIfOptions {
             methods: Method::ALL.to_vec(),
         })
     }
+}
+
+/// Refuses a loop with a time that its samples cannot show: the exact cycle would be followed for hours.
+fn sensible(plant: &ClosedLoop) -> Result<()> {
+    // In sample times; beyond these it takes minutes, or is no time of a plant.
+    const SHORTEST: f64 = 1e-4;
+    const SHORTEST_DEAD: f64 = 0.05;
+    const LONGEST: f64 = 1e9;
+    let (_, den) = plant.process.coefficients();
+    // A bound on the fastest of its poles, within a factor of two; of the first order it is the pole.
+    let powers = den.iter().skip(1).zip(1..);
+    let fastest = powers
+        .map(|(a, power)| (a / den[0]).abs().powf(1.0 / f64::from(power)))
+        .fold(0.0, f64::max);
+    let (kp, ki, _) = plant.controller.gains();
+    for (name, time, shortest) in [
+        ("shortest time constant of the process", 1.0 / fastest, SHORTEST),
+        ("dead time", plant.process.dead_time(), SHORTEST_DEAD),
+        ("integral time", (kp / ki).abs(), SHORTEST),
+    ] {
+        let samples = time / plant.sample_time;
+        // None at all is no absurd one.
+        if time > 0.0 && time.is_finite() && !(shortest..=LONGEST).contains(&samples) {
+            return Err(Error::Inconsistent(format!(
+                "the {name} is {time:e} s, {samples:.0e} times the sample time of {} s, but must be between {shortest} \
+                 and {LONGEST:e} times; give one that is, none, or a sample time that shows it",
+                plant.sample_time
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The exact cycle of the loop that an action leaves.
@@ -353,6 +390,7 @@ pub fn what_if_with_progress(
     options: &WhatIfOptions,
     done: impl Fn() -> bool + Sync,
 ) -> Result<WhatIf> {
+    sensible(plant)?;
     let protocol = &options.protocol;
     let given = bands;
     let bands = model.felt(bands)?;

@@ -4,10 +4,13 @@
 //! `MATLAB_class` tells its class; cells, and the fields of arrays of structs, are references to
 //! objects in the hidden group `#refs#`.
 
-use super::{Fields, MAX_DEPTH, Message, Value, utf16};
+use super::{Fields, MAX_DEPTH, Message, Value, links, utf16};
 use crate::budget::{Budget, guarded};
 use hdf5_pure::{AttrValue, DType, Dataset, File, Group, Object};
 use std::collections::HashMap;
+
+/// What is said of a link to another file.
+const LINK: &str = "a link to another file, which is not followed";
 
 type Attributes = HashMap<String, AttrValue>;
 
@@ -15,7 +18,11 @@ type Attributes = HashMap<String, AttrValue>;
 pub(super) fn variables(bytes: &[u8]) -> Result<Fields, Message> {
     let read = || {
         let file = File::from_bytes(bytes.to_vec()).map_err(unread)?;
-        Reader { budget: Budget::of(bytes.len()) }.fields(&file.root(), 0)
+        let mut fields = Reader { budget: Budget::of(bytes.len()) }.fields(&file.root(), 0)?;
+        fields.extend(
+            links::external(bytes).into_iter().map(|name| (name, Value::Other(LINK.to_owned()))),
+        );
+        Ok(fields)
     };
     guarded(read).unwrap_or_else(|| Err(unread("its bytes contradict each other")))
 }
@@ -38,17 +45,16 @@ impl Reader {
             return Err(format!("has structs or cells nested deeper than {MAX_DEPTH}; flatten it"));
         }
         let mut fields = vec![];
-        for name in group.datasets().map_err(unread)? {
+        // A walk, for to look up each name would be to walk for each.
+        for (name, dataset) in group.iter_datasets().map_err(unread)? {
             if !name.starts_with('#') {
                 self.budget.spend(name.len() + size_of::<(String, Value)>())?;
-                let dataset = group.dataset(&name).map_err(unread)?;
                 fields.push((name, self.dataset(&dataset, depth)?));
             }
         }
-        for name in group.groups().map_err(unread)? {
+        for (name, inner) in group.iter_groups().map_err(unread)? {
             if !name.starts_with('#') {
                 self.budget.spend(name.len() + size_of::<(String, Value)>())?;
-                let inner = group.group(&name).map_err(unread)?;
                 fields.push((name, self.group(&inner, depth + 1)?));
             }
         }
@@ -71,13 +77,12 @@ impl Reader {
 
     /// The structs of an array, whose fields are datasets of references without a class.
     fn array_of_structs(&mut self, group: &Group, depth: usize) -> Result<Option<Value>, Message> {
-        let names = group.datasets().map_err(unread)?;
-        if names.is_empty() || !group.groups().map_err(unread)?.is_empty() {
+        let datasets = group.iter_datasets().map_err(unread)?;
+        if datasets.len() == 0 || group.iter_groups().map_err(unread)?.len() > 0 {
             return Ok(None);
         }
         let mut columns = vec![];
-        for name in names {
-            let dataset = group.dataset(&name).map_err(unread)?;
+        for (name, dataset) in datasets {
             let is_plain = !dataset.attrs().map_err(unread)?.contains_key("MATLAB_class");
             if !is_plain || dataset.dtype().map_err(unread)? != DType::ObjectReference {
                 return Ok(None);

@@ -55,12 +55,11 @@ pub(super) fn variables(bytes: &[u8]) -> Result<Fields, Message> {
     };
     let mut budget = Budget::of(bytes.len());
     let mut input = Input { bytes: &bytes[HEADER..], big_endian };
-    let mut variables = vec![];
+    let mut variables: Fields = vec![];
     while !input.bytes.is_empty() {
         let at = bytes.len() - input.bytes.len();
-        let known: Vec<&str> = variables.iter().map(|(name, _): &(String, _)| &**name).collect();
-        let place = |message: Message| match known.last() {
-            Some(name) => format!("{message} (at byte {at}, after the variable \"{name}\")"),
+        let place = |message: Message| match variables.last() {
+            Some((name, _)) => format!("{message} (at byte {at}, after the variable \"{name}\")"),
             None => format!("{message} (at byte {at}, in its first variable)"),
         };
         let variable = variable(&mut input, &mut budget).map_err(place)?;

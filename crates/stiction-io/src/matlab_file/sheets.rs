@@ -1,8 +1,10 @@
 //! Finds the sheets in what a MATLAB file holds.
 
 use super::{Fields, Message, Value};
-use crate::sheet::{Cells, Column, Sheet};
-use std::collections::BTreeMap;
+use crate::layout::list;
+use crate::role::{self, Role};
+use crate::sheet::{Cells, Column, LeftOut, Sheet};
+use std::collections::{BTreeMap, HashMap};
 
 /// Names of a number that is the time between samples, in s.
 const SAMPLE_TIMES: [&str; 6] = ["ts", "dt", "tsamp", "sampling_time", "sample_time", "sampletime"];
@@ -16,68 +18,94 @@ const DATENUMS: std::ops::RangeInclusive<f64> = 6e5..=9e5;
 /// Names of a cell array of the names of a matrix's columns.
 const HEADERS: [&str; 6] = ["colheaders", "names", "tags", "columns", "headers", "varnames"];
 
+/// Why something that holds no samples is no column.
+const EMPTY: &str = "is empty";
+const SINGLE: &str = "is a single number";
+
+/// How many of the reasons why nothing could be read are told.
+const MOST_TOLD: usize = 20;
+
 /// A matrix with more columns is no table of signals.
 const MAX_MATRIX_COLUMNS: usize = 64;
 
 /// The sheets among `variables`.
 pub(super) fn find(variables: &Fields, origin: &str) -> Result<Vec<Sheet>, Message> {
-    let mut sheets = vec![];
-    search(variables, String::new(), origin, &mut sheets);
+    let mut found = Found { origin, sheets: vec![], loose: vec![] };
+    found.search(variables, String::new());
+    let Found { mut sheets, mut loose, .. } = found;
     // A struct with a single vector may be one of settings, such as a pair of limits.
     if sheets.iter().any(|sheet| sheet.columns.len() > 1) {
-        sheets.retain(|sheet| sheet.columns.len() > 1);
-    }
-    let unread = variables.iter().filter_map(|(name, value)| match value {
-        Value::Other(what) => Some(format!("{name} is {what}; left out")),
-        _ => None,
-    });
-    if let Some(sheet) = sheets.first_mut() {
-        // The sheet of the variables themselves has said so already.
-        if !sheet.part.is_empty() {
-            unread.for_each(|text| note(sheet, text));
+        for sheet in sheets.extract_if(.., |sheet| sheet.columns.len() < 2) {
+            loose.push((sheet.part, "is a struct with a single vector".to_owned()));
         }
+    }
+    if let Some(sheet) = sheets.first_mut() {
+        let note = |(path, why): (String, String)| format!("{path} {why} and is not used");
+        sheet.notes.extend(loose.into_iter().map(note));
         return Ok(sheets);
     }
-    let names: Vec<_> = variables.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+    let names: Vec<&str> = variables.iter().map(|(name, _)| &**name).collect();
     if names.is_empty() {
         return Err("has no variables; save some with save(..., '-v7')".to_owned());
     }
     let mut message = format!(
         "has no vectors of two or more numbers, alone or in a struct; its variables are {}",
-        names.join(", ")
+        list(&names)
     );
-    unread.for_each(|text| message += &format!("; {text}"));
+    loose.iter().take(MOST_TOLD).for_each(|(path, why)| message += &format!("; {path} {why}"));
     Err(message)
 }
 
-/// Appends the sheet that `fields` are, if they are one, and those within them.
-fn search(fields: &Fields, part: String, origin: &str, sheets: &mut Vec<Sheet>) {
-    sheets.extend(sheet(fields, &part, origin));
-    for (name, value) in fields {
-        let path = if part.is_empty() { name.clone() } else { format!("{part}.{name}") };
-        within(value, path, origin, sheets);
-    }
+/// What is found in a file.
+struct Found<'o> {
+    origin: &'o str,
+    sheets: Vec<Sheet>,
+    /// What was left out where there is no sheet: its path, and why.
+    loose: Vec<(String, String)>,
 }
 
-/// Appends the sheets within the `value` at `path`.
-fn within(value: &Value, path: String, origin: &str, sheets: &mut Vec<Sheet>) {
-    match value {
-        Value::Structs(structs) => match &structs[..] {
-            [only] => search(only, path, origin, sheets),
-            several => {
-                for (i, fields) in several.iter().enumerate() {
-                    search(fields, format!("{path}({})", i + 1), origin, sheets);
-                }
-            }
-        },
-        Value::Cell(cells) => {
-            for (i, cell) in cells.iter().enumerate() {
-                if matches!(cell, Value::Structs(_) | Value::Cell(_)) {
-                    within(cell, format!("{path}{{{}}}", i + 1), origin, sheets);
-                }
+impl Found<'_> {
+    /// Appends the sheet that `fields` are, if they are one, and those within them.
+    fn search(&mut self, fields: &Fields, part: String) {
+        let path = |name: &str| match &*part {
+            "" => name.to_owned(),
+            part => format!("{part}.{name}"),
+        };
+        match sheet(fields, &part, self.origin) {
+            Some(sheet) => self.sheets.push(sheet),
+            None => {
+                let other = fields.iter().filter_map(|(name, value)| match value {
+                    Value::Other(what) => Some((path(name), format!("is {what}"))),
+                    _ => None,
+                });
+                self.loose.extend(other);
             }
         }
-        _ => {}
+        for (name, value) in fields {
+            self.within(value, path(name));
+        }
+    }
+
+    /// Appends the sheets within the `value` at `path`.
+    fn within(&mut self, value: &Value, path: String) {
+        match value {
+            Value::Structs(structs) => match &structs[..] {
+                [only] => self.search(only, path),
+                several => {
+                    for (i, fields) in several.iter().enumerate() {
+                        self.search(fields, format!("{path}({})", i + 1));
+                    }
+                }
+            },
+            Value::Cell(cells) => {
+                for (i, cell) in cells.iter().enumerate() {
+                    if matches!(cell, Value::Structs(_) | Value::Cell(_)) {
+                        self.within(cell, format!("{path}{{{}}}", i + 1));
+                    }
+                }
+            }
+            _ => {}
+        }
     }
 }
 
@@ -85,42 +113,49 @@ fn within(value: &Value, path: String, origin: &str, sheets: &mut Vec<Sheet>) {
 fn sheet(fields: &Fields, part: &str, origin: &str) -> Option<Sheet> {
     let rows = usual_length(fields)?;
     let mut sheet = Sheet { origin: origin.to_owned(), part: part.to_owned(), ..Sheet::default() };
+    let headers = headers(fields);
     for (name, value) in fields {
         match value {
-            Value::Numbers { data, .. } if data.is_empty() => {}
+            Value::Numbers { data, .. } if data.is_empty() => leave_out(&mut sheet, name, EMPTY),
             Value::Numbers { data, .. } if data.len() == 1 => {
                 add_number(&mut sheet, name, data[0], rows)
             }
             Value::Numbers { rows: r, cols, data } => match length(*r, *cols) {
                 Some(length) if length == rows => {
-                    let names = column_names(name, data.len() / rows, fields);
+                    let names = column_names(name, data.len() / rows, &headers);
                     for (name, data) in names.into_iter().zip(data.chunks_exact(rows)) {
                         add_column(&mut sheet, name, Cells::Numbers(data.to_vec()));
                     }
                 }
-                Some(length) => note(
-                    &mut sheet,
-                    format!("{name} has {length} values where most have {rows}; left out"),
-                ),
-                None => note(
-                    &mut sheet,
-                    format!("{name} is a matrix of {r} rows and {cols} columns; left out"),
-                ),
+                Some(length) => {
+                    let why = format!("has {length} values where most have {rows}");
+                    leave_out(&mut sheet, name, &why);
+                }
+                None => {
+                    let why = format!("is a matrix of {r} rows and {cols} columns, no vector");
+                    leave_out(&mut sheet, name, &why);
+                }
             },
-            Value::Text(text) if text.is_empty() => {}
+            // A remark that is empty was never a signal, unless it is called so.
+            Value::Text(text) if text.is_empty() => leave_out_signal(&mut sheet, name, EMPTY),
             Value::Text(text) => sheet.attributes.push((name.clone(), text.clone())),
-            Value::Cell(cells) if cells.is_empty() => {}
+            Value::Cell(cells) if cells.is_empty() => leave_out_signal(&mut sheet, name, EMPTY),
             Value::Cell(cells) => match texts(cells) {
                 Some(texts) if texts.len() == rows => {
                     add_column(&mut sheet, name.clone(), Cells::Text(texts));
                 }
-                Some(texts) => sheet.attributes.push((name.clone(), texts.join("; "))),
+                Some(texts) => {
+                    let why = format!("has {} texts where most have {rows}", texts.len());
+                    leave_out_signal(&mut sheet, name, &why);
+                    sheet.attributes.push((name.clone(), texts.join("; ")));
+                }
                 None if cells.iter().any(|cell| matches!(cell, Value::Structs(_))) => {}
-                None => note(&mut sheet, format!("{name} is a cell array; left out")),
+                None => leave_out(&mut sheet, name, "is a cell array"),
             },
             // They have sheets of their own.
-            Value::Structs(_) => {}
-            Value::Other(what) => note(&mut sheet, format!("{name} is {what}; left out")),
+            Value::Structs(structs) if !structs.is_empty() => {}
+            Value::Structs(_) => leave_out_signal(&mut sheet, name, EMPTY),
+            Value::Other(what) => leave_out(&mut sheet, name, &format!("is {what}")),
         }
     }
     Some(sheet)
@@ -151,19 +186,27 @@ fn usual_length(fields: &Fields) -> Option<usize> {
     counts.into_iter().max_by_key(|(length, count)| (*length > 2, *count, *length)).map(|(n, _)| n)
 }
 
+/// The names of columns that stand beside matrices, by how many they are.
+fn headers(fields: &Fields) -> HashMap<usize, Vec<String>> {
+    let mut headers = HashMap::new();
+    for (name, value) in fields {
+        if let Value::Cell(cells) = value
+            && HEADERS.iter().any(|known| name.eq_ignore_ascii_case(known))
+            && let Some(texts) = texts(cells)
+        {
+            headers.entry(texts.len()).or_insert(texts);
+        }
+    }
+    headers
+}
+
 /// What the columns of a matrix are called.
-fn column_names(name: &str, count: usize, fields: &Fields) -> Vec<String> {
+fn column_names(name: &str, count: usize, headers: &HashMap<usize, Vec<String>>) -> Vec<String> {
     if count == 1 {
         return vec![name.to_owned()];
     }
-    let header = |(name, value): &(String, Value)| match value {
-        Value::Cell(cells) if HEADERS.iter().any(|known| name.eq_ignore_ascii_case(known)) => {
-            texts(cells).filter(|texts| texts.len() == count)
-        }
-        _ => None,
-    };
     let numbered = || (1..=count).map(|k| format!("{name}(:,{k})")).collect();
-    fields.iter().find_map(header).unwrap_or_else(numbered)
+    headers.get(&count).cloned().unwrap_or_else(numbered)
 }
 
 /// The cells as text, if that is what they all are.
@@ -177,8 +220,16 @@ fn texts(cells: &[Value]) -> Option<Vec<String>> {
     cells.iter().map(text).collect()
 }
 
-fn note(sheet: &mut Sheet, text: String) {
-    sheet.attributes.push(("note".to_owned(), text));
+/// Leaves out what would be no signal if it were not called so.
+fn leave_out_signal(sheet: &mut Sheet, name: &str, why: &str) {
+    if matches!(role::split(name, &[]), Some(role::Split { role: Role::Signal(_), .. })) {
+        leave_out(sheet, name, why);
+    }
+}
+
+fn leave_out(sheet: &mut Sheet, name: &str, why: &str) {
+    let holds_samples = !matches!(why, EMPTY | SINGLE);
+    sheet.left_out.push(LeftOut { name: name.to_owned(), why: why.to_owned(), holds_samples });
 }
 
 fn add_column(sheet: &mut Sheet, name: String, cells: Cells) {
@@ -200,7 +251,9 @@ fn add_number(sheet: &mut Sheet, name: &str, number: f64, rows: usize) {
     }
     sheet.attributes.push((name.to_owned(), number.to_string()));
     if name.eq_ignore_ascii_case("SP") {
-        note(sheet, format!("{name} is a single number, held"));
+        sheet.notes.push(format!("{name} is a single number, which is held"));
         add_column(sheet, name.to_owned(), Cells::Numbers(vec![number; rows]));
+    } else {
+        leave_out_signal(sheet, name, SINGLE);
     }
 }

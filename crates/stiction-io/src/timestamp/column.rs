@@ -1,7 +1,7 @@
 //! A whole column of times.
 
 use super::scan::{Stamp, scan};
-use super::{DateOrder, TimeFormat, Zone};
+use super::{DateOrder, TimeFormat, Zone, is_plain_name, plausible};
 use crate::error::{Error, Result};
 use crate::number::{self, DecimalMark};
 use crate::remedy::{Remedy, Wording};
@@ -71,17 +71,19 @@ pub struct Context<'a> {
     pub zone: Option<&'a Zone>,
     /// Which series each row belongs to; the rows of a series are in order of time, or its reverse.
     pub series: &'a [usize],
+    /// Whether rows are of several tags.
+    pub is_long: bool,
     pub wording: Wording,
 }
 
 /// Seconds since 1970 that a recording of a plant can have: 1980 to 2100.
-const PLAUSIBLE: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
+pub const PLAUSIBLE: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
 
 /// Days between the first day of spreadsheets, counted 0, and 1970-01-01. They count a 29 February
 /// 1900 that never was, so this holds from March 1900 on.
-const SPREADSHEET_1970: f64 = 25_569.0;
+pub const SPREADSHEET_1970: f64 = 25_569.0;
 /// Days between the year 0 of MATLAB's `datenum`, whose first day is 1, and 1970-01-01.
-const DATENUM_1970: f64 = 719_529.0;
+pub const DATENUM_1970: f64 = 719_529.0;
 
 /// Seconds from 1970 to where calendars of the year 9999 end, and back.
 const CALENDAR: f64 = 2.5e11;
@@ -91,25 +93,28 @@ const NANOS: f64 = 1e9;
 /// Reads the times of `column`.
 ///
 /// # Errors
-/// If a cell is empty or no time, if the order of day and month cannot be told, or if a local time
-/// does not exist in the zone.
+/// If a cell is empty or no time, if the order of day and month cannot be told, if a local time
+/// does not exist in the zone, or if no recording can have such times.
 pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
-    match &column.cells {
+    let times = match &column.cells {
         Cells::Times { seconds, utc } => {
             check_present(column, seconds, context)?;
             if *utc {
                 let nanos = context.nanos(column, seconds, 1.0)?;
-                return Ok(context.since_start(nanos, "times of the file", Clock::Utc));
+                context.since_start(nanos, "times of the file", Clock::Utc)
+            } else {
+                let civil = context.civil(column, seconds)?;
+                context.resolve(column, &civil, "times of the file".to_owned())?
             }
-            let civil = context.civil(column, seconds)?;
-            context.resolve(column, &civil, "times of the file".to_owned())
         }
         Cells::Numbers(numbers) => {
             check_present(column, numbers, context)?;
-            context.numbers(column, numbers)
+            context.numbers(column, numbers)?
         }
-        Cells::Text(cells) => context.text(column, cells),
-    }
+        Cells::Text(cells) => context.text(column, cells)?,
+    };
+    plausible::check(&times, column, context)?;
+    Ok(times)
 }
 
 fn check_present(column: &Column, numbers: &[f64], context: &Context<'_>) -> Result<()> {
@@ -128,7 +133,7 @@ fn as_utc(local: DateTime) -> i128 {
 
 impl Context<'_> {
     /// An error about the cell of `column` at `index`.
-    fn wrong(&self, column: &Column, index: usize, message: String) -> Error {
+    pub fn wrong(&self, column: &Column, index: usize, message: String) -> Error {
         Error::Cell {
             origin: self.sheet.origin.clone(),
             row: self.sheet.row(index),
@@ -137,7 +142,7 @@ impl Context<'_> {
         }
     }
 
-    fn wrong_column(&self, column: &Column, message: String) -> Error {
+    pub fn wrong_column(&self, column: &Column, message: String) -> Error {
         Error::Column { origin: self.sheet.origin.clone(), column: column.name.clone(), message }
     }
 
@@ -319,7 +324,11 @@ impl Context<'_> {
                 return Err(self.wrong_column(column, message));
             }
             Some(format) => format.clone(),
-            None => guess(column, numbers),
+            None => {
+                let format = guess(column, numbers);
+                plausible::question(&format, numbers, column, self)?;
+                format
+            }
         };
         let mut times = match format {
             TimeFormat::Epoch(unit) => {
@@ -359,6 +368,10 @@ impl Context<'_> {
 
     /// From what is written to a clock that runs evenly.
     fn resolve(&self, column: &Column, written: &[Written], format: String) -> Result<Times> {
+        let is_of_recording = |(local, _): &Written| plausible::YEARS.contains(&local.year());
+        if let Some(i) = written.iter().position(|each| !is_of_recording(each)) {
+            return Err(plausible::beyond(column, i, &format, self));
+        }
         let has_offset = written.first().is_some_and(|(_, offset)| offset.is_some());
         if let Some(i) = written.iter().position(|(_, offset)| offset.is_some() != has_offset) {
             let (this, others) = if has_offset { ("no", "an") } else { ("an", "no") };
@@ -397,13 +410,19 @@ impl Context<'_> {
         Ok(times)
     }
 
-    /// The rows of each series in order of time: reversed where most steps go back.
-    fn in_order(&self, local: impl Fn(usize) -> i128) -> Vec<Vec<usize>> {
+    /// The rows of each series in the order of the file.
+    pub fn rows_of_series(&self) -> Vec<Vec<usize>> {
         let count = self.series.iter().max().map_or(0, |last| last + 1);
         let mut rows = vec![vec![]; count];
         for (row, series) in self.series.iter().enumerate() {
             rows[*series].push(row);
         }
+        rows
+    }
+
+    /// The rows of each series in order of time: reversed where most steps go back.
+    fn in_order(&self, local: impl Fn(usize) -> i128) -> Vec<Vec<usize>> {
+        let mut rows = self.rows_of_series();
         for rows in &mut rows {
             let falling = rows.windows(2).filter(|pair| local(pair[1]) < local(pair[0])).count();
             if falling * 2 > rows.len() {
@@ -493,8 +512,7 @@ impl Context<'_> {
 
 /// Whether a column of this name holds plain seconds.
 fn is_seconds(name: &str) -> bool {
-    let name = name.to_lowercase();
-    matches!(&*name, "t" | "time" | "elapsed") || unit_in(&name) == Some(1.0)
+    is_plain_name(name) || unit_in(name) == Some(1.0)
 }
 
 /// The unit that the name of a column ends with, as `time_ms` or `t [min]`.

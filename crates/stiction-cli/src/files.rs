@@ -1,0 +1,313 @@
+//! The files of a run: what it reads and what it writes, and that these are not the same.
+//!
+//! Arguments that name a file are an [`In`] or an [`Out`], never a path: then `main` sees them all before a command runs,
+//! and refuses an output that is an input or another output. What a command names by itself, such as the recordings of
+//! an index or the pages of a folder, goes through [`In::also`] and [`Out::inside`], which ask the same.
+
+use anyhow::{Context, Result, bail};
+use clap::builder::{MapValueParser, PathBufValueParser, TypedValueParser, ValueParserFactory};
+use clap::{ArgMatches, Command};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fs::Metadata;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+
+/// What standard input is called in messages.
+pub const STANDARD_INPUT: &str = "standard input";
+
+/// A file that a run reads; `-` is standard input.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct In(PathBuf);
+
+/// A file or folder that a run writes; `-` is standard output.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Out(PathBuf);
+
+impl In {
+    /// One that no argument names.
+    pub fn also(path: impl Into<PathBuf>) -> Result<Self> {
+        let path = path.into();
+        run().read(&path, &format!("{}, which this run reads too", path.display()))?;
+        Ok(Self(path))
+    }
+
+    /// Whether it is standard input.
+    pub fn is_standard(&self) -> bool {
+        self.0 == Path::new("-")
+    }
+
+    /// What it is called in messages.
+    pub fn origin(&self) -> String {
+        if self.is_standard() { STANDARD_INPUT.to_owned() } else { self.0.display().to_string() }
+    }
+}
+
+impl Out {
+    /// One that no argument names, beside an input.
+    pub fn also(path: impl Into<PathBuf>) -> Result<Self> {
+        let path = path.into();
+        run().check(&path)?;
+        Ok(Self(path))
+    }
+
+    /// A file in this folder.
+    pub fn inside(&self, name: impl AsRef<Path>) -> Result<Self> {
+        Self::also(self.0.join(name))
+    }
+
+    /// Makes the folder that this is, if it is not there.
+    pub fn make_folder(&self) -> Result<()> {
+        std::fs::create_dir_all(&self.0).with_context(|| self.0.display().to_string())
+    }
+
+    /// Whether it is standard output.
+    pub fn is_standard(&self) -> bool {
+        self.0 == Path::new("-")
+    }
+}
+
+impl Deref for In {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Deref for Out {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl ValueParserFactory for In {
+    type Parser = MapValueParser<PathBufValueParser, fn(PathBuf) -> Self>;
+
+    fn value_parser() -> Self::Parser {
+        PathBufValueParser::new().map(Self)
+    }
+}
+
+impl ValueParserFactory for Out {
+    type Parser = MapValueParser<PathBufValueParser, fn(PathBuf) -> Self>;
+
+    fn value_parser() -> Self::Parser {
+        PathBufValueParser::new().map(Self)
+    }
+}
+
+/// Notes all files that the arguments name, and refuses an output that is an input or another output.
+pub fn note(command: &Command, matches: &ArgMatches) -> Result<()> {
+    let Some((name, matches)) = matches.subcommand() else { return Ok(()) };
+    let Some(command) = command.find_subcommand(name) else { return Ok(()) };
+    // What a task of a command names is a file of the same run.
+    note(command, matches)?;
+    let mut run = run();
+    for argument in command.get_arguments() {
+        let id = argument.get_id().as_str();
+        let files = matches.try_get_many::<In>(id).ok().flatten();
+        for file in files.into_iter().flatten() {
+            let called = match argument.get_long() {
+                Some(long) => format!("{}, the file of --{long}", file.origin()),
+                None => format!("{}, which this run reads", file.origin()),
+            };
+            run.read(file, &called)?;
+        }
+    }
+    for argument in command.get_arguments() {
+        let id = argument.get_id().as_str();
+        let Ok(Some(file)) = matches.try_get_one::<Out>(id) else { continue };
+        let option = match argument.get_long() {
+            Some(long) => format!("--{long}"),
+            None => argument.get_id().to_string(),
+        };
+        run.written(file, &option)?;
+    }
+    Ok(())
+}
+
+/// What a file is known by: its path, and beside it what tells links apart.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Key {
+    Path(PathBuf),
+    #[cfg(unix)]
+    Inode(u64, u64),
+    StandardInput,
+    StandardOutput,
+}
+
+/// The files of this run, each with what it is called in messages.
+#[derive(Debug, Default)]
+struct Run {
+    read: HashMap<Key, String>,
+    written: HashMap<Key, String>,
+}
+
+fn run() -> MutexGuard<'static, Run> {
+    static RUN: LazyLock<Mutex<Run>> = LazyLock::new(Mutex::default);
+    RUN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Run {
+    fn read(&mut self, file: &Path, called: &str) -> Result<()> {
+        let keys = match file == Path::new("-") {
+            true => match self.read.entry(Key::StandardInput) {
+                Entry::Occupied(_) => bail!("standard input can be read once; give - once"),
+                Entry::Vacant(place) => {
+                    place.insert(called.to_owned());
+                    keys_of_standard_input()
+                }
+            },
+            // What is not there cannot be lost.
+            false => std::fs::metadata(file).map_or(vec![], |there| keys(file, Some(&there))),
+        };
+        for key in keys {
+            if let Some(option) = self.written.get(&key) {
+                bail!("{option} would overwrite {called}; name another file");
+            }
+            self.read.insert(key, called.to_owned());
+        }
+        Ok(())
+    }
+
+    fn written(&mut self, file: &Path, option: &str) -> Result<()> {
+        for key in output_keys(file) {
+            if let Some(input) = self.read.get(&key) {
+                bail!("{option} {} would overwrite {input}; name another file", file.display());
+            }
+            match self.written.entry(key) {
+                Entry::Occupied(other) if other.get() != option => {
+                    bail!(
+                        "{option} {} is where {} goes, and one of the two would be lost; name another file",
+                        file.display(),
+                        other.get()
+                    );
+                }
+                Entry::Occupied(_) => {}
+                Entry::Vacant(place) => {
+                    place.insert(option.to_owned());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a file that the run is about to write if an argument names it.
+    fn check(&self, file: &Path) -> Result<()> {
+        for key in output_keys(file) {
+            if let Some(input) = self.read.get(&key) {
+                bail!("{} would overwrite {input}; name another folder", file.display());
+            }
+            if let Some(option) = self.written.get(&key) {
+                bail!("{} is where {option} goes; name another file", file.display());
+            }
+        }
+        Ok(())
+    }
+}
+
+fn output_keys(file: &Path) -> Vec<Key> {
+    match file == Path::new("-") {
+        true => vec![Key::StandardOutput],
+        false => keys(file, std::fs::metadata(file).ok().as_ref()),
+    }
+}
+
+/// The keys of a file that is there or may be made; none of a device or pipe, where nothing is lost.
+fn keys(file: &Path, there: Option<&Metadata>) -> Vec<Key> {
+    if there.is_some_and(|there| !there.is_file() && !there.is_dir()) {
+        return vec![];
+    }
+    let target = stiction_io::whole::end_of_links(file);
+    let folder = match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let full = match (target.canonicalize(), folder.canonicalize(), target.file_name()) {
+        (Ok(full), ..) => full,
+        (Err(_), Ok(folder), Some(name)) => folder.join(name),
+        _ => target.clone(),
+    };
+    let mut keys = vec![Key::Path(full)];
+    keys.extend(there.and_then(inode));
+    keys
+}
+
+#[cfg(unix)]
+fn inode(of: &Metadata) -> Option<Key> {
+    use std::os::unix::fs::MetadataExt;
+    of.is_file().then(|| Key::Inode(of.dev(), of.ino()))
+}
+
+#[cfg(not(unix))]
+fn inode(_: &Metadata) -> Option<Key> {
+    None
+}
+
+/// Those of the file that stands for standard input, if it is one.
+#[cfg(unix)]
+fn keys_of_standard_input() -> Vec<Key> {
+    use std::os::fd::AsFd;
+    let file = std::io::stdin().as_fd().try_clone_to_owned().map(std::fs::File::from);
+    file.and_then(|file| file.metadata()).ok().and_then(|there| inode(&there)).into_iter().collect()
+}
+
+#[cfg(not(unix))]
+fn keys_of_standard_input() -> Vec<Key> {
+    vec![]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{In, Out};
+    use crate::Cli;
+    use clap::CommandFactory;
+    use clap::builder::ValueParser;
+    use std::any::TypeId;
+    use std::path::PathBuf;
+
+    /// Arguments that name a file and more, so that their command reads it by `In::also`.
+    const MORE: [(&str, &str); 6] = [
+        ("simulate", "scenario"),
+        ("compensate", "scenario"),
+        ("what-if", "scenario"),
+        ("limit-cycle", "scenario"),
+        ("fmu", "scenario"),
+        ("fmu", "library"),
+    ];
+
+    /// A command with an output that is not asked for here would overwrite its input.
+    #[test]
+    fn every_argument_that_names_a_file_is_an_in_or_an_out() {
+        let kind = |parser: &ValueParser| parser.type_id();
+        let is = |parser: &ValueParser, of: TypeId| kind(parser) == of;
+        let words = ["FILE", "FOLDER", "DIR", ".html", ".csv", "PATH", "OUT", "INDEX"];
+        let (mut read, mut written) = (0, 0);
+        for command in Cli::command().get_subcommands() {
+            for argument in command.get_arguments() {
+                let id = argument.get_id().as_str();
+                let parser = argument.get_value_parser();
+                let at = (command.get_name(), id);
+                assert!(
+                    !is(parser, TypeId::of::<PathBuf>()),
+                    "{at:?} is a path: make it an In or Out"
+                );
+                read += usize::from(is(parser, TypeId::of::<In>()));
+                written += usize::from(is(parser, TypeId::of::<Out>()));
+                let known = is(parser, TypeId::of::<In>()) || is(parser, TypeId::of::<Out>());
+                let names: Vec<_> = argument.get_value_names().unwrap_or_default().to_vec();
+                let takes = argument.get_action().takes_values();
+                let named = names.iter().any(|name| words.iter().any(|word| name.contains(word)));
+                let like = ["input", "output", "file", "csv", "report", "plot"].contains(&id);
+                if takes && (named || like) && !known {
+                    assert!(MORE.contains(&at), "{at:?} names a file: make it an In or Out");
+                }
+            }
+        }
+        assert!(read >= 14 && written >= 20, "{read} inputs, {written} outputs");
+    }
+}

@@ -1,0 +1,292 @@
+//! Whether times can be those of a recording, and what else their numbers could mean.
+//!
+//! A reading of the numbers that is off by a factor of 86,400 gives a diagnosis all the same, and a wrong one. So
+//! where nobody says what the numbers are, a sample time that hardly any plant has is a question, not an answer.
+
+use super::column::{Context, DATENUM_1970, PLAUSIBLE, SPREADSHEET_1970, Times};
+use super::{TimeFormat, is_plain_name, unit_name};
+use crate::error::{Error, Result};
+use crate::number;
+use crate::remedy::{Remedy, Wording};
+use crate::sheet::{Cells, Column};
+use std::ops::RangeInclusive;
+use stiction_diagnose::spoken;
+
+/// Sample times of controllers and historians, s: 10 ms to a day. Others have to be told.
+const USUAL: RangeInclusive<f64> = 0.01..=86_400.0;
+
+/// Sample times that are believed if they are told, s: a microsecond to a year.
+const POSSIBLE: RangeInclusive<f64> = 1e-6..=366.0 * 86_400.0;
+
+/// Dates beyond these stand for "none", such as 9999-12-31.
+pub const YEARS: RangeInclusive<i16> = 1900..=2200;
+/// The same in s since 1970.
+const OF_RECORDINGS: RangeInclusive<f64> = -2_208_988_800.0..=7_289_654_400.0;
+
+/// A clock that counts longer than since the ice age does not count in this unit, s.
+const LONGEST: f64 = 2.5e11;
+
+/// The share of rows that may have the time of the row before, and other values: a clock that jitters does so now and
+/// then, one that lacks digits in most rows.
+const MOST_COLLAPSED: f64 = 0.1;
+
+/// Refuses `times` that no recording can have: beyond the calendar, all the same, closer or farther apart than is
+/// possible, or with too few digits to tell rows apart.
+pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()> {
+    for (i, seconds) in times.seconds.iter().enumerate() {
+        let is_possible = match times.start {
+            Some(start) => OF_RECORDINGS.contains(&(start + seconds)),
+            None => seconds.abs() <= LONGEST,
+        };
+        if !is_possible {
+            return Err(beyond(column, i, &times.format, context));
+        }
+    }
+    let rows = context.rows_of_series();
+    let collapsed = collapsed(&rows, times, column, context);
+    let remedy = sample_time(context);
+    let Some(step) = step(&rows, &times.seconds) else {
+        let Some(rows) = rows.iter().find(|rows| rows.len() > 1) else { return Ok(()) };
+        let message = format!(
+            "has the time \"{}\" as all rows before it have; write times that differ{remedy}",
+            shown(column, rows[1])
+        );
+        return Err(context.wrong(column, rows[1], message));
+    };
+    if let [first, ..] = collapsed[..]
+        && collapsed.len() as f64 > MOST_COLLAPSED * times.seconds.len() as f64
+    {
+        let message = format!(
+            "has the time \"{}\" of the row before but other values, as {} of {} rows do: the times have too few \
+             digits; write them with more{remedy}",
+            shown(column, first),
+            collapsed.len(),
+            times.seconds.len()
+        );
+        return Err(context.wrong(column, first, message));
+    }
+    if !POSSIBLE.contains(&step) {
+        let message = format!(
+            "steps by {}, taken as {}, which no recording does; correct the times{remedy}",
+            span(step),
+            times.format
+        );
+        return Err(context.wrong_column(column, message));
+    }
+    Ok(())
+}
+
+/// The refusal of a time that, taken as `format`, is of no recording.
+pub fn beyond(column: &Column, row: usize, format: &str, context: &Context<'_>) -> Error {
+    let message = format!(
+        "\"{}\", taken as {format}, is no time of a recording; correct it or remove the row, or say how times are \
+         written with {}",
+        shown(column, row),
+        context.wording.of(Remedy::TimeFormat(vec![]))
+    );
+    context.wrong(column, row, message)
+}
+
+/// Asks what `numbers` are that were taken as `format` by their looks, if the sample time is an unusual one or days
+/// would do as well as seconds.
+pub fn question(
+    format: &TimeFormat,
+    numbers: &[f64],
+    column: &Column,
+    context: &Context<'_>,
+) -> Result<()> {
+    let Some(step) = step(&context.rows_of_series(), numbers) else { return Ok(()) };
+    let is_usual = |format: &TimeFormat| USUAL.contains(&(step * unit(format)));
+    let others: Vec<TimeFormat> =
+        candidates(numbers).into_iter().filter(|each| each != format && is_usual(each)).collect();
+    // Which of seconds and days a column called t or time holds its name does not tell.
+    let days = [TimeFormat::Spreadsheet, TimeFormat::Datenum];
+    let plain = TimeFormat::Elapsed(1.0);
+    let is_doubtful = is_plain_name(&column.name)
+        && (days.contains(format) && is_usual(&plain)
+            || *format == plain && others.iter().any(|each| days.contains(each)));
+    // A clock that would have run for more than a century counts from 1970 in another unit.
+    let is_epoch = matches!(format, TimeFormat::Elapsed(_))
+        && numbers.iter().all(|n| n * unit(format) > PLAUSIBLE.end)
+        && others.iter().any(|each| matches!(each, TimeFormat::Epoch(_)));
+    if is_usual(format) && !is_doubtful && !is_epoch {
+        return Ok(());
+    }
+    let other = match others.first() {
+        _ if days.contains(format) && is_doubtful => Some(&plain),
+        // What nothing makes possible is no question.
+        None if !POSSIBLE.contains(&(step * unit(format))) => return Ok(()),
+        other => other,
+    };
+    let mut readings: Vec<&TimeFormat> = [format].into_iter().chain(other).collect();
+    // What the size of the numbers speaks for goes first.
+    if other.is_some_and(|other| !matches!(other, TimeFormat::Elapsed(_))) {
+        readings.reverse();
+    }
+    let told = readings.iter().enumerate().map(|(i, each)| {
+        let would = if i == 0 { "the sample time would be " } else { "" };
+        format!("as {} {would}{}", each.describe(), span(step * unit(each)))
+    });
+    let told = told.collect::<Vec<_>>().join(", ");
+    let formats: Vec<String> = readings.iter().map(|each| each.name().to_owned()).collect();
+    Err(context.wrong_column(
+        column,
+        format!(
+            "steps by {}: {told}; say which it is, as in {}{}",
+            digits(step),
+            context.wording.of(Remedy::TimeFormat(formats)),
+            sample_time(context)
+        ),
+    ))
+}
+
+/// That the time between rows would help, unless rows are of several tags.
+fn sample_time(context: &Context<'_>) -> String {
+    if context.is_long {
+        return String::new();
+    }
+    let remedy = context.wording.of(Remedy::SampleTime(1.0));
+    format!(", or tell the time between rows, as in {remedy}")
+}
+
+/// What numbers can be, the likelier ones first: those to whose size they fit, then plain units.
+fn candidates(numbers: &[f64]) -> Vec<TimeFormat> {
+    let all = |of: &dyn Fn(f64) -> f64| numbers.iter().all(|n| PLAUSIBLE.contains(&of(*n)));
+    let mut found = vec![];
+    for unit in [1.0, 1e-3, 1e-6, 1e-9] {
+        if all(&|n| n * unit) {
+            found.push(TimeFormat::Epoch(unit));
+        }
+    }
+    if numbers.iter().any(|n| n.fract() != 0.0) {
+        for (of_1970, format) in
+            [(SPREADSHEET_1970, TimeFormat::Spreadsheet), (DATENUM_1970, TimeFormat::Datenum)]
+        {
+            if all(&|n| (n - of_1970) * 86_400.0) {
+                found.push(format);
+            }
+        }
+    }
+    found.extend([86_400.0, 3600.0, 60.0, 1.0, 1e-3, 1e-6, 1e-9].map(TimeFormat::Elapsed));
+    found
+}
+
+/// How many seconds a step of 1 is.
+fn unit(format: &TimeFormat) -> f64 {
+    match format {
+        TimeFormat::Epoch(unit) | TimeFormat::Elapsed(unit) => *unit,
+        TimeFormat::Spreadsheet | TimeFormat::Datenum => 86_400.0,
+        TimeFormat::Date(_) | TimeFormat::Pattern(_) => 1.0,
+    }
+}
+
+/// The step between neighbours in time that lies in the middle of all steps; none if all times are the same.
+fn step(series: &[Vec<usize>], times: &[f64]) -> Option<f64> {
+    let mut steps = vec![];
+    for rows in series {
+        let mut sorted: Vec<f64> = rows.iter().map(|row| times[*row]).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        steps.extend(sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0));
+    }
+    let middle = steps.len().checked_sub(1)? / 2;
+    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// The rows that have the time of the row before in their series, but other values.
+fn collapsed(
+    series: &[Vec<usize>],
+    times: &Times,
+    column: &Column,
+    context: &Context<'_>,
+) -> Vec<usize> {
+    let differ = |a: usize, b: usize| {
+        let others = context.sheet.columns.iter().filter(|each| each.name != column.name);
+        others.map(|each| &each.cells).any(|cells| match cells {
+            Cells::Text(cells) => cells[a] != cells[b],
+            Cells::Numbers(cells) | Cells::Times { seconds: cells, .. } => {
+                cells[a].to_bits() != cells[b].to_bits()
+            }
+        })
+    };
+    let pairs = series.iter().flat_map(|rows| rows.windows(2));
+    let same = pairs.filter(|pair| times.seconds[pair[0]] == times.seconds[pair[1]]);
+    let mut rows: Vec<usize> =
+        same.filter(|pair| differ(pair[0], pair[1])).map(|pair| pair[1]).collect();
+    rows.sort_unstable();
+    rows
+}
+
+/// The cell of `column` in a row, as messages show it; of a day and a time of day in two columns both.
+fn shown(column: &Column, row: usize) -> String {
+    match &column.cells {
+        Cells::Text(cells) => number::shown(&cells[row]),
+        Cells::Numbers(cells) => cells[row].to_string(),
+        Cells::Times { seconds, .. } => super::Clock::Utc.show(Some(0.0), seconds[row]),
+    }
+}
+
+/// A time between rows in words; below a second in ms or µs.
+fn span(seconds: f64) -> String {
+    match seconds {
+        0.9995.. => spoken::time(seconds),
+        1e-3.. => format!("{} ms", spoken::rough(seconds * 1e3)),
+        1e-6.. => format!("{} µs", spoken::rough(seconds * 1e6)),
+        _ => format!("{seconds:e} s"),
+    }
+}
+
+/// A step as it stands in the file, to three digits.
+fn digits(step: f64) -> String {
+    match step {
+        1e-9..1e7 => {
+            let decimals = (2.0 - step.log10().floor()).max(0.0) as usize;
+            let text = format!("{step:.decimals$}");
+            let text = if text.contains('.') { text.trim_end_matches('0') } else { &text };
+            text.trim_end_matches('.').to_owned()
+        }
+        _ => format!("{step:.2e}"),
+    }
+}
+
+/// Who says how far apart rows are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Told {
+    /// The user, who is believed as far as it is possible.
+    ByUser,
+    /// The file, which may mean another unit.
+    ByFile,
+}
+
+/// Refuses `seconds` between rows that nobody has, and questions unusual ones of a file.
+pub fn check_told(seconds: f64, told: Told, origin: &str, wording: Wording) -> Result<()> {
+    let wrong = |message: String| Err(Error::Table { origin: origin.to_owned(), message });
+    if !POSSIBLE.contains(&seconds) {
+        return wrong(format!(
+            "the sample time is said to be {seconds:e} s, which no recording has; give one from 1 µs to a year, as in {}",
+            wording.of(Remedy::SampleTime(1.0))
+        ));
+    }
+    if told == Told::ByUser || USUAL.contains(&seconds) {
+        return Ok(());
+    }
+    let other = [86_400.0, 3600.0, 60.0, 1e-3, 1e-6].map(|unit| (unit, seconds * unit));
+    let other = other.into_iter().find(|(_, seconds)| USUAL.contains(seconds));
+    let mut readings = format!("taken as seconds, would be {}", span(seconds));
+    if let Some((unit, other)) = other {
+        let remedy = wording.of(Remedy::SampleTime(rounded(other)));
+        readings += &format!(", as {} {}: if so, give {remedy}", unit_name(unit), span(other));
+    }
+    wrong(format!(
+        "the sample time that it tells, {}, {readings}; if it is right, give {}",
+        digits(seconds),
+        wording.of(Remedy::SampleTime(seconds))
+    ))
+}
+
+/// A time to four digits, as one would give it.
+fn rounded(seconds: f64) -> f64 {
+    let unit = 10f64.powi(seconds.log10().floor() as i32 - 3);
+    let digits = (seconds / unit).round();
+    // A power of ten above 1 divides without leaving a tail.
+    if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit }
+}
