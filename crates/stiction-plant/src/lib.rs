@@ -5,8 +5,8 @@
 //!                                                   day (cutting) ──┘
 //! ```
 //!
-//! The unit of everything is the [window](window): one loop, one day of the plant. What was judged is kept in a
-//! [store](store) of Parquet files; a [scan](scan) judges what is not there yet.
+//! The unit of everything is the [`window`]: one loop, one day of the plant. What was judged is kept in a
+//! [`store`] of Parquet files; a [`scan()`] judges what is not there yet.
 #![forbid(unsafe_code)]
 
 pub mod day;
