@@ -103,59 +103,25 @@ pub fn cut(recording: &Recording, from: f64, to: f64) -> Option<Recording> {
     let start = recording.start?;
     // Files begin their clocks anywhere; to the microsecond, the same instant is the same number.
     let clock = |t: f64| ((start + t - from) * 1e6).round() / 1e6;
-    let length = to - from;
-    let within = |t: f64| t >= 0.0 && t < length;
-    let channels =
-        [Some(&recording.op), recording.pv.as_ref(), recording.sp.as_ref(), recording.vp.as_ref()];
-    let times = channels.into_iter().flatten().flat_map(|channel| &channel.time);
-    let first = times.map(|t| clock(*t)).filter(|t| within(*t)).fold(f64::INFINITY, f64::min);
-    let channel = |channel: &Channel| part(channel, clock, first, length);
-    Some(Recording {
-        name: recording.name.clone(),
-        loop_type: recording.loop_type,
+    let channel = |channel: &Channel| Channel {
+        time: channel.time.iter().map(|t| clock(*t)).collect(),
+        ..channel.clone()
+    };
+    let shifted = Recording {
         start: Some(from),
-        plant_time: recording.plant_time.clone(),
-        op: channel(&recording.op).filter(|op| op.time.iter().any(|t| within(*t)))?,
-        pv: recording.pv.as_ref().and_then(channel),
-        sp: recording.sp.as_ref().and_then(channel),
-        vp: recording.vp.as_ref().and_then(channel),
-        mode: recording.mode.as_ref().map(|modes| part_of_modes(modes, clock, first, length)),
+        op: channel(&recording.op),
+        pv: recording.pv.as_ref().map(channel),
+        sp: recording.sp.as_ref().map(channel),
+        vp: recording.vp.as_ref().map(channel),
+        mode: recording.mode.as_ref().map(|modes| Modes {
+            time: modes.time.iter().map(|t| clock(*t)).collect(),
+            modes: modes.modes.clone(),
+        }),
         // Of files, not of the window.
         notes: vec![],
-    })
-}
-
-fn part(channel: &Channel, clock: impl Fn(f64) -> f64, first: f64, length: f64) -> Option<Channel> {
-    let all = || channel.time.iter().map(|t| clock(*t)).enumerate();
-    let mut chosen: Vec<(usize, f64)> = all().filter(|(_, t)| *t >= first && *t < length).collect();
-    if !chosen.iter().any(|(_, t)| *t == first) {
-        let held = all().filter(|(_, t)| *t < first && *t >= -HELD_FROM);
-        if let Some((k, _)) = held.max_by(|(_, a), (_, b)| a.total_cmp(b)) {
-            chosen.insert(0, (k, first));
-        }
-    }
-    (!chosen.is_empty()).then(|| Channel {
-        time: chosen.iter().map(|(_, t)| *t).collect(),
-        values: chosen.iter().map(|(k, _)| channel.values[*k]).collect(),
-        quality: chosen.iter().map(|(k, _)| channel.quality[*k]).collect(),
-        unit: channel.unit.clone(),
-        range: channel.range,
-    })
-}
-
-fn part_of_modes(modes: &Modes, clock: impl Fn(f64) -> f64, first: f64, length: f64) -> Modes {
-    let all = || modes.time.iter().map(|t| clock(*t)).zip(modes.modes.iter().copied());
-    let mut part = Modes::default();
-    let held = all().filter(|(t, _)| *t <= first && *t >= -HELD_FROM);
-    if let Some((_, held)) = held.max_by(|(a, _), (b, _)| a.total_cmp(b)) {
-        part.time.push(first);
-        part.modes.push(held);
-    }
-    for (t, mode) in all().filter(|(t, _)| *t > first && *t < length) {
-        part.time.push(t);
-        part.modes.push(mode);
-    }
-    part
+        ..recording.clone()
+    };
+    shifted.part(0.0, to - from, HELD_FROM)
 }
 
 #[cfg(test)]

@@ -166,21 +166,12 @@ impl Run {
     }
 }
 
-/// Writes a file beside its place and renames it into it.
+/// Writes a file whole or not at all, and makes its folder.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(file(folder))?;
     }
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let write = || -> std::io::Result<()> {
-        let mut out = File::create(&beside)?;
-        std::io::Write::write_all(&mut out, bytes)?;
-        // What is renamed must be on the disk, or a loss of power leaves an empty file of the right name.
-        out.sync_all()?;
-        fs::rename(&beside, path)
-    };
-    write().map_err(file(path))
+    stiction_io::whole::write(path, bytes).map_err(file(path))
 }
 
 /// The entries of a folder whose names are wanted, in order; none of a folder that is not there.

@@ -81,4 +81,6 @@ fn the_version_names_the_commit_in_a_clone() {
     let folder = with_samples("version");
     let text = run(&folder, &["--version"]).quiet_success();
     assert!(text.starts_with(concat!("stiction ", env!("CARGO_PKG_VERSION"))), "{text}");
+    let is_clone = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.git").exists();
+    assert_eq!(text.contains(" (commit "), is_clone, "{text}");
 }

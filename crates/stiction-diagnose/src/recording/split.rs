@@ -28,28 +28,42 @@ impl Recording {
         let part = |k: usize| {
             let from = first + k as f64 * window;
             let to = if k + 1 < count { from + window } else { f64::INFINITY };
-            let within = |t: f64| t >= from && t < to;
-            let begin = times().copied().filter(|t| within(*t)).fold(f64::INFINITY, f64::min);
-            let slice = |channel: &Channel| cut(channel, begin, to);
-            Some(Self {
-                name: self.name.clone(),
-                loop_type: self.loop_type,
-                start: self.start,
-                plant_time: self.plant_time.clone(),
-                op: slice(&self.op)?,
-                pv: self.pv.as_ref().and_then(slice),
-                sp: self.sp.as_ref().and_then(slice),
-                vp: self.vp.as_ref().and_then(slice),
-                mode: self.mode.as_ref().map(|modes| cut_modes(modes, begin, to)),
-                notes: self.notes.clone(),
-            })
+            self.part(from, to, f64::INFINITY)
         };
         Ok((0..count).filter_map(part).collect())
     }
+
+    /// The samples from `from` up to `to`, s on the recording's clock, from the first of any channel on. Where a channel
+    /// has none there, its last value before is repeated, if that is no older than `held_s` before `from`. `None` without a
+    /// value of the OP.
+    pub fn part(&self, from: f64, to: f64, held_s: f64) -> Option<Self> {
+        let channels = [Some(&self.op), self.pv.as_ref(), self.sp.as_ref(), self.vp.as_ref()];
+        let times = channels.into_iter().flatten().flat_map(|channel| &channel.time);
+        let within = |t: &f64| *t >= from && *t < to;
+        let first = times.copied().filter(within).fold(f64::INFINITY, f64::min);
+        if !first.is_finite() {
+            return None;
+        }
+        let earliest = from - held_s;
+        let slice = |channel: &Channel| cut(channel, first, to, earliest);
+        Some(Self {
+            name: self.name.clone(),
+            loop_type: self.loop_type,
+            start: self.start,
+            plant_time: self.plant_time.clone(),
+            op: slice(&self.op)?,
+            pv: self.pv.as_ref().and_then(slice),
+            sp: self.sp.as_ref().and_then(slice),
+            vp: self.vp.as_ref().and_then(slice),
+            mode: self.mode.as_ref().map(|modes| cut_modes(modes, first, to, earliest)),
+            notes: self.notes.clone(),
+        })
+    }
 }
 
-/// The samples of a channel from `from` up to `to`; `None` if there are none.
-fn cut(channel: &Channel, from: f64, to: f64) -> Option<Channel> {
+/// The samples of a channel from `from` up to `to`, and at `from` the last before, if it is none before `earliest`; `None` if
+/// there are none.
+fn cut(channel: &Channel, from: f64, to: f64, earliest: f64) -> Option<Channel> {
     let mut chosen: Vec<(usize, f64)> = channel
         .time
         .iter()
@@ -58,7 +72,7 @@ fn cut(channel: &Channel, from: f64, to: f64) -> Option<Channel> {
         .map(|(k, t)| (k, *t))
         .collect();
     if !chosen.iter().any(|(_, t)| *t == from) {
-        let held = channel.time.iter().enumerate().filter(|(_, t)| **t < from);
+        let held = channel.time.iter().enumerate().filter(|(_, t)| **t < from && **t >= earliest);
         if let Some((k, _)) = held.max_by(|(_, a), (_, b)| a.total_cmp(b)) {
             chosen.insert(0, (k, from));
         }
@@ -72,10 +86,10 @@ fn cut(channel: &Channel, from: f64, to: f64) -> Option<Channel> {
     })
 }
 
-fn cut_modes(modes: &Modes, from: f64, to: f64) -> Modes {
+fn cut_modes(modes: &Modes, from: f64, to: f64, earliest: f64) -> Modes {
     let mut part = Modes::default();
     let each = || modes.time.iter().copied().zip(modes.modes.iter().copied());
-    if let Some((_, held)) = each().rfind(|(t, _)| *t <= from) {
+    if let Some((_, held)) = each().rfind(|(t, _)| *t <= from && *t >= earliest) {
         part.time.push(from);
         part.modes.push(held);
     }
