@@ -12,10 +12,12 @@
 pub mod day;
 pub mod demo;
 mod error;
+mod files;
 pub mod inputs;
 pub mod plant_file;
 pub mod propose;
 pub mod scan;
+mod spill;
 pub mod store;
 pub mod window;
 
