@@ -1,8 +1,6 @@
 //! `stiction schema`: what the JSON of the other subcommands holds.
 
-use crate::{
-    bench, compensate, fit, fmu, inspect, limit_cycle, output, plant, simulate, stem, what_if,
-};
+use crate::{bench, compensate, fit, fmu, inspect, limit_cycle, output, simulate, stem, what_if};
 use anyhow::Result;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -15,9 +13,9 @@ pub type Described = (&'static str, fn() -> String);
 pub const SCHEMAS: [Described; 16] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
-    ("plant-check", schema_of::<plant::Checked>),
+    ("plant-check", schema_of::<stiction_plant::summary::Checked>),
     ("plant-scan", schema_of::<stiction_plant::scan::Manifest>),
-    ("plant-status", schema_of::<plant::Status>),
+    ("plant-status", schema_of::<stiction_plant::summary::Status>),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
     ("fit", schema_of::<fit::Document>),

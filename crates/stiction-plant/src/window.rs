@@ -31,6 +31,8 @@ pub struct Column {
 trait Cell: Sized {
     /// Its type in words, and in Arrow.
     const KIND: (&'static str, DataType);
+    /// Its type in the language of Spark.
+    const SQL: &'static str;
     /// Whether it may be empty.
     const OPTIONAL: bool;
     fn array(cells: Vec<Self>) -> ArrayRef;
@@ -39,9 +41,10 @@ trait Cell: Sized {
 
 /// A type of cells that are always there, and the same that may be empty.
 macro_rules! cell {
-    ($type:ty, $kind:literal, $arrow:expr, $array:ty, $cast:expr) => {
+    ($type:ty, $kind:literal, $sql:literal, $arrow:expr, $array:ty, $cast:expr) => {
         impl Cell for $type {
             const KIND: (&'static str, DataType) = ($kind, $arrow);
+            const SQL: &'static str = $sql;
             const OPTIONAL: bool = false;
             fn array(cells: Vec<Self>) -> ArrayRef {
                 Arc::new(<$array>::from(cells))
@@ -52,6 +55,7 @@ macro_rules! cell {
         }
         impl Cell for Option<$type> {
             const KIND: (&'static str, DataType) = ($kind, $arrow);
+            const SQL: &'static str = $sql;
             const OPTIONAL: bool = true;
             fn array(cells: Vec<Self>) -> ArrayRef {
                 Arc::new(<$array>::from(cells))
@@ -65,14 +69,21 @@ macro_rules! cell {
     };
 }
 
-cell!(String, "text", DataType::Utf8, StringArray, |a| <dyn Array>::as_string_opt::<i32>(a));
-cell!(f64, "number", DataType::Float64, Float64Array, |a| {
+cell!(
+    String,
+    "text",
+    "STRING",
+    DataType::Utf8,
+    StringArray,
+    |a| <dyn Array>::as_string_opt::<i32>(a)
+);
+cell!(f64, "number", "DOUBLE", DataType::Float64, Float64Array, |a| {
     <dyn Array>::as_primitive_opt::<Float64Type>(a)
 });
-cell!(i64, "count", DataType::Int64, Int64Array, |a| {
+cell!(i64, "count", "BIGINT", DataType::Int64, Int64Array, |a| {
     <dyn Array>::as_primitive_opt::<Int64Type>(a)
 });
-cell!(bool, "flag", DataType::Boolean, BooleanArray, |a| <dyn Array>::as_boolean_opt(a));
+cell!(bool, "flag", "BOOLEAN", DataType::Boolean, BooleanArray, |a| <dyn Array>::as_boolean_opt(a));
 
 macro_rules! columns {
     ($($(#[doc = $meaning:literal])+ $name:tt [$unit:literal] $field:ident: $type:ty;)+) => {
@@ -104,6 +115,12 @@ macro_rules! columns {
                         .with_metadata(told.map(|(key, text)| (key.to_owned(), text)).collect())
                 };
                 Arc::new(Schema::new(Self::columns().into_iter().zip(types).map(field).collect::<Vec<_>>()))
+            }
+
+            /// The columns as Spark declares them.
+            pub fn ddl() -> String {
+                let columns = [$(($name, <$type as Cell>::SQL)),+];
+                columns.map(|(name, sql)| format!("`{name}` {sql}")).join(", ")
             }
 
             /// Rows as a table.
@@ -156,8 +173,10 @@ columns! {
     "model_version" [""] model_version: String;
     /// SHA-256 of what the plant's file says that counts for the verdict.
     "settings_hash" [""] settings_hash: String;
-    /// SHA-256 of the SHA-256 of the files that the window is from.
+    /// SHA-256 of what it was read from, by which it is known to be done: its files, or on Spark its rows.
     "input_fingerprint" [""] input_fingerprint: String;
+    /// SHA-256 of the samples that were judged, the same wherever they are stored; empty where there are none.
+    "samples_fingerprint" [""] samples_fingerprint: Option<String>;
     /// Why the window could not be judged; empty where it was.
     "error" [""] error: Option<String>;
     /// Samples of the stretch that was judged.
