@@ -73,6 +73,11 @@ impl Plant {
         &self.plant.file.zone
     }
 
+    #[getter]
+    fn data(&self) -> Vec<String> {
+        self.plant.file.data.clone()
+    }
+
     /// When a day begins, s since 1970-01-01 UTC.
     fn begin(&self, day: i64) -> i64 {
         day::begin(day, &self.plant.zone) as i64
