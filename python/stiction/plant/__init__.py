@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from stiction import _core
 from stiction._arguments import callback, integer, optional, text
-from stiction._core import Table, model_version
+from stiction._core import Table
 from stiction._result import Result, result, result_of
 
 __all__ = [
@@ -350,6 +350,17 @@ def demo(folder: Folder, *, loops: int = 20, days: int = 7, seed: int = 1) -> No
     _core.plant_demo(
         os.fspath(folder), integer("loops", loops, least=1), integer("days", days, least=1), integer("seed", seed)
     )
+
+
+def model_version() -> str:
+    """Tell what the verdict was trained on.
+
+    Returns
+    -------
+    str
+        As rows of windows name it.
+    """
+    return _core.model_version()
 
 
 def schema() -> Any:

@@ -18,7 +18,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from stiction import _core
 from stiction._result import Result, result
@@ -92,6 +92,10 @@ class Scan(Result):
     windows: int
     errors: int
     loops_in_error: int
+
+
+Window: TypeAlias = tuple[int, int, int]
+"""Loop, first day, number of days."""
 
 
 def _frame(spark: Any, rows: Sequence[tuple[Any, ...]], columns: str) -> Any:
@@ -294,7 +298,7 @@ class _Chain:
                 self.kept[row[0], row[1]] = (row[2], row[3], row[4])
         # How many days the window should have that begins on a day, of those that were judged.
         self.wanted: dict[tuple[int, int], int] = {}
-        self.judged: set[tuple[int, int, int]] = set()
+        self.judged: set[Window] = set()
 
     def fingerprint(self, loop: int, day: int, days: int) -> str:
         """SHA-256 of what a window is made of: the digests of its days and of the one before."""
@@ -312,9 +316,11 @@ class _Chain:
         days = self.plant.day(start + seconds - 1.0) + 1 - day
         return days if settings == self.hashes[loop] and made_of == self.fingerprint(loop, day, days) else 0
 
-    def walk(self) -> tuple[list[tuple[int, int, int]], list[tuple[int, int, int]], int]:
+    def walk(self) -> tuple[list[Window], list[Window], int]:
         """Windows that are judged and count, those still to be judged, and how many were done before."""
-        there, open_, done = [], [], 0
+        there: list[Window] = []
+        open_: list[Window] = []
+        done = 0
         for loop, own in enumerate(self.days):
             cursor = self.since
             for day in sorted(day for day, (_, _, is_op) in own.items() if is_op):
@@ -336,7 +342,7 @@ def _partitions(windows: int, cores: int) -> int:
     return max(1, min(windows, max(3 * cores, -(-windows // WINDOWS_A_TASK))))
 
 
-def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[tuple[int, int, int]]) -> Any:
+def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Window]) -> Any:
     """The rows of windows, with how many days each should have."""
     words = chain.plant.text
     spread = [(loop, day, days, day + k) for loop, day, days in windows for k in range(days)]
@@ -356,30 +362,57 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[tupl
     rows = samples.unionByName(held).repartition(_partitions(len(windows), _cores(spark)), *KEYS)
     expected, names, table_of = (_core.__version__, model_version()), of.names, of.table_of()
 
-    def judge(key: Any, group: Any) -> Any:
+    def judge(batches: Iterator[Any]) -> Iterator[Any]:
         import pyarrow as pa
 
-        from stiction.plant import _core, diagnose_window, model_version
+        from stiction import _core
+        from stiction.plant import diagnose_window, model_version
 
         found = (_core.__version__, model_version())
         if found != expected:
             raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
-        loop, day, days = (each.as_py() for each in key)
-        row, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
-        table = pa.table(row)
-        if len(table) == 0:
-            # The driver must hear that it was judged.
-            table = pa.table([pa.nulls(1, field.type) for field in table.schema], names=table.column_names)
-        for name, value, kind in [
-            ("loop_id", loop, pa.int32()),
-            ("first_day", day, pa.int64()),
-            ("days", days, pa.int64()),
-            ("wanted", wanted, pa.int64()),
-        ]:
-            table = table.append_column(name, pa.array([value], kind))
-        return table
+        for (loop, day, days), group in _groups(batches):
+            row, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
+            table = pa.table(row)
+            if len(table) == 0:
+                # The driver must hear that it was judged.
+                table = pa.table([pa.nulls(1, field.type) for field in table.schema], names=table.column_names)
+            for name, value, kind in [
+                ("loop_id", loop, pa.int32()),
+                ("first_day", day, pa.int64()),
+                ("days", days, pa.int64()),
+                ("wanted", wanted, pa.int64()),
+            ]:
+                table = table.append_column(name, pa.array([value], kind))
+            yield from table.to_batches()
 
-    return rows.groupBy(*KEYS).applyInArrow(judge, f"{ddl()}, loop_id INT, first_day BIGINT, days BIGINT, wanted BIGINT")
+    # Spark 3.5 has no groupBy().applyInArrow(); this is the same, and a group is never in Java's memory whole.
+    return rows.sortWithinPartitions(*KEYS).mapInArrow(
+        judge, f"{ddl()}, loop_id INT, first_day BIGINT, days BIGINT, wanted BIGINT"
+    )
+
+
+def _groups(batches: Iterator[Any]) -> Iterator[tuple[Window, Any]]:
+    """Tables of the rows of one window each, from batches that are sorted by it."""
+    import numpy as np
+    import pyarrow as pa
+
+    window: Window = (-1, 0, 0)
+    parts: list[Any] = []
+    for batch in batches:
+        if len(batch) == 0:
+            continue
+        keys = np.array([batch.column(batch.schema.get_field_index(name)).to_numpy() for name in KEYS])
+        changes = (np.flatnonzero((keys[:, 1:] != keys[:, :-1]).any(axis=0)) + 1).tolist()
+        for begin, end in zip([0, *changes], [*changes, len(batch)]):
+            loop, day, days = keys[:, begin].tolist()
+            if parts and window != (loop, day, days):
+                yield window, pa.Table.from_batches(parts)
+                parts = []
+            window = (loop, day, days)
+            parts.append(batch.slice(begin, end - begin))
+    if parts:
+        yield window, pa.Table.from_batches(parts)
 
 
 def _begun(

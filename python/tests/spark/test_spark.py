@@ -162,8 +162,7 @@ def bare(tmp_path_factory):
 def command(cluster, bare, plant, output, *more):
     arguments = ["--plant", plant, "--output", output, "--input", plant / "data", "--master", cluster.url, *more]
     sizes = ["--conf", "spark.executor.memory=700m", "--conf", "spark.ui.enabled=false"]
-    sizes += ["--conf", "spark.sql.shuffle.partitions=4", "--conf", "spark.executor.heartbeatInterval=2s"]
-    sizes += ["--conf", "spark.network.timeout=20s"]
+    sizes += ["--conf", "spark.sql.shuffle.partitions=4"]
     return subprocess.Popen(
         [sys.executable, "-m", "stiction.plant.spark", *map(str, arguments), *sizes],
         env=environment(PYSPARK_PYTHON=str(bare), PYSPARK_DRIVER_PYTHON=sys.executable),
