@@ -62,7 +62,7 @@ def on_spark(folder, workers, ended):
             for pid, (cpu, memory, line) in below(process.pid).items():
                 before = most.get(pid, (0.0, 0, ""))
                 most[pid] = (max(cpu, before[0]), max(memory, before[1]), line)
-            time.sleep(0.25)
+            time.sleep(0.1)
 
     sampling = threading.Thread(target=sample)
     sampling.start()

@@ -331,8 +331,7 @@ class _Chain:
                     cursor = day + days
                     continue
                 days = self.wanted.get((loop, day), 1)
-                known = (loop, day) in self.wanted and (loop, day, days) in self.judged
-                (there if known else open_).append((loop, day, days))
+                (there if (loop, day, days) in self.judged else open_).append((loop, day, days))
                 cursor = day + days
         return there, open_, done
 
@@ -420,7 +419,8 @@ def _begun(
 ) -> tuple[_Input, Any, _Chain]:
     plant = _plant(settings)
     of = _Input(df, plant, loops)
-    marks = of.marks().persist()
+    # Of few loops they are few, and tasks without work cost more than it.
+    marks = of.marks().coalesce(max(_cores(df.sparkSession), len(of.names) // 50)).persist()
     first = None if since is None else (date.fromisoformat(since) - date(1970, 1, 1)).days
     return of, marks, _Chain(plant, of, marks, known, first)
 
@@ -508,8 +508,8 @@ def scan(
     while windows:
         found = _judge(spark, of, marks, chain, windows).persist()
         rounds.append(found)
+        chain.judged.update(windows)
         for row in found.select(*KEYS, "wanted").collect():
-            chain.judged.add((row.loop_id, row.first_day, row.days))
             if row.days == 1:
                 chain.wanted[row.loop_id, row.first_day] = row.wanted
         there, windows, _ = chain.walk()
