@@ -39,7 +39,7 @@ pub const MOST_DAYS: i64 = 7;
 /// Days that are judged together, so that each file is read about once for them; no window is longer.
 pub const SEGMENT: i64 = MOST_DAYS + 1;
 /// Rows of windows that are written together.
-pub const PART: usize = 256;
+pub const PART: usize = 64;
 /// What a scan may take where nothing else is said, bytes.
 pub const MEMORY: u64 = 500 << 20;
 /// What a row of a long table takes while it is read and judged, two batches at a time, bytes.
