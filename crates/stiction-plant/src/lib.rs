@@ -12,11 +12,14 @@
 pub mod day;
 pub mod demo;
 mod error;
+pub mod groups;
 pub mod inputs;
 pub mod plant_file;
 pub mod propose;
 pub mod scan;
 pub mod store;
+pub mod trace;
+pub mod trial;
 pub mod window;
 
 pub use error::{Error, Result};
