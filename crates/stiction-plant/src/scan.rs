@@ -19,6 +19,7 @@ use crate::error::{Error, Result, store};
 use crate::inputs::{Inputs, Problem};
 use crate::plant_file::{self, Plant};
 use crate::store::Store;
+use crate::trace::{Trace, TraceSignal};
 use crate::window::{ENGINE_VERSION, WindowRow, model_version};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -170,16 +171,20 @@ pub fn scan(
             break;
         }
         scan.read(folder, &mut pieces);
-        let judged: Vec<(Vec<WindowRow>, i64)> =
+        let judged: Vec<(Vec<(WindowRow, Option<Trace>)>, i64)> =
             pool.install(|| pieces.par_iter().map(|piece| scan.judge(piece)).collect());
-        let mut rows = vec![];
+        let (mut rows, mut traces) = (vec![], vec![]);
         for (piece, (own, next)) in pieces.iter().zip(judged) {
             cursors.insert(piece.name, next);
             days_done += piece.days.range(piece.from..next).count();
-            rows.extend(own);
+            for (row, trace) in own {
+                rows.push(row);
+                traces.extend(trace);
+            }
         }
         windows += rows.len();
         errors += rows.iter().filter(|row| row.error.is_some()).count();
+        run.write_traces(&traces)?;
         run.write(&rows)?;
         let done = days_done.min(open);
         if watch(Progress::Written { done, of: open }).is_break() {
@@ -299,7 +304,7 @@ impl Scan<'_> {
     }
 
     /// The rows of a piece, and the day after its last window.
-    fn judge(&self, piece: &Piece<'_>) -> (Vec<WindowRow>, i64) {
+    fn judge(&self, piece: &Piece<'_>) -> (Vec<(WindowRow, Option<Trace>)>, i64) {
         let mut rows = vec![];
         let mut cursor = piece.from;
         // The last window may end after the piece does.
@@ -308,15 +313,15 @@ impl Scan<'_> {
                 cursor = day + count;
                 continue;
             }
-            let (row, count) = self.window(piece, *day);
-            rows.push(row);
+            let (row, trace, count) = self.window(piece, *day);
+            rows.push((row, trace));
             cursor = day + count;
         }
         (rows, cursor)
     }
 
-    /// The row of the window that begins on `day`, and how many days it has.
-    fn window(&self, piece: &Piece<'_>, day: i64) -> (WindowRow, i64) {
+    /// The row and the trace of the window that begins on `day`, and how many days it has.
+    fn window(&self, piece: &Piece<'_>, day: i64) -> (WindowRow, Option<Trace>, i64) {
         let facts = self.plant.facts(piece.name);
         let identity = |count: i64| {
             let (start, end) =
@@ -337,21 +342,28 @@ impl Scan<'_> {
         };
         let found = |count: i64| {
             let recording = self.recording(piece, day, count)?;
-            diagnose(&recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())
+            let found = diagnose(&recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())?;
+            Ok::<_, String>((recording, found))
         };
         let judged = |count: i64| match found(count) {
-            Ok(found) => {
+            Ok((recording, found)) => {
+                let row = identity(count);
+                let signal = TraceSignal::of(&found);
+                let trace = Trace::of(&recording, row.window_start, row.window_s, signal);
                 let period =
                     found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
-                (identity(count).judged(&found), period)
+                (row.judged(&found), trace, period)
             }
-            Err(error) => (WindowRow { error: Some(error), ..identity(count) }, None),
+            Err(error) => (WindowRow { error: Some(error), ..identity(count) }, None, None),
         };
-        let (row, period) = judged(1);
+        let (row, trace, period) = judged(1);
         let wanted = period.map_or(1, |period| (PERIODS * period / 86_400.0).ceil() as i64);
         match wanted.clamp(1, MOST_DAYS) {
-            1 => (row, 1),
-            count => (judged(count).0, count),
+            1 => (row, trace, 1),
+            count => {
+                let (row, trace, _) = judged(count);
+                (row, trace, count)
+            }
         }
     }
 

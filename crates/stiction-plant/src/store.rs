@@ -4,6 +4,7 @@
 //! .stiction/lock                               held by the one who writes
 //! .stiction/inputs.json                        what was seen of the data; made anew where it is lost
 //! .stiction/runs/0001/windows-0001.parquet     rows, written as they end
+//! .stiction/runs/0001/traces-0001.parquet      their traces, written before them
 //! .stiction/runs/0001/manifest.json            how the run ended; none if it was cut short
 //! ```
 //!
@@ -11,11 +12,17 @@
 //! whether or not their run came to its end; which windows are done is asked of them alone.
 
 use crate::error::{Error, Result, file, store};
+use crate::trace::Trace;
 use crate::window::WindowRow;
+use arrow_array::RecordBatch;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::Compression;
-use parquet::file::properties::WriterProperties;
+use parquet::basic::{Compression, Encoding};
+use parquet::file::metadata::ParquetMetaData;
+use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
+use parquet::file::statistics::Statistics;
+use parquet::schema::types::ColumnPath;
+use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -123,6 +130,27 @@ impl Store {
         Ok(newest)
     }
 
+    /// The traces of windows that begin from `from` on and before `to`, s since 1970-01-01 UTC, by loop and time: of traces of a
+    /// loop that begin at the same time, the one written last. Files without any are not read, but for their footers.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is not what the store wrote.
+    pub fn traces(&self, from: i64, to: i64) -> Result<Vec<Trace>> {
+        let mut newest: BTreeMap<(String, i64), Trace> = BTreeMap::new();
+        for run in self.run_names()? {
+            let folder = self.runs().join(&run);
+            for part in
+                names(&folder, |name| name.starts_with("traces-") && name.ends_with(".parquet"))?
+            {
+                let within = |footer: &ParquetMetaData| may_begin(footer, from, to);
+                let found = batches(&folder.join(part), within, Trace::of_batch)?;
+                let wanted = found.into_iter().filter(|trace| (from..to).contains(&trace.start));
+                newest.extend(wanted.map(|trace| ((trace.name.clone(), trace.start), trace)));
+            }
+        }
+        Ok(newest.into_values().collect())
+    }
+
     /// The manifest of a run, as it was written; `None` if the run did not come to its end.
     ///
     /// # Errors
@@ -145,7 +173,25 @@ impl Run {
     pub fn write(&mut self, rows: &[WindowRow]) -> Result<()> {
         self.parts += 1;
         let path = self.folder.join(format!("windows-{:04}.parquet", self.parts));
-        let bytes = bytes(rows).map_err(|e| store(&path, e))?;
+        let table = WindowRow::batch(rows).map_err(|e| store(&path, e))?;
+        let bytes = bytes(&table, properties().build()).map_err(|e| store(&path, e))?;
+        write_whole(&path, &bytes)
+    }
+
+    /// Writes the traces of the rows that are written next. Without their rows they are harmless; rows count as done.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_traces(&mut self, traces: &[Trace]) -> Result<()> {
+        let path = self.folder.join(format!("traces-{:04}.parquet", self.parts + 1));
+        // Steps from one value to the next are small numbers; as whole ones they would take four bytes each.
+        let values = ColumnPath::from(vec!["values".to_owned(), "list".to_owned(), "item".to_owned()]);
+        let properties = properties()
+            .set_column_dictionary_enabled(values.clone(), false)
+            .set_column_encoding(values, Encoding::DELTA_BINARY_PACKED)
+            .build();
+        let table = Trace::batch(traces).map_err(|e| store(&path, e))?;
+        let bytes = bytes(&table, properties).map_err(|e| store(&path, e))?;
         write_whole(&path, &bytes)
     }
 
@@ -192,24 +238,52 @@ fn names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<String>> {
     Ok(names)
 }
 
-fn bytes(rows: &[WindowRow]) -> parquet::errors::Result<Vec<u8>> {
-    let properties = WriterProperties::builder()
+fn properties() -> WriterPropertiesBuilder {
+    WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_created_by("stiction".to_owned())
-        .build();
-    let mut writer = ArrowWriter::try_new(vec![], WindowRow::schema(), Some(properties))?;
-    writer.write(&WindowRow::batch(rows)?)?;
+}
+
+fn bytes(table: &RecordBatch, properties: WriterProperties) -> parquet::errors::Result<Vec<u8>> {
+    let mut writer = ArrowWriter::try_new(vec![], table.schema(), Some(properties))?;
+    writer.write(table)?;
     writer.into_inner()
 }
 
 fn read(path: &Path) -> Result<Vec<WindowRow>> {
+    batches(path, |_| true, WindowRow::rows)
+}
+
+/// What a file holds, if its footer says that it is wanted.
+fn batches<T>(
+    path: &Path,
+    wanted: impl Fn(&ParquetMetaData) -> bool,
+    rows_of: impl Fn(&RecordBatch) -> std::result::Result<Vec<T>, String>,
+) -> Result<Vec<T>> {
     let damaged = |what: String| store(path, format!("{what}; remove the file, and scan again"));
     let file = File::open(path).map_err(file(path))?;
-    let reader = ParquetRecordBatchReaderBuilder::try_new(file).and_then(|builder| builder.build());
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file);
+    let builder = builder.map_err(|e| damaged(e.to_string()))?;
     let mut rows = vec![];
-    for batch in reader.map_err(|e| damaged(e.to_string()))? {
+    if !wanted(builder.metadata()) {
+        return Ok(rows);
+    }
+    for batch in builder.build().map_err(|e| damaged(e.to_string()))? {
         let batch = batch.map_err(|e| damaged(e.to_string()))?;
-        rows.extend(WindowRow::rows(&batch).map_err(damaged)?);
+        rows.extend(rows_of(&batch).map_err(damaged)?);
     }
     Ok(rows)
+}
+
+/// Whether a file of traces may hold one that begins from `from` on and before `to`.
+fn may_begin(footer: &ParquetMetaData, from: i64, to: i64) -> bool {
+    footer.row_groups().iter().any(|group| {
+        let starts = group.columns().iter().find(|column| column.column_path().string() == "start");
+        match starts.and_then(|column| column.statistics()) {
+            Some(Statistics::Int64(of)) => {
+                of.min_opt().is_none_or(|min| *min < to) && of.max_opt().is_none_or(|max| *max >= from)
+            }
+            _ => true,
+        }
+    })
 }

@@ -104,7 +104,9 @@ impl Network {
         let n = self.loops.len();
         let mut origins: Vec<BTreeSet<usize>> = (0..n).map(|k| BTreeSet::from([k])).collect();
         for (k, wave) in self.outside.iter().enumerate() {
-            wave.into.iter().for_each(|(to, _)| drop(origins[*to].insert(n + k)));
+            for (to, _) in &wave.into {
+                origins[*to].insert(n + k);
+            }
         }
         let cascades = self.loops.iter().enumerate().filter_map(|(k, own)| Some((k, own.below?)));
         let ways: Vec<(usize, usize)> = (self.links.iter().map(|link| (link.from, link.to)))
