@@ -309,10 +309,11 @@ fn tags(name: &str, each: &NetworkLoop, own: &Samples, k: usize, dead: bool) -> 
 fn batch(tags: &[Tag]) -> std::result::Result<RecordBatch, parquet::errors::ParquetError> {
     let time: Vec<i64> = tags.iter().flat_map(|(_, times, _)| times).copied().collect();
     let tag = tags.iter().flat_map(|(tag, times, _)| times.iter().map(|_| &**tag));
+    let tag: Vec<&str> = tag.collect();
     let value: Vec<f64> = tags.iter().flat_map(|(.., values)| values).copied().collect();
     let columns: [(&str, ArrayRef); 3] = [
         ("time", Arc::new(TimestampMillisecondArray::from(time).with_timezone("UTC"))),
-        ("tag", Arc::new(StringArray::from_iter_values(tag))),
+        ("tag", Arc::new(StringArray::from(tag))),
         ("value", Arc::new(Float64Array::from(value))),
     ];
     Ok(RecordBatch::try_from_iter(columns)?)

@@ -162,8 +162,8 @@ impl Pieces {
     }
 }
 
-/// The magnitude of the autocorrelation of pieces at the distances 1, 2, ..., less what chance gives: of `K` pieces of noise the
-/// squared magnitude is `1/K` on average.
+/// The magnitude of the autocorrelation of pieces at the distances 1, 2, ..., less twice what chance gives: of `K` pieces of noise the
+/// squared magnitude is `1/K` on average, and of many lags some are more.
 fn memory(values: &[Complex<f32>]) -> Vec<f32> {
     let k = values.len();
     let length = (2 * k).next_power_of_two();
@@ -191,10 +191,14 @@ fn memory(values: &[Complex<f32>]) -> Vec<f32> {
         // Fewer pairs are so far apart.
         let squared = (real[lag].powi(2) + imaginary[lag].powi(2)) / power.powi(2);
         let share = 1.0 - lag as f64 / k as f64;
-        let chance = share / known;
+        let chance = 2.0 * share / known;
         (((squared - chance).max(0.0)).sqrt() / share).min(1.0) as f32
     };
-    (1..k).map(debiased).collect()
+    let mut memory: Vec<f32> = (1..k).map(debiased).collect();
+    // Where nothing is left at two distances, what comes later is chance.
+    let ends = memory.windows(2).position(|pair| pair == [0.0, 0.0]).unwrap_or(memory.len());
+    memory[ends..].fill(0.0);
+    memory
 }
 
 /// The bands in which a loop swings, the strongest first.
