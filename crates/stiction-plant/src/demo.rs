@@ -232,10 +232,8 @@ pub fn write(
         .par_iter()
         .map(|first| Unit::draw(*first, UNIT.min(loops - first), days, seed))
         .collect::<Result<_>>()?;
-    let mut runs: Vec<NetworkRun<'_>> = units
-        .iter()
-        .map(|unit| Ok(unit.network.run(None)?))
-        .collect::<Result<_>>()?;
+    let mut runs: Vec<NetworkRun<'_>> =
+        units.iter().map(|unit| Ok(unit.network.run(None)?)).collect::<Result<_>>()?;
     for k in 0..days {
         let path = folder.join("data").join(format!("{}.parquet", day::date(FIRST_DAY + k as i64)));
         let properties = WriterProperties::builder()
@@ -249,12 +247,15 @@ pub fn write(
             let recorded: Vec<Vec<Samples>> =
                 runs.par_iter_mut().map(|run| Ok(run.record(DAY)?)).collect::<Result<_>>()?;
             for (unit, recorded) in units.iter().zip(recorded) {
-                for (own, (number, each)) in recorded.iter().zip(unit.network.loops.iter().enumerate()) {
+                for (own, (number, each)) in
+                    recorded.iter().zip(unit.network.loops.iter().enumerate())
+                {
                     let dead = Story::of(unit.first + number) == Story::DeadPv && k + 1 == days;
                     let tags = tags(&unit.name(number), each, own, k, dead);
                     // A row group a loop: who wants one loop can leave out the others.
-                    let written =
-                        batch(&tags).and_then(|rows| writer.write(&rows)).and_then(|()| writer.flush());
+                    let written = batch(&tags)
+                        .and_then(|rows| writer.write(&rows))
+                        .and_then(|()| writer.flush());
                     written.map_err(|e| store(&path, e))?;
                 }
             }

@@ -314,7 +314,8 @@ impl Run {
     pub fn write_traces(&mut self, traces: &[Trace]) -> Result<()> {
         let path = self.folder.join(format!("traces-{:04}.parquet", self.parts + 1));
         // Steps from one value to the next are small numbers; as whole ones they would take four bytes each.
-        let values = ColumnPath::from(vec!["values".to_owned(), "list".to_owned(), "item".to_owned()]);
+        let values =
+            ColumnPath::from(vec!["values".to_owned(), "list".to_owned(), "item".to_owned()]);
         let properties = properties()
             .set_column_dictionary_enabled(values.clone(), false)
             .set_column_encoding(values, Encoding::DELTA_BINARY_PACKED);
@@ -460,34 +461,46 @@ fn may_begin(footer: &ParquetMetaData, from: i64, to: i64) -> bool {
 
 fn read(path: &Path) -> Result<Vec<WindowRow>> {
     let mut rows = vec![];
-    tables(path, None, |_| true, |batch| {
-        rows.extend(WindowRow::rows(batch)?);
-        Ok(())
-    })?;
+    tables(
+        path,
+        None,
+        |_| true,
+        |batch| {
+            rows.extend(WindowRow::rows(batch)?);
+            Ok(())
+        },
+    )?;
     Ok(rows)
 }
 
 fn read_done(path: &Path) -> Result<Vec<((String, i64), Done)>> {
     let columns = ["loop", "window_start", "window_s", "settings_hash", "input_fingerprint"];
     let mut done = vec![];
-    tables(path, Some(&columns), |_| true, |batch| {
-        let text = |name: &str| batch.column_by_name(name).and_then(|c| c.as_string_opt::<i32>());
-        let count =
-            |name: &str| batch.column_by_name(name).and_then(|c| c.as_primitive_opt::<Int64Type>());
-        let (Some(name), Some(start), Some(seconds), Some(settings), Some(input)) = (
-            text("loop"),
-            count("window_start"),
-            count("window_s"),
-            text("settings_hash"),
-            text("input_fingerprint"),
-        ) else {
-            return Err("lacks a column that every window has".to_owned());
-        };
-        for row in 0..batch.num_rows() {
-            let of = Done::of(seconds.value(row), settings.value(row), input.value(row));
-            done.push(((name.value(row).to_owned(), start.value(row)), of));
-        }
-        Ok(())
-    })?;
+    tables(
+        path,
+        Some(&columns),
+        |_| true,
+        |batch| {
+            let text =
+                |name: &str| batch.column_by_name(name).and_then(|c| c.as_string_opt::<i32>());
+            let count = |name: &str| {
+                batch.column_by_name(name).and_then(|c| c.as_primitive_opt::<Int64Type>())
+            };
+            let (Some(name), Some(start), Some(seconds), Some(settings), Some(input)) = (
+                text("loop"),
+                count("window_start"),
+                count("window_s"),
+                text("settings_hash"),
+                text("input_fingerprint"),
+            ) else {
+                return Err("lacks a column that every window has".to_owned());
+            };
+            for row in 0..batch.num_rows() {
+                let of = Done::of(seconds.value(row), settings.value(row), input.value(row));
+                done.push(((name.value(row).to_owned(), start.value(row)), of));
+            }
+            Ok(())
+        },
+    )?;
     Ok(done)
 }

@@ -72,7 +72,12 @@ pub struct Trace {
 impl Trace {
     /// The trace of a window that begins at `start`, s since 1970-01-01 UTC, and lasts `duration_s`; the recording's
     /// clock begins with it. `None` of a signal that is not there, or never moves.
-    pub fn of(recording: &Recording, start: i64, duration_s: i64, signal: TraceSignal) -> Option<Self> {
+    pub fn of(
+        recording: &Recording,
+        start: i64,
+        duration_s: i64,
+        signal: TraceSignal,
+    ) -> Option<Self> {
         let first = start.div_euclid(STEP_S) * STEP_S;
         let cells = (duration_s.max(0) as u64).div_ceil(STEP_S as u64) as usize;
         let means = |channel: &Channel| means(channel, (first - start) as f64, cells);
@@ -168,7 +173,8 @@ impl Trace {
     /// # Errors
     /// If a column is not there, or holds something else.
     pub fn of_batch(batch: &RecordBatch) -> Result<Vec<Self>, String> {
-        let column = |name: &str| batch.column_by_name(name).ok_or(format!("has no column \"{name}\""));
+        let column =
+            |name: &str| batch.column_by_name(name).ok_or(format!("has no column \"{name}\""));
         let wrong = |name: &str| format!("the column \"{name}\" is not that of traces");
         let names = column("loop")?;
         let names = names.as_string_opt::<i32>().ok_or(wrong("loop"))?;
@@ -234,7 +240,8 @@ mod tests {
     #[test]
     fn means_hold_what_was_stored_and_know_what_is_missing() {
         // A value at 0, 5, 20 and, after a gap, 4000 s.
-        let pv = Channel::new("PV", vec![0.0, 5.0, 20.0, 4000.0], vec![1.0, 3.0, 5.0, 9.0]).unwrap();
+        let pv =
+            Channel::new("PV", vec![0.0, 5.0, 20.0, 4000.0], vec![1.0, 3.0, 5.0, 9.0]).unwrap();
         let means = means(&pv, 0.0, 402);
         assert_eq!(means[..4], [2.0, 3.0, 5.0, 5.0]);
         assert_eq!((means[361], means[400]), (5.0, 9.0));

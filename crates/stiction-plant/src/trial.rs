@@ -68,7 +68,9 @@ impl Trial {
         let (mut traces, mut loops) = (vec![], vec![]);
         for ((own, each), name) in samples.iter().zip(&network.loops).zip(&names) {
             let whole = own.recording(name, each)?;
-            let day = whole.part(0.0, 86_400.0, 0.0).ok_or_else(|| Error::Option(format!("{name} is empty")))?;
+            let day = whole
+                .part(0.0, 86_400.0, 0.0)
+                .ok_or_else(|| Error::Option(format!("{name} is empty")))?;
             let found = diagnose(&day, &options)?;
             let signal = TraceSignal::of(&found);
             traces.extend(Trace::of(&whole, START, duration as i64, signal));
@@ -96,8 +98,7 @@ impl Trial {
         let mut sources = vec![];
         for reach in &truth.causes {
             let Cause::Valve(source) = reach.cause else { continue };
-            let reached: Vec<usize> =
-                (0..n).filter(|k| *k != source && reach.swings[*k]).collect();
+            let reached: Vec<usize> = (0..n).filter(|k| *k != source && reach.swings[*k]).collect();
             if !reach.swings[source] || reached.is_empty() {
                 continue;
             }
@@ -120,7 +121,8 @@ impl Trial {
                     add(&mut trial.false_pairs, truth.apart(*a, *b));
                 }
             }
-            let sticks = |k: &usize| truth.causes.iter().any(|reach| reach.cause == Cause::Valve(*k));
+            let sticks =
+                |k: &usize| truth.causes.iter().any(|reach| reach.cause == Cause::Valve(*k));
             let unknown = group.source == Source::NotRecorded;
             if !members.iter().any(sticks) {
                 add(&mut trial.not_recorded, unknown);

@@ -13,7 +13,8 @@ use stiction_plant::trial::Trial;
 use stiction_plant::{ScanOptions, Store, day, demo, scan};
 
 fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("stiction-groups-{name}-{}", std::process::id()));
+    let folder =
+        std::env::temp_dir().join(format!("stiction-groups-{name}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
@@ -53,8 +54,7 @@ fn plant(threes: usize, alone: usize, n: usize) -> Vec<Trace> {
         for member in 0..if k < threes { 3 } else { 1 } {
             let mut noise = NormalStream::new((1000 * k + member + 7) as u64);
             let late = 5 * member;
-            let values: Vec<f64> =
-                (0..n).map(|i| common[i + late] + 0.7 * noise.draw()).collect();
+            let values: Vec<f64> = (0..n).map(|i| common[i + late] + 0.7 * noise.draw()).collect();
             traces.push(trace(&format!("L{k:04}-{member}"), &values));
         }
     }

@@ -74,12 +74,7 @@ impl<'a> InnerRun<'a> {
     ///
     /// # Errors
     /// If a part refuses its settings.
-    pub fn new(
-        inner: &'a Inner,
-        design: &Design,
-        fittings: &[Fitting],
-        rest: f64,
-    ) -> Result<Self> {
+    pub fn new(inner: &'a Inner, design: &Design, fittings: &[Fitting], rest: f64) -> Result<Self> {
         let (step, n) = (design.step(), design.all_steps());
         let kc = inner.tau / (inner.lambda * inner.gain);
         let settings = pi(kc, inner.tau)?;

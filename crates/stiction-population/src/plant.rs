@@ -84,19 +84,13 @@ impl Stem {
     ///
     /// # Errors
     /// If the lag is refused.
-    pub fn new(
-        fittings: &[Fitting],
-        lag: f64,
-        stroke: f64,
-        step: f64,
-        rest: f64,
-    ) -> Result<Self> {
+    pub fn new(fittings: &[Fitting], lag: f64, stroke: f64, step: f64, rest: f64) -> Result<Self> {
         let mut lag = StemLag::new(lag, step)?;
         lag.restart(rest);
         let mut valve =
             Assembly::new(stiction_model::valve::Model::Ideal.build(stiction_model::Bands::NONE)?);
         valve.restart(Start::at_rest(rest));
-        let fittings = fittings.to_vec().into_iter().peekable();
+        let fittings = Vec::from(fittings).into_iter().peekable();
         Ok(Self { fittings, valve, lag, most: stroke * step, stem: rest, vp: rest })
     }
 

@@ -41,7 +41,7 @@ pub fn run(seed: u64, n: u64, days: u32, json: bool, markdown: bool) -> Result<(
 
 fn table(seed: u64, days: u32, trial: &Trial) -> Table {
     let Trial { networks, loops, .. } = trial;
-    let table = Table::new(&format!(
+    let table = Table::new(format!(
         "Loops that swing together: {networks} simulated networks of {loops} loops, seed {seed}, {days} days each. Pairs of one \
          network are not independent; their intervals are too narrow."
     ))

@@ -86,9 +86,8 @@ impl Series {
     fn transforms(&self, length: usize, mut each: impl FnMut(Option<&[Complex<f64>]>)) {
         let mut transform = Transform::new(length);
         let mut bins = vec![Complex::default(); transform.bins()];
-        let hann = |k: usize| {
-            0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / length as f64).cos()
-        };
+        let hann =
+            |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / length as f64).cos();
         let window: Vec<f64> = (0..length).map(hann).collect();
         let mut from = 0;
         while from + length <= self.values.len() {
@@ -149,7 +148,8 @@ impl Pieces {
     /// Pieces whose strength is limited, and their memory.
     pub fn of(mut values: Vec<Complex<f32>>) -> Self {
         let known = |v: &&Complex<f32>| v.norm_sqr() > 0.0;
-        let strengths: Vec<f64> = values.iter().filter(known).map(|v| f64::from(v.norm())).collect();
+        let strengths: Vec<f64> =
+            values.iter().filter(known).map(|v| f64::from(v.norm())).collect();
         let most = (STRONGEST * median(&strengths)) as f32;
         for value in &mut values {
             let strength = value.norm();
@@ -249,7 +249,8 @@ impl Series {
             for (times, (product, own, of)) in (2..).zip(&mut sums) {
                 // Beyond half the rate there is nothing.
                 let harmonic = bins.get(times * bin).copied().unwrap_or_default();
-                let turned = first.powu(times as u32) / first.norm().powi(times as i32 - 1).max(1e-300);
+                let turned =
+                    first.powu(times as u32) / first.norm().powi(times as i32 - 1).max(1e-300);
                 *product += turned * harmonic.conj();
                 *own += turned.norm_sqr();
                 *of += harmonic.norm_sqr();

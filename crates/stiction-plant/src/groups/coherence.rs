@@ -107,7 +107,8 @@ mod tests {
                 .map(|k| {
                     let mut values = noise(300, 1000 * seed + k);
                     for k in 1..values.len() {
-                        values[k] = values[k - 1] * memory + values[k] * (1.0 - memory * memory).sqrt();
+                        values[k] =
+                            values[k - 1] * memory + values[k] * (1.0 - memory * memory).sqrt();
                     }
                     Pieces::of(values)
                 })

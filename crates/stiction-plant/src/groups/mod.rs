@@ -131,15 +131,16 @@ pub fn find(
     let n = series.len();
     let all = n * n.saturating_sub(1) / 2;
     let limit = threshold(best.values().copied().collect(), all, options.false_discovery_rate);
-    let counts =
-        |e: &Edge| e.p * tests(e.pair) <= limit && e.squared >= options.least_coherence;
+    let counts = |e: &Edge| e.p * tests(e.pair) <= limit && e.squared >= options.least_coherence;
     let edges: Vec<Edge> = edges.iter().copied().filter(counts).collect();
     let context = Context { series: &series, powers: &powers, known, upstream, options };
     let mut groups: Vec<Group> = one_a_swing(components(&edges))
         .into_iter()
         .filter_map(|part| context.group(&part))
         .collect();
-    groups.sort_by(|a, b| b.members.len().cmp(&a.members.len()).then(a.period_s.total_cmp(&b.period_s)));
+    groups.sort_by(|a, b| {
+        b.members.len().cmp(&a.members.len()).then(a.period_s.total_cmp(&b.period_s))
+    });
     groups.iter_mut().enumerate().for_each(|(k, group)| group.id = k + 1);
     groups
 }
@@ -244,7 +245,8 @@ fn one_a_swing(mut parts: Vec<Part>) -> Vec<Part> {
             let ratio = ratio.max(1.0 / ratio);
             let of_it = ratio < 1.6 || (ratio / ratio.round() - 1.0).abs() < 0.13;
             let shared = part.loops.intersection(&other.loops).count();
-            let (fewer, more) = (part.loops.len().min(other.loops.len()), part.loops.union(&other.loops).count());
+            let (fewer, more) =
+                (part.loops.len().min(other.loops.len()), part.loops.union(&other.loops).count());
             3 * shared >= 2 * more || of_it && 2 * shared >= fewer
         };
         if !kept.iter().any(again) {
@@ -287,7 +289,9 @@ impl Context<'_> {
             let name = &self.series[*k].name;
             let probability = self.known.get(&**name).and_then(|own| own.probability);
             let mut reasons = vec![match probability {
-                Some(p) => format!("Its valve sticks with a probability of {}.", spoken::percent(p)),
+                Some(p) => {
+                    format!("Its valve sticks with a probability of {}.", spoken::percent(p))
+                }
                 None => "Whether its valve sticks is not known.".to_owned(),
             }];
             let mut score = logit(probability.unwrap_or(UNKNOWN));
@@ -332,11 +336,8 @@ impl Context<'_> {
         }
         let period_s = self.period(&loops, band);
         let members: Vec<Member> = told.into_iter().map(|(.., member)| member).collect();
-        let mut reasons = vec![format!(
-            "{} loops swing in step {}.",
-            members.len(),
-            told_every(period_s)
-        )];
+        let mut reasons =
+            vec![format!("{} loops swing in step {}.", members.len(), told_every(period_s))];
         if source == Source::NotRecorded {
             reasons.push(
                 "The source is not among the recorded loops, as far as their valves tell: none is likely to stick."
@@ -351,7 +352,8 @@ impl Context<'_> {
         let (mut moment, mut weight) = (0.0, 0.0);
         for k in loops {
             let about = band.saturating_sub(1)..(band + 2).min(BANDS);
-            let all: f64 = about.clone().map(|b| self.powers[*k][b]).filter(|p| p.is_finite()).sum();
+            let all: f64 =
+                about.clone().map(|b| self.powers[*k][b]).filter(|p| p.is_finite()).sum();
             for b in about.filter(|b| self.powers[*k][*b].is_finite()) {
                 moment += self.powers[*k][b] / all * bank::frequency(b).ln();
                 weight += self.powers[*k][b] / all;
@@ -392,14 +394,13 @@ fn common_swing(pieces: &[Pieces]) -> Vec<f64> {
     }
     // Begin with the one that has most in common with the others; some dozens of turns of the power method.
     let strength = |row: &Vec<Complex<f64>>| row.iter().map(Complex::norm_sqr).sum::<f64>();
-    let first = (0..n).fold(0, |a, b| if strength(&matrix[b]) > strength(&matrix[a]) { b } else { a });
+    let first =
+        (0..n).fold(0, |a, b| if strength(&matrix[b]) > strength(&matrix[a]) { b } else { a });
     let mut vector: Vec<Complex<f64>> = matrix.iter().map(|row| row[first]).collect();
     let mut value = 0.0;
     for _ in 0..60 {
-        let next: Vec<Complex<f64>> = matrix
-            .iter()
-            .map(|row| row.iter().zip(&vector).map(|(m, v)| m * v).sum())
-            .collect();
+        let next: Vec<Complex<f64>> =
+            matrix.iter().map(|row| row.iter().zip(&vector).map(|(m, v)| m * v).sum()).collect();
         let length = next.iter().map(Complex::norm_sqr).sum::<f64>().sqrt().max(1e-300);
         let before = vector.iter().map(Complex::norm_sqr).sum::<f64>().sqrt().max(1e-300);
         value = length / before;

@@ -83,7 +83,9 @@ pub fn network(seed: u64, plan: &NetworkPlan) -> Network {
 fn one(place: Place, below: Option<&NetworkLoop>, draw: &mut Draw) -> NetworkLoop {
     let process = match place {
         Place::Below => ProcessKind::FirstOrder,
-        Place::Above => draw.weighted([(ProcessKind::FirstOrder, 0.5), (ProcessKind::SecondOrder, 0.5)]),
+        Place::Above => {
+            draw.weighted([(ProcessKind::FirstOrder, 0.5), (ProcessKind::SecondOrder, 0.5)])
+        }
         Place::Alone => draw.weighted([
             (ProcessKind::FirstOrder, 0.5),
             (ProcessKind::SecondOrder, 0.25),
@@ -194,7 +196,7 @@ fn links_of(
         }
         let near = to.saturating_sub(4);
         // A sticking valve feeds more of its neighbours than others do: it is they that are looked for.
-        let feeds = sticking.iter().copied().filter(|k| (near..to).contains(k)).next_back();
+        let feeds = sticking.iter().copied().rfind(|k| (near..to).contains(k));
         let from = match feeds {
             Some(source) if draw.chance(0.7) => source,
             _ => to - draw.count(1, to - near),
@@ -227,7 +229,14 @@ fn links_of(
         for from in &members {
             for to in members.iter().filter(|to| *to != from) {
                 let (dead_s, lag_s) = (STEP_S, draw.log(5.0, 30.0));
-                links.push(Link { from: *from, to: *to, kind: LinkKind::Header, gain, dead_s, lag_s });
+                links.push(Link {
+                    from: *from,
+                    to: *to,
+                    kind: LinkKind::Header,
+                    gain,
+                    dead_s,
+                    lag_s,
+                });
             }
         }
     }

@@ -202,9 +202,86 @@ impl Network {
     pub fn planned(seed: u64, plan: &NetworkPlan) -> Result<Self> {
         let n = plan.loops;
         if n == 0 || n > MOST_LOOPS || plan.sticking.iter().any(|k| *k >= n) {
-            let rule = format!("a network has 1 to {MOST_LOOPS} loops, and sticking ones are of them");
+            let rule =
+                format!("a network has 1 to {MOST_LOOPS} loops, and sticking ones are of them");
             return Err(Error::Inconsistent(rule));
         }
         Ok(drawn::network(seed, plan))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction_diagnose::series::span;
+
+    fn plan(loops: usize, sticking: Vec<usize>, coupled: bool) -> NetworkPlan {
+        NetworkPlan { loops, sticking, outside: 1, coupled }
+    }
+
+    #[test]
+    fn a_record_in_two_parts_is_that_in_one_and_no_signal_runs_away() {
+        for seed in 0..4 {
+            let network = Network::planned(seed, &plan(12, vec![2, 5], true)).unwrap();
+            let whole = network.run(None).unwrap().record(7200.0).unwrap();
+            let mut run = network.run(None).unwrap();
+            let (first, second) = (run.record(3605.0).unwrap(), run.record(3595.0).unwrap());
+            for ((whole, first), second) in whole.iter().zip(&first).zip(&second) {
+                assert_eq!(whole.pv, [&first.pv[..], &second.pv].concat());
+                assert_eq!(whole.op, [&first.op[..], &second.op].concat());
+                assert_eq!(second.from_s, first.pv.len() as f64 * first.step_s);
+                assert!(whole.pv.iter().all(|v| v.is_finite()));
+            }
+        }
+        assert!(Network::planned(1, &plan(3, vec![3], true)).is_err());
+        assert_eq!(Network::draw(3).unwrap(), Network::draw(3).unwrap());
+    }
+
+    #[test]
+    fn without_links_a_valve_reaches_its_own_loop_only() {
+        let network = Network::planned(4, &plan(8, vec![1, 6], false)).unwrap();
+        assert!(network.links.is_empty() && network.loops.iter().all(|own| own.below.is_none()));
+        let samples = network.run(None).unwrap().record(86_400.0).unwrap();
+        let truth = network.truth(&samples).unwrap();
+        assert_eq!(truth.causes.len(), 3);
+        for reach in &truth.causes[..2] {
+            let Cause::Valve(valve) = reach.cause else { panic!("{reach:?}") };
+            for k in (0..8).filter(|k| *k != valve) {
+                assert!(reach.vanishes[k].abs() < 1e-9 && !reach.swings[k], "{reach:?}");
+                assert!(truth.apart(valve, k));
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_valve_does_to_its_neighbour_vanishes_with_it() {
+        // Some seed whose valve cycles and feeds the next loop.
+        let reached = (0..40).any(|seed| {
+            let network = Network::planned(seed, &plan(2, vec![0], true)).unwrap();
+            let fed = network.links.iter().any(|link| (link.from, link.to) == (0, 1));
+            let samples = network.run(None).unwrap().record(43_200.0).unwrap();
+            let truth = network.truth(&samples).unwrap();
+            let swings = &truth.causes[0].swings;
+            assert!(fed || !swings[1] || !network.outside.is_empty(), "seed {seed}");
+            fed && swings[0] && swings[1] && !truth.apart(0, 1)
+        });
+        assert!(reached);
+    }
+
+    #[test]
+    fn a_repaired_valve_sticks_no_more_and_by_hand_the_op_rests() {
+        let mut network = Network::planned(7, &plan(1, vec![0], false)).unwrap();
+        network.outside.clear();
+        network.loops[0].manual = Some((3600.0, 7200.0));
+        let sticking = network.run(None).unwrap().record(36_000.0).unwrap();
+        network.loops[0].course = Course::Repaired { at_s: 18_000.0 };
+        let repaired = network.run(None).unwrap().record(36_000.0).unwrap();
+        let n = (18_000.0 / sticking[0].step_s) as usize;
+        assert_eq!(sticking[0].vp[..n], repaired[0].vp[..n]);
+        assert_ne!(sticking[0].vp[n + 10..], repaired[0].vp[n + 10..]);
+        let at = |t: f64| (t / sticking[0].step_s) as usize;
+        let (from, to) = (at(3600.0) + 1, at(7200.0));
+        assert!(span(&sticking[0].op[from..to]) == 0.0 && !sticking[0].auto[from]);
+        assert!(span(&sticking[0].pv[from..to]) > 0.0 && sticking[0].auto[to + 1]);
     }
 }

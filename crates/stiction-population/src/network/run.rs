@@ -82,9 +82,8 @@ impl Network {
     /// # Errors
     /// If a part refuses its settings: none is known.
     pub fn run(&self, without: Option<Cause>) -> Result<NetworkRun<'_>> {
-        let node = |(k, each): (usize, &NetworkLoop)| {
-            Node::new(each, without == Some(Cause::Valve(k)))
-        };
+        let node =
+            |(k, each): (usize, &NetworkLoop)| Node::new(each, without == Some(Cause::Valve(k)));
         let coupling = |link: &super::Link| Coupling {
             line: DelayLine::new([(link.dead_s / STEP_S).round() as usize]),
             keep: (-STEP_S / link.lag_s).exp(),
@@ -252,19 +251,18 @@ impl NetworkRun<'_> {
                     self.nodes[*to].arriving += gain * value;
                 }
             }
-            let since_midnight =
-                (self.k.saturating_sub(warm_up) as f64 * STEP_S).rem_euclid(DAY_S);
+            let since_midnight = (self.k.saturating_sub(warm_up) as f64 * STEP_S).rem_euclid(DAY_S);
             for k in 0..self.nodes.len() {
                 let each = &loops[k];
                 let d = &each.design;
                 let node = &mut self.nodes[k];
                 let value = node.process.output(0) + d.pv_rest;
                 let pv = (value + node.noise.draw()).clamp(TRANSMITTER.0, TRANSMITTER.1);
-                if let Some((every, far)) = d.moves {
-                    if node.moves.chance(STEP_S / every) {
-                        let by = far * node.moves.uniform(-1.0, 1.0);
-                        node.sp = (node.sp + by).clamp(d.pv_rest - 2.0 * far, d.pv_rest + 2.0 * far);
-                    }
+                if let Some((every, far)) = d.moves
+                    && node.moves.chance(STEP_S / every)
+                {
+                    let by = far * node.moves.uniform(-1.0, 1.0);
+                    node.sp = (node.sp + by).clamp(d.pv_rest - 2.0 * far, d.pv_rest + 2.0 * far);
                 }
                 let before = node.op;
                 let auto = self.k < warm_up
