@@ -12,7 +12,7 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-pub const SCHEMAS: [Described; 16] = [
+pub const SCHEMAS: [Described; 17] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("plant-check", schema_of::<plant::Checked>),
@@ -20,6 +20,7 @@ pub const SCHEMAS: [Described; 16] = [
     ("plant-status", schema_of::<plant::Status>),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
+    ("bench-networks", schema_of::<bench::NetworksDocument>),
     ("fit", schema_of::<fit::Document>),
     ("prospects", schema_of::<what_if::FromRecording>),
     ("stem", schema_of::<stem::Document>),

@@ -1,8 +1,8 @@
 //! A plant of control loops over time.
 //!
 //! ```text
-//! plant.toml ──> inputs (files ──> loops and their days) ──> scan ──> store (a row a window)
-//!                                                   day (cutting) ──┘
+//! plant.toml ──> inputs (files ──> loops and their days) ──> scan ──> store (a row and a trace a window)
+//!                                                   day (cutting) ──┘        └──> groups
 //! ```
 //!
 //! The unit of everything is the [`window`]: one loop, one day of the plant. What was judged is kept in a
@@ -13,12 +13,15 @@ pub mod day;
 pub mod demo;
 mod error;
 mod files;
+pub mod groups;
 pub mod inputs;
 pub mod plant_file;
 pub mod propose;
 pub mod scan;
 mod spill;
 pub mod store;
+pub mod trace;
+pub mod trial;
 pub mod window;
 
 pub use error::{Error, Result};

@@ -22,6 +22,7 @@ use crate::files::Files;
 use crate::inputs::{Inputs, Problem};
 use crate::plant_file::{self, Plant};
 use crate::store::{Done, Store};
+use crate::trace::{Trace, TraceSignal};
 use crate::window::{ENGINE_VERSION, WindowRow, model_version};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -170,6 +171,7 @@ pub fn scan(
     let open: usize = loops.iter().map(|each| scan.open_days(each)).sum();
     let (mut windows, mut errors, mut days_done) = (0, 0, 0);
     let mut rows: Vec<WindowRow> = vec![];
+    let mut traces: Vec<Trace> = vec![];
     'all: loop {
         for each in &mut loops {
             each.cursor = scan.next_open(each, each.cursor).unwrap_or(i64::MAX);
@@ -215,20 +217,25 @@ pub fn scan(
         let mut is_ended = false;
         while let Some(pieces) = next {
             let judge = || pieces.par_iter().map(|piece| scan.judge(piece)).collect();
-            let (judged, following): (Vec<(Vec<WindowRow>, i64)>, _) =
+            let (judged, following): (Vec<(Vec<Window>, i64)>, _) =
                 pool.install(|| rayon::join(judge, || read(k + 1)));
             (next, k) = (following, k + 1);
             for (piece, (own, cursor)) in pieces.iter().zip(judged) {
                 days_done += piece.of.days.range(piece.from..cursor).count();
                 cursors.push((piece.place, cursor));
-                rows.extend(own);
+                for (row, trace) in own {
+                    rows.push(row);
+                    traces.extend(trace);
+                }
             }
             if rows.len() >= PART || next.is_none() {
                 windows += rows.len();
                 errors += rows.iter().filter(|row| row.error.is_some()).count();
                 if !rows.is_empty() {
+                    run.write_traces(&traces)?;
                     run.write(&rows)?;
                     rows.clear();
+                    traces.clear();
                 }
                 let done = days_done.min(open);
                 is_ended = watch(Progress::Written { done, of: open }).is_break();
@@ -293,6 +300,9 @@ fn batches(loops: &[Loop<'_>], until: i64, files: &Files<'_>, rows: usize) -> Ve
     }
     batches
 }
+
+/// What is kept of a window: its row, and its trace where it has one.
+type Window = (WindowRow, Option<Trace>);
 
 /// What holds throughout a scan.
 struct Scan<'a> {
@@ -392,7 +402,7 @@ impl Scan<'_> {
     }
 
     /// The rows of a piece, and the day from which on it is to be judged.
-    fn judge(&self, piece: &Piece<'_, '_>) -> (Vec<WindowRow>, i64) {
+    fn judge(&self, piece: &Piece<'_, '_>) -> (Vec<Window>, i64) {
         let mut rows = vec![];
         let mut cursor = piece.from;
         while let Some((day, _)) = piece.of.days.range(cursor..piece.until.max(cursor)).next() {
@@ -411,9 +421,9 @@ impl Scan<'_> {
         (rows, cursor)
     }
 
-    /// The row of the window that begins on `day`, and how many days it has. None without a sample of the OP, or where the
+    /// The window that begins on `day`, and how many days it has. None without a sample of the OP, or where the
     /// window ends after what was read.
-    fn window(&self, piece: &Piece<'_, '_>, day: i64) -> (Option<WindowRow>, i64) {
+    fn window(&self, piece: &Piece<'_, '_>, day: i64) -> (Option<Window>, i64) {
         let facts = self.plant.facts(piece.of.name);
         let identity = |count: i64| {
             let (start, end) =
@@ -436,16 +446,21 @@ impl Scan<'_> {
         let judged = |count: i64| {
             let found = match self.recording(piece, day, count) {
                 Ok(None) => return (None, None),
-                Ok(Some(recording)) => judged(&recording, &options),
+                Ok(Some(recording)) => judged(&recording, &options).map(|found| (recording, found)),
                 Err(e) => Err(e),
             };
             match found {
-                Ok(found) => {
+                Ok((recording, found)) => {
+                    let row = identity(count);
+                    let signal = TraceSignal::of(&found);
+                    let trace = Trace::of(&recording, row.window_start, row.window_s, signal);
                     let period =
                         found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
-                    (Some(identity(count).judged(&found)), period)
+                    (Some((row.judged(&found), trace)), period)
                 }
-                Err(error) => (Some(WindowRow { error: Some(error), ..identity(count) }), None),
+                Err(error) => {
+                    (Some((WindowRow { error: Some(error), ..identity(count) }, None)), None)
+                }
             }
         };
         let (row, period) = judged(1);

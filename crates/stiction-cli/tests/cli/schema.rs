@@ -12,6 +12,7 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("history", vec!["history", file, "--window", "5min", "--repair", "1200", "--json"]),
         ("inspect", vec!["inspect", file, "--json"]),
         ("bench", vec!["bench", "--simulated", "4", "--only", "verdict", "--time", "--json"]),
+        ("bench-networks", vec!["bench", "--networks", "1", "--days", "1", "--json"]),
         ("plant-check", vec!["plant", "-C", "north", "check", "--json"]),
         ("plant-scan", vec!["plant", "-C", "north", "scan", "--json"]),
         ("plant-status", vec!["plant", "-C", "north", "status", "--json"]),
