@@ -204,6 +204,45 @@ pub fn scan(
     Ok(manifest)
 }
 
+/// The recordings of windows that were judged, read again from the plant's files: one each, in their order, or why there
+/// is none.
+///
+/// # Errors
+/// If the plant's folder cannot be listed.
+pub fn recordings_of(
+    folder: &Path,
+    plant: &Plant,
+    rows: &[&WindowRow],
+) -> Result<Vec<std::result::Result<Recording, String>>> {
+    let mut inputs = Inputs::known(&Store::of(folder), plant);
+    if inputs.files.is_empty() {
+        inputs.update(folder, plant, |_| {})?;
+    }
+    let scan = Scan { plant, inputs: &inputs, done: HashMap::new() };
+    let (loops, none) = (inputs.days(), BTreeMap::new());
+    let mut pieces: Vec<Piece<'_>> = rows
+        .iter()
+        .map(|row| {
+            let from = day::of(row.window_start as f64, &plant.zone);
+            Piece {
+                name: &row.name,
+                days: loops.get(&*row.name).unwrap_or(&none),
+                settings: String::new(),
+                from,
+                until: from + 1,
+                parts: vec![],
+                failed: vec![],
+            }
+        })
+        .collect();
+    scan.read(folder, &mut pieces);
+    let recording = |(piece, row): (&Piece<'_>, &&WindowRow)| {
+        let end = (row.window_start + row.window_s) as f64 - 1.0;
+        scan.recording(piece, piece.from, day::of(end, &plant.zone) + 1 - piece.from)
+    };
+    Ok(pieces.iter().zip(rows).map(recording).collect())
+}
+
 /// What holds throughout a scan.
 struct Scan<'a> {
     plant: &'a Plant,

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! .stiction/lock                               held by the one who writes
+//! .stiction/log.lock                           held by the one who enters something in log.toml
 //! .stiction/inputs.json                        what was seen of the data; made anew where it is lost
 //! .stiction/runs/0001/windows-0001.parquet     rows, written as they end
 //! .stiction/runs/0001/manifest.json            how the run ended; none if it was cut short
@@ -11,11 +12,9 @@
 //! whether or not their run came to its end; which windows are done is asked of them alone.
 
 use crate::error::{Error, Result, file, store};
+use crate::table::parquet;
 use crate::window::WindowRow;
-use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::Compression;
-use parquet::file::properties::WriterProperties;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -69,6 +68,20 @@ impl Store {
         let name = format!("{:04}", last.unwrap_or(0) + 1);
         let folder = self.runs().join(&name);
         Ok(Run { name, folder, parts: 0, _lock: lock })
+    }
+
+    /// Waits until nobody else changes what people say of the plant, and keeps others from it while the file lives.
+    ///
+    /// A lock of its own: a note need not wait for the end of a scan.
+    ///
+    /// # Errors
+    /// If the folder cannot be made, or the file not be locked.
+    pub(crate) fn lock_log(&self) -> Result<File> {
+        fs::create_dir_all(&self.folder).map_err(file(&self.folder))?;
+        let path = self.path("log.lock");
+        let lock = File::create(&path).map_err(file(&path))?;
+        lock.lock().map_err(file(&path))?;
+        Ok(lock)
     }
 
     /// The names of all runs, in their order.
@@ -193,13 +206,7 @@ fn names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<String>> {
 }
 
 fn bytes(rows: &[WindowRow]) -> parquet::errors::Result<Vec<u8>> {
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_created_by("stiction".to_owned())
-        .build();
-    let mut writer = ArrowWriter::try_new(vec![], WindowRow::schema(), Some(properties))?;
-    writer.write(&WindowRow::batch(rows)?)?;
-    writer.into_inner()
+    parquet(&WindowRow::batch(rows)?)
 }
 
 fn read(path: &Path) -> Result<Vec<WindowRow>> {
