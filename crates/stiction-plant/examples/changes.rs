@@ -6,9 +6,9 @@
 //! the second window after it, or the first. Every other change that is told is false.
 
 use std::path::Path;
-use stiction_diagnose::diagnose::{Observation, combine};
-use stiction_plant::change::{Change, events};
-use stiction_plant::{Store, demo};
+use stiction_diagnose::diagnose::combine;
+use stiction_plant::change::{Change, Seen, events};
+use stiction_plant::{Store, WindowRow, demo};
 
 const DAY: f64 = 86_400.0;
 
@@ -18,32 +18,43 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let folder = Path::new(&folder);
         let rows = Store::of(folder).rows()?;
         let begin = demo::FIRST_DAY as f64 * DAY;
-        let last = rows.iter().map(|row| row.window_start + row.window_s).max().unwrap_or_default();
-        let days = ((last as f64 - begin) / DAY).round();
+        let days = std::fs::read_dir(folder.join("data"))?.count() as f64;
         let middle = begin + (days / 2.0).ceil() * DAY;
         let truth = std::fs::read_to_string(folder.join("truth.csv"))?;
         for line in truth.lines().skip(1) {
             let cells: Vec<&str> = line.split(',').collect();
             let [name, _, story, sticks_first, sticks_last, ..] = cells[..] else { continue };
-            let of = rows.iter().filter(|row| row.name == name);
-            let seen: Vec<Observation> = of.filter_map(|row| row.observation()).collect();
+            let own: Vec<_> = rows.iter().filter(|row| row.name == name).collect();
+            let seen: Vec<Seen> = own.iter().filter_map(|row| Seen::of(row)).collect();
             let told = events(&seen, &[], |_| f64::INFINITY);
             weeks += days / 7.0;
             // A PV that dies is a change of its own.
             if story.starts_with("PV dead") {
                 continue;
             }
-            let (before, after): (Vec<Observation>, Vec<Observation>) =
-                seen.iter().partition(|each| each.time < middle);
-            let second = after.get(1).map_or(f64::INFINITY, |each| each.time);
+            let end = |row: &WindowRow| (row.window_start + row.window_s) as f64;
+            let before: Vec<Seen> = own
+                .iter()
+                .filter(|row| end(row) <= middle)
+                .filter_map(|row| Seen::of(row))
+                .collect();
+            let after: Vec<Seen> = own
+                .iter()
+                .filter(|row| row.window_start as f64 >= middle)
+                .filter_map(|row| Seen::of(row))
+                .collect();
+            // A window of several days may lie across the change.
+            let first =
+                own.iter().filter(|row| end(row) > middle).filter_map(|row| Seen::of(row)).next();
+            let first = first.map_or(f64::INFINITY, |seen| seen.valve.time);
+            let second = after.get(1).map_or(f64::INFINITY, |seen| seen.valve.time);
             let expected = match (sticks_first, sticks_last) {
                 ("true", "false") => Some(Change::Gone),
                 ("false", "true") => Some(Change::New),
                 _ => None,
             };
             let is_it = |change: Change| expected == Some(change);
-            let around = |time: f64| time >= middle - DAY && time <= middle + 3.0 * DAY;
-            let wrong = told.iter().filter(|e| !(is_it(e.change) && around(e.time))).count();
+            let wrong = told.iter().filter(|e| !(is_it(e.change) && e.told >= first)).count();
             told_false += wrong;
             if wrong > 0 {
                 println!(
@@ -54,15 +65,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             if expected.is_some() {
                 all += 1;
-                let p = |side: &[Observation]| combine(side).ok()?.probability.into();
-                let (a, b): (Option<f64>, Option<f64>) = (p(&before), p(&after));
+                let p = |side: &[Seen]| {
+                    let valves: Vec<_> = side.iter().map(|seen| seen.valve).collect();
+                    combine(&valves).ok()?.probability
+                };
+                let (a, b) = (p(&before), p(&after));
                 let (sick, well) = if is_it(Change::Gone) { (a, b) } else { (b, a) };
                 if sick < Some(0.8) || well > Some(0.5) || well.is_none() {
                     continue;
                 }
                 visible += 1;
                 let hit =
-                    told.iter().any(|e| is_it(e.change) && around(e.time) && e.told <= second);
+                    told.iter().any(|e| is_it(e.change) && e.told >= first && e.told <= second);
                 found += usize::from(hit);
                 if !hit {
                     println!("{} {name} {story}: missed: {:?}", folder.display(), percents(&seen));
@@ -76,6 +90,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn percents(seen: &[Observation]) -> Vec<i64> {
-    seen.iter().filter_map(|each| Some((100.0 * each.probability?).round() as i64)).collect()
+fn percents(seen: &[Seen]) -> Vec<i64> {
+    seen.iter().filter_map(|each| Some((100.0 * each.valve.probability?).round() as i64)).collect()
 }

@@ -10,9 +10,14 @@
 //! z = d/(s sqrt(1/2 + 1/n)),   s = max(standard deviation of l before, 1)
 //! ```
 //!
-//! there is a change where `|z|` is at least [`DECISIVE`], `|d|` at least [`FARTHEST`], both windows lie on its side of the
-//! mean before, and the means lie on two sides of 50 %: up is *new*, or *returned* if it had stuck before; down is *gone*.
-//! What shakes by itself has a large `s`, and must go farther.
+//! there is a change if both windows lie on one side of the mean before by [`EACH`] at least, the means lie on two sides of 50 %, `|d|` is at
+//! least [`FARTHEST`], and either `|z|` is at least [`DECISIVE`], or at least [`NOTABLE`] and the loop moves otherwise, too.
+//! Up is *new*, or *returned* if it had stuck before; down is *gone*. What shakes by itself has a large `s`, and must go
+//! farther.
+//!
+//! A loop moves otherwise if the logarithm of its amplitude, its period, or the travel or turns of its output lies, in both
+//! windows, on one side of the mean before by at least [`OTHERWISE`] of its standard deviations, which are held to be
+//! [`STEADIEST`] at least. A valve that was repaired moves its loop otherwise; a verdict that merely shakes does not.
 //!
 //! Else, a valve is *worse* if the whole intervals of S of the last two windows that have one lie above the typical upper end
 //! before, and by more than [`GROWTH`] above the typical S; *better* the other way round. So what merely shook within its
@@ -26,13 +31,22 @@
 //! changes unseen.
 
 use crate::log::{Entry, Kind};
+use crate::window::WindowRow;
 use stiction_diagnose::diagnose::{Estimate, Observation};
 use stiction_diagnose::series::{mean, median};
 
-/// How many standard errors a change goes at least.
-pub const DECISIVE: f64 = 2.25;
-/// How far log-odds go at least: odds of 7 to 1.
-pub const FARTHEST: f64 = 2.0;
+/// How many standard errors a change goes that needs no other sign.
+pub const DECISIVE: f64 = 3.5;
+/// How many it goes at least.
+pub const NOTABLE: f64 = 1.75;
+/// How far log-odds go at least: odds of 4.5 to 1.
+pub const FARTHEST: f64 = 1.5;
+/// How far log-odds of each of the two windows go at least.
+pub const EACH: f64 = 0.75;
+/// How many standard deviations off what a loop does is another way.
+pub const OTHERWISE: f64 = 1.5;
+/// The least that the ways of a loop are held to scatter, as a share.
+pub const STEADIEST: f64 = 0.05;
 /// By what share S grows or shrinks at least.
 pub const GROWTH: f64 = 0.25;
 /// Windows after a change that tell it.
@@ -93,36 +107,49 @@ pub struct Event {
     pub told: f64,
 }
 
-/// All changes of a valve, from its observations in order of time and what people say of it.
-pub fn events(
-    observations: &[Observation],
-    said: &[&Entry],
-    begin: impl Fn(i64) -> f64,
-) -> Vec<Event> {
+/// What a window says of a valve, and how its loop moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// What it says of the valve.
+    pub valve: Observation,
+    /// Logarithms of amplitude, period, travel and turns, where there are any.
+    ways: [Option<f64>; 4],
+}
+
+impl Seen {
+    /// What a row says; `None` if nothing was judged.
+    pub fn of(row: &WindowRow) -> Option<Self> {
+        let ways = [row.amplitude, row.period_s, row.travel_per_hour, row.reversals_per_hour];
+        let ways = ways.map(|way| way.filter(|value| *value > 0.0).map(f64::ln));
+        Some(Self { valve: row.observation()?, ways })
+    }
+}
+
+/// All changes of a valve, from its windows in order of time and what people say of it; `begin` tells when a day begins.
+pub fn events(windows: &[Seen], said: &[&Entry], begin: impl Fn(i64) -> f64) -> Vec<Event> {
     let repairs: Vec<f64> =
         said.iter().filter(|entry| entry.kind == Kind::Repair).map(|e| begin(e.day)).collect();
     let mut events: Vec<Event> = vec![];
     let mut since = 0;
-    for end in AFTER..=observations.len() {
+    for end in AFTER..=windows.len() {
         let start = end - AFTER;
-        let Some(last) = observations.get(start) else { continue };
-        let before: Vec<&Observation> = observations[since.min(start)..start]
+        let after = &windows[start..end];
+        let time = after[0].valve.time;
+        let before: Vec<&Seen> = windows[since.min(start)..start]
             .iter()
-            .filter(|each| last.time - each.time <= MEMORY)
+            .filter(|each| time - each.valve.time <= MEMORY)
             .collect();
-        let after = &observations[start..end];
         let change = match moved(&before, after) {
             Some(true) => {
                 let had_stuck = events.iter().any(|event| event.change == Change::Gone)
-                    || repairs.iter().any(|repair| *repair <= last.time);
+                    || repairs.iter().any(|repair| *repair <= time);
                 Some(if had_stuck { Change::Returned } else { Change::New })
             }
             Some(false) => Some(Change::Gone),
             None => grown(&before, after),
         };
         if let Some(change) = change {
-            let told = after.last().map_or(last.time, |each| each.time);
-            events.push(Event { change, time: last.time, told });
+            events.push(Event { change, time, told: after[AFTER - 1].valve.time });
             since = start;
         }
     }
@@ -135,27 +162,49 @@ fn log_odds(probability: f64) -> f64 {
 }
 
 /// Whether it began to stick (true) or ceased to (false).
-fn moved(before: &[&Observation], after: &[Observation]) -> Option<bool> {
-    let old: Vec<f64> = before.iter().filter_map(|o| o.probability).map(log_odds).collect();
-    let new: Vec<f64> = after.iter().filter_map(|o| o.probability).map(log_odds).collect();
+fn moved(before: &[&Seen], after: &[Seen]) -> Option<bool> {
+    let odds = |seen: &Seen| seen.valve.probability.map(log_odds);
+    let old: Vec<f64> = before.iter().filter_map(|seen| odds(seen)).collect();
+    let new: Vec<f64> = after.iter().filter_map(odds).collect();
     if old.len() < BEFORE || new.len() < AFTER {
         return None;
     }
     let (from, to) = (mean(&old), mean(&new));
-    let squares: f64 = old.iter().map(|l| (l - from).powi(2)).sum();
-    let scatter = (squares / (old.len() - 1) as f64).sqrt().max(SCATTER);
-    let error = scatter * (1.0 / new.len() as f64 + 1.0 / old.len() as f64).sqrt();
+    let error: f64 =
+        scatter(&old).max(SCATTER) * (1.0 / new.len() as f64 + 1.0 / old.len() as f64).sqrt();
     let up = to > from;
-    let same_side = new.iter().all(|l| (*l > from) == up);
+    // Both, or one day that is unlike all others would do.
+    let same_side = new.iter().all(|l| (*l > from) == up && (l - from).abs() >= EACH);
     let crosses = if up { from <= 0.0 && to >= 0.0 } else { from >= 0.0 && to <= 0.0 };
     let far = (to - from).abs();
-    (same_side && crosses && far >= FARTHEST && far >= DECISIVE * error).then_some(up)
+    let sure = far >= DECISIVE * error
+        || (far >= NOTABLE * error && (0..4).any(|way| moves_otherwise(before, after, way)));
+    (same_side && crosses && far >= FARTHEST && sure).then_some(up)
+}
+
+/// Whether the loop moves otherwise than before, in one way.
+fn moves_otherwise(before: &[&Seen], after: &[Seen], way: usize) -> bool {
+    let old: Vec<f64> = before.iter().filter_map(|seen| seen.ways[way]).collect();
+    let new: Vec<f64> = after.iter().filter_map(|seen| seen.ways[way]).collect();
+    if old.len() < BEFORE || new.len() < AFTER {
+        return false;
+    }
+    let from = mean(&old);
+    let far = OTHERWISE * scatter(&old).max(STEADIEST);
+    new.iter().all(|value| *value >= from + far) || new.iter().all(|value| *value <= from - far)
+}
+
+/// The standard deviation of two values or more.
+fn scatter(of: &[f64]) -> f64 {
+    let middle = mean(of);
+    let squares: f64 = of.iter().map(|value| (value - middle).powi(2)).sum();
+    (squares / (of.len() - 1) as f64).sqrt()
 }
 
 /// Whether it sticks more or less, by S.
-fn grown(before: &[&Observation], after: &[Observation]) -> Option<Change> {
-    let old: Vec<Estimate> = before.iter().filter_map(|o| o.s).collect();
-    let new: Vec<Estimate> = after.iter().filter_map(|o| o.s).collect();
+fn grown(before: &[&Seen], after: &[Seen]) -> Option<Change> {
+    let old: Vec<Estimate> = before.iter().filter_map(|seen| seen.valve.s).collect();
+    let new: Vec<Estimate> = after.iter().filter_map(|seen| seen.valve.s).collect();
     if old.len() < BEFORE || new.len() < AFTER {
         return None;
     }
@@ -177,8 +226,8 @@ mod tests {
 
     const DAY: f64 = 86_400.0;
 
-    fn seen(days: &[(f64, Option<f64>)]) -> Vec<Observation> {
-        let each = |(day, (p, s)): (usize, &(f64, Option<f64>))| Observation {
+    fn seen(days: &[(f64, Option<f64>)]) -> Vec<Seen> {
+        let valve = |(day, (p, s)): (usize, &(f64, Option<f64>))| Observation {
             time: day as f64 * DAY,
             class: VerdictClass::CannotTell,
             probability: Some(*p),
@@ -187,6 +236,7 @@ mod tests {
             weight: 1.0,
             windows: 1.0,
         };
+        let each = |of| Seen { valve: valve(of), ways: [None; 4] };
         days.iter().enumerate().map(each).collect()
     }
 
@@ -220,8 +270,22 @@ mod tests {
             verdict: None,
             text: String::new(),
         };
-        let all = seen(&days[..6].map(|p| (p, None)));
+        let all = seen(&days[..6].iter().map(|p| (*p, None)).collect::<Vec<_>>());
         assert_eq!(events(&all, &[&repair], |day| day as f64)[0].change, Change::Returned);
+    }
+
+    #[test]
+    fn what_is_less_sure_needs_a_loop_that_moves_otherwise() {
+        let days = [0.3, 0.6, 0.2, 0.4, 0.3, 0.6, 0.85, 0.75];
+        let mut all = seen(&days.map(|p| (p, None)));
+        let told = |all: &[Seen]| events(all, &[], |day| day as f64).len();
+        assert_eq!(told(&all), 0);
+        for (day, each) in all.iter_mut().enumerate() {
+            each.ways[2] = Some(if day < 6 { 3.0 } else { 3.2 });
+        }
+        assert_eq!(told(&all), 1);
+        all[7].ways[2] = Some(2.8);
+        assert_eq!(told(&all), 0, "not one day up and the other down");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use std::fmt::Write;
 use stiction_diagnose::diagnose::Grade;
 use stiction_diagnose::spoken::counted;
 use stiction_figure::page::relative;
-use stiction_report::report::layout::{Badge, STYLE, TABLES, Tone, badge};
+use stiction_report::report::layout::{Badge, STYLE, TABLES};
 use stiction_report::words::{percent, rough, spoken};
 
 /// Name of the page.
@@ -29,8 +29,11 @@ const LINES: usize = 20;
 const POINTS: usize = 42;
 /// Its size, px.
 const SPARK: (f64, f64) = (84.0, 22.0);
-/// The treemap's size; the height of the name of an area in it.
-const MAP: (f64, f64) = (1240.0, 300.0);
+/// Width of the treemap.
+const MAP: f64 = 1240.0;
+/// Its height, and what each loop adds, up to a limit.
+const HEIGHT: (f64, f64, f64) = (120.0, 0.2, 320.0);
+/// Height of the name of an area in it.
 const NAME: f64 = 16.0;
 /// Where loops without an area are.
 const NOWHERE: &str = "no area";
@@ -79,18 +82,6 @@ pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String
         }
     };
     page.into_string()
-}
-
-/// How an action looks.
-fn looks(action: Action) -> Badge {
-    let (symbol, tone) = match action {
-        Action::Repair => ("R", Tone::Bad),
-        Action::Retune => ("T", Tone::Warning),
-        Action::LookUpstream => ("U", Tone::Open),
-        Action::CheckData => ("D", Tone::Open),
-        Action::Leave => ("L", Tone::Good),
-    };
-    Badge { symbol, word: action.name(), tone }
 }
 
 /// What changed in the week, the worst first.
@@ -158,10 +149,11 @@ fn treemap(ranking: &Ranking<'_>) -> Markup {
     let mut areas: Vec<(&str, Vec<(usize, &LoopRow)>)> = areas.into_iter().collect();
     areas.sort_by(|a, b| weight(&b.1).total_cmp(&weight(&a.1)));
     let weights: Vec<f64> = areas.iter().map(|(_, loops)| weight(loops)).collect();
-    let whole = Tile { x: 0.0, y: 0.0, w: MAP.0, h: MAP.1 };
+    let height = (HEIGHT.0 + HEIGHT.1 * ranking.loops.len() as f64).min(HEIGHT.2);
+    let whole = Tile { x: 0.0, y: 0.0, w: MAP, h: height };
     let mut svg = format!(
         "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Loops by area and weight; the list below says the same\">",
-        MAP.0, MAP.1
+        MAP, height
     );
     for ((area, loops), tile) in areas.iter_mut().zip(squarified(&weights, whole)) {
         // The largest first makes tiles squarer; of the same weight what is to be done first.
@@ -220,7 +212,7 @@ fn chips(ranking: &Ranking<'_>) -> Markup {
                 @let loops = count(&|row| row.action == action);
                 @if loops > 0 {
                     button type="button" data-by="action" data-only=(action.name()) aria-pressed="false" {
-                        (badge(&looks(action))) " " (loops)
+                        b.{ "tile " (action.letter()) } { (action.letter()) } " " (action.name()) " " (loops)
                     }
                 }
             }
@@ -356,6 +348,7 @@ fn row(place: usize, ranked: &Ranked<'_>) -> Markup {
     };
     let change = (row.change != Change::None).then(|| row.change.name());
     let cell = |value: Option<f64>| number(value.map(|v| (v, rough(v))));
+    let share = |value: Option<f64>| number(value.map(|v| (v, format!("{v:.0}"))));
     let s = match (row.s, row.s_below) {
         (Some(s), _) => Some((s, rough(s))),
         (None, below) => below.map(|limit| (limit, format!("<\u{a0}{}", rough(limit)))),
@@ -384,7 +377,7 @@ fn row(place: usize, ranked: &Ranked<'_>) -> Markup {
             } }
             td { (PreEscaped(spark(ranked))) }
             (drift(row))
-            (cell(row.auto_share)) (cell(row.at_limit_share)) (cell(row.travel_per_hour)) (cell(row.reversals_per_hour))
+            (share(row.auto_share)) (share(row.at_limit_share)) (cell(row.travel_per_hour)) (cell(row.reversals_per_hour))
             td { (cause(row)) }
             td { (said(row)) }
         }
@@ -510,8 +503,9 @@ fn spark(ranked: &Ranked<'_>) -> String {
 fn formula() -> Markup {
     html! {
         p.soft {
-            "Priority = weight × severity × probability. Weight: that of the loop times that of its area. Severity: S + J, or \
-             where they are not known the travel of the output between two turns, over " (FULL) " % of span, at most 1. \
+            "Priority = weight × severity × probability. Weight: that of the loop times that of its area. Severity: S + J over \
+             " (FULL) " % of span, at most 1; where they are not known, in their place the least of the output's travel between two \
+             turns, its travel in half a period, and the S that would have shown. \
              Probability: that the valve sticks; of what to retune or to look upstream for, that of the other cause. Of data to \
              check severity and probability are 1. p and S of a week combine its windows as a history does."
         }

@@ -11,14 +11,14 @@
 //! ```
 //!
 //! * weight: that of the loop times that of its area, 1 where nothing is said;
-//! * severity: S + J in percent of span, or where they are not known the typical travel of the output between two
-//!   turns, over [`FULL`], at most 1;
+//! * severity: S + J in percent of span over [`FULL`], at most 1; where they are not known, in their place the least of the
+//!   travel of the output between two turns, its travel in half a period, and the S that would have shown;
 //! * probability: that the valve sticks; of what is to be retuned or is a victim that of the other cause.
 //!
 //! Of data that are to be checked severity and probability are 1.
 
 use crate::action::{Action, Found};
-use crate::change::{self, Change};
+use crate::change::{self, Change, Seen};
 use crate::day;
 use crate::groups::{Group, Source};
 use crate::health::Health;
@@ -105,7 +105,7 @@ columns! {
     "change_day" [""] change_day: Option<String>;
     /// The graded word of the four weeks before.
     "verdict_before" [""] verdict_before: Option<Grade>;
-    /// Growth of S a week, since the last repair or change.
+    /// Growth of S a week, since the last repair, or since it began to stick.
     "drift_per_week" ["%"] drift: Option<f64>;
     /// Low end of its 95 % interval.
     "drift_low" ["%"] drift_low: Option<f64>;
@@ -240,10 +240,14 @@ fn ranked<'a>(
     let history = combined(&now);
     let before = combined(&observed(begin(first - BEFORE), begin(first)));
 
-    let events = change::events(&observed(f64::NEG_INFINITY, f64::INFINITY), &said, begin);
+    let seen: Vec<Seen> = windows.iter().filter_map(|row| Seen::of(row)).collect();
+    let events = change::events(&seen, &said, begin);
     // A change on Sunday is told by Monday's data, in the week after.
     let event = events.iter().rev().find(|event| event.told >= begin(first));
-    let settled = events.last().map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
+    // What drifts becomes worse in the end, which is the same drift.
+    let is_other = |change| !matches!(change, Change::Worse | Change::Better);
+    let other = events.iter().rev().find(|event| is_other(event.change));
+    let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
     let drift = combined(&observed(settled, f64::INFINITY)).and_then(|history| history.drift);
 
     let area = facts.and_then(|facts| facts.area.clone());
@@ -347,11 +351,14 @@ fn ranked<'a>(
 impl LoopRow {
     /// How far the valve, or the output, goes, percent of span.
     fn swing(&self) -> f64 {
-        match (self.s, self.travel_per_hour, self.reversals_per_hour) {
-            (Some(s), ..) => s + self.j.unwrap_or(0.0),
-            (None, Some(travel), Some(turns)) if turns > 0.0 => travel / turns,
-            _ => 0.0,
+        if let Some(s) = self.s {
+            return s + self.j.unwrap_or(0.0);
         }
+        let Some(travel) = self.travel_per_hour else { return 0.0 };
+        let by_turns = self.reversals_per_hour.filter(|turns| *turns > 0.0).map(|t| travel / t);
+        let by_period = self.period_s.map(|period| travel * period / 7200.0);
+        let known = [by_turns, by_period, self.s_below];
+        known.into_iter().flatten().min_by(f64::total_cmp).unwrap_or(0.0)
     }
 
     /// The probability of what the action is for.

@@ -47,7 +47,7 @@ fn rows(loops: usize) -> Vec<WindowRow> {
                 _ => "cannot tell",
             };
             let s = sticks.then(|| {
-                (1.0 + (k % 9) as f64) * (1.0 + 0.02 * day as f64) * (1.0 + 0.05 * chance(1))
+                (1.0 + (k % 9) as f64) * (1.0 + 0.008 * day as f64) * (1.0 + 0.05 * chance(1))
             });
             let refused = k % 97 == 11;
             let start = (demo::FIRST_DAY + day) * 86_400;
@@ -182,8 +182,8 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
         * sticking.probability.unwrap();
     assert!((sticking.priority - expected).abs() < 1e-12);
     assert_eq!(sticking.drift_significant, Some(true));
-    // 2 % of the first day a day.
-    assert!((5.0..15.0).contains(&sticking.drift.unwrap()), "{:?}", sticking.drift);
+    // 0.8 % of the first day a day.
+    assert!((3.0..8.0).contains(&sticking.drift.unwrap()), "{:?}", sticking.drift);
     assert!(sticking.limit_day.is_some(), "{sticking:?}");
     assert_eq!((sticking.group, sticking.candidate_rank), (Some(1), Some(1)));
     assert_eq!(of(&ranking, 17).action, Action::LookUpstream);

@@ -719,8 +719,7 @@ fn contents(sections: &[Section]) -> Markup {
     }
 }
 
-/// A badge as it stands on a page.
-pub fn badge(badge: &Badge) -> Markup {
+pub(super) fn badge(badge: &Badge) -> Markup {
     let tone = match badge.tone {
         Tone::Bad => "bad",
         Tone::Warning => "warning",
