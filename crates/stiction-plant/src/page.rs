@@ -92,6 +92,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
     html! {
         section.box aria-labelledby="changed" {
             h2 #changed { "Changed since last time" }
+            p.soft { "New: sticks and did not. Returned: sticks again. Worse, better: sticks more, less. Gone: sticks no longer." }
             @if changed.is_empty() { p { "Nothing changed beyond what merely shook." } }
             @else {
                 ul.changes {
@@ -109,19 +110,9 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
 
 /// A change in words.
 fn told(row: &LoopRow) -> String {
-    let mut words = match row.change {
-        Change::New => "sticks, and did not before".to_owned(),
-        Change::Returned => "sticks again".to_owned(),
-        Change::Worse => "sticks more".to_owned(),
-        Change::Better => "sticks less".to_owned(),
-        Change::Gone => "sticks no longer".to_owned(),
-        Change::None => String::new(),
-    };
-    if let Some(day) = &row.change_day {
-        let _ = write!(words, ", since {day}");
-    }
+    let mut words = row.change_day.as_ref().map_or(String::new(), |day| format!("since {day}"));
     if let (Some(before), Some(grade)) = (row.verdict_before, row.grade) {
-        let _ = write!(words, "; four weeks before: {before}, this week: {grade}");
+        let _ = write!(words, "; before: {before}, now: {grade}");
     }
     words
 }

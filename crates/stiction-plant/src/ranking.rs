@@ -2,7 +2,8 @@
 //!
 //! # A week
 //! The windows that begin in the week are combined as `stiction history` combines those of a valve
-//! ([`combine`]); of a valve that was repaired, by `log.toml`, those after the repair. S and J are the medians of the
+//! ([`combine`]); of a valve that was repaired, by `log.toml`, or began or ceased to stick, those after it: the
+//! verdict is on the valve as it is now. S and J are the medians of the
 //! windows that have them, and so are the ends of their intervals. Key figures are means of the windows.
 //!
 //! # Priority
@@ -236,10 +237,6 @@ fn ranked<'a>(
         let all = windows.iter().filter_map(|row| row.observation());
         all.filter(|seen| seen.time >= from && seen.time < to).collect()
     };
-    let now = observed(begin(first).max(repaired), f64::INFINITY);
-    let history = combined(&now);
-    let before = combined(&observed(begin(first - BEFORE), begin(first)));
-
     let seen: Vec<Seen> = windows.iter().filter_map(|row| Seen::of(row)).collect();
     let events = change::events(&seen, &said, begin);
     // A change on Sunday is told by Monday's data, in the week after.
@@ -248,6 +245,9 @@ fn ranked<'a>(
     let is_other = |change| !matches!(change, Change::Worse | Change::Better);
     let other = events.iter().rev().find(|event| is_other(event.change));
     let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
+    let now = observed(begin(first).max(settled), f64::INFINITY);
+    let history = combined(&now);
+    let before = combined(&observed(begin(first - BEFORE), begin(first)));
     let drift = combined(&observed(settled, f64::INFINITY)).and_then(|history| history.drift);
 
     let area = facts.and_then(|facts| facts.area.clone());

@@ -194,6 +194,7 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
     assert!(of(&ranking, 15).is_snoozed());
     let began = of(&ranking, 30);
     assert_eq!((began.change, began.change_day.as_deref()), (Change::New, Some("2026-03-26")));
+    assert!(began.is_new_sticking(), "by the days since, not by the week: {began:?}");
     let repaired = of(&ranking, 45);
     assert_eq!((repaired.change, repaired.action), (Change::Gone, repaired.action));
     assert!(repaired.probability < Some(0.3), "what was before the repair says nothing of it");
