@@ -1,5 +1,6 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import datetime
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -419,3 +420,4 @@ class Fmu:
     def bytes(self, fmi: int, libraries: list[tuple[str, str, bytes]], generated_s: int) -> bytes: ...
 
 def fmu_models() -> list[dict[str, Any]]: ...
+def write_whole(path: Path, bytes: bytes) -> None: ...

@@ -695,14 +695,14 @@ class Diagnosis(Result):
         Parameters
         ----------
         path : str or path
-            The file, usually ``.html``; one that is there is replaced.
+            The file, usually ``.html``; one that is there is replaced, once all is written.
 
         Raises
         ------
         OSError
             If it cannot be written.
         """
-        Path(path).write_text(self.to_html(), encoding="utf-8", newline="\n")
+        _core.write_whole(Path(path), self.to_html().encode())
 
     def plot(self, ax: Any = None) -> Any:
         """Draw PV and SP over time, OP over time, and PV over OP.

@@ -184,7 +184,7 @@ def export(
             )
         more.append((arch, system, Path(library).read_bytes()))
     path = Path(path)
-    path.write_bytes(fmu.bytes(integer("fmi", fmi), more, _generated_s(date)))
+    _core.write_whole(path, fmu.bytes(integer("fmi", fmi), more, _generated_s(date)))
     return path
 
 

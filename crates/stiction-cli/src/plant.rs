@@ -205,6 +205,12 @@ struct Scan {
     /// Threads to use [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// Memory to use, such as 500MB or 2GB; files other than Parquet are read whole all the same
+    #[arg(long, value_name = "SIZE", value_parser = size, default_value = "500MB")]
+    memory: u64,
+    /// Judge all again, not only what is new
+    #[arg(long)]
+    again: bool,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
@@ -389,12 +395,30 @@ fn ended(files: usize, problems: &[Problem]) -> Result<ExitCode> {
     Ok(if problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(2) })
 }
 
+/// Bytes, from such as `500MB` or `2GB`.
+fn size(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == ' ');
+    let unit: u64 = match text[digits.len()..].trim().to_ascii_uppercase().as_str() {
+        "MB" => 1 << 20,
+        "GB" => 1 << 30,
+        _ => return Err("give it in MB or GB, such as 500MB".to_owned()),
+    };
+    let number: f64 = digits.parse().map_err(|_| format!("\"{digits}\" is no number"))?;
+    let bytes = number * unit as f64;
+    if !(64.0 * 1048576.0..=1e15).contains(&bytes) {
+        return Err("must be 64MB at least".to_owned());
+    }
+    Ok(bytes as u64)
+}
+
 fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
     let plant = Plant::read(folder)?;
     let options = ScanOptions {
         since: of.since,
         loops: of.loops.clone(),
         threads: of.threads.map(usize::from),
+        memory: Some(of.memory),
+        again: of.again,
     };
     let mut bar = progress::bar("reading", stiction_plant::inputs::paths(folder, &plant)?.len());
     let mut judging = false;

@@ -8,6 +8,7 @@ use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp;
 use csv::StringRecord;
 use std::collections::HashSet;
+use std::sync::Arc;
 
 /// How a CSV file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +62,7 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
     let top = Top::find(&mut records, width(text, delimiter), &mut notes).map_err(wrong)?;
     let mut attributes = top.attributes;
 
-    let mut columns: Vec<Vec<String>> = top.names.iter().map(|_| vec![]).collect();
+    let mut columns: Vec<Vec<Arc<str>>> = top.names.iter().map(|_| vec![]).collect();
     let (mut rows, mut comments) = (vec![], 0);
     let mut units: Option<Vec<String>> = None;
     // A header in a comment is followed by samples that were already read.
@@ -79,10 +80,10 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
             continue;
         }
         let text: usize = record.iter().map(str::len).sum();
-        let cells = columns.len() * size_of::<String>();
+        let cells = columns.len() * size_of::<Arc<str>>();
         budget.spend(text + cells).map_err(|message| wrong(format!("row {line} {message}")))?;
         for (column, cell) in columns.iter_mut().zip(record.iter()) {
-            column.push(cell.trim().to_owned());
+            column.push(cell.trim().into());
         }
         rows.push(line);
     }

@@ -1,5 +1,9 @@
 //! Which columns or tags of a sheet are which signals of which loops.
 
+mod bundles;
+
+pub use bundles::{Bundle, Shape, bundles, shape};
+
 use crate::content::Content;
 use crate::error::{Error, Result};
 use crate::leftover;
@@ -8,6 +12,7 @@ use crate::remedy::{Remedy, Wording};
 use crate::role::{self, Role, SEPARATORS, Signal};
 use crate::sheet::{Cells, LeftOut, Sheet};
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
 use stiction_diagnose::recording::Mode;
 
 /// How many reasons why something is no column have a note of their own; the list of columns has them all.
@@ -383,7 +388,13 @@ fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> {
     };
     let mut places: HashMap<&str, usize> = HashMap::new();
     let mut tags: Vec<Tag> = vec![];
+    let mut last: Option<(&Arc<str>, usize)> = None;
     for (row, cell) in cells.iter().enumerate() {
+        // Rows of a tag mostly follow each other, and share its name.
+        if let Some((_, place)) = last.filter(|(known, _)| Arc::ptr_eq(known, cell)) {
+            tags[place].rows.push(row);
+            continue;
+        }
         if cell.is_empty() {
             return Err(Error::Cell {
                 origin: sheet.origin.clone(),
@@ -393,10 +404,11 @@ fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> {
             });
         }
         let place = *places.entry(cell).or_insert_with(|| {
-            tags.push(Tag { name: cell.clone(), rows: vec![] });
+            tags.push(Tag { name: cell.to_string(), rows: vec![] });
             tags.len() - 1
         });
         tags[place].rows.push(row);
+        last = Some((cell, place));
     }
     Ok(tags)
 }

@@ -27,6 +27,8 @@ pub mod options;
 pub mod overrides;
 #[cfg(feature = "parquet")]
 pub mod parquet_file;
+#[cfg(feature = "parquet")]
+pub mod parted;
 mod quality;
 mod range;
 pub mod reading;

@@ -3,7 +3,7 @@
 use crate::remedy::Wording;
 use crate::role::{Pattern, Role, Signal};
 use crate::timestamp::{TimeFormat, Zone};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use stiction_diagnose::recording::{LoopType, Mode, Quality};
 
 /// What the user says of a file; by default nothing, and all is recognised.
@@ -33,6 +33,28 @@ pub struct ReadOptions {
     pub all: LoopSettings,
     /// How messages and notes name what would help.
     pub wording: Wording,
+}
+
+impl ReadOptions {
+    /// What of it concerns these loops, in lower case, and what concerns any.
+    pub(crate) fn of_loops(&self, names: &HashSet<String>) -> Self {
+        let concerns = |name: &str| names.contains(&name.to_lowercase());
+        let mapped = |each: &&Mapped| each.loop_name.as_deref().is_none_or(concerns);
+        Self {
+            map: self.map.iter().filter(mapped).cloned().collect(),
+            loops: self.loops.iter().filter(|each| concerns(&each.name)).cloned().collect(),
+            pattern: self.pattern.clone(),
+            signals: self.signals.clone(),
+            modes: self.modes.clone(),
+            qualities: self.qualities.clone(),
+            bad_text: self.bad_text.clone(),
+            zone: self.zone.clone(),
+            time_format: self.time_format.clone(),
+            sample_time: self.sample_time,
+            all: self.all,
+            wording: self.wording,
+        }
+    }
 }
 
 /// A column or tag whose role is given.

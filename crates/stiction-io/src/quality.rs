@@ -180,7 +180,7 @@ mod tests {
 
     fn told(name: &str, cells: &[&str]) -> Result<Vec<Quality>, (usize, String)> {
         let own = [("Handwert".to_owned(), Uncertain)];
-        let cells = Cells::Text(cells.iter().map(|cell| (*cell).to_owned()).collect());
+        let cells = Cells::Text(cells.iter().map(|cell| (*cell).into()).collect());
         let rows: Vec<usize> = (0..cells.len()).collect();
         read(name, &cells, &rows, &own, DecimalMark::Point, Wording::default())
             .map(|column| column.qualities)

@@ -16,6 +16,7 @@ use crate::{mode, quality};
 use sha2::{Digest, Sha256};
 use std::collections::HashSet;
 use std::path::Path;
+use std::sync::Arc;
 use stiction_diagnose::recording::{
     Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
 };
@@ -414,9 +415,9 @@ impl<'a> Builder<'a> {
                 ),
             });
         };
-        let join = |(date, time): (&String, &String)| match (date.is_empty(), time.is_empty()) {
-            (false, false) => format!("{date} {time}"),
-            _ => String::new(),
+        let join = |(date, time): (&Arc<str>, &Arc<str>)| match (date.is_empty(), time.is_empty()) {
+            (false, false) => format!("{date} {time}").into(),
+            _ => "".into(),
         };
         Ok(Column {
             name: format!("{} {}", date.name, time.name),

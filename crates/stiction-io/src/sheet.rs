@@ -1,5 +1,7 @@
 //! What every file format is read into: named columns of cells, before anyone asks what they mean.
 
+use std::sync::Arc;
+
 /// A table from a file, whatever its format.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sheet {
@@ -50,8 +52,8 @@ pub struct Column {
 pub enum Cells {
     /// Numbers; NaN where there is none.
     Numbers(Vec<f64>),
-    /// Text as it was written; empty where there is none.
-    Text(Vec<String>),
+    /// Text as it was written; empty where there is none. Of words that come again, such as tags, there is one each.
+    Text(Vec<Arc<str>>),
     /// Times, s since 1970-01-01; NaN where there is none. Without a zone they are local, and so are
     /// these.
     Times {
@@ -92,5 +94,58 @@ impl Sheet {
     /// The number by which the file counts the row at `index`.
     pub fn row(&self, index: usize) -> usize {
         self.rows.get(index).copied().unwrap_or(index + 1)
+    }
+
+    /// The rows at these indices, in their order.
+    pub fn rows_at(&self, places: &[usize]) -> Self {
+        let numbers = |cells: &[f64]| places.iter().map(|row| cells[*row]).collect();
+        let column = |column: &Column| Column {
+            cells: match &column.cells {
+                Cells::Numbers(cells) => Cells::Numbers(numbers(cells)),
+                Cells::Times { seconds, utc } => {
+                    Cells::Times { seconds: numbers(seconds), utc: *utc }
+                }
+                Cells::Text(cells) => {
+                    Cells::Text(places.iter().map(|row| Arc::clone(&cells[*row])).collect())
+                }
+            },
+            ..column.clone_without_cells()
+        };
+        Self {
+            columns: self.columns.iter().map(column).collect(),
+            rows: places.iter().map(|row| self.row(*row)).collect(),
+            origin: self.origin.clone(),
+            part: self.part.clone(),
+            sample_time: self.sample_time,
+            attributes: self.attributes.clone(),
+            left_out: self.left_out.clone(),
+            notes: self.notes.clone(),
+        }
+    }
+
+    /// Appends the rows of another sheet of the same columns.
+    pub fn append(&mut self, other: Self) {
+        self.rows = (0..self.len())
+            .map(|row| self.row(row))
+            .chain((0..other.len()).map(|row| other.row(row)))
+            .collect();
+        for (own, more) in self.columns.iter_mut().zip(other.columns) {
+            match (&mut own.cells, more.cells) {
+                (Cells::Numbers(own), Cells::Numbers(more)) => own.extend(more),
+                (Cells::Text(own), Cells::Text(more)) => own.extend(more),
+                (Cells::Times { seconds: own, .. }, Cells::Times { seconds: more, .. }) => {
+                    own.extend(more);
+                }
+                // Sheets of the same columns have cells of the same kinds.
+                _ => {}
+            }
+        }
+    }
+}
+
+impl Column {
+    /// Its name and unit.
+    fn clone_without_cells(&self) -> Self {
+        Self { name: self.name.clone(), unit: self.unit.clone(), cells: Cells::Numbers(vec![]) }
     }
 }

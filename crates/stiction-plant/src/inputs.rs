@@ -2,13 +2,18 @@
 
 use crate::day;
 use crate::error::{Result, file, store};
-use crate::plant_file::Plant;
+use crate::plant_file::{self, Plant};
 use crate::store::{Store, write_whole};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::time::UNIX_EPOCH;
+use stiction_io::parted::{PartedFile, Stamp};
 use stiction_io::reading;
+use stiction_io::timestamp::Zone;
 
 /// Something that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -37,12 +42,32 @@ impl Problem {
 /// A file of the plant.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Input {
-    /// SHA-256 of its bytes.
+    /// Its size in bytes, and when it was changed, ns since 1970: what has not changed in them is not read again.
+    pub stamp: (u64, u128),
+    /// SHA-256 of its bytes, or of what was looked at.
     pub sha256: String,
-    /// The days of each loop: of the plant's calendar, since 1970-01-01.
-    pub loops: BTreeMap<String, Vec<i64>>,
+    /// Its loops.
+    pub loops: BTreeMap<String, LoopIn>,
     /// What of it could not be read.
     pub problems: Vec<Problem>,
+}
+
+/// A loop in a file.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct LoopIn {
+    /// The days on which it has samples of the OP: of the plant's calendar, since 1970-01-01.
+    pub days: Vec<i64>,
+    /// SHA-256 of what is stored of it alone, where it is stored alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
+}
+
+impl Input {
+    /// SHA-256 of what holds a loop.
+    pub fn fingerprint(&self, name: &str) -> &str {
+        let own = self.loops.get(name).and_then(|own| own.sha256.as_deref());
+        own.unwrap_or(&self.sha256)
+    }
 }
 
 /// The files of a plant by their paths from its folder on.
@@ -52,6 +77,10 @@ pub struct Inputs {
     reading_hash: String,
     /// The files.
     pub files: BTreeMap<String, Input>,
+    /// When this was written, ns since 1970 by the clock of its disk. A file that was changed as late as that may have
+    /// changed again without showing it.
+    #[serde(skip)]
+    written: u128,
 }
 
 const NAME: &str = "inputs.json";
@@ -60,11 +89,14 @@ impl Inputs {
     /// What the store knows of the files; nothing if that was lost, or other settings hold now.
     pub fn known(store: &Store, plant: &Plant) -> Self {
         let reading_hash = plant.reading_hash();
-        let text = std::fs::read(store.path(NAME)).unwrap_or_default();
+        let path = store.path(NAME);
+        let text = std::fs::read(&path).unwrap_or_default();
         let known: Option<Self> = serde_json::from_slice(&text).ok();
-        known
-            .filter(|known| known.reading_hash == reading_hash)
-            .unwrap_or(Self { reading_hash, files: BTreeMap::new() })
+        let written = stamp(&path).map_or(0, |(_, changed)| changed);
+        known.filter(|known| known.reading_hash == reading_hash).map_or_else(
+            || Self { reading_hash, files: BTreeMap::new(), written },
+            |known| Self { written, ..known },
+        )
     }
 
     /// Keeps it in the store.
@@ -73,12 +105,12 @@ impl Inputs {
     /// If the file cannot be written.
     pub fn keep(&self, to: &Store) -> Result<()> {
         let path = to.path(NAME);
-        let text = serde_json::to_vec_pretty(self).map_err(|e| store(&path, e))?;
+        let text = serde_json::to_vec(self).map_err(|e| store(&path, e))?;
         write_whole(&path, &text)
     }
 
     /// Brings it up to date with the files in `folder`: those that are gone are forgotten, new and changed ones are
-    /// read, one at a time; `seen` hears of each file.
+    /// looked at, several at a time; `seen` hears of each file.
     ///
     /// # Errors
     /// If a folder cannot be listed. What is wrong with a file is among its problems.
@@ -89,35 +121,59 @@ impl Inputs {
         mut seen: impl FnMut(&str),
     ) -> Result<()> {
         let mut files = BTreeMap::new();
-        for path in paths(folder, plant)? {
-            let input = match sha256(&folder.join(&path)) {
-                Ok(sha256) => match self.files.remove(&path) {
-                    Some(known) if known.sha256 == sha256 => known,
-                    _ => look(folder, &path, plant, sha256),
-                },
-                Err(e) => Input {
-                    problems: vec![Problem {
-                        message: format!("{path}: {e}"),
-                        file: Some(path.clone()),
-                        name: None,
-                    }],
-                    ..Input::default()
-                },
-            };
-            seen(&path);
-            files.insert(path, input);
+        for some in paths(folder, plant)?.chunks(rayon::current_num_threads().max(1)) {
+            let known = |path: &String| self.files.get(path);
+            let looked: Vec<Input> = some
+                .par_iter()
+                .map(|path| self.current(folder, path, known(path), plant))
+                .collect();
+            for (path, input) in some.iter().zip(looked) {
+                seen(path);
+                files.insert(path.clone(), input);
+            }
         }
         self.files = files;
         Ok(())
+    }
+
+    /// What a file holds now.
+    fn current(&self, folder: &Path, path: &str, known: Option<&Input>, plant: &Plant) -> Input {
+        let whole = folder.join(path);
+        let refused = |message: String| Input {
+            problems: vec![Problem { message, file: Some(path.to_owned()), name: None }],
+            ..Input::default()
+        };
+        let stamp = match stamp(&whole) {
+            Ok(stamp) => stamp,
+            Err(e) => return refused(format!("{path}: {e}")),
+        };
+        if let Some(known) = known.filter(|known| known.stamp == stamp && stamp.1 < self.written) {
+            return known.clone();
+        }
+        let parted = match PartedFile::open(&whole, &plant.options) {
+            Ok(parted) => parted,
+            Err(e) => return refused(e.to_string()),
+        };
+        let looked = match parted {
+            Some(parted) => of_parts(&parted, &whole, &plant.zone).map_err(|e| e.to_string()),
+            None => match sha256(&whole) {
+                Ok(sha256) => Ok(match known {
+                    Some(known) if known.sha256 == sha256 => known.clone(),
+                    _ => look(folder, path, plant, sha256),
+                }),
+                Err(e) => Err(format!("{path}: {e}")),
+            },
+        };
+        looked.map_or_else(refused, |input| Input { stamp, ..input })
     }
 
     /// The files of each loop by day.
     pub fn days(&self) -> BTreeMap<&str, BTreeMap<i64, Vec<&str>>> {
         let mut loops: BTreeMap<&str, BTreeMap<i64, Vec<&str>>> = BTreeMap::new();
         for (path, input) in &self.files {
-            for (name, days) in &input.loops {
+            for (name, own) in &input.loops {
                 let known = loops.entry(name).or_default();
-                days.iter().for_each(|day| known.entry(*day).or_default().push(path));
+                own.days.iter().for_each(|day| known.entry(*day).or_default().push(path));
             }
         }
         loops
@@ -176,7 +232,57 @@ fn sha256(path: &Path) -> std::io::Result<String> {
     Ok(format!("{:x}", hasher.finalize()))
 }
 
-/// What a file holds.
+/// Size and time of the last change, ns since 1970.
+fn stamp(path: &Path) -> std::io::Result<(u64, u128)> {
+    let known = std::fs::metadata(path)?;
+    let changed = known.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default();
+    Ok((known.len(), changed.as_nanos()))
+}
+
+/// What a file holds that can be read loop by loop: little of it needs to be read for that.
+fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<Input> {
+    let mut days: BTreeMap<String, BTreeSet<i64>> = BTreeMap::new();
+    // Clocks are asked once a day, not once a sample.
+    let known = Cell::new((f64::INFINITY, f64::NEG_INFINITY, 0));
+    let day = |stamp: Stamp| match stamp {
+        Stamp::Local(at) => (at / 86_400.0).floor() as i64,
+        Stamp::Utc(at) => {
+            let (from, to, day) = known.get();
+            if at >= from && at < to {
+                return day;
+            }
+            let day = day::of(at, zone);
+            known.set((day::begin(day, zone), day::begin(day + 1, zone), day));
+            day
+        }
+    };
+    let mut last: BTreeMap<String, i64> = BTreeMap::new();
+    file.stretches(
+        |from, to| day(from) == day(to),
+        |name, from, _| {
+            let day = day(from);
+            if last.get(name) != Some(&day) {
+                days.entry(name.to_owned()).or_default().insert(day);
+                last.insert(name.to_owned(), day);
+            }
+        },
+    )?;
+    let own = file.fingerprints()?;
+    let sha256 = if days.keys().all(|name| own.contains_key(&**name)) {
+        let each: Vec<&str> = days.keys().map(|name| &*own[&**name]).collect();
+        plant_file::hash(&each.join("\n"))
+    } else {
+        let origin = path.display().to_string();
+        sha256(path).map_err(|source| stiction_io::Error::File { path: origin, source })?
+    };
+    let loops = days.into_iter().map(|(name, days)| {
+        let sha256 = own.get(&*name).cloned();
+        (name, LoopIn { days: days.into_iter().collect(), sha256 })
+    });
+    Ok(Input { sha256, loops: loops.collect(), ..Input::default() })
+}
+
+/// What a file holds that must be read whole.
 fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
     let mut input = Input { sha256, ..Input::default() };
     let problem = |name: Option<String>, message: String| Problem {
@@ -198,7 +304,11 @@ fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
             let message =
                 "tells no dates, so its days are not known; give a column of dates and times";
             input.problems.push(problem(name, message.to_owned()));
-        } else if input.loops.insert(recording.name.clone(), days).is_some() {
+        } else if input
+            .loops
+            .insert(recording.name.clone(), LoopIn { days, sha256: None })
+            .is_some()
+        {
             let message = "is in the file twice; give one of them another name";
             input.problems.push(problem(name, message.to_owned()));
         }

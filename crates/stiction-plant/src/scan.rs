@@ -11,29 +11,39 @@
 //! bytes, not by names or dates.
 //!
 //! # Memory
-//! Loops are judged in batches of about [`BATCH`] days of loops, written as they end. Each batch reads its files again,
-//! one at a time: memory is that of the largest file and a batch, whatever the number of loops and days.
+//! Windows are judged a [segment](SEGMENT) of days after the other, in batches of loops that take a share of the memory
+//! that is allowed. Of Parquet a batch reads what it needs; a long table whose row groups mix all tags is sorted on disk
+//! first. Other files are read whole, so memory is that of the largest of them, and a batch, whatever the number of
+//! loops and days.
 
 use crate::day;
-use crate::error::{Error, Result, store};
+use crate::error::{Error, Result, file, store};
+use crate::files::Files;
 use crate::inputs::{Inputs, Problem};
 use crate::plant_file::{self, Plant};
-use crate::store::Store;
+use crate::store::{Done, Store};
 use crate::window::{ENGINE_VERSION, WindowRow, model_version};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, diagnose};
 use stiction_diagnose::recording::Recording;
-use stiction_io::{join, reading};
+use stiction_io::join;
 
 /// Periods that a window has at least, as far as [`MOST_DAYS`] allow.
 pub const PERIODS: f64 = 10.0;
 /// The most days of a window.
 pub const MOST_DAYS: i64 = 7;
-/// Days of loops that are judged before they are written.
-pub const BATCH: usize = 256;
+/// Days that are judged together, so that each file is read about once for them; no window is longer.
+pub const SEGMENT: i64 = MOST_DAYS + 1;
+/// Rows of windows that are written together.
+pub const PART: usize = 256;
+/// What a scan may take where nothing else is said, bytes.
+pub const MEMORY: u64 = 500 << 20;
+/// What a row of a long table takes while it is read and judged, two batches at a time, bytes.
+const ROW: u64 = 320;
 
 /// What is scanned, and how.
 #[derive(Debug, Clone, Default)]
@@ -44,6 +54,10 @@ pub struct ScanOptions {
     pub loops: Option<String>,
     /// Threads; as many as the machine has without it. The rows are the same for any number.
     pub threads: Option<usize>,
+    /// What it may take, bytes; [`MEMORY`] without it. Less makes smaller batches, and the same rows.
+    pub memory: Option<u64>,
+    /// Whether windows that are done are judged again.
+    pub again: bool,
 }
 
 /// How far a scan is.
@@ -85,17 +99,26 @@ pub struct Manifest {
     pub problems: Vec<Problem>,
 }
 
-/// Days of a loop that are judged together.
-struct Piece<'a> {
+/// A loop of the plant, and how far it is judged.
+struct Loop<'a> {
     name: &'a str,
-    days: &'a BTreeMap<i64, Vec<&'a str>>,
+    days: BTreeMap<i64, Vec<&'a str>>,
     settings: String,
-    /// Windows begin on `from` or later, and before `until`.
+    /// Windows that begin before this day are done.
+    cursor: i64,
+}
+
+/// Days of a loop that are judged together.
+struct Piece<'a, 's> {
+    /// The place of the loop.
+    place: usize,
+    of: &'s Loop<'a>,
+    /// Windows begin on `from` or later, and end before `until`.
     from: i64,
     until: i64,
     /// What each file holds of it.
     parts: Vec<(&'a str, Recording)>,
-    /// Why a file could not be read again.
+    /// Why a file could not be read.
     failed: Vec<String>,
 }
 
@@ -126,66 +149,103 @@ pub fn scan(
     })?;
     inputs.keep(&store_of)?;
 
-    let done: HashMap<(String, i64), WindowRow> = store_of
-        .rows()?
+    let mut scan = Scan { plant, inputs: &inputs, done: HashMap::new() };
+    if !options.again {
+        scan.done = store_of.done()?;
+    }
+    let mut loops: Vec<Loop<'_>> = inputs
+        .days()
         .into_iter()
-        .map(|row| ((row.name.clone(), row.window_start), row))
+        .map(|(name, days)| {
+            let settings = plant.settings_hash(name);
+            Loop { name, days, settings, cursor: options.since.unwrap_or(i64::MIN) }
+        })
         .collect();
-    let scan = Scan { plant, inputs: &inputs, done };
-    let mut loops = inputs.days();
     let loops_there = loops.len();
-    loops.retain(|name, _| wanted.as_ref().is_none_or(|w| w.matches_with(name, any_case)));
+    loops.retain(|each| wanted.as_ref().is_none_or(|w| w.matches_with(each.name, any_case)));
 
-    let since = options.since.unwrap_or(i64::MIN);
-    let mut cursors: BTreeMap<&str, i64> = loops.keys().map(|name| (*name, since)).collect();
-    let open: usize = loops.iter().map(|(name, days)| scan.open_days(name, days, since)).sum();
-    let length = (BATCH / loops.len().max(1)).clamp(MOST_DAYS as usize + 1, 64) as i64;
+    let memory = options.memory.unwrap_or(MEMORY);
+    let mut files = Files::of(folder, plant, (memory / 4) as usize);
+    let sorted = store_of.path("sorted");
+    let open: usize = loops.iter().map(|each| scan.open_days(each)).sum();
     let (mut windows, mut errors, mut days_done) = (0, 0, 0);
-    loop {
-        let mut pieces: Vec<Piece<'_>> = vec![];
-        let mut size = 0;
-        for (name, days) in &loops {
-            if size >= BATCH {
-                break;
-            }
-            let Some(cursor) = cursors.get_mut(name) else { continue };
-            match scan.next_open(name, days, *cursor) {
-                None => *cursor = i64::MAX,
-                Some(from) => {
-                    let until = from + length;
-                    size += days.range(from..until).count();
-                    pieces.push(Piece {
-                        name,
-                        days,
-                        settings: plant.settings_hash(name),
-                        from,
+    let mut rows: Vec<WindowRow> = vec![];
+    'all: loop {
+        for each in &mut loops {
+            each.cursor = scan.next_open(each, each.cursor).unwrap_or(i64::MAX);
+        }
+        let Some(from) = loops.iter().map(|each| each.cursor).min().filter(|day| *day < i64::MAX)
+        else {
+            break;
+        };
+        let until = from + SEGMENT;
+        let batches = batches(&loops, until, &files, (memory / ROW).max(1) as usize);
+        let named: Vec<Vec<&str>> = batches
+            .iter()
+            .map(|batch| batch.iter().map(|place| loops[*place].name).collect())
+            .collect();
+        let days = loops.iter().flat_map(|each| each.days.range(from - 1..until));
+        let paths: BTreeSet<&str> = days.flat_map(|(_, files)| files.iter().copied()).collect();
+        // What was left by a scan that was ended.
+        remove(&sorted)?;
+        for (k, path) in paths.iter().enumerate() {
+            files.sort(path, &named, &sorted.join(k.to_string()))?;
+        }
+        let read = |k: usize| {
+            batches.get(k).map(|batch| {
+                let piece = |place: &usize| {
+                    let of = &loops[*place];
+                    Piece {
+                        place: *place,
+                        of,
+                        from: of.cursor,
                         until,
                         parts: vec![],
                         failed: vec![],
-                    });
+                    }
+                };
+                let mut pieces: Vec<Piece<'_, '_>> = batch.iter().map(piece).collect();
+                scan.read(&files, &mut pieces, k);
+                pieces
+            })
+        };
+        let mut next = pool.install(|| read(0));
+        let mut cursors = vec![];
+        let mut k = 0;
+        let mut is_ended = false;
+        while let Some(pieces) = next {
+            let judge = || pieces.par_iter().map(|piece| scan.judge(piece)).collect();
+            let (judged, following): (Vec<(Vec<WindowRow>, i64)>, _) =
+                pool.install(|| rayon::join(judge, || read(k + 1)));
+            (next, k) = (following, k + 1);
+            for (piece, (own, cursor)) in pieces.iter().zip(judged) {
+                days_done += piece.of.days.range(piece.from..cursor).count();
+                cursors.push((piece.place, cursor));
+                rows.extend(own);
+            }
+            if rows.len() >= PART || next.is_none() {
+                windows += rows.len();
+                errors += rows.iter().filter(|row| row.error.is_some()).count();
+                if !rows.is_empty() {
+                    run.write(&rows)?;
+                    rows.clear();
+                }
+                let done = days_done.min(open);
+                is_ended = watch(Progress::Written { done, of: open }).is_break();
+                if is_ended {
+                    break;
                 }
             }
         }
-        if pieces.is_empty() {
-            break;
+        files.forget_sorted();
+        if is_ended {
+            break 'all;
         }
-        scan.read(folder, &mut pieces);
-        let judged: Vec<(Vec<WindowRow>, i64)> =
-            pool.install(|| pieces.par_iter().map(|piece| scan.judge(piece)).collect());
-        let mut rows = vec![];
-        for (piece, (own, next)) in pieces.iter().zip(judged) {
-            cursors.insert(piece.name, next);
-            days_done += piece.days.range(piece.from..next).count();
-            rows.extend(own);
-        }
-        windows += rows.len();
-        errors += rows.iter().filter(|row| row.error.is_some()).count();
-        run.write(&rows)?;
-        let done = days_done.min(open);
-        if watch(Progress::Written { done, of: open }).is_break() {
-            break;
+        for (place, cursor) in cursors {
+            loops[place].cursor = cursor;
         }
     }
+    remove(&sorted)?;
     let manifest = Manifest {
         plant: plant.file.name.clone(),
         run: (run.parts() > 0).then(|| run.name.clone()),
@@ -213,78 +273,114 @@ pub fn recordings_of(
     folder: &Path,
     plant: &Plant,
     rows: &[&WindowRow],
-) -> Result<Vec<std::result::Result<Recording, String>>> {
+) -> Result<Vec<Result<Recording, String>>> {
     let mut inputs = Inputs::known(&Store::of(folder), plant);
     if inputs.files.is_empty() {
         inputs.update(folder, plant, |_| {})?;
     }
     let scan = Scan { plant, inputs: &inputs, done: HashMap::new() };
-    let (loops, none) = (inputs.days(), BTreeMap::new());
-    let mut pieces: Vec<Piece<'_>> = rows
+    let days = inputs.days();
+    let of = |row: &&WindowRow| day::of(row.window_start as f64, &plant.zone);
+    let after =
+        |row: &&WindowRow| day::of((row.window_start + row.window_s) as f64 - 1.0, &plant.zone) + 1;
+    let known = |row: &&WindowRow| days.get(&*row.name).cloned().unwrap_or_default();
+    let loops: Vec<Loop<'_>> = rows
         .iter()
-        .map(|row| {
-            let from = day::of(row.window_start as f64, &plant.zone);
-            Piece {
-                name: &row.name,
-                days: loops.get(&*row.name).unwrap_or(&none),
-                settings: String::new(),
-                from,
-                until: from + 1,
-                parts: vec![],
-                failed: vec![],
-            }
+        .map(|row| Loop {
+            name: &row.name,
+            days: known(row),
+            settings: String::new(),
+            cursor: of(row),
         })
         .collect();
-    scan.read(folder, &mut pieces);
-    let recording = |(piece, row): (&Piece<'_>, &&WindowRow)| {
-        let end = (row.window_start + row.window_s) as f64 - 1.0;
-        scan.recording(piece, piece.from, day::of(end, &plant.zone) + 1 - piece.from)
+    let each = loops.iter().zip(rows).enumerate();
+    let mut pieces: Vec<Piece<'_, '_>> = each
+        .map(|(place, (one, row))| Piece {
+            place,
+            of: one,
+            from: of(row),
+            until: after(row),
+            parts: vec![],
+            failed: vec![],
+        })
+        .collect();
+    scan.read(&Files::of(folder, plant, (MEMORY / 4) as usize), &mut pieces, 0);
+    let recording = |piece: &Piece<'_, '_>| {
+        let found = scan.recording(piece, piece.from, piece.until - piece.from)?;
+        found.ok_or_else(|| "has no sample of the OP any more".to_owned())
     };
-    Ok(pieces.iter().zip(rows).map(recording).collect())
+    Ok(pieces.iter().map(recording).collect())
+}
+
+/// Removes a folder, if it is there.
+fn remove(folder: &Path) -> Result<()> {
+    match std::fs::remove_dir_all(folder) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(file(folder)(e)),
+        _ => Ok(()),
+    }
+}
+
+/// The loops that have windows to be judged before `until`, by their places, so many rows together.
+fn batches(loops: &[Loop<'_>], until: i64, files: &Files<'_>, rows: usize) -> Vec<Vec<usize>> {
+    let mut known: HashMap<&str, usize> = HashMap::new();
+    let mut batches: Vec<Vec<usize>> = vec![];
+    let mut size = usize::MAX;
+    for (place, each) in loops.iter().enumerate().filter(|(_, each)| each.cursor < until) {
+        let days = each.days.range(each.cursor - 1..until);
+        let paths: BTreeSet<&str> = days.flat_map(|(_, paths)| paths.iter().copied()).collect();
+        let own: usize =
+            paths.iter().map(|path| *known.entry(path).or_insert_with(|| files.rows(path))).sum();
+        size = size.saturating_add(own);
+        match batches.last_mut().filter(|_| size <= rows) {
+            Some(batch) => batch.push(place),
+            None => {
+                batches.push(vec![place]);
+                size = own;
+            }
+        }
+    }
+    batches
 }
 
 /// What holds throughout a scan.
 struct Scan<'a> {
     plant: &'a Plant,
     inputs: &'a Inputs,
-    /// The rows that count.
-    done: HashMap<(String, i64), WindowRow>,
+    /// What was judged.
+    done: HashMap<(String, i64), Done>,
 }
 
 impl Scan<'_> {
     /// SHA-256 of the files that a window of `count` days from `day` on is made of.
-    fn fingerprint(&self, days: &BTreeMap<i64, Vec<&str>>, day: i64, count: i64) -> String {
-        let files: BTreeSet<&str> =
-            days.range(day - 1..day + count).flat_map(|(_, files)| files.iter().copied()).collect();
-        let each: BTreeSet<&str> =
-            files.iter().filter_map(|path| Some(&*self.inputs.files.get(*path)?.sha256)).collect();
+    fn fingerprint(&self, of: &Loop<'_>, day: i64, count: i64) -> String {
+        let files: BTreeSet<&str> = of
+            .days
+            .range(day - 1..day + count)
+            .flat_map(|(_, files)| files.iter().copied())
+            .collect();
+        let each: BTreeSet<&str> = files
+            .iter()
+            .filter_map(|path| Some(self.inputs.files.get(*path)?.fingerprint(of.name)))
+            .collect();
         plant_file::hash(&each.into_iter().collect::<Vec<_>>().join("\n"))
     }
 
     /// How many days the window that begins on `day` has, if it is done.
-    fn done(
-        &self,
-        name: &str,
-        settings: &str,
-        days: &BTreeMap<i64, Vec<&str>>,
-        day: i64,
-    ) -> Option<i64> {
+    fn done(&self, of: &Loop<'_>, day: i64) -> Option<i64> {
         let zone = &self.plant.zone;
         let start = day::begin(day, zone);
-        let row = self.done.get(&(name.to_owned(), start as i64))?;
-        let count = day::of(start + row.window_s as f64 - 1.0, zone) + 1 - day;
-        let same = row.settings_hash == settings
-            && row.input_fingerprint == self.fingerprint(days, day, count);
-        same.then_some(count)
+        let done = self.done.get(&(of.name.to_owned(), start as i64))?;
+        let count = day::of(start + done.window_s as f64 - 1.0, zone) + 1 - day;
+        let now = Done::of(done.window_s, &of.settings, &self.fingerprint(of, day, count));
+        (*done == now).then_some(count)
     }
 
     /// The first day, from `cursor` on, of a window that is not done.
-    fn next_open(&self, name: &str, days: &BTreeMap<i64, Vec<&str>>, cursor: i64) -> Option<i64> {
-        let settings = self.plant.settings_hash(name);
+    fn next_open(&self, of: &Loop<'_>, cursor: i64) -> Option<i64> {
         let mut cursor = cursor;
         loop {
-            let (day, _) = days.range(cursor..).next()?;
-            match self.done(name, &settings, days, *day) {
+            let (day, _) = of.days.range(cursor..).next()?;
+            match self.done(of, *day) {
                 Some(count) => cursor = day + count,
                 None => return Some(*day),
             }
@@ -292,76 +388,86 @@ impl Scan<'_> {
     }
 
     /// About how many days are to be judged.
-    fn open_days(&self, name: &str, days: &BTreeMap<i64, Vec<&str>>, since: i64) -> usize {
-        let settings = self.plant.settings_hash(name);
+    fn open_days(&self, of: &Loop<'_>) -> usize {
         let mut open = 0;
-        let mut cursor = since;
-        while let Some((day, _)) = days.range(cursor..).next() {
-            let count = self.done(name, &settings, days, *day);
+        let mut cursor = of.cursor;
+        while let Some((day, _)) = of.days.range(cursor..).next() {
+            let count = self.done(of, *day);
             open += usize::from(count.is_none());
             cursor = day + count.unwrap_or(1);
         }
         open
     }
 
-    /// Reads what the pieces need, one file after the other.
-    fn read<'p>(&self, folder: &Path, pieces: &mut [Piece<'p>]) {
-        let mut files: BTreeMap<&'p str, Vec<usize>> = BTreeMap::new();
+    /// Reads what the pieces of a batch need, several files at a time.
+    fn read<'a>(&self, files: &Files<'_>, pieces: &mut [Piece<'a, '_>], batch: usize) {
+        let mut wanted: BTreeMap<&'a str, Vec<usize>> = BTreeMap::new();
         for (k, piece) in pieces.iter().enumerate() {
-            let days = piece.days.range(piece.from - 1..piece.until + MOST_DAYS - 1);
+            let days = piece.of.days.range(piece.from - 1..piece.until);
             for path in days.flat_map(|(_, files)| files.iter().copied()) {
-                let of = files.entry(path).or_default();
+                let of = wanted.entry(path).or_default();
                 if of.last() != Some(&k) {
                     of.push(k);
                 }
             }
         }
+        let wanted: Vec<(&'a str, Vec<usize>)> = wanted.into_iter().collect();
         let zone = &self.plant.zone;
-        for (path, of) in files {
-            let reading = match reading::read(&folder.join(path), &self.plant.options) {
-                Ok(reading) => reading,
-                Err(e) => {
-                    of.iter().for_each(|k| pieces[*k].failed.push(e.to_string()));
-                    continue;
-                }
+        let shared = &*pieces;
+        let read = |(path, of): &(&'a str, Vec<usize>)| -> Vec<(usize, Result<Recording, String>)> {
+            let names: Vec<&str> = of.iter().map(|k| shared[*k].of.name).collect();
+            let recordings = match files.read(path, &names, batch) {
+                Ok(recordings) => recordings,
+                Err(e) => return of.iter().map(|k| (*k, Err(e.clone()))).collect(),
             };
-            for k in of {
-                let piece = &mut pieces[k];
-                let Some(whole) = reading.recordings.iter().find(|r| r.name == piece.name) else {
-                    continue;
-                };
-                let from = day::begin(piece.from - 1, zone);
-                let to = day::begin(piece.until + MOST_DAYS - 1, zone);
-                piece.parts.extend(day::slice(whole, from, to).map(|part| (path, part)));
+            let part = |k: &usize| {
+                let piece = &shared[*k];
+                let whole = recordings.iter().find(|r| r.name == piece.of.name)?;
+                let (from, to) = (day::begin(piece.from - 1, zone), day::begin(piece.until, zone));
+                day::slice(whole, from, to).map(|part| (*k, Ok(part)))
+            };
+            of.iter().filter_map(part).collect()
+        };
+        let found: Vec<_> = wanted.par_iter().map(read).collect();
+        for ((path, _), parts) in wanted.iter().zip(found) {
+            for (k, part) in parts {
+                match part {
+                    Ok(part) => pieces[k].parts.push((path, part)),
+                    Err(e) => pieces[k].failed.push(e),
+                }
             }
         }
     }
 
-    /// The rows of a piece, and the day after its last window.
-    fn judge(&self, piece: &Piece<'_>) -> (Vec<WindowRow>, i64) {
+    /// The rows of a piece, and the day from which on it is to be judged.
+    fn judge(&self, piece: &Piece<'_, '_>) -> (Vec<WindowRow>, i64) {
         let mut rows = vec![];
         let mut cursor = piece.from;
-        // The last window may end after the piece does.
-        while let Some((day, _)) = piece.days.range(cursor..piece.until.max(cursor)).next() {
-            if let Some(count) = self.done(piece.name, &piece.settings, piece.days, *day) {
+        while let Some((day, _)) = piece.of.days.range(cursor..piece.until.max(cursor)).next() {
+            if let Some(count) = self.done(piece.of, *day) {
                 cursor = day + count;
                 continue;
             }
             let (row, count) = self.window(piece, *day);
-            rows.push(row);
+            // What it needs more was not read: it begins the next segment.
+            if piece.of.days.range(piece.until..(day + count).max(piece.until)).next().is_some() {
+                return (rows, *day);
+            }
+            rows.extend(row);
             cursor = day + count;
         }
         (rows, cursor)
     }
 
-    /// The row of the window that begins on `day`, and how many days it has.
-    fn window(&self, piece: &Piece<'_>, day: i64) -> (WindowRow, i64) {
-        let facts = self.plant.facts(piece.name);
+    /// The row of the window that begins on `day`, and how many days it has. None without a sample of the OP, or where the
+    /// window ends after what was read.
+    fn window(&self, piece: &Piece<'_, '_>, day: i64) -> (Option<WindowRow>, i64) {
+        let facts = self.plant.facts(piece.of.name);
         let identity = |count: i64| {
             let (start, end) =
                 (day::begin(day, &self.plant.zone), day::begin(day + count, &self.plant.zone));
             WindowRow {
-                name: piece.name.to_owned(),
+                name: piece.of.name.to_owned(),
                 area: facts.and_then(|facts| facts.area.clone()),
                 unit: facts.and_then(|facts| facts.unit.clone()),
                 loop_type: facts.and_then(|f| f.loop_type.clone()).unwrap_or("unknown".to_owned()),
@@ -369,27 +475,37 @@ impl Scan<'_> {
                 window_s: (end - start) as i64,
                 engine_version: ENGINE_VERSION.to_owned(),
                 model_version: model_version(),
-                settings_hash: piece.settings.clone(),
-                input_fingerprint: self.fingerprint(piece.days, day, count),
+                settings_hash: piece.of.settings.clone(),
+                input_fingerprint: self.fingerprint(piece.of, day, count),
                 ..WindowRow::default()
             }
         };
-        let found = |count: i64| {
-            let recording = self.recording(piece, day, count)?;
-            diagnose(&recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())
-        };
-        let judged = |count: i64| match found(count) {
-            Ok(found) => {
-                let period =
-                    found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
-                (identity(count).judged(&found), period)
+        let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        let judged = |count: i64| {
+            let found = match self.recording(piece, day, count) {
+                Ok(None) => return (None, None),
+                Ok(Some(recording)) => judged(&recording, &options),
+                Err(e) => Err(e),
+            };
+            match found {
+                Ok(found) => {
+                    let period =
+                        found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
+                    (Some(identity(count).judged(&found)), period)
+                }
+                Err(error) => (Some(WindowRow { error: Some(error), ..identity(count) }), None),
             }
-            Err(error) => (WindowRow { error: Some(error), ..identity(count) }, None),
         };
         let (row, period) = judged(1);
         let wanted = period.map_or(1, |period| (PERIODS * period / 86_400.0).ceil() as i64);
         match wanted.clamp(1, MOST_DAYS) {
             1 => (row, 1),
+            count
+                if day + count > piece.until
+                    && piece.of.days.range(piece.until..day + count).next().is_some() =>
+            {
+                (None, count)
+            }
             count => (judged(count).0, count),
         }
     }
@@ -397,10 +513,10 @@ impl Scan<'_> {
     /// The recording of a window, from all files that hold some of it.
     fn recording(
         &self,
-        piece: &Piece<'_>,
+        piece: &Piece<'_, '_>,
         day: i64,
         count: i64,
-    ) -> std::result::Result<Recording, String> {
+    ) -> Result<Option<Recording>, String> {
         if let Some(failed) = piece.failed.first() {
             return Err(failed.clone());
         }
@@ -415,7 +531,19 @@ impl Scan<'_> {
             join::join(&parts.iter().map(|(path, part)| (*path, part)).collect::<Vec<_>>())
         };
         // What does not fit together with the day before is judged without it.
+        if !piece.parts.iter().any(|(_, part)| day::slice(part, from, to).is_some()) {
+            return Ok(None);
+        }
         let whole = joined(before).or_else(|_| joined(from)).map_err(|e| e.to_string())?;
-        day::cut(&whole, from, to).ok_or_else(|| "has no sample of the OP".to_owned())
+        Ok(day::cut(&whole, from, to))
     }
+}
+
+/// A diagnosis; what must not happen ends it, and not the scan.
+fn judged(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis, String> {
+    let caught = catch_unwind(AssertUnwindSafe(|| diagnose(recording, options)));
+    let failed = || {
+        "the program failed at it, which it should not; please report it with its data".to_owned()
+    };
+    caught.map_err(|_| failed())?.map_err(|e| e.to_string())
 }

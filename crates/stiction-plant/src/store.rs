@@ -6,6 +6,8 @@
 //! .stiction/inputs.json                        what was seen of the data; made anew where it is lost
 //! .stiction/runs/0001/windows-0001.parquet     rows, written as they end
 //! .stiction/runs/0001/manifest.json            how the run ended; none if it was cut short
+//! .stiction/index/02931.parquet                the rows that count of a week, made from the runs
+//! .stiction/index/through                      the last run that is in it
 //! ```
 //!
 //! Every file is written beside its place and renamed into it, so it is there whole or not at all. Rows count
@@ -14,7 +16,13 @@
 use crate::error::{Error, Result, file, store};
 use crate::table::parquet;
 use crate::window::WindowRow;
+use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::Int64Type;
+use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use sha2::{Digest, Sha256};
+use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -24,12 +32,32 @@ pub struct Store {
     folder: PathBuf,
 }
 
+/// What is asked of a window that was judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Done {
+    /// Its duration, s.
+    pub window_s: i64,
+    /// The beginning of a SHA-256 of its settings and its input.
+    made_of: [u8; 16],
+}
+
+impl Done {
+    /// Of a window of so many seconds, judged by these settings from this input.
+    pub fn of(window_s: i64, settings_hash: &str, input_fingerprint: &str) -> Self {
+        let digest = Sha256::digest(format!("{settings_hash}\n{input_fingerprint}"));
+        let mut made_of = [0; 16];
+        made_of.copy_from_slice(&digest[..16]);
+        Self { window_s, made_of }
+    }
+}
+
 /// A run that is being written; while it lives nobody else writes to the store.
 #[derive(Debug)]
 pub struct Run {
     /// Its name: a number, one above the last.
     pub name: String,
     folder: PathBuf,
+    store: Store,
     parts: usize,
     _lock: File,
 }
@@ -64,10 +92,11 @@ impl Store {
             }
             Err(TryLockError::Error(e)) => return Err(file(&path)(e)),
         }
-        let last = self.run_names()?.iter().filter_map(|name| name.parse::<u32>().ok()).max();
+        self.index()?;
+        let last = self.run_names()?.iter().map(|name| number(name)).max();
         let name = format!("{:04}", last.unwrap_or(0) + 1);
         let folder = self.runs().join(&name);
-        Ok(Run { name, folder, parts: 0, _lock: lock })
+        Ok(Run { name, folder, store: self.clone(), parts: 0, _lock: lock })
     }
 
     /// Waits until nobody else changes what people say of the plant, and keeps others from it while the file lives.
@@ -99,12 +128,7 @@ impl Store {
     pub fn all_rows(&self) -> Result<Vec<(String, WindowRow)>> {
         let mut rows = vec![];
         for run in self.run_names()? {
-            let folder = self.runs().join(&run);
-            for part in
-                names(&folder, |name| name.starts_with("windows-") && name.ends_with(".parquet"))?
-            {
-                rows.extend(read(&folder.join(part))?.into_iter().map(|row| (run.clone(), row)));
-            }
+            rows.extend(self.rows_of(&run)?.into_iter().map(|row| (run.clone(), row)));
         }
         Ok(rows)
     }
@@ -112,28 +136,131 @@ impl Store {
     /// The rows that count, by loop and time: of windows of a loop that overlap, the one judged last.
     ///
     /// # Errors
-    /// As for [`Store::all_rows`].
+    /// If a file cannot be read or is not what the store wrote.
     pub fn rows(&self) -> Result<Vec<WindowRow>> {
-        let mut newest: Vec<WindowRow> = vec![];
-        let mut all: Vec<WindowRow> =
-            self.all_rows()?.into_iter().map(|(_, row)| row).rev().collect();
-        // Stable: within a loop the newest stay first.
-        all.sort_by(|a, b| a.name.cmp(&b.name));
-        let mut begin = 0;
-        for row in all {
-            if newest.get(begin).is_some_and(|first| first.name != row.name) {
-                begin = newest.len();
-            }
-            let (from, to) = (row.window_start, row.window_start + row.window_s);
-            let overlaps = |other: &WindowRow| {
-                other.window_start < to && from < other.window_start + other.window_s
-            };
-            if !newest[begin..].iter().any(overlaps) {
-                newest.push(row);
+        self.rows_between(i64::MIN, i64::MAX)
+    }
+
+    /// The [rows that count](Self::rows) of windows that begin from `from` on and before `to`, s since 1970.
+    ///
+    /// # Errors
+    /// As for [`Store::rows`].
+    pub fn rows_between(&self, from: i64, to: i64) -> Result<Vec<WindowRow>> {
+        // One that begins before may be replaced by one that begins within.
+        let longest = 8 * DAY;
+        let near = |row: &WindowRow| {
+            (from.saturating_sub(longest)..to.saturating_add(longest)).contains(&row.window_start)
+        };
+        let mut all = vec![];
+        for week in self.weeks()? {
+            let begin = (7 * week - 3) * DAY;
+            if begin.saturating_add(16 * DAY) >= from && begin.saturating_sub(8 * DAY) <= to {
+                all.extend(read(&self.week(week))?);
             }
         }
-        newest.sort_by(|a, b| (&a.name, a.window_start).cmp(&(&b.name, b.window_start)));
-        Ok(newest)
+        for run in self.runs_after(&self.through())? {
+            all.extend(self.rows_of(&run)?.into_iter().filter(near));
+        }
+        let mut rows = those_that_count(all);
+        rows.retain(|row| (from..to).contains(&row.window_start));
+        Ok(rows)
+    }
+
+    /// What was judged, by loop and begin.
+    ///
+    /// # Errors
+    /// As for [`Store::rows`].
+    pub fn done(&self) -> Result<HashMap<(String, i64), Done>> {
+        let mut done = HashMap::new();
+        for week in self.weeks()? {
+            done.extend(read_done(&self.week(week))?);
+        }
+        if !self.runs_after(&self.through())?.is_empty() {
+            let keyed = |row: WindowRow| {
+                let of = Done::of(row.window_s, &row.settings_hash, &row.input_fingerprint);
+                ((row.name, row.window_start), of)
+            };
+            done = self.rows()?.into_iter().map(keyed).collect();
+        }
+        Ok(done)
+    }
+
+    /// Brings the index up to date with the runs. Only the holder of a run may.
+    fn index(&self) -> Result<()> {
+        let runs = self.runs_after(&self.through())?;
+        let Some(last) = runs.last() else { return Ok(()) };
+        let mut touched: BTreeSet<i64> = BTreeSet::new();
+        for run in &runs {
+            touched.extend(self.rows_of(run)?.iter().map(week_of));
+        }
+        let near: BTreeSet<i64> = touched.iter().flat_map(|week| week - 1..=week + 1).collect();
+        let there: BTreeSet<i64> = self.weeks()?.into_iter().collect();
+        for week in near.into_iter().filter(|week| touched.contains(week) || there.contains(week)) {
+            let mut all = vec![];
+            for week in (week - 1..=week + 1).filter(|week| there.contains(week)) {
+                all.extend(read(&self.week(week))?);
+            }
+            for run in &runs {
+                let rows = self.rows_of(run)?.into_iter();
+                all.extend(rows.filter(|row| (week - 1..=week + 1).contains(&week_of(row))));
+            }
+            let mut rows = those_that_count(all);
+            rows.retain(|row| week_of(row) == week);
+            let path = self.week(week);
+            write_whole(&path, &bytes(&rows).map_err(|e| store(&path, e))?)?;
+        }
+        write_whole(&self.path("index").join("through"), last.as_bytes())
+    }
+
+    /// Throws the index away; it is made again when the next run begins.
+    ///
+    /// # Errors
+    /// If it cannot be removed.
+    pub fn forget_index(&self) -> Result<()> {
+        let path = self.path("index");
+        match fs::remove_dir_all(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(file(&path)(e)),
+            _ => Ok(()),
+        }
+    }
+
+    /// The last run that is in the index; empty if there is no index.
+    fn through(&self) -> String {
+        fs::read_to_string(self.path("index").join("through")).unwrap_or_default()
+    }
+
+    fn runs_after(&self, through: &str) -> Result<Vec<String>> {
+        let after = |run: &String| number(run) > number(through);
+        let mut runs = self.run_names()?;
+        runs.retain(after);
+        runs.sort_by_key(|run| number(run));
+        Ok(runs)
+    }
+
+    fn week(&self, week: i64) -> PathBuf {
+        self.path("index").join(format!("{week:05}.parquet"))
+    }
+
+    /// The weeks in the index, counted from that of 1970-01-01 on.
+    fn weeks(&self) -> Result<Vec<i64>> {
+        // Without its end it was not made whole, and the runs are asked.
+        if self.through().is_empty() {
+            return Ok(vec![]);
+        }
+        let files = names(&self.path("index"), |name| name.ends_with(".parquet"))?;
+        Ok(files.iter().filter_map(|name| name.split('.').next()?.parse().ok()).collect())
+    }
+
+    /// The rows of a run, as they were written.
+    fn rows_of(&self, run: &str) -> Result<Vec<WindowRow>> {
+        let folder = self.runs().join(run);
+        let mut rows = vec![];
+        for part in
+            names(&folder, |name| name.starts_with("windows-") && name.ends_with(".parquet"))?
+        {
+            rows.extend(read(&folder.join(part))?);
+        }
+        Ok(rows)
     }
 
     /// The manifest of a run, as it was written; `None` if the run did not come to its end.
@@ -167,14 +294,17 @@ impl Run {
         self.parts
     }
 
-    /// Ends the run with its manifest; one without a part leaves nothing behind.
+    /// Ends the run with its manifest, and brings the index up to date; one without a part leaves nothing behind.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn end(self, manifest: &str) -> Result<()> {
         match self.parts {
             0 => Ok(()),
-            _ => write_whole(&self.folder.join("manifest.json"), manifest.as_bytes()),
+            _ => {
+                write_whole(&self.folder.join("manifest.json"), manifest.as_bytes())?;
+                self.store.index()
+            }
         }
     }
 }
@@ -185,6 +315,42 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         fs::create_dir_all(folder).map_err(file(folder))?;
     }
     stiction_io::whole::write(path, bytes).map_err(file(path))
+}
+
+const DAY: i64 = 86_400;
+
+/// The number of a run; 0 of none.
+fn number(run: &str) -> u32 {
+    run.trim().parse().unwrap_or(0)
+}
+
+/// The week in which a window begins, which is near midnight by some clock: weeks begin on Monday.
+fn week_of(row: &WindowRow) -> i64 {
+    let day = row.window_start.saturating_add(DAY / 2).div_euclid(DAY);
+    (day + 3).div_euclid(7)
+}
+
+/// Of rows in the order in which they were judged, those that count, by loop and time.
+fn those_that_count(mut all: Vec<WindowRow>) -> Vec<WindowRow> {
+    let mut newest: Vec<WindowRow> = vec![];
+    all.reverse();
+    // Stable: within a loop the newest stay first.
+    all.sort_by(|a, b| a.name.cmp(&b.name));
+    let mut begin = 0;
+    for row in all {
+        if newest.get(begin).is_some_and(|first| first.name != row.name) {
+            begin = newest.len();
+        }
+        let (from, to) = (row.window_start, row.window_start + row.window_s);
+        let overlaps = |other: &WindowRow| {
+            other.window_start < to && from < other.window_start + other.window_s
+        };
+        if !newest[begin..].iter().any(overlaps) {
+            newest.push(row);
+        }
+    }
+    newest.sort_by(|a, b| (&a.name, a.window_start).cmp(&(&b.name, b.window_start)));
+    newest
 }
 
 /// The entries of a folder whose names are wanted, in order; none of a folder that is not there.
@@ -209,14 +375,56 @@ fn bytes(rows: &[WindowRow]) -> parquet::errors::Result<Vec<u8>> {
     parquet(&WindowRow::batch(rows)?)
 }
 
-fn read(path: &Path) -> Result<Vec<WindowRow>> {
+/// Hands `take` the tables of a file, of all columns or of these.
+fn tables(
+    path: &Path,
+    columns: Option<&[&str]>,
+    mut take: impl FnMut(&RecordBatch) -> std::result::Result<(), String>,
+) -> Result<()> {
     let damaged = |what: String| store(path, format!("{what}; remove the file, and scan again"));
     let file = File::open(path).map_err(file(path))?;
-    let reader = ParquetRecordBatchReaderBuilder::try_new(file).and_then(|builder| builder.build());
-    let mut rows = vec![];
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file).and_then(|builder| {
+        let mask = columns.map_or_else(ProjectionMask::all, |columns| {
+            ProjectionMask::columns(builder.parquet_schema(), columns.iter().copied())
+        });
+        builder.with_projection(mask).build()
+    });
     for batch in reader.map_err(|e| damaged(e.to_string()))? {
-        let batch = batch.map_err(|e| damaged(e.to_string()))?;
-        rows.extend(WindowRow::rows(&batch).map_err(damaged)?);
+        take(&batch.map_err(|e| damaged(e.to_string()))?).map_err(damaged)?;
     }
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<Vec<WindowRow>> {
+    let mut rows = vec![];
+    tables(path, None, |batch| {
+        rows.extend(WindowRow::rows(batch)?);
+        Ok(())
+    })?;
     Ok(rows)
+}
+
+fn read_done(path: &Path) -> Result<Vec<((String, i64), Done)>> {
+    let columns = ["loop", "window_start", "window_s", "settings_hash", "input_fingerprint"];
+    let mut done = vec![];
+    tables(path, Some(&columns), |batch| {
+        let text = |name: &str| batch.column_by_name(name).and_then(|c| c.as_string_opt::<i32>());
+        let count =
+            |name: &str| batch.column_by_name(name).and_then(|c| c.as_primitive_opt::<Int64Type>());
+        let (Some(name), Some(start), Some(seconds), Some(settings), Some(input)) = (
+            text("loop"),
+            count("window_start"),
+            count("window_s"),
+            text("settings_hash"),
+            text("input_fingerprint"),
+        ) else {
+            return Err("lacks a column that every window has".to_owned());
+        };
+        for row in 0..batch.num_rows() {
+            let of = Done::of(seconds.value(row), settings.value(row), input.value(row));
+            done.push(((name.value(row).to_owned(), start.value(row)), of));
+        }
+        Ok(())
+    })?;
+    Ok(done)
 }

@@ -27,6 +27,7 @@ mod stem;
 mod table;
 mod valve;
 mod what_if;
+mod whole;
 
 use pyo3::prelude::*;
 
@@ -53,6 +54,7 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     table::register(m)?;
     valve::register(m)?;
     what_if::register(m)?;
+    whole::register(m)?;
     // The package says what is public.
     m.delattr("__all__")
 }

@@ -404,7 +404,7 @@ fn recordings_of_columns(
             Given::Times(seconds, utc) => {
                 Cells::Times { seconds: seconds.as_slice()?.to_vec(), utc }
             }
-            Given::Text(texts) => Cells::Text(texts),
+            Given::Text(texts) => Cells::Text(texts.into_iter().map(Into::into).collect()),
         };
         Ok(Column { name, unit: None, cells })
     };
@@ -474,7 +474,7 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
         return Ok(Cells::Numbers(numbers));
     }
     let texts = |texts: &mut dyn Iterator<Item = Option<&str>>| {
-        Cells::Text(texts.map(|text| text.unwrap_or_default().trim().to_owned()).collect())
+        Cells::Text(texts.map(|text| text.unwrap_or_default().trim().into()).collect())
     };
     Ok(match array.data_type() {
         DataType::Utf8 => texts(&mut array.as_string::<i32>().iter()),
@@ -504,7 +504,7 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
             match known {
                 Cells::Text(known) => Cells::Text(
                     (0..array.len())
-                        .map(|i| at(i).map_or(String::new(), |k| known[k].clone()))
+                        .map(|i| at(i).map_or_else(|| "".into(), |k| known[k].clone()))
                         .collect(),
                 ),
                 Cells::Numbers(known) => Cells::Numbers(

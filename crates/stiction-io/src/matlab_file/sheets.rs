@@ -142,7 +142,11 @@ fn sheet(fields: &Fields, part: &str, origin: &str) -> Option<Sheet> {
             Value::Cell(cells) if cells.is_empty() => leave_out_signal(&mut sheet, name, EMPTY),
             Value::Cell(cells) => match texts(cells) {
                 Some(texts) if texts.len() == rows => {
-                    add_column(&mut sheet, name.clone(), Cells::Text(texts));
+                    add_column(
+                        &mut sheet,
+                        name.clone(),
+                        Cells::Text(texts.into_iter().map(Into::into).collect()),
+                    );
                 }
                 Some(texts) => {
                     let why = format!("has {} texts where most have {rows}", texts.len());

@@ -9,7 +9,7 @@ use bytes::Bytes;
 use parquet::basic::{Compression, Encoding, Type};
 use parquet::column::page::{Page, PageMetadata, PageReader};
 use parquet::errors::{ParquetError, Result};
-use parquet::file::metadata::ColumnChunkMetaData;
+use parquet::schema::types::ColumnDescriptor;
 use std::io::Read;
 
 /// The largest window a Zstandard stream may ask for is 2^27 bytes, as in its reference decoder.
@@ -55,9 +55,13 @@ fn broken(what: impl Into<String>) -> ParquetError {
 }
 
 impl Pages {
-    /// The pages of a `chunk` of `file`, none larger than `limit`.
-    pub(super) fn new(file: &Bytes, chunk: &ColumnChunkMetaData, limit: usize) -> Result<Self> {
-        let column = chunk.column_descr();
+    /// The pages of a column chunk from its `bytes`, none larger than `limit`.
+    pub(super) fn new(
+        bytes: Bytes,
+        column: &ColumnDescriptor,
+        compression: Compression,
+        limit: usize,
+    ) -> Result<Self> {
         let value_bytes = match (column.physical_type(), column.type_length()) {
             // There are two of them, so there is no dictionary.
             (Type::BOOLEAN, _) => usize::MAX,
@@ -69,22 +73,8 @@ impl Pages {
                 return Err(broken(format!("its cells are {length} bytes wide")));
             }
         };
-        let first = match chunk.dictionary_page_offset() {
-            Some(offset) if offset > 0 => offset.min(chunk.data_page_offset()),
-            _ => chunk.data_page_offset(),
-        };
-        let end = first.checked_add(chunk.compressed_size());
-        let range = usize::try_from(first).ok().zip(end.and_then(|end| end.try_into().ok()));
-        match range {
-            Some((start, end)) if start <= end && end <= file.len() => Ok(Self {
-                rest: file.slice(start..end),
-                compression: chunk.compression(),
-                optional: column.max_def_level() > 0,
-                value_bytes,
-                limit,
-            }),
-            _ => Err(broken("its pages lie outside the file; the file is cut short")),
-        }
+        let optional = column.max_def_level() > 0;
+        Ok(Self { rest: bytes, compression, optional, value_bytes, limit })
     }
 
     /// The next page that has cells or a dictionary.

@@ -9,6 +9,7 @@ use crate::sheet::{Cells, Column, Sheet};
 use jiff::civil::DateTime;
 use jiff::fmt::strtime::BrokenDownTime;
 use jiff::tz::{AmbiguousOffset, Offset};
+use std::sync::Arc;
 
 /// What a clock shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -183,8 +184,8 @@ impl Context<'_> {
         self.nanos(column, seconds, 1.0)?.into_iter().enumerate().map(civil).collect()
     }
 
-    fn text(&self, column: &Column, cells: &[String]) -> Result<Times> {
-        if let Some(i) = cells.iter().position(String::is_empty) {
+    fn text(&self, column: &Column, cells: &[Arc<str>]) -> Result<Times> {
+        if let Some(i) = cells.iter().position(|cell| cell.is_empty()) {
             let message = "is empty; every row needs a time, so give one or remove the row";
             return Err(self.wrong(column, i, message.to_owned()));
         }
@@ -199,10 +200,10 @@ impl Context<'_> {
             }
             _ => {}
         }
-        let first = cells.first().map_or("", String::as_str);
+        let first = cells.first().map_or("", |cell| &**cell);
         let numeric = number::parse(first, self.mark).is_some() && scan(first).is_none();
         if numeric || self.format.is_some() {
-            let number = |(i, cell): (usize, &String)| {
+            let number = |(i, cell): (usize, &Arc<str>)| {
                 number::parse(cell, self.mark).ok_or_else(|| {
                     let message = format!(
                         "\"{}\" is no number, as times by numbers must be; correct it, or give \
@@ -221,7 +222,12 @@ impl Context<'_> {
         self.dates(column, cells, &stamps, order)
     }
 
-    fn by_pattern(&self, column: &Column, cells: &[String], pattern: &str) -> Result<Vec<Written>> {
+    fn by_pattern(
+        &self,
+        column: &Column,
+        cells: &[Arc<str>],
+        pattern: &str,
+    ) -> Result<Vec<Written>> {
         let read = |cell: &str| {
             let parts = BrokenDownTime::parse(pattern, cell)?;
             let local = match parts.hour() {
@@ -230,7 +236,7 @@ impl Context<'_> {
             };
             Ok((local, parts.offset()))
         };
-        let told = |(i, cell): (usize, &String)| {
+        let told = |(i, cell): (usize, &Arc<str>)| {
             read(cell).map_err(|e: jiff::Error| {
                 let cell = number::shown(cell);
                 let given = self.wording.of(Remedy::TimeFormat(vec![pattern.to_owned()]));
@@ -241,8 +247,8 @@ impl Context<'_> {
         cells.iter().enumerate().map(told).collect()
     }
 
-    fn stamps(&self, column: &Column, cells: &[String]) -> Result<Vec<Stamp>> {
-        let stamp = |(i, cell): (usize, &String)| {
+    fn stamps(&self, column: &Column, cells: &[Arc<str>]) -> Result<Vec<Stamp>> {
+        let stamp = |(i, cell): (usize, &Arc<str>)| {
             scan(cell).ok_or_else(|| {
                 let cell = number::shown(cell);
                 let message = format!(
@@ -256,7 +262,7 @@ impl Context<'_> {
     }
 
     /// The one order of year, month and day by which every date is a day that exists.
-    fn order(&self, column: &Column, cells: &[String], stamps: &[Stamp]) -> Result<DateOrder> {
+    fn order(&self, column: &Column, cells: &[Arc<str>], stamps: &[Stamp]) -> Result<DateOrder> {
         let mut orders: Vec<DateOrder> = stamps.first().map_or(vec![], |s| s.orders().collect());
         for (i, stamp) in stamps.iter().enumerate() {
             // Most dates are those of the row above.
@@ -283,7 +289,7 @@ impl Context<'_> {
                 column,
                 format!(
                     "dates such as \"{}\" can be {}, and no row decides it; give {}",
-                    cells.first().map_or("", String::as_str),
+                    cells.first().map_or("", |cell| &**cell),
                     orders.iter().map(|o| o.name()).collect::<Vec<_>>().join(" or "),
                     self.wording.of(Remedy::TimeFormat(
                         orders.iter().map(|order| order.name().replace(' ', "-")).collect()
@@ -296,7 +302,7 @@ impl Context<'_> {
     fn dates(
         &self,
         column: &Column,
-        cells: &[String],
+        cells: &[Arc<str>],
         stamps: &[Stamp],
         order: DateOrder,
     ) -> Result<Times> {

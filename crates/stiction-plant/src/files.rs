@@ -1,0 +1,166 @@
+//! The files of a plant, read for some of its loops at a time.
+
+use crate::error::Result;
+use crate::plant_file::Plant;
+use crate::spill::{self, Spill};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use stiction_diagnose::recording::Recording;
+use stiction_io::parted::PartedFile;
+use stiction_io::reading;
+
+/// Bytes of a sample of a recording: time, value, quality.
+const SAMPLE: usize = 17;
+/// About what a row group takes of what is remembered of a file.
+const GROUP: usize = 256;
+
+/// The files of a plant; those that were used last are remembered.
+pub struct Files<'a> {
+    folder: &'a Path,
+    plant: &'a Plant,
+    /// What may be remembered, bytes.
+    memory: usize,
+    opened: Mutex<Vec<(String, Opened)>>,
+    /// Where rows were sorted to, by file.
+    sorted: HashMap<String, PathBuf>,
+}
+
+#[derive(Clone)]
+enum Opened {
+    Parted(Arc<PartedFile>),
+    Whole(Arc<Vec<Recording>>),
+}
+
+impl Opened {
+    fn bytes(&self) -> usize {
+        let samples = |each: &Recording| {
+            let channels = [Some(&each.op), each.pv.as_ref(), each.sp.as_ref(), each.vp.as_ref()];
+            channels.into_iter().flatten().map(|channel| channel.time.len()).sum::<usize>()
+        };
+        match self {
+            Self::Parted(file) => file.groups() * GROUP,
+            Self::Whole(recordings) => recordings.iter().map(samples).sum::<usize>() * SAMPLE,
+        }
+    }
+}
+
+impl<'a> Files<'a> {
+    /// The files of a plant in `folder`, of which `memory` bytes may be remembered.
+    pub fn of(folder: &'a Path, plant: &'a Plant, memory: usize) -> Self {
+        Self { folder, plant, memory, opened: Mutex::default(), sorted: HashMap::new() }
+    }
+
+    fn open(&self, path: &str) -> stiction_io::Result<Opened> {
+        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = opened.iter().position(|(known, _)| known == path) {
+            let known = opened.remove(place);
+            opened.push(known.clone());
+            return Ok(known.1);
+        }
+        drop(opened);
+        let whole = self.folder.join(path);
+        let file = match PartedFile::open(&whole, &self.plant.options)? {
+            Some(file) => Opened::Parted(Arc::new(file)),
+            None => {
+                let reading = reading::read(&whole, &self.plant.options)?;
+                Opened::Whole(Arc::new(reading.recordings))
+            }
+        };
+        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.push((path.to_owned(), file.clone()));
+        let mut bytes: usize = opened.iter().map(|(_, file)| file.bytes()).sum();
+        while bytes > self.memory && opened.len() > 1 {
+            bytes -= opened.remove(0).1.bytes();
+        }
+        Ok(file)
+    }
+
+    /// About how many rows of a long table one loop has in a file; 0 of a file that cannot be read.
+    pub fn rows(&self, path: &str) -> usize {
+        match self.open(path) {
+            Ok(Opened::Parted(file)) => {
+                let loops = file.loops().count().max(1);
+                file.rows(file.loops()).1.div_ceil(loops)
+                    * if file.is_long() { 1 } else { 3 * loops }
+            }
+            Ok(Opened::Whole(recordings)) => {
+                recordings.iter().map(|each| 3 * each.op.time.len()).max().unwrap_or(0)
+            }
+            Err(_) => 0,
+        }
+    }
+
+    /// Sorts the rows of a file to `folder`, by the batch that will read them, if it would have to be decoded more than
+    /// twice otherwise.
+    ///
+    /// # Errors
+    /// If what is sorted cannot be written. What is wrong with the file is told when it is read.
+    pub fn sort(&mut self, path: &str, batches: &[Vec<&str>], folder: &Path) -> Result<()> {
+        let Ok(Opened::Parted(file)) = self.open(path) else { return Ok(()) };
+        if !file.is_long() {
+            return Ok(());
+        }
+        let decoded: usize = batches.iter().map(|batch| file.rows(batch.iter().copied()).0).sum();
+        let all = file.rows([]).1;
+        if decoded <= 2 * all {
+            return Ok(());
+        }
+        let mut of_tag: HashMap<&str, usize> = HashMap::new();
+        for (place, batch) in batches.iter().enumerate() {
+            of_tag.extend(file.tags_of(batch.iter().copied()).into_iter().map(|tag| (tag, place)));
+        }
+        let mut spill = Spill::begin(folder, batches.len())?;
+        for sheet in file.sheets() {
+            let Ok(sheet) = sheet else { return Ok(()) };
+            let tags = file.tags(&sheet);
+            spill.add(&sheet, |row| of_tag.get(&*tags[row]).copied())?;
+        }
+        spill.end()?;
+        self.sorted.insert(path.to_owned(), folder.to_owned());
+        Ok(())
+    }
+
+    /// Forgets what was sorted; the folders are the caller's.
+    pub fn forget_sorted(&mut self) {
+        self.sorted.clear();
+    }
+
+    /// The recordings of these loops in a file, and perhaps of others; `batch` is their place when rows were sorted.
+    ///
+    /// # Errors
+    /// Why it cannot be read, a sentence.
+    pub fn read(
+        &self,
+        path: &str,
+        loops: &[&str],
+        batch: usize,
+    ) -> Result<Arc<Vec<Recording>>, String> {
+        let options = &self.plant.options;
+        let file = match self.open(path).map_err(|e| e.to_string())? {
+            Opened::Whole(recordings) => return Ok(recordings),
+            Opened::Parted(file) => file,
+        };
+        let loops = || loops.iter().copied();
+        let reading = match self.sorted.get(path) {
+            None => file.read(loops(), options),
+            Some(folder) => {
+                let empty = file.empty().map_err(|e| e.to_string())?;
+                let sheet = spill::read(folder, batch, &empty).map_err(|e| e.to_string())?;
+                match sheet {
+                    Some(sheet) => file.recordings(sheet, loops(), options),
+                    None => return Ok(Arc::default()),
+                }
+            }
+        };
+        let reading = reading.map_err(|e| e.to_string())?;
+        let wanted = |name: &str| loops().any(|each| each.to_lowercase() == name.to_lowercase());
+        match reading.missing.iter().find(|missing| missing.is_partly_here && wanted(&missing.name))
+        {
+            Some(missing) if reading.recordings.is_empty() => {
+                Err(format!("{path}: loop {}: the file {}", missing.name, missing.reason))
+            }
+            _ => Ok(Arc::new(reading.recordings)),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The same values give the same rows, however they lie in files.
+
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, TimestampMillisecondArray};
+use parquet::arrow::ArrowWriter;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use stiction_plant::plant_file::Plant;
+use stiction_plant::{ScanOptions, Store, WindowRow, scan};
+use stiction_population::LoopKind;
+
+const STEP: i64 = 60;
+const DAYS: i64 = 3;
+/// Monday, 2026-03-02, ms since 1970.
+const BEGIN: i64 = 20_514 * 86_400_000;
+
+type Sample = (i64, String, f64);
+
+/// Samples of eight loops, in order of tags.
+fn samples() -> Vec<Sample> {
+    let kinds = [LoopKind::Sticky, LoopKind::Normal, LoopKind::Sine, LoopKind::SetPoint];
+    let mut samples = vec![];
+    for k in 0..8 {
+        let recording = kinds[k % 4].simulate(40 + k as u64).unwrap().recording;
+        let (op, pv) = (recording.op.values, recording.pv.unwrap().values);
+        for (signal, values) in [("OP", op), ("PV", pv)] {
+            for i in 0..DAYS * 86_400 / STEP {
+                let value = values[i as usize % values.len()];
+                samples.push((BEGIN + 1000 * STEP * i, format!("FIC{k}.{signal}"), value));
+            }
+        }
+    }
+    samples
+}
+
+fn times(of: impl Iterator<Item = i64>, zone: Option<&str>) -> ArrayRef {
+    let array = TimestampMillisecondArray::from(of.collect::<Vec<_>>());
+    match zone {
+        Some(zone) => Arc::new(array.with_timezone(zone)),
+        None => Arc::new(array),
+    }
+}
+
+fn long(samples: &[Sample], zone: Option<&str>) -> RecordBatch {
+    let columns: [(&str, ArrayRef); 3] = [
+        ("time", times(samples.iter().map(|s| s.0), zone)),
+        ("tag", Arc::new(StringArray::from_iter_values(samples.iter().map(|s| &*s.1)))),
+        ("value", Arc::new(Float64Array::from_iter_values(samples.iter().map(|s| s.2)))),
+    ];
+    RecordBatch::try_from_iter(columns).unwrap()
+}
+
+/// A column a tag; all tags have the same times.
+fn wide(samples: &[Sample]) -> RecordBatch {
+    let mut tags: Vec<&str> = samples.iter().map(|s| &*s.1).collect();
+    tags.dedup();
+    let of = |tag: &str| samples.iter().filter(|s| s.1 == tag).collect::<Vec<_>>();
+    let time = times(of(tags[0]).iter().map(|s| s.0), Some("UTC"));
+    let mut columns: Vec<(&str, ArrayRef)> = vec![("time", time)];
+    for tag in tags {
+        let values = of(tag).into_iter().map(|s| s.2);
+        columns.push((tag, Arc::new(Float64Array::from_iter_values(values))));
+    }
+    RecordBatch::try_from_iter(columns).unwrap()
+}
+
+fn write(path: &Path, table: &RecordBatch, group: usize, statistics: EnabledStatistics) {
+    let properties = WriterProperties::builder()
+        .set_max_row_group_row_count(Some(group))
+        .set_statistics_enabled(statistics)
+        .build();
+    let file = fs::File::create(path).unwrap();
+    let mut writer = ArrowWriter::try_new(file, table.schema(), Some(properties)).unwrap();
+    writer.write(table).unwrap();
+    writer.close().unwrap();
+}
+
+fn plant(name: &str) -> PathBuf {
+    let folder =
+        std::env::temp_dir().join(format!("stiction-layouts-{name}-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let text = "name = \"N\"\nzone = \"UTC\"\ndata = [\"*.parquet\", \"*.csv\"]\n";
+    fs::write(folder.join("plant.toml"), text).unwrap();
+    folder
+}
+
+fn rows(folder: &Path, options: &ScanOptions) -> Vec<WindowRow> {
+    let plant = Plant::read(folder).unwrap();
+    let done = scan(folder, &plant, options, |_| ControlFlow::Continue(())).unwrap();
+    assert!(done.problems.is_empty() && !folder.join(".stiction/sorted").exists(), "{done:?}");
+    let rows = Store::of(folder).rows().unwrap().into_iter();
+    let rows = rows.map(|row| WindowRow { input_fingerprint: String::new(), ..row }).collect();
+    fs::remove_dir_all(folder).unwrap();
+    rows
+}
+
+#[test]
+fn layouts_order_cuts_threads_and_memory_change_no_row() {
+    let samples = samples();
+    let per_tag = (DAYS * 86_400 / STEP) as usize;
+    let all = EnabledStatistics::Chunk;
+    let usual = ScanOptions::default();
+
+    // A row group a tag.
+    let folder = plant("tags");
+    write(&folder.join("a.parquet"), &long(&samples, Some("UTC")), per_tag, all);
+    let expected = rows(&folder, &usual);
+    assert!(expected.len() > 20, "all but those of slow loops are of a day: {}", expected.len());
+    assert!(expected.iter().all(|row| row.error.is_none() && row.samples > Some(1000)));
+
+    // Row groups that end anywhere, without statistics, read in one thread and tiny batches.
+    let folder = plant("anywhere");
+    write(&folder.join("a.parquet"), &long(&samples, Some("UTC")), 1000, EnabledStatistics::None);
+    let small = ScanOptions { threads: Some(1), memory: Some(1), ..ScanOptions::default() };
+    assert_eq!(rows(&folder, &small), expected);
+
+    // In order of time, a file a day; local times in the plant's zone.
+    let mut ordered = samples.clone();
+    ordered.sort_by(|a, b| (a.0, &b.1).cmp(&(b.0, &a.1)));
+    for (name, zone) in [("utc", Some("UTC")), ("local", None)] {
+        let folder = plant(name);
+        for day in 0..DAYS {
+            let of = BEGIN + day * 86_400_000..BEGIN + (day + 1) * 86_400_000;
+            let own: Vec<Sample> = ordered.iter().filter(|s| of.contains(&s.0)).cloned().collect();
+            write(&folder.join(format!("{day}.parquet")), &long(&own, zone), 4000, all);
+        }
+        // Memory for a loop or two: rows are sorted on disk.
+        let small = ScanOptions { memory: Some(4_000_000), ..ScanOptions::default() };
+        assert_eq!(rows(&folder, &small), expected, "{name}");
+    }
+
+    let folder = plant("wide");
+    write(&folder.join("a.parquet"), &wide(&samples), 1500, all);
+    assert_eq!(rows(&folder, &usual), expected);
+
+    // Numbers are written so that they read back the same.
+    let folder = plant("csv");
+    let mut text = "time,tag,value\n".to_owned();
+    for (time, tag, value) in &ordered {
+        text += &format!("{},{tag},{value}\n", time / 1000);
+    }
+    fs::write(folder.join("a.csv"), text).unwrap();
+    assert_eq!(rows(&folder, &usual), expected);
+}
+
+#[test]
+fn what_is_corrected_of_one_loop_is_judged_again_and_no_other() {
+    let folder = plant("corrected");
+    let mut samples = samples();
+    let per_tag = (DAYS * 86_400 / STEP) as usize;
+    let path = folder.join("a.parquet");
+    write(&path, &long(&samples, Some("UTC")), per_tag, EnabledStatistics::Chunk);
+    let plant = Plant::read(&folder).unwrap();
+    let go = || {
+        scan(&folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(()))
+            .unwrap()
+            .windows
+    };
+    let all_of_them = go();
+    assert!(all_of_them > 20);
+    assert_eq!(go(), 0);
+    samples[10].2 += 0.25;
+    write(&path, &long(&samples, Some("UTC")), per_tag, EnabledStatistics::Chunk);
+    assert_eq!(go(), DAYS as usize, "all windows of the loop whose row groups have changed");
+    fs::remove_dir_all(folder).unwrap();
+}
