@@ -252,12 +252,12 @@ fn write_pages(
 
 /// The window of the week that says most: of a valve to repair that which accuses it most, else the last that was judged.
 fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
-    let judged = ranked.of_week.iter().copied().filter(|row| row.is_judged());
+    let mut judged = ranked.of_week.iter().copied().filter(|row| row.is_judged());
     match ranked.row.action {
         Action::Repair => judged.max_by(|a, b| {
             a.probability.partial_cmp(&b.probability).unwrap_or(std::cmp::Ordering::Equal)
         }),
-        _ => judged.last(),
+        _ => judged.next_back(),
     }
 }
 

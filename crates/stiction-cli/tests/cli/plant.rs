@@ -90,7 +90,8 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
 
     let out = plant(&["report", "--week", "2026-W10", "--pages", "1"]).quiet_success();
     assert!(out.starts_with("Demo, week 2026-W10: 4 loops, 4 judged\n"), "{out}");
-    let names = rows(&read(&folder, "north/truth.csv")).1;
+    let truth = read(&folder, "north/truth.csv");
+    let names = rows(&truth).1;
     let (repaired, worse) = (&names[0][0], &names[1][0]);
     let week = folder.join("north/reports/2026-W10");
     let all = || -> Vec<Vec<u8>> {
@@ -108,16 +109,17 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
     let before = all();
     plant(&["report", "--week", "2026-W10", "--pages", "1", "--json"]).json();
     assert!(before == all(), "the same again");
-    let (header, ranking) = rows(&read(&folder, "north/reports/2026-W10/ranking.csv"));
-    assert_eq!((header[0].as_str(), ranking.len()), ("loop", 4));
-    let page = header.iter().position(|name| name == "page").unwrap();
+    let table = read(&folder, "north/reports/2026-W10/ranking.csv");
+    let (header, ranking) = rows(&table);
+    assert_eq!((header[0], ranking.len()), ("loop", 4));
+    let page = header.iter().position(|name| *name == "page").unwrap();
     assert!(
-        ranking[0][page].starts_with("loops/") && week.join(&ranking[0][page]).exists(),
+        ranking[0][page].starts_with("loops/") && week.join(ranking[0][page]).exists(),
         "{:?}",
         ranking[0]
     );
-    let own = std::fs::read_to_string(week.join(&ranking[0][page])).unwrap();
-    assert!(own.contains("href=\"./../index.html\"") && own.contains(&ranking[0][0]));
+    let own = std::fs::read_to_string(week.join(ranking[0][page])).unwrap();
+    assert!(own.contains("href=\"./../index.html\"") && own.contains(ranking[0][0]));
 
     assert!(plant(&["note", "XIC1", "none"]).refusal().contains("there is no loop \"XIC1\""));
     let by = ["--by", "J. Miller", "--day", "2026-03-09"];
@@ -133,7 +135,7 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
     assert!(read(&folder, "north/log.toml").starts_with(&log), "what was written by hand survives");
     let orders = plant(&["orders", "--week", "2026-W10", "--json"]).json();
     let ordered = |orders: &serde_json::Value| {
-        orders["orders"].as_array().unwrap().iter().any(|o| o["loop"] == worse.as_str())
+        orders["orders"].as_array().unwrap().iter().any(|o| o["loop"] == *worse)
     };
     assert!(ordered(&orders), "{orders}");
     assert!(plant(&["snooze", worse, "--until", "9.3.2026"]).refusal().contains("is no day"));
