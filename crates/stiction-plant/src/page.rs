@@ -347,7 +347,7 @@ fn row(place: usize, ranked: &Ranked<'_>) -> Markup {
     let range = row.s_low.zip(row.s_high).map(|(a, b)| format!("{} to {}", rough(a), rough(b)));
     html! {
         tr #{ "k" (place) } data-action=(row.action.name()) data-place=(places.as_deref().unwrap_or(area))
-            data-change=[change] data-list=(list)
+            data-change=(row.change.name()) data-list=(list)
         {
             th scope="row" {
                 (name(row))
