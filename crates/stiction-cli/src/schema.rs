@@ -12,11 +12,13 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-pub const SCHEMAS: [Described; 17] = [
+pub const SCHEMAS: [Described; 19] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("plant-check", schema_of::<plant::Checked>),
     ("plant-scan", schema_of::<stiction_plant::scan::Manifest>),
+    ("plant-report", schema_of::<stiction_plant::report::Reported>),
+    ("plant-orders", schema_of::<plant::OrdersOfWeek>),
     ("plant-status", schema_of::<plant::Status>),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),

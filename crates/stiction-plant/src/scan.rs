@@ -271,6 +271,54 @@ pub fn scan(
     Ok(manifest)
 }
 
+/// The recordings of windows that were judged, read again from the plant's files: one each, in their order, or why there
+/// is none.
+///
+/// # Errors
+/// If the plant's folder cannot be listed.
+pub fn recordings_of(
+    folder: &Path,
+    plant: &Plant,
+    rows: &[&WindowRow],
+) -> Result<Vec<Result<Recording, String>>> {
+    let mut inputs = Inputs::known(&Store::of(folder), plant);
+    if inputs.files.is_empty() {
+        inputs.update(folder, plant, |_| {})?;
+    }
+    let scan = Scan { plant, inputs: &inputs, done: HashMap::new() };
+    let days = inputs.days();
+    let of = |row: &&WindowRow| day::of(row.window_start as f64, &plant.zone);
+    let after =
+        |row: &&WindowRow| day::of((row.window_start + row.window_s) as f64 - 1.0, &plant.zone) + 1;
+    let known = |row: &&WindowRow| days.get(&*row.name).cloned().unwrap_or_default();
+    let loops: Vec<Loop<'_>> = rows
+        .iter()
+        .map(|row| Loop {
+            name: &row.name,
+            days: known(row),
+            settings: String::new(),
+            cursor: of(row),
+        })
+        .collect();
+    let each = loops.iter().zip(rows).enumerate();
+    let mut pieces: Vec<Piece<'_, '_>> = each
+        .map(|(place, (one, row))| Piece {
+            place,
+            of: one,
+            from: of(row),
+            until: after(row),
+            parts: vec![],
+            failed: vec![],
+        })
+        .collect();
+    scan.read(&Files::of(folder, plant, (MEMORY / 4) as usize), &mut pieces, 0);
+    let recording = |piece: &Piece<'_, '_>| {
+        let found = scan.recording(piece, piece.from, piece.until - piece.from)?;
+        found.ok_or_else(|| "has no sample of the OP any more".to_owned())
+    };
+    Ok(pieces.iter().map(recording).collect())
+}
+
 /// Removes a folder, if it is there.
 fn remove(folder: &Path) -> Result<()> {
     match std::fs::remove_dir_all(folder) {

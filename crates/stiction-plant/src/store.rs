@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! .stiction/lock                               held by the one who writes
+//! .stiction/log.lock                           held by the one who enters something in log.toml
 //! .stiction/inputs.json                        what was seen of the data; made anew where it is lost
 //! .stiction/runs/0001/windows-0001.parquet     rows, written as they end
 //! .stiction/runs/0001/traces-0001.parquet      their traces, written before them
@@ -14,16 +15,16 @@
 //! whether or not their run came to its end; which windows are done is asked of them alone.
 
 use crate::error::{Error, Result, file, store};
+use crate::table::{self, parquet};
 use crate::trace::Trace;
 use crate::window::WindowRow;
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Int64Type;
+use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::arrow::{ArrowWriter, ProjectionMask};
-use parquet::basic::{Compression, Encoding};
+use parquet::basic::Encoding;
 use parquet::file::metadata::ParquetMetaData;
-use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
 use parquet::file::statistics::Statistics;
 use parquet::schema::types::ColumnPath;
 use sha2::{Digest, Sha256};
@@ -104,6 +105,20 @@ impl Store {
         Ok(Run { name, folder, store: self.clone(), parts: 0, _lock: lock })
     }
 
+    /// Waits until nobody else changes what people say of the plant, and keeps others from it while the file lives.
+    ///
+    /// A lock of its own: a note need not wait for the end of a scan.
+    ///
+    /// # Errors
+    /// If the folder cannot be made, or the file not be locked.
+    pub(crate) fn lock_log(&self) -> Result<File> {
+        fs::create_dir_all(&self.folder).map_err(file(&self.folder))?;
+        let path = self.path("log.lock");
+        let lock = File::create(&path).map_err(file(&path))?;
+        lock.lock().map_err(file(&path))?;
+        Ok(lock)
+    }
+
     /// The names of all runs, in their order.
     ///
     /// # Errors
@@ -155,6 +170,21 @@ impl Store {
         let mut rows = those_that_count(all);
         rows.retain(|row| (from..to).contains(&row.window_start));
         Ok(rows)
+    }
+
+    /// When the last window begins, s since 1970; `None` without a window.
+    ///
+    /// # Errors
+    /// As for [`Store::rows`].
+    pub fn last(&self) -> Result<Option<i64>> {
+        let mut last = None;
+        if let Some(week) = self.weeks()?.into_iter().max() {
+            last = read_done(&self.week(week))?.into_iter().map(|((_, begin), _)| begin).max();
+        }
+        for run in self.runs_after(&self.through())? {
+            last = last.max(self.rows_of(&run)?.iter().map(|row| row.window_start).max());
+        }
+        Ok(last)
     }
 
     /// What was judged, by loop and begin.
@@ -316,11 +346,11 @@ impl Run {
         // Steps from one value to the next are small numbers; as whole ones they would take four bytes each.
         let values =
             ColumnPath::from(vec!["values".to_owned(), "list".to_owned(), "item".to_owned()]);
-        let properties = properties()
+        let properties = table::properties()
             .set_column_dictionary_enabled(values.clone(), false)
             .set_column_encoding(values, Encoding::DELTA_BINARY_PACKED);
         let table = Trace::batch(traces).map_err(|e| store(&path, e))?;
-        write_whole(&path, &written(&table, properties).map_err(|e| store(&path, e))?)
+        write_whole(&path, &table::parquet_with(&table, properties).map_err(|e| store(&path, e))?)
     }
 
     /// How many parts were written.
@@ -405,20 +435,8 @@ fn names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<String>> {
     Ok(names)
 }
 
-fn properties() -> WriterPropertiesBuilder {
-    WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_created_by("stiction".to_owned())
-}
-
 fn bytes(rows: &[WindowRow]) -> parquet::errors::Result<Vec<u8>> {
-    written(&WindowRow::batch(rows)?, properties())
-}
-
-fn written(table: &RecordBatch, with: WriterPropertiesBuilder) -> parquet::errors::Result<Vec<u8>> {
-    let mut writer = ArrowWriter::try_new(vec![], table.schema(), Some(with.build()))?;
-    writer.write(table)?;
-    writer.into_inner()
+    parquet(&WindowRow::batch(rows)?)
 }
 
 /// Hands `take` the tables of a file whose footer says that it is wanted, of all columns or of these.

@@ -15,6 +15,8 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("bench-networks", vec!["bench", "--networks", "1", "--days", "1", "--json"]),
         ("plant-check", vec!["plant", "-C", "north", "check", "--json"]),
         ("plant-scan", vec!["plant", "-C", "north", "scan", "--json"]),
+        ("plant-report", vec!["plant", "-C", "north", "report", "--json"]),
+        ("plant-orders", vec!["plant", "-C", "north", "orders", "--json"]),
         ("plant-status", vec!["plant", "-C", "north", "status", "--json"]),
         ("stem", vec!["stem", "--json"]),
         ("simulate", vec!["simulate", "paper/closed-loop", "--json"]),
