@@ -3,7 +3,7 @@
 python3 pages/check.py COMMAND TARGET [FOLDER]
 
 COMMAND is the built `stiction`, TARGET cargo's target folder, in which the tests of the report left an index of 1,000
-loops. With a FOLDER the screenshots are kept there; `FIC101-sticky.png` and `index.png` of them are
+loops, and those of the plant the page of a week of as many. With a FOLDER the screenshots are kept there; `FIC101-sticky.png` and `index.png` of them are
 `docs/figures/report.png` and `docs/figures/index.png`.
 """
 
@@ -133,6 +133,63 @@ def index(browser: Browser, path: Path, kept: Path) -> None:
     page.close()
 
 
+def plant(browser: Browser, path: Path, kept: Path) -> None:
+    """The page of a plant's week: it opens, sorts, narrows down and finds among 1,000 loops."""
+    began = time.monotonic()
+    page = opened(browser, path, 1300, 900)
+    rows = page.locator("table.loops tbody tr:not([hidden])")
+
+    def within(what: str, wanted: int, limit: float = PATIENCE) -> None:
+        nonlocal began
+        assert rows.count() == wanted, f"{what}: {rows.count()} rows, not {wanted}"
+        took = time.monotonic() - began
+        print(f"{what} of a plant of 1,000 loops: {took:.2f} s")
+        assert took < limit, f"{what} took {took:.2f} s"
+        began = time.monotonic()
+
+    within("opening a week", 999)  # one is snoozed
+    print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB")
+    assert path.stat().st_size <= 1_500_000
+    page.screenshot(path=kept / "plant.png")
+    assert page.locator(".changes li").count() == 20 and page.locator("svg.map [data-k]").count() == 1000
+    began = time.monotonic()
+    page.get_by_role("button", name="p", exact=True).click()
+    within("sorting", 999, 1.0)
+    assert page.locator("th[aria-sort=ascending]").count() == 1
+    page.get_by_role("button", name="priority").click()
+    page.get_by_role("button", name="priority").click()
+    began = time.monotonic()
+    page.get_by_placeholder("words in any column").fill("fic1029")
+    within("finding", 1)
+    assert "repair" in rows.first.inner_text()
+    page.get_by_placeholder("words in any column").fill("")
+    # By action, area and unit with keys: any of one kind, all kinds together.
+    for place in ("[data-only=repair]", "[data-only=Crude]"):
+        page.locator(place).focus()
+        page.keyboard.press("Enter")
+        assert page.locator(place).get_attribute("aria-pressed") == "true"
+    some = rows.count()
+    assert 0 < some < 999 and all("Crude" in text for text in rows.locator("th").all_inner_texts())
+    page.locator("[data-only=new]").click()
+    assert 0 < rows.count() < some
+    for place in ("[data-only=new]", "[data-only=Crude]", "[data-only=repair]", "[data-only=open]"):
+        page.locator(place).click()
+    page.locator("[data-only=snoozed]").click()
+    within("the snoozed", 1)
+    page.locator("[data-only=snoozed]").click()
+    assert rows.count() == 1000
+    page.locator("svg.map [data-k='3']").click()
+    assert page.locator("#k3.found").is_visible()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1300
+    page.close()
+    for size, scheme in ((PHONE, "light"), (WIDE, "dark")):
+        shot = opened(browser, path, size["width"], size["height"], scheme)
+        assert shot.evaluate("document.documentElement.scrollWidth") <= size["width"], f"{path.name}: too wide"
+        shot.locator("#loops").evaluate("each => each.scrollIntoView()")
+        shot.screenshot(path=kept / f"plant-{scheme}.png")
+        shot.close()
+
+
 def site(browser: Browser, command: Path, folder: Path, kept: Path) -> None:
     """The documentation: every page wide and narrow, the search, keys, the dark."""
     began = time.monotonic()
@@ -225,6 +282,7 @@ def main() -> None:
         assert many.locator("tbody tr").count() == len(SAMPLES)
         many.close()
         index(browser, target / "tmp" / "index-of-1000.html", kept)
+        plant(browser, target / "tmp" / "plant-of-1000.html", kept)
         site(browser, command, folder / "site", kept)
         browser.close()
 

@@ -199,5 +199,5 @@ pub fn csv(rows: &[(&str, &Row)]) -> Result<String> {
             ])?;
         }
     }
-    sheet.text()
+    Ok(sheet.text()?)
 }

@@ -2,12 +2,14 @@
 
 mod labelled;
 mod measure;
+mod networks;
 mod positions;
 mod results;
 mod simulated;
 
 use crate::files::{In, Out};
 use crate::{output, text};
+pub use networks::Document as NetworksDocument;
 pub use results::Document;
 
 use anyhow::{Context, Result};
@@ -35,11 +37,12 @@ use stiction_report::scoreboard::{self, Scoreboard};
   stiction bench --simulated 10000 --only verdict --report board.html
   stiction bench --invented 300 --only verdict
   stiction bench --positions 1000 --only verdict
+  stiction bench --networks 300
   stiction bench --labels plant/index.csv --report board.html --reports reports --csv details.csv")]
 pub struct Args {
     /// Index of labelled recordings
     #[arg(long, value_name = "INDEX.csv",
-          required_unless_present_any = ["simulated", "invented", "positions"])]
+          required_unless_present_any = ["simulated", "invented", "positions", "networks"])]
     labels: Option<In>,
     /// Let the index name recordings outside its folder
     #[arg(long, requires = "labels")]
@@ -56,6 +59,16 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated", "invented"],
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     positions: Option<u64>,
+    /// Simulate this many networks of coupled loops: which swing together, and whose valve is the source
+    #[arg(long, value_name = "N",
+          conflicts_with_all = ["labels", "simulated", "invented", "positions", "methods", "only", "time", "csv",
+                                "report", "reports"],
+          value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    networks: Option<u64>,
+    /// Days that each network is recorded [default: 3]
+    #[arg(long, value_name = "DAYS", requires = "networks",
+          value_parser = clap::value_parser!(u32).range(1..=31))]
+    days: Option<u32>,
     /// Add loops until there are so many of each kind; by default one for twenty members
     #[arg(long, value_name = "M", requires = "simulated",
           value_parser = clap::value_parser!(u64).range(0..=100_000))]
@@ -95,6 +108,9 @@ enum Only {
 }
 
 pub fn run(args: Args) -> Result<()> {
+    if let Some(n) = args.networks {
+        return networks::run(args.seed, n, args.days.unwrap_or(3), args.json, args.markdown);
+    }
     let detectors = match (args.only, &args.methods[..]) {
         (Some(Only::Verdict), _) => Detectors::None,
         (None, []) => Detectors::All,

@@ -305,7 +305,7 @@ fn table(history: &ValveHistory) -> Result<String> {
             ])?;
         }
     }
-    sheet.text()
+    Ok(sheet.text()?)
 }
 
 #[cfg(test)]

@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use stiction_figure::Figure;
 use stiction_io::whole;
 
+pub use stiction_report::sheet::Sheet;
+
 /// The program with its version, as documents name it.
 pub const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 
@@ -73,37 +75,6 @@ fn escaped(text: &str, is_meant: impl Fn(char) -> bool) -> Cow<'_, str> {
         if is_meant(c) { out.extend(c.escape_unicode()) } else { out.push(c) }
     }
     out.into()
-}
-
-/// A table for people as CSV. A spreadsheet takes a cell that begins with `=`, `+`, `-` or `@`, a tab or a new line for
-/// a formula, and tags come from foreign files: such a text gets an apostrophe before it, a number never.
-pub struct Sheet(csv::Writer<Vec<u8>>);
-
-impl Sheet {
-    /// With these columns.
-    pub fn new<T: AsRef<[u8]>>(columns: impl IntoIterator<Item = T>) -> Result<Self> {
-        let mut writer = csv::Writer::from_writer(vec![]);
-        writer.write_record(columns)?;
-        Ok(Self(writer))
-    }
-
-    /// Adds a row.
-    pub fn row<T: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = T>) -> Result<()> {
-        for cell in cells {
-            self.0.write_field(harmless(cell.as_ref()).as_bytes())?;
-        }
-        Ok(self.0.write_record(None::<&[u8]>)?)
-    }
-
-    /// All of it as text.
-    pub fn text(self) -> Result<String> {
-        Ok(String::from_utf8(self.0.into_inner()?)?)
-    }
-}
-
-fn harmless(cell: &str) -> Cow<'_, str> {
-    let is_formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
-    if is_formula && cell.parse::<f64>().is_err() { format!("'{cell}").into() } else { cell.into() }
 }
 
 /// Draws `figure` to the file that `option` named, .svg or .png.
@@ -214,28 +185,12 @@ pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{harmless, name, shown};
+    use super::{name, shown};
 
     #[test]
     fn what_steers_a_terminal_is_written_out() {
         assert_eq!(shown("a\tb\nc \u{1b}[2J"), "a\tb\nc \\u{1b}[2J");
         assert_eq!(name("a\nb\r\u{202e}\u{9b}"), "a\\u{a}b\\u{d}\\u{202e}\\u{9b}");
         assert_eq!(shown("Hägglund, 5 ÷ 2 − 1"), "Hägglund, 5 ÷ 2 − 1");
-    }
-
-    #[test]
-    fn formulas_are_texts_and_numbers_stay() {
-        for (cell, expected) in [
-            ("=1+1", "'=1+1"),
-            ("@SUM(A1)", "'@SUM(A1)"),
-            ("-2+3", "'-2+3"),
-            ("+FIC101", "'+FIC101"),
-            ("\tx", "'\tx"),
-            ("-2.5e-3", "-2.5e-3"),
-            ("FIC101", "FIC101"),
-            ("", ""),
-        ] {
-            assert_eq!(harmless(cell), expected);
-        }
     }
 }

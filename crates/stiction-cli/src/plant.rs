@@ -4,14 +4,22 @@ use crate::files::Out;
 use crate::{output, progress};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
+use stiction::diagnose::VerdictClass;
+use stiction_io::overrides;
 use stiction_plant::inputs::{self, Problem};
+use stiction_plant::log::{self, Entry, Kind};
+use stiction_plant::orders::{Order, orders};
 use stiction_plant::plant_file::{self, Plant};
+use stiction_plant::report::{self, Known, ReportOptions, Reported};
 use stiction_plant::scan::{Manifest, Progress};
-use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
+use stiction_plant::week::Week;
+use stiction_plant::{ScanOptions, Store, day, demo, propose, scan, summary};
 
 /// Judge all loops of a plant, day by day, and keep what was found.
 ///
@@ -23,6 +31,9 @@ use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
   stiction plant -C north check
   stiction plant -C north scan
   stiction plant -C north status
+  stiction plant -C north report --week 2026-W10
+  stiction plant -C north note FIC1001 \"new packing\" --repair --day 2026-03-04
+  stiction plant -C north override FIC1003 \"does not stick\" --reason \"stroked on the bench\"
   stiction plant -C refinery init export")]
 pub struct Args {
     /// The folder of the plant; all paths are from there on
@@ -51,8 +62,125 @@ enum Task {
         #[arg(long)]
         json: bool,
     },
+    /// Write the page of a week and its tables: what to do first, what changed, work orders
+    Report(Report),
+    /// Print the work orders of a week
+    Orders(Orders),
+    /// Enter what a person concluded of a valve, which stands beside the computed verdict and decides what to do
+    Override(Override),
+    /// Enter a note about a loop, a repair of its valve, or an order that was placed
+    Note(Note),
+    /// Take a loop out of the list of work until a day
+    Snooze(Snooze),
     /// Write a plant with known truth, to try all this on: plant.toml, data, truth.csv
     Demo(Demo),
+}
+
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction plant -C north report
+  stiction plant -C north report --week 2026-W10 --pages 50
+  stiction plant -C north report --fail-on new-sticking  # exit code 1 if a valve sticks that did not")]
+struct Report {
+    /// The week, such as 2026-W10 [default: the last one with windows]
+    #[arg(long, value_name = "WEEK")]
+    week: Option<Week>,
+    /// Write a page for so many of the worst loops, besides those that changed and are watched
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pages: u32,
+    /// End with exit code 1 if this was found
+    #[arg(long, value_name = "WHAT")]
+    fail_on: Option<FailOn>,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a report can fail on.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum FailOn {
+    /// A valve sticks that did not before, and is not snoozed
+    NewSticking,
+}
+
+#[derive(Parser)]
+struct Orders {
+    /// The week, such as 2026-W10 [default: the last one with windows]
+    #[arg(long, value_name = "WEEK")]
+    week: Option<Week>,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction plant override FIC101 \"does not stick\" --reason \"stroked on the bench\" --by \"J. Miller\"
+  stiction plant override FIC102 sticks --reason \"seen at the stem\" --until 2026-06-30")]
+struct Override {
+    /// The loop
+    #[arg(value_name = "TAG")]
+    tag: String,
+    /// What the valve does: sticks, does not stick, does not respond, or cannot tell, which takes an override back
+    #[arg(value_parser = VerdictClass::by_name)]
+    verdict: VerdictClass,
+    /// Why, in words
+    #[arg(long)]
+    reason: String,
+    /// The last day on which it holds
+    #[arg(long, value_name = "DAY", value_parser = day::parse)]
+    until: Option<i64>,
+    #[command(flatten)]
+    by: By,
+}
+
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction plant note FIC101 \"hunts since the turnaround\"
+  stiction plant note FIC101 \"new packing\" --repair --day 2026-03-04
+  stiction plant note FIC101 \"WO 4711\" --order")]
+struct Note {
+    /// The loop
+    #[arg(value_name = "TAG")]
+    tag: String,
+    /// What there is to say
+    text: String,
+    /// The valve was repaired on that day: what came before says nothing of it any more
+    #[arg(long)]
+    repair: bool,
+    /// A work order was placed
+    #[arg(long, conflicts_with = "repair")]
+    order: bool,
+    #[command(flatten)]
+    by: By,
+}
+
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction plant snooze FIC101 --until 2026-03-23 \"ordered, WO 4711\"")]
+struct Snooze {
+    /// The loop
+    #[arg(value_name = "TAG")]
+    tag: String,
+    /// The day on which to look again
+    #[arg(long, value_name = "DAY", value_parser = day::parse)]
+    until: i64,
+    /// Why
+    #[arg(default_value = "", hide_default_value = true)]
+    text: String,
+    #[command(flatten)]
+    by: By,
+}
+
+/// Who enters something, and when.
+#[derive(Parser)]
+struct By {
+    /// Who says so [default: the user of this system]
+    #[arg(long, value_name = "NAME")]
+    by: Option<String>,
+    /// The day it was done, in place of today
+    #[arg(long, value_name = "DAY", value_parser = day::parse)]
+    day: Option<i64>,
 }
 
 #[derive(Parser)]
@@ -113,6 +241,24 @@ pub fn run(args: Args) -> Result<ExitCode> {
         Task::Check { json } => check(folder, json),
         Task::Scan(of) => scanned(folder, &of),
         Task::Status { json } => status(folder, json).map(|()| ExitCode::SUCCESS),
+        Task::Report(of) => reported(folder, &of),
+        Task::Orders(of) => ordered(folder, &of).map(|()| ExitCode::SUCCESS),
+        Task::Override(of) => {
+            let entry = (Kind::Override, Some(of.verdict), of.until, of.reason);
+            enter(folder, &of.tag, entry, of.by).map(|()| ExitCode::SUCCESS)
+        }
+        Task::Note(of) => {
+            let kind = match (of.repair, of.order) {
+                (true, _) => Kind::Repair,
+                (_, true) => Kind::Order,
+                _ => Kind::Note,
+            };
+            enter(folder, &of.tag, (kind, None, None, of.text), of.by).map(|()| ExitCode::SUCCESS)
+        }
+        Task::Snooze(of) => {
+            let entry = (Kind::Snooze, None, Some(of.until), of.text);
+            enter(folder, &of.tag, entry, of.by).map(|()| ExitCode::SUCCESS)
+        }
         Task::Demo(of) => demonstrate(folder, &of).map(|()| ExitCode::SUCCESS),
     }
 }
@@ -248,6 +394,109 @@ fn status(folder: &Path, json: bool) -> Result<()> {
         );
     }
     output::write(None, text.as_bytes())
+}
+
+fn reported(folder: &Path, of: &Report) -> Result<ExitCode> {
+    let plant = Plant::read(folder)?;
+    let options = ReportOptions { week: of.week, pages: of.pages as usize };
+    let bar = progress::bar("writing pages", options.pages);
+    let done: Reported = report::write(folder, &plant, &options, || bar.inc(1))?;
+    bar.finish_and_clear();
+    if of.json {
+        output::json(&done)?;
+    } else {
+        let mut text = format!(
+            "{}, week {}: {} loops, {} judged\n",
+            done.plant, done.week, done.loops, done.judged
+        );
+        for each in done.actions.iter().filter(|each| each.loops > 0) {
+            text += &format!("{:7} {}\n", each.loops, each.action.name());
+        }
+        for each in &done.changes {
+            let day = each.day.as_ref().map_or(String::new(), |day| format!(", since {day}"));
+            text += &format!("{}: {}{day}\n", output::name(&each.name), each.change.name());
+        }
+        let page = folder.join(&done.folder).join(stiction_plant::page::INDEX);
+        let orders = stiction::spoken::counted(done.orders, "work order");
+        text += &format!("{orders}; see {}\n", page.display());
+        output::text(&text)?;
+    }
+    done.problems.iter().for_each(output::note);
+    Ok(match of.fail_on {
+        Some(FailOn::NewSticking) if done.new_sticking > 0 => ExitCode::from(1),
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+/// The work orders of a week, as the JSON of a command.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct OrdersOfWeek {
+    /// Name of the plant.
+    plant: String,
+    /// The week, such as `2026-W10`.
+    week: String,
+    /// The orders, the most important first.
+    orders: Vec<Order>,
+}
+
+fn ordered(folder: &Path, of: &Orders) -> Result<()> {
+    let plant = Plant::read(folder)?;
+    let known = Known::of(folder, &plant, of.week)?;
+    let ranking = known.ranking(&plant);
+    let document = OrdersOfWeek {
+        plant: ranking.plant.clone(),
+        week: ranking.week.to_string(),
+        orders: orders(&ranking),
+    };
+    if of.json {
+        return output::json(&document);
+    }
+    let mut text = String::new();
+    for each in &document.orders {
+        text += &format!(
+            "{}: {}\n  {}\n  test: {}\n",
+            output::name(&each.name),
+            each.finding,
+            each.evidence,
+            each.test
+        );
+        if let Some(note) = &each.note {
+            text += &format!("  {}\n", output::name(note));
+        }
+    }
+    let orders = stiction::spoken::counted(document.orders.len(), "order");
+    output::text(&format!("{text}{orders}, {}, week {}\n", document.plant, document.week))
+}
+
+/// What an entry is: its kind, a verdict, the last day, and words.
+type Said = (Kind, Option<VerdictClass>, Option<i64>, String);
+
+fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -> Result<()> {
+    let plant = Plant::read(folder)?;
+    let rows = Store::of(folder).rows()?;
+    let known = rows.iter().map(|row| &row.name).chain(plant.file.loops.keys());
+    let same = |name: &&String| name.to_lowercase() == tag.to_lowercase();
+    let Some(name) = known.into_iter().find(same) else {
+        bail!(
+            "there is no loop \"{tag}\" in {} nor among what was judged; status tells more",
+            plant_file::NAME
+        );
+    };
+    let entry = Entry {
+        kind,
+        name: name.clone(),
+        day: match by.day {
+            Some(day) => day,
+            None => day::parse(&overrides::today().to_string()).map_err(|e| anyhow!(e))?,
+        },
+        by: by.by.or_else(|| whoami::username().ok()),
+        until,
+        verdict,
+        text,
+    };
+    log::enter(folder, &entry)?;
+    let kept = folder.join(log::NAME);
+    output::line(output::name(&format!("{name}: {}; kept in {}", entry.words(), kept.display())))
 }
 
 fn demonstrate(folder: &Path, of: &Demo) -> Result<()> {

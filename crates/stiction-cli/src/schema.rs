@@ -1,6 +1,8 @@
 //! `stiction schema`: what the JSON of the other subcommands holds.
 
-use crate::{bench, compensate, fit, fmu, inspect, limit_cycle, output, simulate, stem, what_if};
+use crate::{
+    bench, compensate, fit, fmu, inspect, limit_cycle, output, plant, simulate, stem, what_if,
+};
 use anyhow::Result;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -10,14 +12,17 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-pub const SCHEMAS: [Described; 16] = [
+pub const SCHEMAS: [Described; 19] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("plant-check", schema_of::<stiction_plant::summary::Checked>),
     ("plant-scan", schema_of::<stiction_plant::scan::Manifest>),
+    ("plant-report", schema_of::<stiction_plant::report::Reported>),
+    ("plant-orders", schema_of::<plant::OrdersOfWeek>),
     ("plant-status", schema_of::<stiction_plant::summary::Status>),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
+    ("bench-networks", schema_of::<bench::NetworksDocument>),
     ("fit", schema_of::<fit::Document>),
     ("prospects", schema_of::<what_if::FromRecording>),
     ("stem", schema_of::<stem::Document>),

@@ -120,5 +120,5 @@ fn csv(found: &[Shift]) -> Result<String> {
         }
         sheet.row(&row)?;
     }
-    sheet.text()
+    Ok(sheet.text()?)
 }

@@ -14,6 +14,9 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
+/// Cells of beginnings that are held at a time.
+const HEAD: usize = 2_000_000;
+
 /// A file of several loops, of which it is known where they are.
 #[derive(Debug)]
 pub struct PartedFile {
@@ -211,6 +214,34 @@ impl PartedFile {
         Ok(found)
     }
 
+    /// Reads the beginning of the samples of every loop, some loops at a time, and hands each reading to `visit`.
+    ///
+    /// # Errors
+    /// As for [`PartedFile::read`].
+    pub fn heads(&self, options: &ReadOptions, mut visit: impl FnMut(Reading)) -> Result<()> {
+        let mut bundles = self.bundles.iter().peekable();
+        while bundles.peek().is_some() {
+            let (mut names, mut groups): (Vec<usize>, HashSet<usize>) = Default::default();
+            let mut rows = 0;
+            while let Some(bundle) = bundles.next_if(|_| rows < HEAD) {
+                names.extend(&bundle.names);
+                let first = |name: &usize| match self.shape.long {
+                    Some(_) => self.groups[*name].first().copied(),
+                    None => (self.file.groups() > 0).then_some(0),
+                };
+                groups.extend(bundle.names.iter().filter_map(first));
+                let long: usize = groups.iter().map(|group| self.file.rows(*group)).sum();
+                rows = if self.is_long() { long } else { long * names.len() };
+            }
+            names.sort_unstable();
+            let mut groups: Vec<usize> = groups.into_iter().collect();
+            groups.sort_unstable();
+            let sheet = self.part(&names, &groups)?;
+            visit(reading::of_sheet(sheet, &self.options_of(&names, options))?);
+        }
+        Ok(())
+    }
+
     /// How many row groups it has.
     pub fn groups(&self) -> usize {
         self.file.groups()
@@ -285,26 +316,33 @@ impl PartedFile {
     ) -> Result<Reading> {
         let names = self.names_of(loops);
         let options = self.options_of(&names, options);
+        let groups = match self.shape.long {
+            Some(_) => self.groups_of(&names),
+            None => (0..self.file.groups()).collect(),
+        };
+        reading::of_sheet(self.part(&names, &groups)?, &options)
+    }
+
+    /// What these row groups hold of these names.
+    fn part(&self, names: &[usize], groups: &[usize]) -> Result<Sheet> {
         let Some((tag, _)) = self.shape.long else {
             let mut columns: Vec<usize> =
                 names.iter().chain(&self.shape.about_rows).copied().collect();
             columns.sort_unstable();
-            let groups: Vec<usize> = (0..self.file.groups()).collect();
-            return reading::of_sheet(self.file.sheet(&columns, &groups)?, &options);
+            return self.file.sheet(&columns, groups);
         };
         let columns: Vec<usize> = (0..self.file.columns().count()).collect();
-        let groups = self.groups_of(&names);
-        let mut sheet = self.file.sheet(&columns, &groups)?;
+        let sheet = self.file.sheet(&columns, groups)?;
         let wanted: HashSet<&str> = names.iter().map(|name| &*self.names[*name]).collect();
-        let others = groups.iter().flat_map(|group| &self.tags[*group]);
-        if others.into_iter().any(|tag| !wanted.contains(&*self.names[*tag]))
+        let mut there = groups.iter().flat_map(|group| &self.tags[*group]);
+        if there.any(|tag| !wanted.contains(&*self.names[*tag]))
             && let Cells::Text(tags) = &sheet.columns[tag].cells
         {
             let is_wanted = |row: &usize| wanted.contains(&*tags[*row]);
             let kept: Vec<usize> = (0..tags.len()).filter(is_wanted).collect();
-            sheet = sheet.rows_at(&kept);
+            return Ok(sheet.rows_at(&kept));
         }
-        reading::of_sheet(sheet, &options)
+        Ok(sheet)
     }
 
     /// The names that are read for these loops, in order.

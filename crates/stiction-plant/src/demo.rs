@@ -1,8 +1,9 @@
 //! A plant with known truth, to try things on.
 //!
-//! Loops of the [population](stiction_population), recorded for days at their own sample times, as long Parquet of a day a
-//! file. The first four have a story: one is repaired midway, one begins to stick midway, of one the PV is dead on the
-//! last day, one is in manual every morning.
+//! Units of coupled loops of the [population](stiction_population::network), recorded for days at their own sample times, as long
+//! Parquet of a day a file. Sticking valves make other loops swing. In every fifty loops the first five have a story: one is
+//! repaired midway, one begins to stick midway, of one the PV is dead on the last day, one is in manual every morning, and of one
+//! the valve gets worse from day to day.
 
 use crate::day;
 use crate::error::{Error, Result, file, store};
@@ -13,61 +14,206 @@ use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, TimestampMil
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::file::properties::WriterProperties;
+use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
-use stiction_population::{LoopKind, ProcessKind, Simulated};
+use stiction_diagnose::recording::LoopType;
+use stiction_diagnose::series::{mean, zero_crossings};
+use stiction_population::LoopKind;
+use stiction_population::network::{
+    Cause, Course, LinkKind, Network, NetworkLoop, NetworkPlan, NetworkRun, NetworkTruth, Samples,
+};
 
 /// The first day, days since 1970-01-01: Monday, 2026-03-02.
 pub const FIRST_DAY: i64 = 20_514;
 const DAY: f64 = 86_400.0;
-/// Sample times of a historian, s.
-const SAMPLE_TIMES: std::ops::RangeInclusive<f64> = 5.0..=60.0;
 /// In manual from 06:00 to 09:00.
-const MANUAL: std::ops::Range<f64> = 21_600.0..32_400.0;
-
-/// What the loops without a story are, over and over.
-const KINDS: [LoopKind; 8] = [
-    LoopKind::Normal,
-    LoopKind::Sticky,
-    LoopKind::Sine,
-    LoopKind::SetPoint,
-    LoopKind::Sticky,
-    LoopKind::AggressiveTuning,
-    LoopKind::ExternalWave,
-    LoopKind::StickingNeighbour,
-];
+const MANUAL: (f64, f64) = (21_600.0, 32_400.0);
+/// Loops of a unit, which act on each other.
+const UNIT: usize = 20;
+/// The first of so many loops have stories.
+const STORIES: usize = 50;
+/// Of the loops of a unit without a story, those whose valves stick.
+const STICKING: [usize; 2] = [7, 13];
+/// S of a valve that gets worse, on the last day over that on the first.
+const WORSE: f64 = 2.5;
+/// A unit is drawn so often at most, until its sticking valves cycle.
+const DRAWS: u64 = 30;
+/// So often they cross their mean on a day at least.
+const CROSSINGS: usize = 24;
+/// Units that are in memory at once, a day of each.
+const AT_ONCE: usize = 8;
 
 /// What happens to a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Story {
     Repaired,
-    Worsens,
+    Begins,
     DeadPv,
     Manual,
+    Worsens,
+    Sticks,
     None,
 }
 
 impl Story {
     fn of(index: usize) -> Self {
-        [Self::Repaired, Self::Worsens, Self::DeadPv, Self::Manual]
-            .get(index)
-            .copied()
-            .unwrap_or(Self::None)
+        let told = [Self::Repaired, Self::Begins, Self::DeadPv, Self::Manual, Self::Worsens];
+        let sticks = STICKING.contains(&(index % UNIT));
+        let rest = if sticks { Self::Sticks } else { Self::None };
+        told.get(index % STORIES).copied().unwrap_or(rest)
     }
 
     fn name(self) -> &'static str {
         match self {
             Self::Repaired => "repaired midway",
-            Self::Worsens => "begins to stick midway",
+            Self::Begins => "begins to stick midway",
             Self::DeadPv => "PV dead on the last day",
             Self::Manual => "in manual 06:00 to 09:00",
-            Self::None => "",
+            Self::Worsens => "sticks more from day to day",
+            Self::Sticks | Self::None => "",
+        }
+    }
+
+    /// When its valve sticks, in a plant of so many days.
+    fn course(self, days: usize) -> Course {
+        let at_s = (days as f64 / 2.0).ceil() * DAY;
+        match self {
+            Self::Repaired => Course::Repaired { at_s },
+            Self::Begins => Course::Begins { at_s },
+            Self::Worsens => Course::Grows { factor: WORSE, within_s: days as f64 * DAY },
+            Self::Sticks => Course::Sticks,
+            Self::DeadPv | Self::Manual | Self::None => Course::Healthy,
         }
     }
 }
 
+/// Loops that act on each other.
+struct Unit {
+    /// Number of its first loop in the plant.
+    first: usize,
+    network: Network,
+    /// Whom its valves reach on a day on which all of them stick.
+    truth: NetworkTruth,
+}
+
+impl Unit {
+    /// The loops from number `first` on, for so many days.
+    fn draw(first: usize, loops: usize, days: usize, seed: u64) -> Result<Self> {
+        let stories = || (0..loops).map(|k| Story::of(first + k));
+        let sticking: Vec<usize> = stories()
+            .enumerate()
+            .filter(|(_, story)| story.course(days).ever())
+            .map(|(k, _)| k)
+            .collect();
+        let outside = usize::from(loops == UNIT && (first / UNIT) % 3 == 2);
+        let plan = NetworkPlan { loops, sticking, outside, coupled: true };
+        let own = seed.wrapping_mul(1_000_003).wrapping_add(1000 * first as u64);
+        let mut best: Option<(usize, Network, Vec<Samples>)> = None;
+        for again in 0..DRAWS {
+            let network = Network::planned(own.wrapping_add(again), &plan)?;
+            let samples = network.run(None)?.record(DAY)?;
+            let cycle = plan.sticking.iter().filter(|k| cycles(&samples[**k])).count();
+            if best.as_ref().is_none_or(|(most, ..)| cycle > *most) {
+                best = Some((cycle, network, samples));
+            }
+            if best.as_ref().is_some_and(|(most, ..)| *most == plan.sticking.len()) {
+                break;
+            }
+        }
+        let (_, mut network, samples) =
+            best.ok_or_else(|| Error::Option("a unit could not be drawn".to_owned()))?;
+        let truth = network.truth(&samples)?;
+        for (each, story) in network.loops.iter_mut().zip(stories()) {
+            each.course = story.course(days);
+            each.manual = (story == Story::Manual).then_some(MANUAL);
+        }
+        Ok(Self { first, network, truth })
+    }
+
+    /// The tag of its loop `k`.
+    fn name(&self, k: usize) -> String {
+        let prefix = match self.network.loops[k].loop_type {
+            LoopType::Level => "LIC",
+            LoopType::Temperature => "TIC",
+            LoopType::Pressure => "PIC",
+            _ => "FIC",
+        };
+        format!("{prefix}{}", 1001 + self.first + k)
+    }
+
+    /// The loops whose sticking valves make loop `k` swing, but for itself.
+    fn reached_by(&self, k: usize) -> Vec<String> {
+        let each = self.truth.causes.iter().filter(|reach| reach.swings[k]);
+        let sources = each.filter_map(|reach| match reach.cause {
+            Cause::Valve(source) if source != k => Some(self.name(source)),
+            _ => None,
+        });
+        sources.collect()
+    }
+
+    /// The loops whose material comes to loop `k`.
+    fn upstream(&self, k: usize) -> Vec<String> {
+        let links = &self.network.links;
+        let to = links.iter().filter(|link| link.to == k && link.kind == LinkKind::MassBalance);
+        to.map(|link| self.name(link.from)).collect()
+    }
+
+    /// What is told of loop `k`: its heading and lines of `plant.toml`, and its row of `truth.csv`.
+    fn told(&self, k: usize, days: usize) -> (String, String) {
+        let (index, name) = (self.first + k, self.name(k));
+        let each = &self.network.loops[k];
+        let area = if index % 2 == 0 { "North" } else { "South" };
+        let unit = format!("U-{}", 1 + self.first / UNIT);
+        let mut plant = format!(
+            "\n[loop.{}]\narea = {}\nunit = {}\nweight = {}\n",
+            quoted(&name),
+            quoted(area),
+            quoted(&unit),
+            1 + index % 5
+        );
+        let upstream = self.upstream(k);
+        // Of every other loop somebody has written it down.
+        if index % 2 == 0 && !upstream.is_empty() {
+            let names: Vec<String> = upstream.iter().map(|name| quoted(name)).collect();
+            // Writing to a string cannot fail.
+            let _ = writeln!(plant, "upstream = [{}]", names.join(", "));
+        }
+        let reached_by = self.reached_by(k);
+        let ever = each.course.ever();
+        let kind = match (ever, reached_by.is_empty()) {
+            (true, _) => LoopKind::Sticky,
+            (false, false) => LoopKind::StickingNeighbour,
+            (false, true) => LoopKind::Normal,
+        };
+        let [s, j] = [each.s, each.j].map(|band| if ever { band } else { 0.0 });
+        let grown = if matches!(each.course, Course::Grows { .. }) { WORSE } else { 1.0 };
+        let last = (days as f64 - 0.5) * DAY;
+        let truth = format!(
+            "{name},{},{},{},{},{s},{j},{},{},{unit},{},{}\n",
+            kind.name(),
+            Story::of(index).name(),
+            each.course.sticks(0.0),
+            each.course.sticks(last),
+            s * grown,
+            each.sample_time_s,
+            reached_by.join(" "),
+            upstream.join(" ")
+        );
+        (plant, truth)
+    }
+}
+
+/// Whether a valve cycles.
+fn cycles(samples: &Samples) -> bool {
+    let about = mean(&samples.vp);
+    let away: Vec<f64> = samples.vp.iter().map(|v| v - about).collect();
+    zero_crossings(&away).len() >= CROSSINGS
+}
+
 /// Writes a plant of `loops` loops and `days` days to `folder`: `plant.toml`, `data/`, `truth.csv`. `seen` hears of each loop.
+/// Memory is that of some units for a day and of a day's file.
 ///
 /// # Errors
 /// If a file cannot be written, or there is no loop or day.
@@ -81,7 +227,13 @@ pub fn write(
     if loops == 0 || days == 0 {
         return Err(Error::Option("a plant has one loop and one day at least".to_owned()));
     }
-    let mut writers = vec![];
+    let firsts: Vec<usize> = (0..loops).step_by(UNIT).collect();
+    let units: Vec<Unit> = firsts
+        .par_iter()
+        .map(|first| Unit::draw(*first, UNIT.min(loops - first), days, seed))
+        .collect::<Result<_>>()?;
+    let mut runs: Vec<NetworkRun<'_>> =
+        units.iter().map(|unit| Ok(unit.network.run(None)?)).collect::<Result<_>>()?;
     for k in 0..days {
         let path = folder.join("data").join(format!("{}.parquet", day::date(FIRST_DAY + k as i64)));
         let properties = WriterProperties::builder()
@@ -90,162 +242,76 @@ pub fn write(
             .build();
         let schema = batch(&[]).map_err(|e| store(&path, e))?.schema();
         let writer = ArrowWriter::try_new(vec![], schema, Some(properties));
-        writers.push((writer.map_err(|e| store(&path, e))?, path));
+        let mut writer = writer.map_err(|e| store(&path, e))?;
+        for (units, runs) in units.chunks(AT_ONCE).zip(runs.chunks_mut(AT_ONCE)) {
+            let recorded: Vec<Vec<Samples>> =
+                runs.par_iter_mut().map(|run| Ok(run.record(DAY)?)).collect::<Result<_>>()?;
+            for (unit, recorded) in units.iter().zip(recorded) {
+                for (own, (number, each)) in
+                    recorded.iter().zip(unit.network.loops.iter().enumerate())
+                {
+                    let dead = Story::of(unit.first + number) == Story::DeadPv && k + 1 == days;
+                    let tags = tags(&unit.name(number), each, own, k, dead);
+                    // A row group a loop: who wants one loop can leave out the others.
+                    let written = batch(&tags)
+                        .and_then(|rows| writer.write(&rows))
+                        .and_then(|()| writer.flush());
+                    written.map_err(|e| store(&path, e))?;
+                }
+            }
+        }
+        let bytes = writer.into_inner().map_err(|e| store(&path, e))?;
+        write_whole(&path, &bytes)?;
+        // Loops are done day by day, all together.
+        (loops * k / days..loops * (k + 1) / days).for_each(|_| seen());
     }
     let mut plant = String::from(
         "name = \"Demo\"\nzone = \"UTC\"\ndata = [\"data/*.parquet\"]\n\n[area.North]\nweight = 2\n\n[area.South]\n",
     );
-    let mut truth =
-        String::from("loop,kind,story,sticks_first_day,sticks_last_day,S,J,sample_time_s\n");
-    for index in 0..loops {
-        let story = Story::of(index);
-        let (simulated, sticks) = simulated(index, story, days, seed)?;
-        let facts = &simulated.truth.facts;
-        let prefix = if facts.process == ProcessKind::Integrating { "LIC" } else { "FIC" };
-        let name = format!("{prefix}{}", 1001 + index);
-        for (k, (writer, path)) in writers.iter_mut().enumerate() {
-            let rows = rows(&name, &simulated, story, k, days);
-            // A row group a loop: who wants one loop can leave out the others.
-            let written =
-                batch(&rows).and_then(|rows| writer.write(&rows)).and_then(|()| writer.flush());
-            written.map_err(|e| store(path, e))?;
+    let mut truth = String::from(
+        "loop,kind,story,sticks_first_day,sticks_last_day,S,J,S_last_day,sample_time_s,unit,reached_by,upstream\n",
+    );
+    for unit in &units {
+        for k in 0..unit.network.loops.len() {
+            let (of_plant, of_truth) = unit.told(k, days);
+            plant += &of_plant;
+            truth += &of_truth;
         }
-        let area = if index % 2 == 0 { "North" } else { "South" };
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            plant,
-            "\n[loop.{}]\narea = {}\nweight = {}",
-            quoted(&name),
-            quoted(area),
-            1 + index % 5
-        );
-        let t = &simulated.truth;
-        let _ = writeln!(
-            truth,
-            "{name},{},{},{},{},{},{},{}",
-            t.kind.name(),
-            story.name(),
-            sticks.0,
-            sticks.1,
-            t.s,
-            t.j,
-            facts.sample_time_s
-        );
-        seen();
-    }
-    for (writer, path) in writers {
-        let bytes = writer.into_inner().map_err(|e| store(&path, e))?;
-        write_whole(&path, &bytes)?;
     }
     std::fs::create_dir_all(folder).map_err(file(folder))?;
     write_whole(&folder.join("truth.csv"), truth.as_bytes())?;
     write_whole(&folder.join(plant_file::NAME), plant.as_bytes())
 }
 
-/// A loop for all days, and whether its valve is at fault on the first and on the last.
-fn simulated(
-    index: usize,
-    story: Story,
-    days: usize,
-    seed: u64,
-) -> Result<(Simulated, (bool, bool))> {
-    let kind = match story {
-        Story::Repaired | Story::Worsens => LoopKind::Sticky,
-        Story::DeadPv | Story::Manual => LoopKind::Normal,
-        Story::None => KINDS[index % KINDS.len()],
-    };
-    // The first draw that a historian would sample as slowly, and whose fault shows and does not come and go.
-    let mut own = seed.wrapping_mul(1_000_003).wrapping_add(1000 * index as u64);
-    let factor = loop {
-        let drawn = kind.simulate(own)?;
-        let facts = &drawn.truth.facts;
-        let shows = !drawn.truth.sticks || (drawn.truth.visible && facts.faulty_share >= 1.0);
-        if shows && SAMPLE_TIMES.contains(&facts.sample_time_s) {
-            let samples = days as f64 * DAY / facts.sample_time_s;
-            break (samples / drawn.recording.op.values.len() as f64 + 0.01).max(0.1);
-        }
-        own = own.wrapping_add(1);
-    };
-    let mut simulated = kind.simulate_for(own, factor)?;
-    let sticks = simulated.truth.sticks;
-    let (first, last) = match story {
-        Story::Repaired => (true, false),
-        Story::Worsens => (false, true),
-        _ => (sticks, sticks),
-    };
-    if first != last {
-        // The same loop with a healthy valve.
-        let healthy = LoopKind::Normal.simulate_for(own, factor)?;
-        let half = (days as f64 / 2.0).ceil() * DAY / simulated.truth.facts.sample_time_s;
-        swap(&mut simulated, &healthy, half as usize, first);
+/// A tag of a day: its name, the times of its samples, ms since 1970, and their values.
+type Tag = (String, Vec<i64>, Vec<f64>);
+
+/// What is recorded of a loop on day `k`, by tag and time.
+fn tags(name: &str, each: &NetworkLoop, own: &Samples, k: usize, dead: bool) -> Vec<Tag> {
+    let begin = FIRST_DAY * 86_400_000;
+    let time = |i: usize| begin + (1000.0 * (own.from_s + i as f64 * own.step_s)).round() as i64;
+    let times: Vec<i64> = (0..own.op.len()).map(time).collect();
+    let mut tags = vec![];
+    if let Some((from, to)) = each.manual {
+        let midnight = begin + k as i64 * 86_400_000;
+        let at = [0.0, from, to].map(|at| midnight + (1000.0 * at) as i64);
+        tags.push((format!("{name}.MODE"), at.to_vec(), vec![1.0, 0.0, 1.0]));
     }
-    Ok((simulated, (first, last)))
+    let pv = match own.pv.first() {
+        Some(first) if dead => vec![*first; own.pv.len()],
+        _ => own.pv.clone(),
+    };
+    for (signal, values) in [("OP", own.op.clone()), ("PV", pv), ("SP", own.sp.clone())] {
+        tags.push((format!("{name}.{signal}"), times.clone(), values));
+    }
+    tags
 }
 
-/// Takes the values of `other` from sample `half` on, or before it.
-fn swap(one: &mut Simulated, other: &Simulated, half: usize, behind: bool) {
-    let put = |own: &mut Vec<f64>, other: &[f64]| {
-        let length = own.len().min(other.len());
-        let half = half.min(length);
-        let range = if behind { half..length } else { 0..half };
-        own[range.clone()].copy_from_slice(&other[range]);
-        own.truncate(length);
-    };
-    let (own, other) = (&mut one.recording, &other.recording);
-    put(&mut own.op.values, &other.op.values);
-    for (own, other) in [(&mut own.pv, &other.pv), (&mut own.sp, &other.sp)] {
-        if let (Some(own), Some(other)) = (own, other) {
-            put(&mut own.values, &other.values);
-        }
-    }
-}
-
-/// A sample: time, ms since 1970; tag; value.
-type Row = (i64, String, f64);
-
-/// The samples of a loop on day `k`, by tag and time.
-fn rows(name: &str, simulated: &Simulated, story: Story, k: usize, days: usize) -> Vec<Row> {
-    let recording = &simulated.recording;
-    let step = simulated.truth.facts.sample_time_s;
-    let begin = (FIRST_DAY + k as i64) * 86_400_000;
-    let until = recording.op.values.len();
-    let from = ((k as f64 * DAY / step).ceil() as usize).min(until);
-    let to = (((k + 1) as f64 * DAY / step).ceil() as usize).min(until);
-    let offset = |i: usize| i as f64 * step - k as f64 * DAY;
-    let time = |i: usize| begin + (1000.0 * offset(i)).round() as i64;
-    let is_manual = |i: usize| story == Story::Manual && MANUAL.contains(&offset(i));
-    let mut rows: Vec<Row> = vec![];
-    if story == Story::Manual {
-        for (at, mode) in [(0.0, 1.0), (MANUAL.start, 0.0), (MANUAL.end, 1.0)] {
-            rows.push((begin + (1000.0 * at) as i64, format!("{name}.MODE"), mode));
-        }
-    }
-    let mut held = f64::NAN;
-    for i in from..to {
-        if !(is_manual(i) && held.is_finite()) {
-            held = recording.op.values[i];
-        }
-        rows.push((time(i), format!("{name}.OP"), held));
-    }
-    if let Some(pv) = &recording.pv {
-        let dead = story == Story::DeadPv && k + 1 == days;
-        let value = |i: usize| if dead { pv.values[from] } else { pv.values[i] };
-        rows.extend(
-            (from..to.min(pv.values.len())).map(|i| (time(i), format!("{name}.PV"), value(i))),
-        );
-    }
-    if let Some(sp) = &recording.sp {
-        rows.extend(
-            (from..to.min(sp.values.len())).map(|i| (time(i), format!("{name}.SP"), sp.values[i])),
-        );
-    }
-    rows
-}
-
-fn batch(rows: &[Row]) -> std::result::Result<RecordBatch, parquet::errors::ParquetError> {
-    let time = rows.iter().map(|(time, ..)| *time).collect::<Vec<_>>();
-    let tag = rows.iter().map(|(_, tag, _)| &**tag).collect::<Vec<_>>();
-    let value = rows.iter().map(|(.., value)| *value).collect::<Vec<_>>();
+fn batch(tags: &[Tag]) -> std::result::Result<RecordBatch, parquet::errors::ParquetError> {
+    let time: Vec<i64> = tags.iter().flat_map(|(_, times, _)| times).copied().collect();
+    let tag = tags.iter().flat_map(|(tag, times, _)| times.iter().map(|_| &**tag));
+    let tag: Vec<&str> = tag.collect();
+    let value: Vec<f64> = tags.iter().flat_map(|(.., values)| values).copied().collect();
     let columns: [(&str, ArrayRef); 3] = [
         ("time", Arc::new(TimestampMillisecondArray::from(time).with_timezone("UTC"))),
         ("tag", Arc::new(StringArray::from(tag))),

@@ -5,6 +5,7 @@
 
 use crate::day;
 use crate::plant_file::{LoopFacts, Plant};
+use crate::trace::{Trace, TraceSignal};
 use crate::window::{ENGINE_VERSION, WindowRow, model_version};
 use sha2::{Digest, Sha256};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -35,6 +36,8 @@ pub struct Judge<'a> {
 pub struct Judged {
     /// Its row; none without a sample of the OP.
     pub row: Option<WindowRow>,
+    /// Its trace, where it could be judged.
+    pub trace: Option<Trace>,
     /// How many days the window should have that begins there: what ten periods take.
     pub days: i64,
 }
@@ -51,7 +54,7 @@ impl<'a> Judge<'a> {
         let recording =
             match parts.map_err(str::to_owned).and_then(|p| self.recording(p, day, count)) {
                 Ok(Some(recording)) => recording,
-                Ok(None) => return Judged { row: None, days: 1 },
+                Ok(None) => return Judged { row: None, trace: None, days: 1 },
                 Err(error) => return self.refused(day, count, error),
             };
         let identity = WindowRow {
@@ -63,10 +66,16 @@ impl<'a> Judge<'a> {
                 let period =
                     found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
                 let days = period.map_or(1, |p| (PERIODS * p / 86_400.0).ceil() as i64);
-                Judged { row: Some(identity.judged(&found)), days: days.clamp(1, MOST_DAYS) }
+                let signal = TraceSignal::of(&found);
+                Judged {
+                    trace: Trace::of(&recording, identity.window_start, identity.window_s, signal),
+                    row: Some(identity.judged(&found)),
+                    days: days.clamp(1, MOST_DAYS),
+                }
             }
             Err(error) => {
-                Judged { row: Some(WindowRow { error: Some(error), ..identity }), days: 1 }
+                let row = WindowRow { error: Some(error), ..identity };
+                Judged { row: Some(row), trace: None, days: 1 }
             }
         }
     }
@@ -74,7 +83,7 @@ impl<'a> Judge<'a> {
     /// The row of a window that cannot be judged.
     pub fn refused(&self, day: i64, count: i64, error: String) -> Judged {
         let row = WindowRow { error: Some(error), ..self.identity(day, count) };
-        Judged { row: Some(row), days: 1 }
+        Judged { row: Some(row), trace: None, days: 1 }
     }
 
     /// What of a row is known before it is judged.
@@ -96,8 +105,11 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The recording of a window, from all parts that hold some of it.
-    fn recording(
+    /// The recording of a window, from all parts that hold some of it; none without a sample of the OP.
+    ///
+    /// # Errors
+    /// If parts contradict each other, a sentence.
+    pub fn recording(
         &self,
         parts: &[(&str, Recording)],
         day: i64,

@@ -1,7 +1,7 @@
 //! A first plant file from the data alone, with its doubts as comments.
 //!
 //! Of text the [beginning](HEAD) of each file is read; of each folder of other files the first and the last, as files of
-//! one export are alike.
+//! one export are alike. Of Parquet in turn it is the beginning of each loop.
 
 use crate::error::{Error, Result, file};
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,6 +10,7 @@ use std::io::Read;
 use std::path::Path;
 use stiction_diagnose::recording::LoopType;
 use stiction_io::ReadOptions;
+use stiction_io::parted::PartedFile;
 use stiction_io::reading::{self, Reading};
 use stiction_io::role::Role;
 use stiction_io::timestamp::Clock;
@@ -73,31 +74,27 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
     let mut loops: BTreeMap<String, (LoopType, Vec<String>)> = BTreeMap::new();
     let mut local = false;
     for (path, is_text) in &looked {
-        let reading = match look(&folder.join(path), path, *is_text) {
-            Ok(reading) => reading,
-            Err(e) => {
-                doubts.push(e);
-                continue;
+        let looked = look(&folder.join(path), path, *is_text, |reading| {
+            local |= reading.time.clock == Clock::Local;
+            for recording in &reading.recordings {
+                if recording.start.is_none() {
+                    doubts.push(format!(
+                        "{path}: {} tells no dates, so its days are not known",
+                        recording.name
+                    ));
+                }
+                if recording.pv.is_none() {
+                    doubts.push(format!(
+                        "{}: no PV was found; if it has one, give pv = \"TAG\"",
+                        recording.name
+                    ));
+                }
+                let tags = tags(&reading, &recording.name);
+                loops.insert(recording.name.clone(), (recording.loop_type, tags));
             }
-        };
-        local |= reading.time.clock == Clock::Local;
-        for recording in &reading.recordings {
-            if recording.start.is_none() {
-                doubts.push(format!(
-                    "{path}: {} tells no dates, so its days are not known",
-                    recording.name
-                ));
-            }
-            if recording.pv.is_none() {
-                doubts.push(format!(
-                    "{}: no PV was found; if it has one, give pv = \"TAG\"",
-                    recording.name
-                ));
-            }
-            let tags = tags(&reading, &recording.name);
-            loops.insert(recording.name.clone(), (recording.loop_type, tags));
-        }
-        doubts.extend(reading.notes.iter().map(|note| format!("{path}: {note}")));
+            doubts.extend(reading.notes.iter().map(|note| format!("{path}: {note}")));
+        });
+        doubts.extend(looked.err());
     }
     if loops.is_empty() {
         let why = doubts.first().map_or("there are no files of data".to_owned(), Clone::clone);
@@ -152,7 +149,17 @@ fn list(folder: &Path, own: &str) -> Result<Vec<String>> {
     Ok(found)
 }
 
-fn look(path: &Path, own: &str, is_text: bool) -> std::result::Result<Reading, String> {
+/// Hands `visit` what the beginning of a file holds, some loops at a time.
+fn look(
+    path: &Path,
+    own: &str,
+    is_text: bool,
+    mut visit: impl FnMut(Reading),
+) -> std::result::Result<(), String> {
+    let options = ReadOptions::default();
+    if let Some(parted) = PartedFile::open(path, &options).map_err(|e| e.to_string())? {
+        return parted.heads(&options, visit).map_err(|e| e.to_string());
+    }
     let open = || -> std::io::Result<Vec<u8>> {
         let mut bytes = vec![];
         let most = if is_text { HEAD } else { u64::MAX };
@@ -165,7 +172,8 @@ fn look(path: &Path, own: &str, is_text: bool) -> std::result::Result<Reading, S
         Ok(bytes)
     };
     let bytes = open().map_err(|e| format!("{own}: {e}"))?;
-    reading::parse(&bytes, own, &ReadOptions::default()).map_err(|e| e.to_string())
+    visit(reading::parse(&bytes, own, &options).map_err(|e| e.to_string())?);
+    Ok(())
 }
 
 /// The tags of a loop, as the plant file would name them.

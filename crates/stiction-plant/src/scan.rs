@@ -20,9 +20,10 @@ use crate::day;
 use crate::error::{Error, Result, file, store};
 use crate::files::Files;
 use crate::inputs::{Inputs, Problem};
-use crate::judge::{Judge, MOST_DAYS};
+use crate::judge::{Judge, Judged, MOST_DAYS, Parts};
 use crate::plant_file::{self, Plant};
 use crate::store::{Done, Store};
+use crate::trace::Trace;
 use crate::window::{ENGINE_VERSION, WindowRow, model_version};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -33,7 +34,7 @@ use stiction_diagnose::recording::Recording;
 /// Days that are judged together, so that each file is read about once for them; no window is longer.
 pub const SEGMENT: i64 = MOST_DAYS + 1;
 /// Rows of windows that are written together.
-pub const PART: usize = 256;
+pub const PART: usize = 64;
 /// What a scan may take where nothing else is said, bytes.
 pub const MEMORY: u64 = 500 << 20;
 /// What a row of a long table takes while it is read and judged, two batches at a time, bytes.
@@ -116,6 +117,13 @@ struct Piece<'a, 's> {
     failed: Vec<String>,
 }
 
+impl Piece<'_, '_> {
+    /// What was read of it.
+    fn parts(&self) -> Parts<'_> {
+        self.failed.first().map_or(Ok(&*self.parts), |failed| Err(&**failed))
+    }
+}
+
 /// Judges what is new of the plant in `folder` and keeps it in its store. `watch` hears how far it is, and may end the
 /// scan after a batch; what is written stays.
 ///
@@ -164,6 +172,7 @@ pub fn scan(
     let open: usize = loops.iter().map(|each| scan.open_days(each)).sum();
     let (mut windows, mut errors, mut days_done) = (0, 0, 0);
     let mut rows: Vec<WindowRow> = vec![];
+    let mut traces: Vec<Trace> = vec![];
     'all: loop {
         for each in &mut loops {
             each.cursor = scan.next_open(each, each.cursor).unwrap_or(i64::MAX);
@@ -209,20 +218,25 @@ pub fn scan(
         let mut is_ended = false;
         while let Some(pieces) = next {
             let judge = || pieces.par_iter().map(|piece| scan.judge(piece)).collect();
-            let (judged, following): (Vec<(Vec<WindowRow>, i64)>, _) =
+            let (judged, following): (Vec<(Vec<Window>, i64)>, _) =
                 pool.install(|| rayon::join(judge, || read(k + 1)));
             (next, k) = (following, k + 1);
             for (piece, (own, cursor)) in pieces.iter().zip(judged) {
                 days_done += piece.of.days.range(piece.from..cursor).count();
                 cursors.push((piece.place, cursor));
-                rows.extend(own);
+                for (row, trace) in own {
+                    rows.push(row);
+                    traces.extend(trace);
+                }
             }
             if rows.len() >= PART || next.is_none() {
                 windows += rows.len();
                 errors += rows.iter().filter(|row| row.error.is_some()).count();
                 if !rows.is_empty() {
+                    run.write_traces(&traces)?;
                     run.write(&rows)?;
                     rows.clear();
+                    traces.clear();
                 }
                 let done = days_done.min(open);
                 is_ended = watch(Progress::Written { done, of: open }).is_break();
@@ -258,6 +272,55 @@ pub fn scan(
     Ok(manifest)
 }
 
+/// The recordings of windows that were judged, read again from the plant's files: one each, in their order, or why there
+/// is none.
+///
+/// # Errors
+/// If the plant's folder cannot be listed.
+pub fn recordings_of(
+    folder: &Path,
+    plant: &Plant,
+    rows: &[&WindowRow],
+) -> Result<Vec<Result<Recording, String>>> {
+    let mut inputs = Inputs::known(&Store::of(folder), plant);
+    if inputs.files.is_empty() {
+        inputs.update(folder, plant, |_| {})?;
+    }
+    let scan = Scan { plant, inputs: &inputs, done: HashMap::new() };
+    let days = inputs.days();
+    let of = |row: &&WindowRow| day::of(row.window_start as f64, &plant.zone);
+    let after =
+        |row: &&WindowRow| day::of((row.window_start + row.window_s) as f64 - 1.0, &plant.zone) + 1;
+    let known = |row: &&WindowRow| days.get(&*row.name).cloned().unwrap_or_default();
+    let loops: Vec<Loop<'_>> = rows
+        .iter()
+        .map(|row| Loop {
+            name: &row.name,
+            days: known(row),
+            judge: Judge::of(plant, &row.name),
+            cursor: of(row),
+        })
+        .collect();
+    let each = loops.iter().zip(rows).enumerate();
+    let mut pieces: Vec<Piece<'_, '_>> = each
+        .map(|(place, (one, row))| Piece {
+            place,
+            of: one,
+            from: of(row),
+            until: after(row),
+            parts: vec![],
+            failed: vec![],
+        })
+        .collect();
+    scan.read(&Files::of(folder, plant, (MEMORY / 4) as usize), &mut pieces, 0);
+    let recording = |piece: &Piece<'_, '_>| {
+        let judge = &piece.of.judge;
+        let found = judge.recording(piece.parts()?, piece.from, piece.until - piece.from)?;
+        found.ok_or_else(|| "has no sample of the OP any more".to_owned())
+    };
+    Ok(pieces.iter().map(recording).collect())
+}
+
 /// Removes a folder, if it is there.
 fn remove(folder: &Path) -> Result<()> {
     match std::fs::remove_dir_all(folder) {
@@ -287,6 +350,9 @@ fn batches(loops: &[Loop<'_>], until: i64, files: &Files<'_>, rows: usize) -> Ve
     }
     batches
 }
+
+/// What is kept of a window: its row, and its trace where it has one.
+type Window = (WindowRow, Option<Trace>);
 
 /// What holds throughout a scan.
 struct Scan<'a> {
@@ -386,7 +452,7 @@ impl Scan<'_> {
     }
 
     /// The rows of a piece, and the day from which on it is to be judged.
-    fn judge(&self, piece: &Piece<'_, '_>) -> (Vec<WindowRow>, i64) {
+    fn judge(&self, piece: &Piece<'_, '_>) -> (Vec<Window>, i64) {
         let mut rows = vec![];
         let mut cursor = piece.from;
         while let Some((day, _)) = piece.of.days.range(cursor..piece.until.max(cursor)).next() {
@@ -405,24 +471,23 @@ impl Scan<'_> {
         (rows, cursor)
     }
 
-    /// The row of the window that begins on `day`, and how many days it has. None without a sample of the OP, or where the
+    /// The window that begins on `day`, and how many days it has. None without a sample of the OP, or where the
     /// window ends after what was read.
-    fn window(&self, piece: &Piece<'_, '_>, day: i64) -> (Option<WindowRow>, i64) {
-        let parts = piece.failed.first().map_or(Ok(&*piece.parts), |failed| Err(&**failed));
-        let of_files = |row: Option<WindowRow>, count: i64| {
+    fn window(&self, piece: &Piece<'_, '_>, day: i64) -> (Option<Window>, i64) {
+        let of_files = |judged: Judged, count: i64| {
             let input_fingerprint = self.fingerprint(piece.of, day, count);
-            row.map(|row| WindowRow { input_fingerprint, ..row })
+            judged.row.map(|row| (WindowRow { input_fingerprint, ..row }, judged.trace))
         };
-        let judged = piece.of.judge.window(parts, day, 1);
+        let judged = piece.of.judge.window(piece.parts(), day, 1);
         match judged.days {
-            1 => (of_files(judged.row, 1), 1),
+            1 => (of_files(judged, 1), 1),
             count
                 if day + count > piece.until
                     && piece.of.days.range(piece.until..day + count).next().is_some() =>
             {
                 (None, count)
             }
-            count => (of_files(piece.of.judge.window(parts, day, count).row, count), count),
+            count => (of_files(piece.of.judge.window(piece.parts(), day, count), count), count),
         }
     }
 }

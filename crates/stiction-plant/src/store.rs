@@ -2,8 +2,10 @@
 //!
 //! ```text
 //! .stiction/lock                               held by the one who writes
+//! .stiction/log.lock                           held by the one who enters something in log.toml
 //! .stiction/inputs.json                        what was seen of the data; made anew where it is lost
 //! .stiction/runs/0001/windows-0001.parquet     rows, written as they end
+//! .stiction/runs/0001/traces-0001.parquet      their traces, written before them
 //! .stiction/runs/0001/manifest.json            how the run ended; none if it was cut short
 //! .stiction/index/02931.parquet                the rows that count of a week, made from the runs
 //! .stiction/index/through                      the last run that is in it
@@ -13,16 +15,20 @@
 //! whether or not their run came to its end; which windows are done is asked of them alone.
 
 use crate::error::{Error, Result, file, store};
+use crate::table::{self, parquet};
+use crate::trace::Trace;
 use crate::window::WindowRow;
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Int64Type;
+use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::arrow::{ArrowWriter, ProjectionMask};
-use parquet::basic::Compression;
-use parquet::file::properties::WriterProperties;
+use parquet::basic::Encoding;
+use parquet::file::metadata::ParquetMetaData;
+use parquet::file::statistics::Statistics;
+use parquet::schema::types::ColumnPath;
 use sha2::{Digest, Sha256};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -99,6 +105,20 @@ impl Store {
         Ok(Run { name, folder, store: self.clone(), parts: 0, _lock: lock })
     }
 
+    /// Waits until nobody else changes what people say of the plant, and keeps others from it while the file lives.
+    ///
+    /// A lock of its own: a note need not wait for the end of a scan.
+    ///
+    /// # Errors
+    /// If the folder cannot be made, or the file not be locked.
+    pub(crate) fn lock_log(&self) -> Result<File> {
+        fs::create_dir_all(&self.folder).map_err(file(&self.folder))?;
+        let path = self.path("log.lock");
+        let lock = File::create(&path).map_err(file(&path))?;
+        lock.lock().map_err(file(&path))?;
+        Ok(lock)
+    }
+
     /// The names of all runs, in their order.
     ///
     /// # Errors
@@ -150,6 +170,21 @@ impl Store {
         let mut rows = those_that_count(all);
         rows.retain(|row| (from..to).contains(&row.window_start));
         Ok(rows)
+    }
+
+    /// When the last window begins, s since 1970; `None` without a window.
+    ///
+    /// # Errors
+    /// As for [`Store::rows`].
+    pub fn last(&self) -> Result<Option<i64>> {
+        let mut last = None;
+        if let Some(week) = self.weeks()?.into_iter().max() {
+            last = read_done(&self.week(week))?.into_iter().map(|((_, begin), _)| begin).max();
+        }
+        for run in self.runs_after(&self.through())? {
+            last = last.max(self.rows_of(&run)?.iter().map(|row| row.window_start).max());
+        }
+        Ok(last)
     }
 
     /// What was judged, by loop and begin.
@@ -249,6 +284,33 @@ impl Store {
         Ok(rows)
     }
 
+    /// The traces of windows that begin from `from` on and before `to`, s since 1970-01-01 UTC, by loop and time: of traces of a
+    /// loop that begin at the same time, the one written last. Of files without any only the footers are read.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is not what the store wrote.
+    pub fn traces(&self, from: i64, to: i64) -> Result<Vec<Trace>> {
+        let mut newest: BTreeMap<(String, i64), Trace> = BTreeMap::new();
+        let mut runs = self.run_names()?;
+        runs.sort_by_key(|run| number(run));
+        for run in runs {
+            let folder = self.runs().join(&run);
+            for part in
+                names(&folder, |name| name.starts_with("traces-") && name.ends_with(".parquet"))?
+            {
+                let path = folder.join(part);
+                let within = |footer: &ParquetMetaData| may_begin(footer, from, to);
+                tables(&path, None, within, |batch| {
+                    let found = Trace::of_batch(batch)?.into_iter();
+                    let wanted = found.filter(|trace| (from..to).contains(&trace.start));
+                    newest.extend(wanted.map(|trace| ((trace.name.clone(), trace.start), trace)));
+                    Ok(())
+                })?;
+            }
+        }
+        Ok(newest.into_values().collect())
+    }
+
     /// The manifest of a run, as it was written; `None` if the run did not come to its end.
     ///
     /// # Errors
@@ -273,6 +335,22 @@ impl Run {
         let path = self.folder.join(format!("windows-{:04}.parquet", self.parts));
         let bytes = bytes(rows).map_err(|e| store(&path, e))?;
         write_whole(&path, &bytes)
+    }
+
+    /// Writes the traces of the rows that are written next. Without their rows they are harmless; rows count as done.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_traces(&mut self, traces: &[Trace]) -> Result<()> {
+        let path = self.folder.join(format!("traces-{:04}.parquet", self.parts + 1));
+        // Steps from one value to the next are small numbers; as whole ones they would take four bytes each.
+        let values =
+            ColumnPath::from(vec!["values".to_owned(), "list".to_owned(), "item".to_owned()]);
+        let properties = table::properties()
+            .set_column_dictionary_enabled(values.clone(), false)
+            .set_column_encoding(values, Encoding::DELTA_BINARY_PACKED);
+        let table = Trace::batch(traces).map_err(|e| store(&path, e))?;
+        write_whole(&path, &table::parquet_with(&table, properties).map_err(|e| store(&path, e))?)
     }
 
     /// How many parts were written.
@@ -358,65 +436,89 @@ fn names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<String>> {
 }
 
 fn bytes(rows: &[WindowRow]) -> parquet::errors::Result<Vec<u8>> {
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_created_by("stiction".to_owned())
-        .build();
-    let mut writer = ArrowWriter::try_new(vec![], WindowRow::schema(), Some(properties))?;
-    writer.write(&WindowRow::batch(rows)?)?;
-    writer.into_inner()
+    parquet(&WindowRow::batch(rows)?)
 }
 
-/// Hands `take` the tables of a file, of all columns or of these.
+/// Hands `take` the tables of a file whose footer says that it is wanted, of all columns or of these.
 fn tables(
     path: &Path,
     columns: Option<&[&str]>,
+    wanted: impl Fn(&ParquetMetaData) -> bool,
     mut take: impl FnMut(&RecordBatch) -> std::result::Result<(), String>,
 ) -> Result<()> {
     let damaged = |what: String| store(path, format!("{what}; remove the file, and scan again"));
     let file = File::open(path).map_err(file(path))?;
-    let reader = ParquetRecordBatchReaderBuilder::try_new(file).and_then(|builder| {
-        let mask = columns.map_or_else(ProjectionMask::all, |columns| {
-            ProjectionMask::columns(builder.parquet_schema(), columns.iter().copied())
-        });
-        builder.with_projection(mask).build()
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file);
+    let builder = builder.map_err(|e| damaged(e.to_string()))?;
+    if !wanted(builder.metadata()) {
+        return Ok(());
+    }
+    let mask = columns.map_or_else(ProjectionMask::all, |columns| {
+        ProjectionMask::columns(builder.parquet_schema(), columns.iter().copied())
     });
+    let reader = builder.with_projection(mask).build();
     for batch in reader.map_err(|e| damaged(e.to_string()))? {
         take(&batch.map_err(|e| damaged(e.to_string()))?).map_err(damaged)?;
     }
     Ok(())
 }
 
+/// Whether a file of traces may hold one that begins from `from` on and before `to`.
+fn may_begin(footer: &ParquetMetaData, from: i64, to: i64) -> bool {
+    footer.row_groups().iter().any(|group| {
+        let starts = group.columns().iter().find(|column| column.column_path().string() == "start");
+        match starts.and_then(|column| column.statistics()) {
+            Some(Statistics::Int64(of)) => {
+                of.min_opt().is_none_or(|min| *min < to)
+                    && of.max_opt().is_none_or(|max| *max >= from)
+            }
+            _ => true,
+        }
+    })
+}
+
 fn read(path: &Path) -> Result<Vec<WindowRow>> {
     let mut rows = vec![];
-    tables(path, None, |batch| {
-        rows.extend(WindowRow::rows(batch)?);
-        Ok(())
-    })?;
+    tables(
+        path,
+        None,
+        |_| true,
+        |batch| {
+            rows.extend(WindowRow::rows(batch)?);
+            Ok(())
+        },
+    )?;
     Ok(rows)
 }
 
 fn read_done(path: &Path) -> Result<Vec<((String, i64), Done)>> {
     let columns = ["loop", "window_start", "window_s", "settings_hash", "input_fingerprint"];
     let mut done = vec![];
-    tables(path, Some(&columns), |batch| {
-        let text = |name: &str| batch.column_by_name(name).and_then(|c| c.as_string_opt::<i32>());
-        let count =
-            |name: &str| batch.column_by_name(name).and_then(|c| c.as_primitive_opt::<Int64Type>());
-        let (Some(name), Some(start), Some(seconds), Some(settings), Some(input)) = (
-            text("loop"),
-            count("window_start"),
-            count("window_s"),
-            text("settings_hash"),
-            text("input_fingerprint"),
-        ) else {
-            return Err("lacks a column that every window has".to_owned());
-        };
-        for row in 0..batch.num_rows() {
-            let of = Done::of(seconds.value(row), settings.value(row), input.value(row));
-            done.push(((name.value(row).to_owned(), start.value(row)), of));
-        }
-        Ok(())
-    })?;
+    tables(
+        path,
+        Some(&columns),
+        |_| true,
+        |batch| {
+            let text =
+                |name: &str| batch.column_by_name(name).and_then(|c| c.as_string_opt::<i32>());
+            let count = |name: &str| {
+                batch.column_by_name(name).and_then(|c| c.as_primitive_opt::<Int64Type>())
+            };
+            let (Some(name), Some(start), Some(seconds), Some(settings), Some(input)) = (
+                text("loop"),
+                count("window_start"),
+                count("window_s"),
+                text("settings_hash"),
+                text("input_fingerprint"),
+            ) else {
+                return Err("lacks a column that every window has".to_owned());
+            };
+            for row in 0..batch.num_rows() {
+                let of = Done::of(seconds.value(row), settings.value(row), input.value(row));
+                done.push(((name.value(row).to_owned(), start.value(row)), of));
+            }
+            Ok(())
+        },
+    )?;
     Ok(done)
 }

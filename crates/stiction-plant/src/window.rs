@@ -1,160 +1,12 @@
 //! The row of a window: what is kept of one loop on one day.
-//!
-//! The struct, its columns in Arrow and Parquet, its JSON and the table of documentation come from one declaration.
 
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int64Type};
-use arrow_array::{
-    Array, ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray,
-};
-use arrow_schema::{ArrowError, DataType, Field, Schema};
-use std::sync::Arc;
-use stiction_diagnose::diagnose::Diagnosis;
+use crate::table::columns;
+use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade, Observation, VerdictClass};
 use stiction_diagnose::fusion;
 
-/// What a column of windows is.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
-pub struct Column {
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit; empty for what has none.
-    pub unit: &'static str,
-    /// Its type: `text`, `number`, `count` or `flag`.
-    pub kind: &'static str,
-    /// Whether a cell may be empty.
-    pub optional: bool,
-    /// What it means.
-    pub meaning: String,
-}
-
-/// What a cell of a column can be.
-trait Cell: Sized {
-    /// Its type in words, and in Arrow.
-    const KIND: (&'static str, DataType);
-    /// Its type in the language of Spark.
-    const SQL: &'static str;
-    /// Whether it may be empty.
-    const OPTIONAL: bool;
-    fn array(cells: Vec<Self>) -> ArrayRef;
-    fn of(array: &dyn Array, row: usize) -> Option<Self>;
-}
-
-/// A type of cells that are always there, and the same that may be empty.
-macro_rules! cell {
-    ($type:ty, $kind:literal, $sql:literal, $arrow:expr, $array:ty, $cast:expr) => {
-        impl Cell for $type {
-            const KIND: (&'static str, DataType) = ($kind, $arrow);
-            const SQL: &'static str = $sql;
-            const OPTIONAL: bool = false;
-            fn array(cells: Vec<Self>) -> ArrayRef {
-                Arc::new(<$array>::from(cells))
-            }
-            fn of(array: &dyn Array, row: usize) -> Option<Self> {
-                Option::<$type>::of(array, row)?
-            }
-        }
-        impl Cell for Option<$type> {
-            const KIND: (&'static str, DataType) = ($kind, $arrow);
-            const SQL: &'static str = $sql;
-            const OPTIONAL: bool = true;
-            fn array(cells: Vec<Self>) -> ArrayRef {
-                Arc::new(<$array>::from(cells))
-            }
-            fn of(array: &dyn Array, row: usize) -> Option<Self> {
-                let cast = $cast;
-                let array = cast(array)?;
-                Some(array.is_valid(row).then(|| array.value(row).into()))
-            }
-        }
-    };
-}
-
-cell!(
-    String,
-    "text",
-    "STRING",
-    DataType::Utf8,
-    StringArray,
-    |a| <dyn Array>::as_string_opt::<i32>(a)
-);
-cell!(f64, "number", "DOUBLE", DataType::Float64, Float64Array, |a| {
-    <dyn Array>::as_primitive_opt::<Float64Type>(a)
-});
-cell!(i64, "count", "BIGINT", DataType::Int64, Int64Array, |a| {
-    <dyn Array>::as_primitive_opt::<Int64Type>(a)
-});
-cell!(bool, "flag", "BOOLEAN", DataType::Boolean, BooleanArray, |a| <dyn Array>::as_boolean_opt(a));
-
-macro_rules! columns {
-    ($($(#[doc = $meaning:literal])+ $name:tt [$unit:literal] $field:ident: $type:ty;)+) => {
-        /// What is kept of one window of one loop. Percent of span, s, and the units of the PV, as columns say.
-        #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
-        pub struct WindowRow {
-            $($(#[doc = $meaning])+ #[serde(rename = $name)] pub $field: $type,)+
-        }
-
-        impl WindowRow {
-            /// All columns, in their order.
-            pub fn columns() -> Vec<Column> {
-                vec![$(Column {
-                    name: $name,
-                    unit: $unit,
-                    kind: <$type as Cell>::KIND.0,
-                    optional: <$type as Cell>::OPTIONAL,
-                    meaning: [$($meaning),+].concat().trim().to_owned(),
-                }),+]
-            }
-
-            /// The schema of a table of windows; the metadata of a field tell unit and meaning.
-            pub fn schema() -> Arc<Schema> {
-                let types = [$(<$type as Cell>::KIND.1),+];
-                let field = |(column, data_type): (Column, DataType)| {
-                    let told = [("unit", column.unit.to_owned()), ("meaning", column.meaning)];
-                    let told = told.into_iter().filter(|(_, text)| !text.is_empty());
-                    Field::new(column.name, data_type, column.optional)
-                        .with_metadata(told.map(|(key, text)| (key.to_owned(), text)).collect())
-                };
-                Arc::new(Schema::new(Self::columns().into_iter().zip(types).map(field).collect::<Vec<_>>()))
-            }
-
-            /// The columns as Spark declares them.
-            pub fn ddl() -> String {
-                let columns = [$(($name, <$type as Cell>::SQL)),+];
-                columns.map(|(name, sql)| format!("`{name}` {sql}")).join(", ")
-            }
-
-            /// Rows as a table.
-            ///
-            /// # Errors
-            /// None is known: all columns are of one length.
-            pub fn batch(rows: &[Self]) -> Result<RecordBatch, ArrowError> {
-                let columns: Vec<ArrayRef> =
-                    vec![$(Cell::array(rows.iter().map(|row| row.$field.clone()).collect::<Vec<$type>>())),+];
-                RecordBatch::try_new(Self::schema(), columns)
-            }
-
-            /// The rows of a table; columns are found by name, and others than these are left alone.
-            ///
-            /// # Errors
-            /// If a column is not there, is of another type, or lacks a cell that it must have.
-            pub fn rows(batch: &RecordBatch) -> Result<Vec<Self>, String> {
-                let column = |name: &str| {
-                    batch.column_by_name(name).ok_or_else(|| format!("has no column \"{name}\""))
-                };
-                $(let $field = column($name)?;)+
-                (0..batch.num_rows())
-                    .map(|row| {
-                        Ok(Self { $($field: <$type as Cell>::of($field, row).ok_or_else(|| {
-                            format!("row {}, column \"{}\" is not a {}", row + 1, $name, <$type as Cell>::KIND.0)
-                        })?,)+ })
-                    })
-                    .collect()
-            }
-        }
-    };
-}
-
 columns! {
+    /// What is kept of one window of one loop. Percent of span, s, and the units of the PV, as columns say.
+    pub struct WindowRow;
     /// Tag of the loop.
     "loop" [""] name: String;
     /// Area of the plant, as its file says.
@@ -256,6 +108,34 @@ pub fn model_version() -> String {
 }
 
 impl WindowRow {
+    /// Whether it was judged.
+    pub fn is_judged(&self) -> bool {
+        self.error.is_none() && self.stretch_s.is_some()
+    }
+
+    /// The grade, where there is one.
+    pub fn grade(&self) -> Option<Grade> {
+        Grade::ALL.into_iter().find(|grade| self.grade.as_deref() == Some(grade.name()))
+    }
+
+    /// What it says of its valve in the middle of the stretch that was judged, as
+    /// [`Diagnosis::observation`] does; `None` if none was judged.
+    pub fn observation(&self) -> Option<Observation> {
+        let estimate = |value: Option<f64>, low: Option<f64>, high: Option<f64>| {
+            Some(Estimate { value: value?, low: low?, high: high? })
+        };
+        let (from, length) = (self.stretch_start_s?, self.stretch_s?);
+        Some(Observation {
+            time: self.window_start as f64 + from + length / 2.0,
+            class: VerdictClass::by_name(self.verdict.as_deref()?).ok()?,
+            probability: self.probability,
+            s: estimate(self.s, self.s_low, self.s_high),
+            j: estimate(self.j, self.j_low, self.j_high),
+            weight: 1.0,
+            windows: self.evidence_windows.unwrap_or(1.0),
+        })
+    }
+
     /// The row with what a diagnosis found. Identity, settings and fingerprint are those of `self`; the times of the
     /// diagnosis begin with the window.
     #[must_use]

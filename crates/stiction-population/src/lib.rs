@@ -23,6 +23,7 @@ mod kind;
 mod member;
 mod mistaken;
 mod neighbour;
+pub mod network;
 mod plant;
 pub mod position;
 pub mod scoreboard;

@@ -61,7 +61,7 @@ pub(super) struct InnerRun<'a> {
     keep: f64,
     design: &'a Inner,
     controller: PidBank<1>,
-    valve: Stem<'a>,
+    valve: Stem,
     noise: NormalStream,
     drift: SignalSource,
     rest: f64,
@@ -74,12 +74,7 @@ impl<'a> InnerRun<'a> {
     ///
     /// # Errors
     /// If a part refuses its settings.
-    pub fn new(
-        inner: &'a Inner,
-        design: &Design,
-        fittings: &'a [Fitting],
-        rest: f64,
-    ) -> Result<Self> {
+    pub fn new(inner: &'a Inner, design: &Design, fittings: &[Fitting], rest: f64) -> Result<Self> {
         let (step, n) = (design.step(), design.all_steps());
         let kc = inner.tau / (inner.lambda * inner.gain);
         let settings = pi(kc, inner.tau)?;
@@ -195,7 +190,7 @@ pub(super) struct NeighbourRun<'a> {
     controller: PidBank<1>,
     process: ProcessBank<1, 2>,
     line: DelayLine<1>,
-    valve: Stem<'a>,
+    valve: Stem,
     noise: NormalStream,
     drift: SignalSource,
     /// Of the lag through which PVs act, and what has come through it, there and back.
@@ -211,7 +206,7 @@ impl<'a> NeighbourRun<'a> {
     ///
     /// # Errors
     /// If a part refuses its settings.
-    pub fn new(beside: &'a Neighbour, design: &Design, fittings: &'a [Fitting]) -> Result<Self> {
+    pub fn new(beside: &'a Neighbour, design: &Design, fittings: &[Fitting]) -> Result<Self> {
         let (step, n) = (design.step(), design.all_steps());
         let settings = pi(beside.kc, beside.ti)?;
         let engaged = Engaged::new(&settings, step, REST, REST, REST);
@@ -258,7 +253,7 @@ impl<'a> NeighbourRun<'a> {
 }
 
 /// A PI controller that hands over without a bump.
-fn pi(kc: f64, ti: f64) -> Result<Controller> {
+pub(super) fn pi(kc: f64, ti: f64) -> Result<Controller> {
     Ok(Controller::pi(kc, ti)?
         .with_limits(0.0, 100.0, AntiWindup::Clamping)?
         .with_handover(Handover::Bumpless))

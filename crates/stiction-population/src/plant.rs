@@ -6,7 +6,7 @@ use super::draw::Draw;
 use super::families::{ControllerKind, ProcessKind, SetPointKind};
 use super::neighbour::{InnerRun, NeighbourRun};
 use std::iter::Peekable;
-use std::slice::Iter;
+use std::vec::IntoIter;
 use stiction_model::closed_loop::{
     AntiWindup, Controller, DeadTime, DelayLine, Engaged, Form, Handover, PidBank, Process,
     ProcessBank, SampledProcess, Signal, quantised,
@@ -47,6 +47,7 @@ struct Master {
 }
 
 /// A valve model, and the step from which it is in the loop.
+#[derive(Debug, Clone)]
 pub(super) struct Fitting {
     pub from: usize,
     pub model: AnyModel,
@@ -68,8 +69,8 @@ pub(super) struct Played {
 }
 
 /// A valve with its lag and its actuator, and who takes its place when.
-pub(super) struct Stem<'a> {
-    fittings: Peekable<Iter<'a, Fitting>>,
+pub(super) struct Stem {
+    fittings: Peekable<IntoIter<Fitting>>,
     valve: Assembly,
     lag: StemLag,
     /// Most that it moves a step, percent.
@@ -78,24 +79,18 @@ pub(super) struct Stem<'a> {
     vp: f64,
 }
 
-impl<'a> Stem<'a> {
+impl Stem {
     /// At rest, without friction until the first fitting.
     ///
     /// # Errors
     /// If the lag is refused.
-    pub fn new(
-        fittings: &'a [Fitting],
-        lag: f64,
-        stroke: f64,
-        step: f64,
-        rest: f64,
-    ) -> Result<Self> {
+    pub fn new(fittings: &[Fitting], lag: f64, stroke: f64, step: f64, rest: f64) -> Result<Self> {
         let mut lag = StemLag::new(lag, step)?;
         lag.restart(rest);
         let mut valve =
             Assembly::new(stiction_model::valve::Model::Ideal.build(stiction_model::Bands::NONE)?);
         valve.restart(Start::at_rest(rest));
-        let fittings = fittings.iter().peekable();
+        let fittings = Vec::from(fittings).into_iter().peekable();
         Ok(Self { fittings, valve, lag, most: stroke * step, stem: rest, vp: rest })
     }
 
@@ -107,7 +102,7 @@ impl<'a> Stem<'a> {
         while let Some(next) = self.fittings.next_if(|next| next.from <= k) {
             let position = next.position.unwrap_or(self.stem);
             let start = Start { op: before, ..Start::at_rest(position) };
-            self.valve = Assembly::new(next.model.clone()).with_limits(0.0, 100.0)?;
+            self.valve = Assembly::new(next.model).with_limits(0.0, 100.0)?;
             self.valve.restart(start);
         }
         self.stem = self.valve.step(op);
@@ -120,7 +115,7 @@ impl<'a> Stem<'a> {
 /// What moves the process: a valve, or a loop below.
 #[expect(clippy::large_enum_variant, reason = "there is one a loop, and it does not move")]
 enum Actuator<'a> {
-    Valve(Stem<'a>),
+    Valve(Stem),
     Loop(InnerRun<'a>),
 }
 

@@ -15,7 +15,8 @@ use std::sync::Arc;
 use stiction_io::layout;
 use stiction_plant::scan::Progress;
 use stiction_plant::{
-    Error, ScanOptions, Store, WindowRow, day, demo, plant_file, scan, summary, table, take, window,
+    Error, ScanOptions, Store, WindowRow, day, demo, plant_file, samples, scan, summary, take,
+    window,
 };
 
 /// What the library refused: `OSError` where the operating system or another writer is to blame, else `ValueError`.
@@ -109,7 +110,7 @@ impl Plant {
         about_rows: Vec<usize>,
     ) -> Vec<(String, Vec<usize>, usize)> {
         let names: Vec<&str> = names.iter().map(|name| &**name).collect();
-        let found = table::loops(&names, &about_rows, &self.plant).into_iter();
+        let found = samples::loops(&names, &about_rows, &self.plant).into_iter();
         found.map(|each| (each.name, each.tags, each.op)).collect()
     }
 
@@ -120,8 +121,8 @@ impl Plant {
         table: AnyRecordBatch,
         threads: Option<usize>,
     ) -> PyResult<ArrowTable> {
-        let (sheet, plant) = (sheet_of(table::ORIGIN, table)?, Arc::clone(&self.plant));
-        rows_table(&long(py, None, move |_| on(threads, || table::rows(sheet, &plant)))??)
+        let (sheet, plant) = (sheet_of(samples::ORIGIN, table)?, Arc::clone(&self.plant));
+        rows_table(&long(py, None, move |_| on(threads, || samples::rows(sheet, &plant)))??)
     }
 
     /// The row of one window, and how many days it should have.
@@ -133,8 +134,8 @@ impl Plant {
         day: i64,
         count: i64,
     ) -> PyResult<(ArrowTable, i64)> {
-        let (sheet, plant) = (sheet_of(table::ORIGIN, table)?, Arc::clone(&self.plant));
-        let judge = move |_: &_| on(Some(1), || table::window(sheet, &plant, &name, day, count));
+        let (sheet, plant) = (sheet_of(samples::ORIGIN, table)?, Arc::clone(&self.plant));
+        let judge = move |_: &_| on(Some(1), || samples::window(sheet, &plant, &name, day, count));
         let judged = long(py, None, judge)??;
         Ok((rows_table(judged.row.as_slice())?, judged.days))
     }

@@ -4,6 +4,7 @@
 //! * [`document`]: a diagnosis as JSON, with its schema;
 //! * [`table`]: diagnoses as a table, one row a loop;
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
+//! * [`sheet`]: tables as CSV that are safe in spreadsheets;
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page.
 //!
 //! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
@@ -13,6 +14,7 @@
 pub mod document;
 pub mod report;
 pub mod scoreboard;
+pub mod sheet;
 pub mod table;
 pub mod words;
 

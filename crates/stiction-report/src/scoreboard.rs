@@ -392,7 +392,8 @@ fn loops(loops: &[Scored], reports: &[String]) -> Table {
 const DASH: &str = "–";
 
 /// A share in percent with its interval.
-fn share(share: Share) -> String {
+/// A share with its 95 % interval, in words; a dash of none.
+pub fn share(share: Share) -> String {
     let Some(value) = share.value() else { return DASH.to_owned() };
     let (low, high) = share.interval();
     format!("{} ({:.0} to {:.0})", percent(Some(value)), 100.0 * low, 100.0 * high)

@@ -48,17 +48,22 @@
     // Cells are told apart, so that words do not run from one into the next.
     const text = (row) => [...row.cells].map((cell) => cell.textContent.toLowerCase()).join(" | ");
     const rows = [...body.rows].map((row) => ({ row, text: text(row) }));
-    // Buttons of grades: none pressed shows all. A box shows the first row of each valve only.
-    const chips = document.querySelector("[data-chips]");
-    const buttons = [...(chips?.querySelectorAll("[data-only]") ?? [])];
-    const first = chips?.querySelector("[data-first]");
+    // Buttons: each shows the rows whose attribute of its name holds its word, among others parted by "|". Of one name
+    // any counts, of several names all; none pressed shows all. A box shows the first row of each valve only.
+    const buttons = [...document.querySelectorAll("[data-chips] [data-only]")];
+    const first = document.querySelector("[data-chips] [data-first]");
     const filter = () => {
       const wanted = field.value.toLowerCase().split(/\s+/).filter(Boolean);
-      const only = buttons.filter((each) => each.getAttribute("aria-pressed") === "true").map((each) => each.dataset.only);
+      const only = {};
+      for (const { dataset } of buttons.filter((each) => each.getAttribute("aria-pressed") === "true")) {
+        (only[dataset.by ?? "grade"] ??= []).push(dataset.only);
+      }
+      const fits = ({ dataset }) => Object.entries(only).every(([by, words]) =>
+        dataset[by] === undefined || words.some((word) => dataset[by].split("|").includes(word)));
       let shown = 0;
       for (const { row, text } of rows) {
         row.hidden = !wanted.every((word) => text.includes(word))
-          || (only.length > 0 && !only.includes(row.dataset.grade))
+          || !fits(row)
           || (first?.checked && "later" in row.dataset);
         if (!row.hidden) shown += 1;
       }

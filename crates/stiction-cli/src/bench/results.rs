@@ -68,7 +68,7 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
             sheet.row(&row)?;
         }
     }
-    sheet.text()
+    Ok(sheet.text()?)
 }
 
 /// What `stiction bench --json` prints.

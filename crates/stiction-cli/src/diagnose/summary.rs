@@ -373,7 +373,7 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
         }
         sheet.row(&row)?;
     }
-    sheet.text()
+    Ok(sheet.text()?)
 }
 
 #[cfg(test)]

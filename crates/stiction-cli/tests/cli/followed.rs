@@ -29,7 +29,7 @@ const NOT_AT_HAND: &str = "../shared/";
 
 /// Options of `bench` that say how many loops to simulate. Pages show counts that measure; a few loops tell whether the
 /// command runs.
-const COUNTS: [&str; 4] = ["--simulated", "--positions", "--invented", "--per-kind"];
+const COUNTS: [&str; 5] = ["--simulated", "--positions", "--invented", "--per-kind", "--networks"];
 
 /// A line of a block of commands.
 struct Line {

@@ -12,6 +12,8 @@ mod followed;
 mod history;
 mod inspect;
 mod join;
+#[cfg(unix)]
+mod killed;
 mod limit_cycle;
 mod malformed;
 mod nothing_lost;

@@ -68,3 +68,85 @@ fn what_is_wrong_is_told_and_the_rest_judged() {
     let wrong = run(&folder, &["plant", "-C", "north", "scan", "--since", "3.3.2026"]).refusal();
     assert!(wrong.contains("is no day; write it as in 2026-03-01"), "{wrong}");
 }
+
+#[test]
+fn a_week_is_reported_and_what_people_say_is_kept() {
+    let folder = folder("plant-week");
+    let demo = ["plant", "demo", "--loops", "4", "--days", "8", "-o", "north"];
+    run(&folder, &demo).quiet_success();
+    let plant = |more: &[&str]| run(&folder, &[&["plant", "-C", "north"], more].concat());
+    assert!(plant(&["report"]).refusal().contains("nothing was judged so far; scan first"));
+    plant(&["scan"]).quiet_success();
+    let refused = plant(&["report", "--week", "2026-W08"]).refusal();
+    assert!(
+        refused.contains("nothing was judged in or before 2026-W08; the last week is 2026-W11"),
+        "{refused}"
+    );
+    assert!(
+        plant(&["report", "--week", "March"])
+            .refusal()
+            .contains("is no week; write it as in 2026-W10")
+    );
+
+    let out = plant(&["report", "--week", "2026-W10", "--pages", "1"]).quiet_success();
+    assert!(out.starts_with("Demo, week 2026-W10: 4 loops, 4 judged\n"), "{out}");
+    let truth = read(&folder, "north/truth.csv");
+    let names = rows(&truth).1;
+    let (repaired, worse) = (&names[0][0], &names[1][0]);
+    let week = folder.join("north/reports/2026-W10");
+    let all = || -> Vec<Vec<u8>> {
+        let names = [
+            "index.html",
+            "ranking.csv",
+            "ranking.json",
+            "ranking.parquet",
+            "orders.csv",
+            "orders.json",
+            "groups.parquet",
+        ];
+        names.map(|name| std::fs::read(week.join(name)).expect(name)).into()
+    };
+    let before = all();
+    plant(&["report", "--week", "2026-W10", "--pages", "1", "--json"]).json();
+    assert!(before == all(), "the same again");
+    let table = read(&folder, "north/reports/2026-W10/ranking.csv");
+    let (header, ranking) = rows(&table);
+    assert_eq!((header[0], ranking.len()), ("loop", 4));
+    let page = header.iter().position(|name| *name == "page").unwrap();
+    assert!(
+        ranking[0][page].starts_with("loops/") && week.join(ranking[0][page]).exists(),
+        "{:?}",
+        ranking[0]
+    );
+    let own = std::fs::read_to_string(week.join(ranking[0][page])).unwrap();
+    assert!(own.contains("href=\"./../index.html\"") && own.contains(ranking[0][0]));
+
+    assert!(plant(&["note", "XIC1", "none"]).refusal().contains("there is no loop \"XIC1\""));
+    let by = ["--by", "J. Miller", "--day", "2026-03-09"];
+    let told =
+        plant(&[&["override", worse, "sticks", "--reason", "seen at the stem"], &by[..]].concat())
+            .quiet_success();
+    assert!(told.contains("sticks: seen at the stem (J. Miller, 2026-03-09); kept in "), "{told}");
+    let mut log = read(&folder, "north/log.toml") + "# by hand\n";
+    std::fs::write(folder.join("north/log.toml"), &log).unwrap();
+    let lower = repaired.to_lowercase();
+    plant(&[&["note", &lower, "new packing", "--repair"], &by[..]].concat()).quiet_success();
+    log += "\n[[entry]]\nkind = \"repair\"\n";
+    assert!(read(&folder, "north/log.toml").starts_with(&log), "what was written by hand survives");
+    let orders = plant(&["orders", "--week", "2026-W10", "--json"]).json();
+    let ordered = |orders: &serde_json::Value| {
+        orders["orders"].as_array().unwrap().iter().any(|o| o["loop"] == *worse)
+    };
+    assert!(ordered(&orders), "{orders}");
+    assert!(plant(&["snooze", worse, "--until", "9.3.2026"]).refusal().contains("is no day"));
+    plant(&[&["snooze", worse, "--until", "2026-03-23", "WO 4711"], &by[..]].concat())
+        .quiet_success();
+    assert!(!ordered(&plant(&["orders", "--week", "2026-W10", "--json"]).json()));
+    plant(&["report", "--week", "2026-W10", "--pages", "0"]).quiet_success();
+    let page = read(&folder, "north/reports/2026-W10/index.html");
+    assert!(page.contains("a person: sticks") && page.contains("snoozed: WO 4711"));
+
+    std::fs::write(folder.join("north/log.toml"), "[[entry]]\nkind = \"repair\"\nlop = 1\n")
+        .unwrap();
+    assert!(plant(&["report"]).refusal().contains("log.toml, line 3: unknown field `lop`"));
+}

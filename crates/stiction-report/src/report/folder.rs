@@ -208,9 +208,13 @@ fn cell(of: Option<(f64, String)>) -> Markup {
 /// The name of a page's file: the place of its loop, which no other has, and what of its name every file system
 /// can hold.
 pub fn file_name(place: usize, name: &str) -> String {
+    format!("{:05}-{}.html", place + 1, plain(name))
+}
+
+/// What of a name every file system can hold.
+pub fn plain(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    let name: String = name.chars().take(60).map(plain).collect();
-    format!("{:05}-{name}.html", place + 1)
+    name.chars().take(60).map(plain).collect()
 }
 
 #[cfg(test)]

@@ -10,9 +10,11 @@ use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::figure::Figure;
 use stiction_figure::page::relative;
 
-pub(super) const STYLE: &str = include_str!("style.css");
+/// The style of all pages.
+pub const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("../interactive.js");
-pub(super) const TABLES: &str = include_str!("../tables.js");
+/// The script of tables that can be sorted, searched and narrowed down.
+pub const TABLES: &str = include_str!("../tables.js");
 
 /// A report on one loop or several.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,132 @@
+//! What to do about a loop.
+
+use crate::health::Health;
+use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
+
+/// The likelihood from which another cause than stiction is acted on.
+pub const LIKELY: f64 = 0.5;
+
+/// What to do about a loop, the first first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Action {
+    /// Test the valve, and send it to the workshop.
+    Repair,
+    /// Tune the controller.
+    Retune,
+    /// It is the victim of something before it.
+    LookUpstream,
+    /// The data cannot answer.
+    CheckData,
+    /// Nothing.
+    #[default]
+    Leave,
+}
+
+impl Action {
+    /// All of them, the first first.
+    pub const ALL: [Self; 5] =
+        [Self::Repair, Self::Retune, Self::LookUpstream, Self::CheckData, Self::Leave];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Repair => "repair",
+            Self::Retune => "retune",
+            Self::LookUpstream => "look upstream",
+            Self::CheckData => "check data",
+            Self::Leave => "leave",
+        }
+    }
+
+    /// The letter that stands for it where there is no room.
+    pub fn letter(self) -> char {
+        match self {
+            Self::Repair => 'R',
+            Self::Retune => 'T',
+            Self::LookUpstream => 'U',
+            Self::CheckData => 'D',
+            Self::Leave => 'L',
+        }
+    }
+}
+
+/// What an action rests on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// The week's verdict in one word, if there is one.
+    pub grade: Option<Grade>,
+    /// What a person concluded, which goes before it.
+    pub overruled: Option<VerdictClass>,
+    /// What the data are like.
+    pub health: Health,
+    /// Whether the loop oscillates in most windows.
+    pub oscillates: bool,
+    /// The likeliest other cause with its likelihood.
+    pub alternative: Option<(Cause, f64)>,
+    /// Whether it swings with others, and is no candidate for their source.
+    pub is_victim: bool,
+}
+
+impl Found {
+    /// What to do.
+    pub fn action(&self) -> Action {
+        match self.overruled {
+            Some(VerdictClass::Sticks | VerdictClass::DoesNotRespond) => return Action::Repair,
+            Some(VerdictClass::DoesNotStick) => return self.without_stiction(),
+            Some(VerdictClass::CannotTell) | None => {}
+        }
+        match (self.health, self.grade) {
+            (Health::NoData | Health::Errors | Health::Frozen | Health::Manual, _)
+            | (_, None | Some(Grade::CannotAnswer)) => Action::CheckData,
+            (_, Some(Grade::Sticks | Grade::ProbablySticks | Grade::DoesNotRespond)) => {
+                Action::Repair
+            }
+            _ => self.without_stiction(),
+        }
+    }
+
+    fn without_stiction(&self) -> Action {
+        let cause = self.alternative.filter(|(_, likelihood)| *likelihood >= LIKELY);
+        match cause.map(|(cause, _)| cause) {
+            _ if !self.oscillates && !self.is_victim => Action::Leave,
+            Some(Cause::AggressiveTuning | Cause::ProcessNonlinearity | Cause::Saturation) => {
+                Action::Retune
+            }
+            Some(Cause::ExternalOscillation | Cause::ExternalWave | Cause::ResettingLoad) => {
+                Action::LookUpstream
+            }
+            Some(Cause::Quantisation | Cause::DeadZoneElsewhere) => Action::CheckData,
+            _ if self.is_victim => Action::LookUpstream,
+            _ => Action::Leave,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_go_before_the_verdict_and_the_valve_before_other_causes() {
+        let found = Found {
+            grade: Some(Grade::Sticks),
+            overruled: None,
+            health: Health::Good,
+            oscillates: true,
+            alternative: Some((Cause::AggressiveTuning, 0.7)),
+            is_victim: false,
+        };
+        assert_eq!(found.action(), Action::Repair);
+        let overruled = |verdict| Found { overruled: Some(verdict), ..found };
+        assert_eq!(overruled(VerdictClass::DoesNotStick).action(), Action::Retune);
+        assert_eq!(overruled(VerdictClass::CannotTell).action(), Action::Repair);
+        let of = |grade| Found { grade: Some(grade), ..found };
+        assert_eq!(of(Grade::Unclear).action(), Action::Retune);
+        assert_eq!(Found { oscillates: false, ..of(Grade::Fine) }.action(), Action::Leave);
+        assert_eq!(of(Grade::CannotAnswer).action(), Action::CheckData);
+        let victim =
+            Found { alternative: None, oscillates: false, is_victim: true, ..of(Grade::Fine) };
+        assert_eq!(victim.action(), Action::LookUpstream);
+        assert_eq!(Found { health: Health::Frozen, ..found }.action(), Action::CheckData);
+    }
+}

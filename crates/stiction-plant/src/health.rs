@@ -1,0 +1,61 @@
+//! Whether the data of a loop can answer at all.
+
+use crate::window::WindowRow;
+use stiction_diagnose::diagnose::Silence;
+
+/// A service factor below which a loop counts as always in manual, percent.
+pub const MANUAL_BELOW: f64 = 5.0;
+
+/// What the data of a loop are like over a week.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Health {
+    /// No file has a sample of it.
+    NoData,
+    /// No window could be judged for an error.
+    Errors,
+    /// The PV is frozen in the last window while the output travels.
+    Frozen,
+    /// The controller was hardly ever in command.
+    Manual,
+    /// No window is fit to answer.
+    Unfit,
+    /// Windows can be judged.
+    #[default]
+    Good,
+}
+
+impl Health {
+    /// All of them, the worst first.
+    pub const ALL: [Self; 6] =
+        [Self::NoData, Self::Errors, Self::Frozen, Self::Manual, Self::Unfit, Self::Good];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoData => "no data",
+            Self::Errors => "errors",
+            Self::Frozen => "dead or frozen",
+            Self::Manual => "always in manual",
+            Self::Unfit => "not fit",
+            Self::Good => "good",
+        }
+    }
+
+    /// What the windows of a week say, in order of time.
+    pub fn of(windows: &[&WindowRow]) -> Self {
+        let Some(last) = windows.last() else { return Self::NoData };
+        let all = |is: fn(&WindowRow) -> bool| windows.iter().all(|row| is(row));
+        let frozen = Some(Silence::Frozen.name());
+        match () {
+            () if all(|row| row.error.is_some()) => Self::Errors,
+            () if last.no_response.as_deref() == frozen => Self::Frozen,
+            () if all(|row| row.error.is_some() || row.auto_share < Some(MANUAL_BELOW)) => {
+                Self::Manual
+            }
+            () if !windows.iter().any(|row| row.is_judged() && row.probability.is_some()) => {
+                Self::Unfit
+            }
+            () => Self::Good,
+        }
+    }
+}

@@ -1,0 +1,586 @@
+//! The page of a week: what to do first, what changed, where, and what the data are like. One file that works without a
+//! network, with keys and on paper; without scripts it shows all loops.
+
+use crate::action::Action;
+use crate::change::Change;
+use crate::day;
+use crate::groups::{Group, Source};
+use crate::health::Health;
+use crate::orders::Order;
+use crate::ranking::{FULL, LoopRow, Ranked, Ranking};
+use crate::treemap::{Tile, squarified};
+use crate::window::ENGINE_VERSION;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use stiction_diagnose::diagnose::Grade;
+use stiction_diagnose::spoken::counted;
+use stiction_figure::page::relative;
+use stiction_report::report::layout::{Badge, STYLE, TABLES};
+use stiction_report::words::{percent, rough, spoken};
+
+/// Name of the page.
+pub const INDEX: &str = "index.html";
+const OWN_STYLE: &str = include_str!("page.css");
+const OWN_SCRIPT: &str = include_str!("page.js");
+/// The most lines of a box; the list has all.
+const LINES: usize = 20;
+/// Windows of a small history.
+const POINTS: usize = 42;
+/// Its size, px.
+const SPARK: (f64, f64) = (84.0, 22.0);
+/// Width of the treemap.
+const MAP: f64 = 1240.0;
+/// Its height, and what each loop adds, up to a limit.
+const HEIGHT: (f64, f64, f64) = (120.0, 0.2, 320.0);
+/// Height of the name of an area in it.
+const NAME: f64 = 16.0;
+/// Where loops without an area are.
+const NOWHERE: &str = "no area";
+
+/// The page.
+pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String {
+    let title = format!("{}, week {}", ranking.plant, ranking.week);
+    let days = ranking.week.days();
+    let (first, last) = (day::date(*days.start()), day::date(*days.end()));
+    let rows = || ranking.loops.iter().map(|ranked| &ranked.row);
+    let judged = rows().filter(|row| row.windows_judged > 0).count();
+    let windows: i64 = rows().map(|row| row.windows).sum();
+    let windows_judged: i64 = rows().map(|row| row.windows_judged).sum();
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
+            }
+            body.index.plant {
+                header {
+                    h1 { (title) }
+                    p.soft {
+                        (first) " to " (last) " · " (counted(ranking.loops.len(), "loop")) ", "
+                        (judged) " judged, by " (windows_judged) " of " (counted(windows as usize, "window"))
+                    }
+                }
+                main {
+                    (changed(ranking))
+                    (treemap(ranking))
+                    h2 #loops { "Loops" }
+                    (chips(ranking))
+                    (tree(ranking))
+                    (table(ranking))
+                    (formula())
+                    (together(groups, ranking))
+                    (work(orders))
+                    (health(ranking))
+                }
+                footer { p { "stiction " (ENGINE_VERSION) } }
+                script { (PreEscaped(TABLES)) (PreEscaped(OWN_SCRIPT)) }
+            }
+        }
+    };
+    page.into_string()
+}
+
+/// What changed in the week, the worst first.
+fn changed(ranking: &Ranking<'_>) -> Markup {
+    let mut changed: Vec<&LoopRow> =
+        ranking.loops.iter().map(|r| &r.row).filter(|row| row.change != Change::None).collect();
+    changed.sort_by_key(|row| row.change);
+    html! {
+        section.box aria-labelledby="changed" {
+            h2 #changed { "Changed since last time" }
+            p.soft { "New: sticks and did not. Returned: sticks again. Worse, better: sticks more, less. Gone: sticks no longer." }
+            @if changed.is_empty() { p { "Nothing changed beyond what merely shook." } }
+            @else {
+                ul.changes {
+                    @for row in changed.iter().take(LINES) {
+                        li { b.change.(row.change.name()) { (row.change.name()) } " " (name(row)) " " span.soft { (told(row)) } }
+                    }
+                }
+                @if changed.len() > LINES {
+                    p { (changed.len() - LINES) " more are in the list below." }
+                }
+            }
+        }
+    }
+}
+
+/// A change in words.
+fn told(row: &LoopRow) -> String {
+    let mut words = row.change_day.as_ref().map_or(String::new(), |day| format!("since {day}"));
+    if let (Some(before), Some(grade)) = (row.verdict_before, row.grade) {
+        let _ = write!(words, "; before: {before}, now: {grade}");
+    }
+    words
+}
+
+/// The name of a loop, which leads to its page where it has one.
+fn name(row: &LoopRow) -> Markup {
+    html! {
+        @match &row.page {
+            Some(path) => a href=(relative(path)) { (row.name) },
+            None => (row.name),
+        }
+    }
+}
+
+/// The order of areas, of loops in them, and tiles for both.
+fn treemap(ranking: &Ranking<'_>) -> Markup {
+    let mut areas: BTreeMap<&str, Vec<(usize, &LoopRow)>> = BTreeMap::new();
+    for (place, ranked) in ranking.loops.iter().enumerate() {
+        areas
+            .entry(ranked.row.area.as_deref().unwrap_or(NOWHERE))
+            .or_default()
+            .push((place, &ranked.row));
+    }
+    let weight = |loops: &[(usize, &LoopRow)]| loops.iter().map(|(_, row)| row.weight).sum::<f64>();
+    let mut areas: Vec<(&str, Vec<(usize, &LoopRow)>)> = areas.into_iter().collect();
+    areas.sort_by(|a, b| weight(&b.1).total_cmp(&weight(&a.1)));
+    let weights: Vec<f64> = areas.iter().map(|(_, loops)| weight(loops)).collect();
+    let height = (HEIGHT.0 + HEIGHT.1 * ranking.loops.len() as f64).min(HEIGHT.2);
+    let whole = Tile { x: 0.0, y: 0.0, w: MAP, h: height };
+    let mut svg = format!(
+        "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Loops by area and weight; the list below says the same\">",
+        MAP, height
+    );
+    for ((area, loops), tile) in areas.iter_mut().zip(squarified(&weights, whole)) {
+        // The largest first makes tiles squarer; of the same weight what is to be done first.
+        loops.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight).then(a.0.cmp(&b.0)));
+        let within = Tile { y: tile.y + NAME, h: (tile.h - NAME).max(1.0), ..tile };
+        let most = (tile.w / 7.5) as usize;
+        let label: String = area.chars().take(most).collect();
+        let _ = write!(
+            svg,
+            "<text class=\"area\" x=\"{:.0}\" y=\"{:.0}\">{}</text>",
+            tile.x + 2.0,
+            tile.y + 12.0,
+            html! { (label) }.into_string()
+        );
+        let weights: Vec<f64> = loops.iter().map(|(_, row)| row.weight).collect();
+        for ((place, row), tile) in loops.iter().zip(squarified(&weights, within)) {
+            let letter = row.action.letter();
+            let _ = write!(
+                svg,
+                "<g class=\"{letter}\" data-k=\"{place}\"><path d=\"M{:.1} {:.1}h{:.1}v{:.1}h-{:.1}z\"/>",
+                tile.x, tile.y, tile.w, tile.h, tile.w
+            );
+            if tile.w >= 9.0 && tile.h >= 11.0 {
+                let (x, y) = (tile.x + tile.w / 2.0, tile.y + tile.h / 2.0 + 4.0);
+                let _ = write!(svg, "<text x=\"{x:.0}\" y=\"{y:.0}\">{letter}</text>");
+            }
+            svg += "</g>";
+        }
+    }
+    svg += "</svg>";
+    html! {
+        section aria-labelledby="map" {
+            h2 #map { "The plant" }
+            p.key {
+                "A tile is a loop, as large as its weight; press it to find it in the list. "
+                @for action in Action::ALL {
+                    span.{ "tile " (action.letter()) } { (action.letter()) } " " (action.name()) " "
+                }
+            }
+            (PreEscaped(svg))
+        }
+    }
+}
+
+/// Buttons that narrow the list down: by action, change, and list.
+fn chips(ranking: &Ranking<'_>) -> Markup {
+    let count = |is: &dyn Fn(&LoopRow) -> bool| ranking.loops.iter().filter(|r| is(&r.row)).count();
+    let lists: [(&str, &str, usize); 3] = [
+        ("open", "open", count(&|row| !row.is_snoozed())),
+        ("watched", "watched", count(&|row| row.watch)),
+        ("snoozed", "snoozed", count(&LoopRow::is_snoozed)),
+    ];
+    html! {
+        div.chips data-chips role="group" aria-label="Actions" {
+            @for action in Action::ALL {
+                @let loops = count(&|row| row.action == action);
+                @if loops > 0 {
+                    button type="button" data-by="action" data-only=(action.name()) aria-pressed="false" {
+                        b.{ "tile " (action.letter()) } { (action.letter()) } " " (action.name()) " " (loops)
+                    }
+                }
+            }
+        }
+        div.chips data-chips role="group" aria-label="Changes and lists" {
+            @for change in Change::ALL.into_iter().filter(|change| *change != Change::None) {
+                @let loops = count(&|row| row.change == change);
+                @if loops > 0 {
+                    button type="button" data-by="change" data-only=(change.name()) aria-pressed="false" {
+                        (change.name()) " " (loops)
+                    }
+                }
+            }
+            @for (key, word, loops) in lists {
+                button type="button" data-by="list" data-only=(key) aria-pressed=(key == "open") {
+                    (word) " " (loops)
+                }
+            }
+        }
+    }
+}
+
+/// Loops of a place.
+#[derive(Default, Clone, Copy)]
+struct Count {
+    loops: usize,
+    judged: usize,
+    repair: usize,
+}
+
+impl Count {
+    fn add(&mut self, row: &LoopRow) {
+        self.loops += 1;
+        self.judged += usize::from(row.windows_judged > 0);
+        self.repair += usize::from(row.action == Action::Repair);
+    }
+
+    fn words(self) -> String {
+        let judged = format!("{} of {} judged", self.judged, self.loops);
+        if self.repair == 0 { judged } else { format!("{judged}, {} to repair", self.repair) }
+    }
+}
+
+/// Site, areas and units, with counts, which narrow the list down.
+fn tree(ranking: &Ranking<'_>) -> Markup {
+    let mut site = Count::default();
+    let mut areas: BTreeMap<&str, (Count, BTreeMap<&str, Count>)> = BTreeMap::new();
+    for Ranked { row, .. } in &ranking.loops {
+        site.add(row);
+        let (count, units) = areas.entry(row.area.as_deref().unwrap_or(NOWHERE)).or_default();
+        count.add(row);
+        if let Some(unit) = row.unit.as_deref() {
+            units.entry(unit).or_default().add(row);
+        }
+    }
+    let button = |place: &str, word: &str, count: Count| {
+        html! {
+            button type="button" data-by="place" data-only=(place) aria-pressed="false" {
+                b { (word) } " " span.soft { (count.words()) }
+            }
+        }
+    };
+    html! {
+        details.tree open[areas.len() <= 12] {
+            summary { (ranking.plant) ", " (site.words()) }
+            ul data-chips role="group" aria-label="Areas and units" {
+                @for (area, (count, units)) in &areas {
+                    li {
+                        (button(area, area, *count))
+                        @if !units.is_empty() {
+                            details {
+                                summary { (counted(units.len(), "unit")) }
+                                @for (unit, count) in units { (button(&format!("{area}/{unit}"), unit, *count)) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The heads of the list: name, whether its cells are numbers, and what it means.
+const HEADS: [(&str, bool, &str); 16] = [
+    ("loop", false, "tag, area and unit"),
+    ("do", false, "what to do"),
+    ("priority", true, "weight × severity × probability, see below"),
+    ("verdict", false, "by all windows of the week together"),
+    ("p", true, "probability that the valve sticks, %"),
+    ("S", true, "stick band plus dead band, % of span; below a limit where none was seen"),
+    ("J", true, "slip jump, % of span"),
+    ("change", false, "what changed in the week"),
+    (
+        "history",
+        false,
+        "p as a line from 0 to 100 %, S as dots from 0 to its largest; upright lines are repairs",
+    ),
+    ("drift", true, "growth of S a week, %; bold where it is significant"),
+    ("auto", true, "share of the time in automatic, %: the service factor"),
+    ("limit", true, "share of the time the output rests at a limit, %"),
+    ("travel", true, "travel of the output, % an hour"),
+    ("turns", true, "turns of the output an hour"),
+    ("other cause", false, "the likeliest other cause, and the period of the swing"),
+    ("said", false, "overrides, orders, repairs and notes of people"),
+];
+
+fn table(ranking: &Ranking<'_>) -> Markup {
+    html! {
+        div.rows {
+            table.loops data-sortable {
+                thead {
+                    tr {
+                        @for (name, is_number, meaning) in HEADS {
+                            th scope="col" title=(meaning) class=[is_number.then_some("number")] { (name) }
+                        }
+                    }
+                }
+                tbody { @for (place, ranked) in ranking.loops.iter().enumerate() { (row(place, ranked)) } }
+            }
+        }
+    }
+}
+
+fn row(place: usize, ranked: &Ranked<'_>) -> Markup {
+    let row = &ranked.row;
+    let area = row.area.as_deref().unwrap_or(NOWHERE);
+    let places = row.unit.as_ref().map(|unit| format!("{area}|{area}/{unit}"));
+    let list = match (row.is_snoozed(), row.watch) {
+        (false, false) => "open",
+        (false, true) => "open|watched",
+        (true, false) => "snoozed",
+        (true, true) => "snoozed|watched",
+    };
+    let change = (row.change != Change::None).then(|| row.change.name());
+    let cell = |value: Option<f64>| number(value.map(|v| (v, rough(v))));
+    let share = |value: Option<f64>| number(value.map(|v| (v, format!("{v:.0}"))));
+    let s = match (row.s, row.s_below) {
+        (Some(s), _) => Some((s, rough(s))),
+        (None, below) => below.map(|limit| (limit, format!("<\u{a0}{}", rough(limit)))),
+    };
+    let range = row.s_low.zip(row.s_high).map(|(a, b)| format!("{} to {}", rough(a), rough(b)));
+    html! {
+        tr #{ "k" (place) } data-action=(row.action.name()) data-place=(places.as_deref().unwrap_or(area))
+            data-change=(row.change.name()) data-list=(list)
+        {
+            th scope="row" {
+                (name(row))
+                small { (area) @if let Some(unit) = &row.unit { " · " (unit) } }
+            }
+            td data-value=(row.action as usize) { b.{ "tile " (row.action.letter()) } { (row.action.letter()) } " " (row.action.name()) }
+            td.number title=(format!("{} × {} × {}", rough(row.weight), rough(row.severity), rough(row.likelihood()))) { (rough(row.priority)) }
+            (verdict(row))
+            (number(row.probability.map(|p| (p, percent(p).replace("more than ", ">\u{a0}").replace("less than ", "<\u{a0}").replace(" %", "")))))
+            @match s {
+                Some((value, text)) => td.number data-value=(short(value)) title=[range] { (text) },
+                None => td.number { "–" },
+            }
+            (cell(row.j))
+            td { @if let Some(word) = change {
+                b.change.(word) { (word) }
+                @if let Some(day) = &row.change_day { small { (day) } }
+            } }
+            td { (PreEscaped(spark(ranked))) }
+            (drift(row))
+            (share(row.auto_share)) (share(row.at_limit_share)) (cell(row.travel_per_hour)) (cell(row.reversals_per_hour))
+            td { (cause(row)) }
+            td { (said(row)) }
+        }
+    }
+}
+
+fn verdict(row: &LoopRow) -> Markup {
+    let place = row.grade.and_then(|grade| Grade::ALL.iter().position(|each| *each == grade));
+    html! {
+        td data-value=(place.unwrap_or(Grade::ALL.len())) {
+            @match row.grade {
+                Some(grade) => { @let Badge { symbol, word, .. } = Badge::from(grade); (symbol) " " (word) },
+                None => (row.health.name()),
+            }
+            @if let Some(other) = row.overruled { small { "a person: " (other.name()) } }
+        }
+    }
+}
+
+/// A number by which rows are sorted, with what is shown of it.
+fn number(of: Option<(f64, String)>) -> Markup {
+    match of {
+        // What is shown is what it is sorted by, unless it begins with a sign.
+        Some((value, text)) if text.starts_with(['<', '>']) => {
+            html! { td.number data-value=(short(value)) { (text) } }
+        }
+        Some((value, text)) if text.contains('e') => {
+            html! { td.number data-value=(short(value)) { (text) } }
+        }
+        Some((_, text)) => html! { td.number { (text) } },
+        None => html! { td.number { "–" } },
+    }
+}
+
+/// A number to sort by.
+fn short(value: f64) -> String {
+    format!("{value:.3}")
+}
+
+fn drift(row: &LoopRow) -> Markup {
+    let Some(drift) = row.drift else { return html! { td.number { "–" } } };
+    let text = format!("{}{}", if drift > 0.0 { "+" } else { "" }, rough(drift));
+    let told = row.drift_p.map(|p| {
+        let ends = row.drift_low.zip(row.drift_high);
+        let ends =
+            ends.map_or(String::new(), |(a, b)| format!("{} to {} % a week, ", rough(a), rough(b)));
+        format!("{ends}p = {p:.3}")
+    });
+    html! {
+        td.number data-value=(short(drift)) title=[told] {
+            @if row.drift_significant == Some(true) { b { (text) } } @else { span.soft { (text) } }
+            @if let Some(day) = &row.limit_day { small { (FULL) " % by " (day) } }
+        }
+    }
+}
+
+fn cause(row: &LoopRow) -> Markup {
+    html! {
+        @if let Some(cause) = row.alternative { (cause.name()) }
+        @if let Some(period) = row.period_s { small { "every " (spoken(period)) } }
+    }
+}
+
+fn said(row: &LoopRow) -> Markup {
+    html! {
+        @if row.watch { small { "watched" } }
+        @if let Some(id) = row.group { small { a href={ "#group-" (id) } { "swings with group " (id) } } }
+        @if let Some(reason) = &row.override_reason { small { "override: " (reason) } }
+        @if let Some(note) = &row.note { small { (note) } }
+        @if let Some(error) = &row.error { small { "error: " (error) } }
+    }
+}
+
+/// p and S of the last windows in little, with repairs.
+fn spark(ranked: &Ranked<'_>) -> String {
+    let windows = &ranked.windows[ranked.windows.len().saturating_sub(POINTS)..];
+    let (Some(first), Some(last)) = (windows.first(), windows.last()) else { return String::new() };
+    let (begin, end) = (first.window_start as f64, (last.window_start + last.window_s) as f64);
+    let x = |row: &crate::window::WindowRow| {
+        SPARK.0 * (row.window_start as f64 + row.window_s as f64 / 2.0 - begin) / (end - begin)
+    };
+    let mut line = String::new();
+    let mut pen: Option<(i64, i64)> = None;
+    for row in windows {
+        let Some(p) = row.probability else {
+            pen = None;
+            continue;
+        };
+        let at = (x(row).round() as i64, (1.0 + (SPARK.1 - 2.0) * (1.0 - p)).round() as i64);
+        let _ = match pen {
+            None => write!(line, "M{} {}l0 0", at.0, at.1),
+            Some(from) => write!(line, " {} {}", at.0 - from.0, at.1 - from.1),
+        };
+        pen = Some(at);
+    }
+    let most = windows.iter().filter_map(|row| row.s).fold(0.0, f64::max);
+    let mut dots = String::new();
+    for row in windows {
+        if let Some(s) = row.s.filter(|_| most > 0.0) {
+            let y = 1.0 + (SPARK.1 - 2.0) * (1.0 - s / most);
+            let _ = write!(dots, "M{:.0} {:.0}h0", x(row), y);
+        }
+    }
+    let mut marks = String::new();
+    for repair in &ranked.repairs {
+        let at = SPARK.0 * (*repair as f64 * 86_400.0 - begin) / (end - begin);
+        if (0.0..=SPARK.0).contains(&at) {
+            let _ = write!(marks, "M{at:.0} 0V{}", SPARK.1);
+        }
+    }
+    let mut svg = format!(
+        "<svg class=\"spark\" viewBox=\"0 0 {} {}\" aria-hidden=\"true\">",
+        SPARK.0, SPARK.1
+    );
+    for (class, d) in [("r", marks), ("p", line), ("s", dots)] {
+        if !d.is_empty() {
+            let _ = write!(svg, "<path class=\"{class}\" d=\"{d}\"/>");
+        }
+    }
+    svg + "</svg>"
+}
+
+fn formula() -> Markup {
+    html! {
+        p.soft {
+            "Priority = weight × severity × probability. Weight: that of the loop times that of its area. Severity: S + J over \
+             " (FULL) " % of span, at most 1; where they are not known, in their place the least of the output's travel between two \
+             turns, its travel in half a period, and the S that would have shown. \
+             Probability: that the valve sticks; of what to retune or to look upstream for, that of the other cause. Of data to \
+             check severity and probability are 1. p and S of a week combine its windows as a history does."
+        }
+    }
+}
+
+fn together(groups: &[Group], ranking: &Ranking<'_>) -> Markup {
+    let link = |name: &str| {
+        let place = ranking.loops.iter().position(|ranked| ranked.row.name == name);
+        html! { @match place { Some(k) => a href={ "#k" (k) } { (name) }, None => (name) } }
+    };
+    html! {
+        @if !groups.is_empty() {
+            h2 #groups { "Loops that swing together" }
+            @for group in groups {
+                section.box #{ "group-" (group.id) } {
+                    p {
+                        b { "Group " (group.id) ": " } "these loops swing together, every " (spoken(group.period_s)) ": "
+                        @for (k, member) in group.members.iter().enumerate() { @if k > 0 { ", " } (link(&member.name)) }
+                        "."
+                    }
+                    @match group.source {
+                        Source::NotRecorded => p { "The source is not among the recorded loops." },
+                        Source::Candidates => {
+                            p { "Candidates for the source, in this order because:" }
+                            @let mut ranked: Vec<_> = group.members.iter().filter(|m| m.candidate_rank.is_some()).collect();
+                            @let () = ranked.sort_by_key(|member| member.candidate_rank);
+                            ol { @for member in ranked { li { (link(&member.name)) ": " (member.reasons.join(" ")) } } }
+                        },
+                    }
+                    @if !group.reasons.is_empty() { p.soft { (group.reasons.join(" ")) } }
+                }
+            }
+        }
+    }
+}
+
+fn work(orders: &[Order]) -> Markup {
+    html! {
+        h2 #orders { "Work orders" }
+        p {
+            (counted(orders.len(), "order")) ": " a href="orders.csv" download { "orders.csv" } ", "
+            a href="orders.json" download { "orders.json" } ". All loops: " a href="ranking.csv" download { "ranking.csv" } ", "
+            a href="ranking.json" download { "ranking.json" } ", " a href="ranking.parquet" download { "ranking.parquet" } "."
+        }
+        @if !orders.is_empty() {
+            details {
+                summary { @if orders.len() > LINES { "The first " (LINES) } @else { "All of them" } }
+                @for order in orders.iter().take(LINES) {
+                    section.box {
+                        p {
+                            b { @match &order.page { Some(path) => a href=(relative(path)) { (order.name) }, None => (order.name) } }
+                            ": " (order.finding) "."
+                        }
+                        p { "Evidence: " (order.evidence) "." }
+                        p { "Test: " (order.test) "." }
+                        @if let Some(note) = &order.note { p.soft { (note) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn health(ranking: &Ranking<'_>) -> Markup {
+    let of = |health: Health| -> Vec<&LoopRow> {
+        ranking.loops.iter().map(|ranked| &ranked.row).filter(|row| row.health == health).collect()
+    };
+    html! {
+        h2 #health { "Health of the data" }
+        @if of(Health::Good).len() == ranking.loops.len() { p { "The data of all loops can be judged." } }
+        @for kind in Health::ALL.into_iter().filter(|health| *health != Health::Good) {
+            @let rows = of(kind);
+            @if !rows.is_empty() {
+                details {
+                    summary { (kind.name()) ": " (counted(rows.len(), "loop")) }
+                    ul {
+                        @for row in rows.iter().take(100) {
+                            li { (name(row)) @if let Some(error) = &row.error { ": " (error) } }
+                        }
+                        @if rows.len() > 100 { li { (rows.len() - 100) " more; ranking.csv has all" } }
+                    }
+                }
+            }
+        }
+    }
+}

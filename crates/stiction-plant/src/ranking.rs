@@ -1,0 +1,412 @@
+//! What a week says of each loop: a row a loop, what to do first at the top.
+//!
+//! # A week
+//! The windows that begin in the week are combined as `stiction history` combines those of a valve
+//! ([`combine`]); of a valve that was repaired, by `log.toml`, or began or ceased to stick, those after it: the
+//! verdict is on the valve as it is now. S and J are the medians of the
+//! windows that have them, and so are the ends of their intervals. Key figures are means of the windows.
+//!
+//! # Priority
+//! ```text
+//! priority = weight x severity x probability
+//! ```
+//!
+//! * weight: that of the loop times that of its area, 1 where nothing is said;
+//! * severity: S + J in percent of span over [`FULL`], at most 1; where they are not known, in their place the least of the
+//!   travel of the output between two turns, its travel in half a period, and the S that would have shown;
+//! * probability: that the valve sticks; of what is to be retuned or is a victim that of the other cause.
+//!
+//! Of data that are to be checked severity and probability are 1.
+
+use crate::action::{Action, Found};
+use crate::change::{self, Change, Seen};
+use crate::day;
+use crate::groups::{Group, Source};
+use crate::health::Health;
+use crate::log::{Entry, Kind, Log};
+use crate::plant_file::Plant;
+use crate::table::columns;
+use crate::week::Week;
+use crate::window::WindowRow;
+use std::collections::{BTreeMap, BTreeSet};
+use stiction_diagnose::diagnose::{
+    Cause, Drift, Estimate, Grade, History, Observation, VerdictClass, combine,
+};
+use stiction_diagnose::series::{mean, median};
+
+/// The swing whose severity is 1, and the S whose date is told where S drifts, percent of span.
+pub const FULL: f64 = 10.0;
+/// How long before a week "before" reaches, days.
+const BEFORE: i64 = 28;
+/// The farthest a date is told ahead, days: two years.
+const FARTHEST: f64 = 730.0;
+
+columns! {
+    /// What a week says of a loop. Percent of span, s, and the units of the PV, as columns say.
+    pub struct LoopRow;
+    /// Tag of the loop.
+    "loop" [""] name: String;
+    /// Area of the plant, as its file says.
+    "area" [""] area: Option<String>;
+    /// Unit of the plant, as its file says.
+    "unit" [""] unit: Option<String>;
+    /// What the loop controls.
+    "type" [""] loop_type: String;
+    /// How much it matters: the weight of the loop times that of its area.
+    "weight" [""] weight: f64;
+    /// Windows of the week that were judged.
+    "windows_judged" [""] windows_judged: i64;
+    /// Windows of the week.
+    "windows" [""] windows: i64;
+    /// Class of the verdict on the week.
+    "verdict" [""] verdict: Option<VerdictClass>;
+    /// The verdict in one graded word.
+    "grade" [""] grade: Option<Grade>;
+    /// Probability that the valve sticks, by all windows of the week together.
+    "probability" [""] probability: Option<f64>;
+    /// Stick band plus dead band, of span.
+    "S" ["%"] s: Option<f64>;
+    /// Low end of its interval.
+    "S_low" ["%"] s_low: Option<f64>;
+    /// High end of its interval.
+    "S_high" ["%"] s_high: Option<f64>;
+    /// Slip jump, of span.
+    "J" ["%"] j: Option<f64>;
+    /// Low end of its interval.
+    "J_low" ["%"] j_low: Option<f64>;
+    /// High end of its interval.
+    "J_high" ["%"] j_high: Option<f64>;
+    /// Detection limit: an S above this would have shown.
+    "S_below" ["%"] s_below: Option<f64>;
+    /// The likeliest other cause.
+    "alternative" [""] alternative: Option<Cause>;
+    /// Its probability.
+    "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
+    /// Share of the time in which the controller was in command: the service factor.
+    "auto_share" ["%"] auto_share: Option<f64>;
+    /// Share of the time in which the OP rests at a limit.
+    "at_limit_share" ["%"] at_limit_share: Option<f64>;
+    /// Travel of the OP, up and down, an hour.
+    "travel_per_hour" ["%/h"] travel_per_hour: Option<f64>;
+    /// Turns of the OP by more than its noise, an hour.
+    "reversals_per_hour" ["1/h"] reversals_per_hour: Option<f64>;
+    /// Period of the oscillation.
+    "period_s" ["s"] period_s: Option<f64>;
+    /// Amplitude of the oscillation, of the error, or of the OP in % where the error does not oscillate.
+    "amplitude" ["PV"] amplitude: Option<f64>;
+    /// What to do: repair, retune, look upstream, check data or leave.
+    "action" [""] action: Action;
+    /// How bad it is, from 0 to 1.
+    "severity" [""] severity: f64;
+    /// Weight times severity times probability.
+    "priority" [""] priority: f64;
+    /// What changed in the week: new, returned, worse, better, gone or none.
+    "change" [""] change: Change;
+    /// The first day after the change.
+    "change_day" [""] change_day: Option<String>;
+    /// The graded word of the four weeks before.
+    "verdict_before" [""] verdict_before: Option<Grade>;
+    /// Growth of S a week, since the last repair, or since it began to stick.
+    "drift_per_week" ["%"] drift: Option<f64>;
+    /// Low end of its 95 % interval.
+    "drift_low" ["%"] drift_low: Option<f64>;
+    /// High end of its 95 % interval.
+    "drift_high" ["%"] drift_high: Option<f64>;
+    /// Probability of as much by chance, the larger of two tests.
+    "drift_p" [""] drift_p: Option<f64>;
+    /// Whether both tests call the drift significant.
+    "drift_significant" [""] drift_significant: Option<bool>;
+    /// The day on which S reaches 10 % if it goes on so; where the drift is significant only.
+    "limit_day" [""] limit_day: Option<String>;
+    /// What a person concluded, and that holds in the week.
+    "override" [""] overruled: Option<VerdictClass>;
+    /// Why, by whom and until when.
+    "override_reason" [""] override_reason: Option<String>;
+    /// The day on which to look again.
+    "snoozed_until" [""] snoozed_until: Option<String>;
+    /// Whether it is on the watch list.
+    "watch" [""] watch: bool;
+    /// The last repair, order or note.
+    "note" [""] note: Option<String>;
+    /// Number of the group of loops that swing together, where it is in one.
+    "group" [""] group: Option<i64>;
+    /// Its place among the candidates for the source of the group.
+    "candidate_rank" [""] candidate_rank: Option<i64>;
+    /// What the data are like: no data, errors, dead or frozen, always in manual, not fit or good.
+    "health" [""] health: Health;
+    /// Why the last window that could not be judged was not.
+    "error" [""] error: Option<String>;
+    /// Page of the loop, from the folder of the report on.
+    "page" [""] page: Option<String>;
+}
+
+/// A loop in the ranking, with what its row comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranked<'a> {
+    /// What the week says of it.
+    pub row: LoopRow,
+    /// Its windows up to the end of the week, in order of time.
+    pub windows: Vec<&'a WindowRow>,
+    /// Those of the week.
+    pub of_week: Vec<&'a WindowRow>,
+    /// Its repairs, days since 1970-01-01.
+    pub repairs: Vec<i64>,
+}
+
+/// The loops of a plant, what to do first at the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranking<'a> {
+    /// Name of the plant.
+    pub plant: String,
+    /// The week.
+    pub week: Week,
+    /// The loops.
+    pub loops: Vec<Ranked<'a>>,
+}
+
+impl LoopRow {
+    /// Whether it is not to be seen in the list of work.
+    pub fn is_snoozed(&self) -> bool {
+        self.snoozed_until.is_some()
+    }
+
+    /// Whether a valve that did not stick does now.
+    pub fn is_new_sticking(&self) -> bool {
+        matches!(self.change, Change::New | Change::Returned) && self.action == Action::Repair
+    }
+}
+
+/// Ranks all loops of which the plant's file or a window tells, by what `rows` say of a week and of the time before.
+pub fn rank<'a>(
+    plant: &Plant,
+    log: &Log,
+    rows: &'a [WindowRow],
+    groups: &[Group],
+    week: Week,
+) -> Ranking<'a> {
+    let end = day::begin(week.days().end() + 1, &plant.zone) as i64;
+    let mut by_loop: BTreeMap<&str, Vec<&WindowRow>> = BTreeMap::new();
+    for row in rows.iter().filter(|row| row.window_start < end) {
+        by_loop.entry(&row.name).or_default().push(row);
+    }
+    let seen: BTreeSet<String> = by_loop.keys().map(|name| name.to_lowercase()).collect();
+    for name in plant.file.loops.keys().filter(|name| !seen.contains(&name.to_lowercase())) {
+        by_loop.insert(name, vec![]);
+    }
+    let mut loops: Vec<Ranked<'a>> = by_loop
+        .into_iter()
+        .map(|(name, mut windows)| {
+            windows.sort_by_key(|row| row.window_start);
+            ranked(plant, log, name, windows, groups, week)
+        })
+        .collect();
+    loops.sort_by(|a, b| {
+        let by_priority = b.row.priority.total_cmp(&a.row.priority);
+        a.row.action.cmp(&b.row.action).then(by_priority).then_with(|| a.row.name.cmp(&b.row.name))
+    });
+    Ranking { plant: plant.file.name.clone(), week, loops }
+}
+
+fn ranked<'a>(
+    plant: &Plant,
+    log: &Log,
+    name: &str,
+    windows: Vec<&'a WindowRow>,
+    groups: &[Group],
+    week: Week,
+) -> Ranked<'a> {
+    let begin = |day: i64| day::begin(day, &plant.zone);
+    let (first, last) = (*week.days().start(), *week.days().end());
+    let facts = plant.facts(name);
+    let said = log.of(name);
+    let repairs: Vec<i64> = said
+        .iter()
+        .filter(|entry| entry.kind == Kind::Repair && entry.day <= last)
+        .map(|entry| entry.day)
+        .collect();
+    let repaired = repairs.last().map_or(f64::NEG_INFINITY, |day| begin(*day));
+    let of_week: Vec<&WindowRow> =
+        windows.iter().copied().filter(|row| row.window_start as f64 >= begin(first)).collect();
+    let observed = |from: f64, to: f64| -> Vec<Observation> {
+        let all = windows.iter().filter_map(|row| row.observation());
+        all.filter(|seen| seen.time >= from && seen.time < to).collect()
+    };
+    let seen: Vec<Seen> = windows.iter().filter_map(|row| Seen::of(row)).collect();
+    let events = change::events(&seen, &said, begin);
+    // A change on Sunday is told by Monday's data, in the week after.
+    let event = events.iter().rev().find(|event| event.told >= begin(first));
+    // What drifts becomes worse in the end, which is the same drift.
+    let is_other = |change| !matches!(change, Change::Worse | Change::Better);
+    let other = events.iter().rev().find(|event| is_other(event.change));
+    let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
+    let now = observed(begin(first).max(settled), f64::INFINITY);
+    let history = combined(&now);
+    let before = combined(&observed(begin(first - BEFORE), begin(first)));
+    let drift = combined(&observed(settled, f64::INFINITY)).and_then(|history| history.drift);
+
+    let area = facts.and_then(|facts| facts.area.clone());
+    let of_area = area.as_ref().and_then(|area| plant.file.area.get(area)?.weight);
+    let weight = facts.and_then(|facts| facts.weight).unwrap_or(1.0) * of_area.unwrap_or(1.0);
+    let judged: Vec<&WindowRow> = of_week.iter().copied().filter(|row| row.is_judged()).collect();
+    let numbers = |of: fn(&WindowRow) -> Option<f64>| -> Vec<f64> {
+        judged.iter().filter_map(|row| of(row)).collect()
+    };
+    let typical = |of: fn(&WindowRow) -> Option<f64>| middle(&numbers(of));
+    let average = |of: fn(&WindowRow) -> Option<f64>| {
+        let all = numbers(of);
+        (!all.is_empty()).then(|| mean(&all))
+    };
+    let s = estimate(now.iter().filter_map(|seen| seen.s).collect());
+    let j = estimate(now.iter().filter_map(|seen| seen.j).collect());
+    let alternative = alternative(&judged);
+    let oscillating = judged.iter().filter(|row| row.oscillates == Some(true)).count();
+    let health = Health::of(&of_week);
+
+    let holds = |entry: &&&Entry| entry.until.is_none_or(|until| until >= first);
+    // The last one counts; one that cannot tell takes back what was said before.
+    let overruled = said
+        .iter()
+        .rev()
+        .find(|entry| entry.kind == Kind::Override && holds(entry))
+        .filter(|entry| entry.verdict != Some(VerdictClass::CannotTell));
+    let snoozed = said
+        .iter()
+        .filter(|entry| entry.kind == Kind::Snooze)
+        .filter_map(|entry| entry.until)
+        .max()
+        .filter(|until| *until > last);
+    let note = said.iter().rev().find(|entry| entry.kind != Kind::Override);
+    let member = groups
+        .iter()
+        .find_map(|group| Some((group, group.members.iter().find(|member| member.name == name)?)));
+    let is_victim = member.is_some_and(|(group, member)| match group.source {
+        Source::NotRecorded => true,
+        Source::Candidates => member.candidate_rank.is_none_or(|rank| rank > 1),
+    });
+
+    let mut row = LoopRow {
+        name: name.to_owned(),
+        area,
+        unit: facts.and_then(|facts| facts.unit.clone()),
+        loop_type: windows.last().map_or("unknown".to_owned(), |row| row.loop_type.clone()),
+        weight,
+        windows_judged: judged.len() as i64,
+        windows: of_week.len() as i64,
+        verdict: history.as_ref().map(|history| history.class),
+        grade: history.as_ref().map(|history| history.grade),
+        probability: history.as_ref().and_then(|history| history.probability),
+        s: s.map(|s| s.value),
+        s_low: s.map(|s| s.low),
+        s_high: s.map(|s| s.high),
+        j: j.map(|j| j.value),
+        j_low: j.map(|j| j.low),
+        j_high: j.map(|j| j.high),
+        s_below: typical(|row| row.s_below),
+        alternative: alternative.map(|(cause, _)| cause),
+        alternative_likelihood: alternative.map(|(_, likelihood)| likelihood),
+        auto_share: average(|row| row.auto_share),
+        at_limit_share: average(|row| row.at_limit_share),
+        travel_per_hour: average(|row| row.travel_per_hour),
+        reversals_per_hour: average(|row| row.reversals_per_hour),
+        period_s: typical(|row| row.period_s),
+        amplitude: typical(|row| row.amplitude),
+        change: event.map_or(Change::None, |event| event.change),
+        change_day: event.map(|event| day::date(day::of(event.time, &plant.zone))),
+        verdict_before: before.map(|history| history.grade),
+        overruled: overruled.and_then(|entry| entry.verdict),
+        override_reason: overruled.map(|entry| entry.words()),
+        snoozed_until: snoozed.map(day::date),
+        watch: facts.is_some_and(|facts| facts.watch),
+        note: note.map(|entry| entry.words()),
+        group: member.map(|(group, _)| group.id as i64),
+        candidate_rank: member.and_then(|(_, m)| Some(m.candidate_rank? as i64)),
+        health,
+        error: of_week.iter().rev().find_map(|row| row.error.clone()),
+        ..LoopRow::default()
+    };
+    row.drifts(drift, windows.last().map(|row| day::of(row.window_start as f64, &plant.zone)));
+    row.action = Found {
+        grade: row.grade,
+        overruled: row.overruled,
+        health,
+        oscillates: 2 * oscillating > judged.len(),
+        alternative,
+        is_victim,
+    }
+    .action();
+    row.severity = match row.action {
+        Action::CheckData => 1.0,
+        _ => (row.swing() / FULL).min(1.0),
+    };
+    row.priority = row.weight * row.severity * row.likelihood();
+    Ranked { row, windows, of_week, repairs }
+}
+
+impl LoopRow {
+    /// How far the valve, or the output, goes, percent of span.
+    fn swing(&self) -> f64 {
+        if let Some(s) = self.s {
+            return s + self.j.unwrap_or(0.0);
+        }
+        let Some(travel) = self.travel_per_hour else { return 0.0 };
+        let by_turns = self.reversals_per_hour.filter(|turns| *turns > 0.0).map(|t| travel / t);
+        let by_period = self.period_s.map(|period| travel * period / 7200.0);
+        let known = [by_turns, by_period, self.s_below];
+        known.into_iter().flatten().min_by(f64::total_cmp).unwrap_or(0.0)
+    }
+
+    /// The probability of what the action is for.
+    pub fn likelihood(&self) -> f64 {
+        let other = || self.alternative_likelihood.unwrap_or(0.5);
+        match (self.action, self.overruled) {
+            (Action::CheckData, _) | (Action::Repair, Some(_)) => 1.0,
+            (Action::Repair, None) if self.grade == Some(Grade::DoesNotRespond) => 1.0,
+            (Action::Repair | Action::Leave, _) => self.probability.unwrap_or(0.0),
+            (Action::Retune | Action::LookUpstream, _) => other(),
+        }
+    }
+
+    /// Takes the drift of S, `today` being the last day.
+    fn drifts(&mut self, drift: Option<Drift>, today: Option<i64>) {
+        let Some(drift) = drift else { return };
+        let weekly = |per_day: f64| 100.0 * ((7.0 * per_day).exp() - 1.0);
+        self.drift = Some(weekly(drift.per_day));
+        self.drift_low = Some(weekly(drift.low)).filter(|v| v.is_finite());
+        self.drift_high = Some(weekly(drift.high)).filter(|v| v.is_finite());
+        self.drift_p = Some(drift.p_value.max(drift.robust_p_value));
+        self.drift_significant = Some(drift.significant);
+        let Some((s, today)) = self.s.zip(today) else { return };
+        if drift.significant && drift.per_day > 0.0 && s > 0.0 && s < FULL {
+            let days = (FULL / s).ln() / drift.per_day;
+            self.limit_day = (days <= FARTHEST).then(|| day::date(today + days.ceil() as i64));
+        }
+    }
+}
+
+/// What observations say together; `None` if there is none.
+fn combined(observations: &[Observation]) -> Option<History> {
+    // Rows of the store are finite: what was not was left out when they were made.
+    (!observations.is_empty()).then(|| combine(observations).ok())?
+}
+
+fn middle(of: &[f64]) -> Option<f64> {
+    (!of.is_empty()).then(|| median(of))
+}
+
+/// The medians of values and of the ends of their intervals.
+fn estimate(of: Vec<Estimate>) -> Option<Estimate> {
+    let each = |part: fn(&Estimate) -> f64| middle(&of.iter().map(part).collect::<Vec<_>>());
+    Some(Estimate { value: each(|e| e.value)?, low: each(|e| e.low)?, high: each(|e| e.high)? })
+}
+
+/// The likeliest other cause over windows, and its mean likelihood.
+fn alternative(judged: &[&WindowRow]) -> Option<(Cause, f64)> {
+    let named = judged.iter().filter(|row| row.alternative.is_some()).count();
+    let sum = |cause: Cause| -> f64 {
+        let own = judged.iter().filter(|row| row.alternative.as_deref() == Some(cause.name()));
+        own.filter_map(|row| row.alternative_likelihood).sum()
+    };
+    let all = Cause::ALL.into_iter().map(|cause| (cause, sum(cause)));
+    let (cause, total) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (total > 0.0).then(|| (cause, total / named as f64))
+}

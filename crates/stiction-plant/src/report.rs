@@ -1,0 +1,372 @@
+//! The report of a week: a folder `reports/WEEK/` with a page, pages of loops, and all of it as tables.
+//!
+//! ```text
+//! index.html            the page
+//! loops/TAG.html        the diagnosis of the most telling window of a loop
+//! ranking.csv|json|parquet
+//! orders.csv|json
+//! groups.parquet
+//! ```
+//!
+//! Equal stores, files and options give equal bytes; each file is written whole or not at all, the page last.
+
+use crate::action::Action;
+use crate::change::Change;
+use crate::day;
+use crate::error::{Error, Result, store};
+use crate::groups::{self, Group, GroupOptions, LoopOfWeek};
+use crate::log::Log;
+use crate::orders::{Order, orders};
+use crate::page;
+use crate::plant_file::Plant;
+use crate::ranking::{LoopRow, Ranked, Ranking, rank};
+use crate::scan::recordings_of;
+use crate::store::{Store, write_whole};
+use crate::table::{columns, parquet};
+use crate::week::Week;
+use crate::window::{ENGINE_VERSION, WindowRow};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::path::Path;
+use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::recording::Recording;
+use stiction_report::document::{Loop, Source, json};
+use stiction_report::report::Folder;
+use stiction_report::report::folder::plain;
+use stiction_report::sheet::Sheet;
+
+/// The folder of all reports, in that of the plant.
+pub const FOLDER: &str = "reports";
+
+columns! {
+    /// A loop of a group of loops that swing together.
+    pub struct GroupRow;
+    /// Number of the group.
+    "group" [""] group: i64;
+    /// Period of the common swing.
+    "period_s" ["s"] period_s: f64;
+    /// Tag of the loop.
+    "loop" [""] name: String;
+    /// Its coherence with the group at the period.
+    "coherence" [""] coherence: f64;
+    /// Its place among the candidates for the source; empty if it is none.
+    "candidate_rank" [""] candidate_rank: Option<i64>;
+    /// Why, sentences.
+    "reasons" [""] reasons: String;
+}
+
+/// What is reported, and how.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReportOptions {
+    /// The week; the last one with windows without it.
+    pub week: Option<Week>,
+    /// For how many of the worst loops a page is written, besides those that changed and are watched.
+    pub pages: usize,
+}
+
+/// The ranking as a document.
+#[derive(Debug, serde::Serialize)]
+struct RankingDocument<'a> {
+    /// Name of the plant.
+    plant: &'a str,
+    /// The week, such as `2026-W10`.
+    week: String,
+    /// Its first day.
+    first_day: String,
+    /// Its last day.
+    last_day: String,
+    /// Version of the program.
+    engine_version: &'static str,
+    /// The loops, what to do first at the top.
+    loops: Vec<&'a LoopRow>,
+    /// Loops that swing together.
+    groups: &'a [Group],
+}
+
+/// What a report holds.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct Reported {
+    /// Name of the plant.
+    pub plant: String,
+    /// The week, such as `2026-W10`.
+    pub week: String,
+    /// The folder it is in, from that of the plant on.
+    pub folder: String,
+    /// Loops in it.
+    pub loops: usize,
+    /// Of these, loops with a window that was judged.
+    pub judged: usize,
+    /// Loops by action.
+    pub actions: Vec<Counted>,
+    /// What changed in the week.
+    pub changes: Vec<Changed>,
+    /// Work orders.
+    pub orders: usize,
+    /// Pages of loops that were written.
+    pub pages: usize,
+    /// Why pages of loops could not be written.
+    pub problems: Vec<String>,
+    /// Loops that stick and did not before, without those that are snoozed.
+    pub new_sticking: usize,
+}
+
+/// How many loops need an action.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct Counted {
+    /// The action.
+    pub action: Action,
+    /// Loops.
+    pub loops: usize,
+}
+
+/// A loop that changed.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct Changed {
+    /// Its tag.
+    #[serde(rename = "loop")]
+    pub name: String,
+    /// What changed.
+    pub change: Change,
+    /// The first day after it.
+    pub day: Option<String>,
+}
+
+/// Weeks of windows before the week that are looked at: for what changed, and for the small histories.
+const WEEKS: i64 = 26;
+
+/// What a plant's folder holds for the report of a week.
+#[derive(Debug)]
+pub struct Known {
+    log: Log,
+    rows: Vec<WindowRow>,
+    week: Week,
+    /// The loops that swing together in the week.
+    pub groups: Vec<Group>,
+}
+
+impl Known {
+    /// Reads what is known of `week`, or of the last one with windows.
+    ///
+    /// # Errors
+    /// If there is no window in or before the week, or a file of the store or the log cannot be read.
+    pub fn of(folder: &Path, plant: &Plant, week: Option<Week>) -> Result<Self> {
+        let (log, store) = (Log::read(folder)?, Store::of(folder));
+        let begin = |day: i64| day::begin(day, &plant.zone) as i64;
+        let none = || Error::Option("nothing was judged so far; scan first".to_owned());
+        let last = store.last()?.ok_or_else(none)?;
+        let last = Week::of(day::of(last as f64, &plant.zone));
+        let week = week.unwrap_or(last);
+        let (first, end) = (begin(*week.days().start()), begin(week.days().end() + 1));
+        let rows = store.rows_between(begin(week.days().start() - 7 * WEEKS), end)?;
+        if rows.is_empty() {
+            return Err(Error::Option(format!(
+                "nothing was judged in or before {week}; the last week is {last}"
+            )));
+        }
+        let mut known = Self { log, rows, week, groups: vec![] };
+        let of_week = |ranked: &Ranked<'_>| {
+            let swings = ranked.of_week.iter().filter(|row| row.oscillates == Some(true)).count();
+            LoopOfWeek {
+                name: ranked.row.name.clone(),
+                probability: ranked.row.probability,
+                period_s: ranked
+                    .row
+                    .period_s
+                    .filter(|_| 2 * swings > ranked.row.windows_judged as usize),
+            }
+        };
+        let loops: Vec<LoopOfWeek> = known.ranking(plant).loops.iter().map(of_week).collect();
+        let upstream =
+            plant.file.loops.iter().map(|(name, facts)| (name.clone(), facts.upstream.clone()));
+        let traces = store.traces(first, end)?;
+        known.groups = groups::find(&traces, &loops, &upstream.collect(), &GroupOptions::default());
+        Ok(known)
+    }
+
+    /// The loops of the week, what to do first at the top.
+    pub fn ranking(&self, plant: &Plant) -> Ranking<'_> {
+        rank(plant, &self.log, &self.rows, &self.groups, self.week)
+    }
+}
+
+/// Writes the report of a week of the plant in `folder`; `seen` hears of each page of a loop.
+///
+/// # Errors
+/// If there is nothing to report, or a file of the store, the log or the report cannot be read or written. A loop whose
+/// page cannot be made is among the problems, and stops no other.
+pub fn write(
+    folder: &Path,
+    plant: &Plant,
+    options: &ReportOptions,
+    seen: impl Fn() + Sync,
+) -> Result<Reported> {
+    let known = Known::of(folder, plant, options.week)?;
+    let groups = &known.groups[..];
+    let mut ranking = known.ranking(plant);
+    let own = format!("{FOLDER}/{}", ranking.week);
+    let to = folder.join(&own);
+    let problems = write_pages(folder, &to, plant, &mut ranking, options.pages, &seen)?;
+    let orders = orders(&ranking);
+    write_tables(&to, &ranking, &orders, groups)?;
+    write_whole(&to.join(page::INDEX), page::page(&ranking, &orders, groups).as_bytes())?;
+
+    let loops = || ranking.loops.iter().map(|ranked| &ranked.row);
+    let changed = loops().filter(|row| row.change != Change::None);
+    Ok(Reported {
+        plant: ranking.plant.clone(),
+        week: ranking.week.to_string(),
+        folder: own,
+        loops: ranking.loops.len(),
+        judged: loops().filter(|row| row.windows_judged > 0).count(),
+        actions: Action::ALL
+            .map(|action| Counted { action, loops: loops().filter(|r| r.action == action).count() })
+            .into(),
+        changes: changed
+            .map(|row| Changed {
+                name: row.name.clone(),
+                change: row.change,
+                day: row.change_day.clone(),
+            })
+            .collect(),
+        orders: orders.len(),
+        pages: loops().filter(|row| row.page.is_some()).count(),
+        problems,
+        new_sticking: loops().filter(|row| row.is_new_sticking() && !row.is_snoozed()).count(),
+    })
+}
+
+/// Writes the pages of the worst loops, the changed and the watched, and notes in the ranking where they are.
+fn write_pages(
+    folder: &Path,
+    to: &Path,
+    plant: &Plant,
+    ranking: &mut Ranking<'_>,
+    worst: usize,
+    seen: &(impl Fn() + Sync),
+) -> Result<Vec<String>> {
+    let mut names = BTreeSet::new();
+    let mut chosen: Vec<(usize, &WindowRow, String)> = vec![];
+    for (place, ranked) in ranking.loops.iter().enumerate() {
+        let row = &ranked.row;
+        if place >= worst && row.change == Change::None && !row.watch {
+            continue;
+        }
+        let Some(window) = telling(ranked) else { continue };
+        // Tags that differ in what no file system holds.
+        let plain = plain(&row.name);
+        let tries = std::iter::once(plain.clone()).chain((2..).map(|k| format!("{plain}-{k}")));
+        let name = tries.into_iter().find(|name| names.insert(name.to_lowercase()));
+        chosen.push((place, window, format!("loops/{}.html", name.unwrap_or(plain))));
+    }
+    let windows: Vec<&WindowRow> = chosen.iter().map(|(_, window, _)| *window).collect();
+    let recordings = recordings_of(folder, plant, &windows)?;
+    let mut problems = vec![];
+    // A few at a time: a page is a megabyte, and a diagnosis some more.
+    for (part, recordings) in chosen.chunks(8).zip(recordings.chunks(8)) {
+        let made: Vec<std::result::Result<String, String>> = part
+            .par_iter()
+            .zip(recordings)
+            .map(|((_, window, _), recording)| {
+                let html = loop_page(window, recording.as_ref().map_err(Clone::clone)?, plant);
+                seen();
+                html
+            })
+            .collect();
+        for ((place, window, path), html) in part.iter().zip(made) {
+            match html {
+                Ok(html) => {
+                    write_whole(&to.join(path), html.as_bytes())?;
+                    ranking.loops[*place].row.page = Some(path.clone());
+                }
+                Err(why) => problems.push(format!("the page of {}: {why}", window.name)),
+            }
+        }
+    }
+    Ok(problems)
+}
+
+/// The window of the week that says most: of a valve to repair that which accuses it most, else the last that was judged.
+fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
+    let mut judged = ranked.of_week.iter().copied().filter(|row| row.is_judged());
+    match ranked.row.action {
+        Action::Repair => judged.max_by(|a, b| {
+            a.probability.partial_cmp(&b.probability).unwrap_or(std::cmp::Ordering::Equal)
+        }),
+        _ => judged.next_back(),
+    }
+}
+
+/// The diagnosis of a window as a page.
+fn loop_page(
+    window: &WindowRow,
+    recording: &Recording,
+    plant: &Plant,
+) -> std::result::Result<String, String> {
+    let diagnosis = diagnose(recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())?;
+    let day = day::date(day::of(window.window_start as f64, &plant.zone));
+    let file = format!("all files of {day}, put together");
+    let source = Source { file, sha256: window.input_fingerprint.clone() };
+    let tool = format!("stiction {ENGINE_VERSION}");
+    let one = Loop { diagnosis: &diagnosis, source: &source };
+    Folder::new(tool, &[one]).page(0).map_err(|e| e.to_string())
+}
+
+fn write_tables(
+    to: &Path,
+    ranking: &Ranking<'_>,
+    orders: &[Order],
+    groups: &[Group],
+) -> Result<()> {
+    let write = |name: &str, bytes: &[u8]| write_whole(&to.join(name), bytes);
+    let refused = |name: &str, why: String| store(&to.join(name), why);
+    let loops: Vec<LoopRow> = ranking.loops.iter().map(|ranked| ranked.row.clone()).collect();
+    let names = LoopRow::columns().into_iter().map(|column| column.name);
+    let csv = csv(names, loops.iter().map(LoopRow::cells));
+    write("ranking.csv", csv.map_err(|e| refused("ranking.csv", e.to_string()))?.as_bytes())?;
+    let batch = LoopRow::batch(&loops).map_err(|e| refused("ranking.parquet", e.to_string()))?;
+    let bytes = parquet(&batch).map_err(|e| refused("ranking.parquet", e.to_string()))?;
+    write("ranking.parquet", &bytes)?;
+    let document = RankingDocument {
+        plant: &ranking.plant,
+        week: ranking.week.to_string(),
+        first_day: day::date(*ranking.week.days().start()),
+        last_day: day::date(*ranking.week.days().end()),
+        engine_version: ENGINE_VERSION,
+        loops: loops.iter().collect(),
+        groups,
+    };
+    write("ranking.json", json(&document).as_bytes())?;
+
+    let names = Order::columns().into_iter().map(|column| column.name);
+    let csv = self::csv(names, orders.iter().map(Order::cells));
+    write("orders.csv", csv.map_err(|e| refused("orders.csv", e.to_string()))?.as_bytes())?;
+    write("orders.json", json(&orders).as_bytes())?;
+
+    let of_group = |group: &Group| {
+        let (id, period_s) = (group.id as i64, group.period_s);
+        let row = move |member: &crate::groups::Member| GroupRow {
+            group: id,
+            period_s,
+            name: member.name.clone(),
+            coherence: member.coherence,
+            candidate_rank: member.candidate_rank.map(|rank| rank as i64),
+            reasons: member.reasons.join(" "),
+        };
+        group.members.iter().map(row).collect::<Vec<_>>()
+    };
+    let rows: Vec<GroupRow> = groups.iter().flat_map(of_group).collect();
+    let batch = GroupRow::batch(&rows).map_err(|e| refused("groups.parquet", e.to_string()))?;
+    let bytes = parquet(&batch).map_err(|e| refused("groups.parquet", e.to_string()))?;
+    write("groups.parquet", &bytes)
+}
+
+fn csv(
+    names: impl Iterator<Item = &'static str>,
+    rows: impl Iterator<Item = Vec<String>>,
+) -> std::io::Result<String> {
+    let mut sheet = Sheet::new(names)?;
+    for row in rows {
+        sheet.row(row)?;
+    }
+    sheet.text()
+}

@@ -1,0 +1,270 @@
+//! What is kept of a window's signal, to compare loops on one clock without reading the data again.
+//!
+//! Loops of a plant are sampled at times of their own. A trace is the control error, or the OP, as means of [`STEP_S`] seconds
+//! on the clock of the plant: each value holds until the next, for [`HELD_S`] at most. It is kept in steps of a
+//! hundredth of its standard deviation, in some 12 kB a day, and is for spectra, not for looking at: periods below
+//! [`SHORTEST_S`] are lost.
+
+use arrow_array::builder::{Int16Builder, ListBuilder};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int16Type, Int64Type};
+use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
+use std::sync::Arc;
+use stiction_diagnose::diagnose::Diagnosis;
+use stiction_diagnose::oscillation::Oscillation;
+use stiction_diagnose::recording::{Channel, Recording};
+
+/// Time between two values, s; the first cell of all began at 1970-01-01 UTC.
+pub const STEP_S: i64 = 10;
+/// How long a value holds at most, s.
+pub const HELD_S: f64 = 3600.0;
+/// The shortest period that a trace can show, s: four values.
+pub const SHORTEST_S: f64 = 4.0 * STEP_S as f64;
+/// What stands for a value that is not known.
+const MISSING: i16 = i16::MIN;
+/// Steps in a standard deviation.
+const FINE: f64 = 100.0;
+
+/// Which signal of a loop a trace is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum TraceSignal {
+    /// PV less SP; the PV where no SP is recorded.
+    Error,
+    /// The OP.
+    Op,
+}
+
+impl TraceSignal {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Op => "OP",
+        }
+    }
+
+    /// The signal in which a loop oscillates: the error, or the OP if only that does.
+    pub fn of(diagnosis: &Diagnosis) -> Self {
+        let found = |of: &Option<Oscillation>| of.as_ref().is_some_and(|found| found.found);
+        let oscillations = &diagnosis.oscillations;
+        match !found(&oscillations.error) && found(&oscillations.op) {
+            true => Self::Op,
+            false => Self::Error,
+        }
+    }
+}
+
+/// A window's signal in means on the clock of the plant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// Tag of the loop.
+    pub name: String,
+    /// Begin of the first value, s since 1970-01-01 UTC: a multiple of [`STEP_S`].
+    pub start: i64,
+    /// Which signal it is.
+    pub signal: TraceSignal,
+    /// What a step of the values is in the units of the signal.
+    unit: f64,
+    values: Vec<i16>,
+}
+
+impl Trace {
+    /// The trace of a window that begins at `start`, s since 1970-01-01 UTC, and lasts `duration_s`; the recording's
+    /// clock begins with it. `None` of a signal that is not there, or never moves.
+    pub fn of(
+        recording: &Recording,
+        start: i64,
+        duration_s: i64,
+        signal: TraceSignal,
+    ) -> Option<Self> {
+        let first = start.div_euclid(STEP_S) * STEP_S;
+        let cells = (duration_s.max(0) as u64).div_ceil(STEP_S as u64) as usize;
+        let means = |channel: &Channel| means(channel, (first - start) as f64, cells);
+        let values = match (signal, &recording.pv) {
+            (TraceSignal::Op, _) | (_, None) => means(&recording.op),
+            (TraceSignal::Error, Some(pv)) => {
+                let mut values = means(pv);
+                if let Some(sp) = &recording.sp {
+                    values.iter_mut().zip(means(sp)).for_each(|(value, sp)| *value -= sp);
+                }
+                values
+            }
+        };
+        let signal = if recording.pv.is_none() { TraceSignal::Op } else { signal };
+        let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        let mean = stiction_diagnose::series::mean(&known);
+        let unit = stiction_diagnose::series::std(&known) / FINE;
+        let moves = known.len() > 1 && unit > 1e-9 * mean.abs();
+        let step = |value: f64| match value.is_finite() {
+            // A spike beyond 327 standard deviations ends there.
+            true => ((value - mean) / unit).round().clamp(-32_767.0, 32_767.0) as i16,
+            false => MISSING,
+        };
+        moves.then(|| Self {
+            name: recording.name.clone(),
+            start: first,
+            signal,
+            unit,
+            values: values.into_iter().map(step).collect(),
+        })
+    }
+
+    /// How many values it has, those that are not known included.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Whether it has none.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Its values about their mean, in the units of the signal; NaN where one is not known.
+    pub fn values(&self) -> impl Iterator<Item = f64> {
+        let value = |v: &i16| if *v == MISSING { f64::NAN } else { f64::from(*v) * self.unit };
+        self.values.iter().map(value)
+    }
+
+    /// The end of its last value, s since 1970-01-01 UTC.
+    pub fn end(&self) -> i64 {
+        self.start + STEP_S * self.values.len() as i64
+    }
+
+    /// The schema of a table of traces.
+    pub fn schema() -> Arc<Schema> {
+        let values = DataType::List(Arc::new(Field::new("item", DataType::Int16, true)));
+        Arc::new(Schema::new(vec![
+            Field::new("loop", DataType::Utf8, false),
+            Field::new("start", DataType::Int64, false),
+            Field::new("signal", DataType::Utf8, false),
+            Field::new("unit", DataType::Float64, false),
+            Field::new("values", values, false),
+        ]))
+    }
+
+    /// Traces as a table.
+    ///
+    /// # Errors
+    /// None is known: all columns are of one length.
+    pub fn batch(traces: &[Self]) -> Result<RecordBatch, ArrowError> {
+        let mut values = ListBuilder::new(Int16Builder::new());
+        for trace in traces {
+            let value = |v: &i16| (*v != MISSING).then_some(*v);
+            values.append_value(trace.values.iter().map(value));
+        }
+        let text = |of: fn(&Self) -> &str| -> ArrayRef {
+            Arc::new(StringArray::from_iter_values(traces.iter().map(of)))
+        };
+        let start = Int64Array::from_iter_values(traces.iter().map(|trace| trace.start));
+        let unit = Float64Array::from_iter_values(traces.iter().map(|trace| trace.unit));
+        let columns: Vec<ArrayRef> = vec![
+            text(|trace| &trace.name),
+            Arc::new(start),
+            text(|trace| trace.signal.name()),
+            Arc::new(unit),
+            Arc::new(values.finish()),
+        ];
+        RecordBatch::try_new(Self::schema(), columns)
+    }
+
+    /// The traces of a table.
+    ///
+    /// # Errors
+    /// If a column is not there, or holds something else.
+    pub fn of_batch(batch: &RecordBatch) -> Result<Vec<Self>, String> {
+        let column =
+            |name: &str| batch.column_by_name(name).ok_or(format!("has no column \"{name}\""));
+        let wrong = |name: &str| format!("the column \"{name}\" is not that of traces");
+        let names = column("loop")?;
+        let names = names.as_string_opt::<i32>().ok_or(wrong("loop"))?;
+        let starts = column("start")?;
+        let starts = starts.as_primitive_opt::<Int64Type>().ok_or(wrong("start"))?;
+        let signals = column("signal")?;
+        let signals = signals.as_string_opt::<i32>().ok_or(wrong("signal"))?;
+        let units = column("unit")?;
+        let units = units.as_primitive_opt::<Float64Type>().ok_or(wrong("unit"))?;
+        let values = column("values")?;
+        let values = values.as_list_opt::<i32>().ok_or(wrong("values"))?;
+        let known = [TraceSignal::Error, TraceSignal::Op];
+        (0..batch.num_rows())
+            .map(|row| {
+                let signal = known.into_iter().find(|signal| signal.name() == signals.value(row));
+                let own = values.value(row);
+                let own = own.as_primitive_opt::<Int16Type>().ok_or(wrong("values"))?;
+                Ok(Self {
+                    name: names.value(row).to_owned(),
+                    start: starts.value(row),
+                    signal: signal.ok_or(wrong("signal"))?,
+                    unit: units.value(row),
+                    values: own.iter().map(|v| v.unwrap_or(MISSING)).collect(),
+                })
+            })
+            .collect()
+    }
+}
+
+/// The means of a channel in cells of [`STEP_S`] from `from` on, s on its clock; NaN where less than half of a cell is known.
+fn means(channel: &Channel, from: f64, cells: usize) -> Vec<f64> {
+    let step = STEP_S as f64;
+    let (mut sums, mut known) = (vec![0.0; cells], vec![0.0; cells]);
+    for (k, value) in channel.values.iter().enumerate() {
+        if !(value.is_finite() && channel.quality[k].is_usable()) {
+            continue;
+        }
+        let begin = channel.time[k] - from;
+        let next = channel.time.get(k + 1).map_or(begin + step, |next| next - from);
+        let end = next.min(begin + HELD_S).min(step * cells as f64);
+        let mut at = begin.max(0.0);
+        while at < end {
+            let cell = (at / step) as usize;
+            if cell >= cells {
+                break;
+            }
+            let until = end.min(step * (cell + 1) as f64);
+            // Rounding must not keep it where it is.
+            let held = (until - at).max(1e-9 * step);
+            sums[cell] += held * value;
+            known[cell] += held;
+            at += held;
+        }
+    }
+    let mean = |(sum, known): (f64, f64)| if known >= 0.5 * step { sum / known } else { f64::NAN };
+    sums.into_iter().zip(known).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_hold_what_was_stored_and_know_what_is_missing() {
+        // A value at 0, 5, 20 and, after a gap, 4000 s.
+        let pv =
+            Channel::new("PV", vec![0.0, 5.0, 20.0, 4000.0], vec![1.0, 3.0, 5.0, 9.0]).unwrap();
+        let means = means(&pv, 0.0, 402);
+        assert_eq!(means[..4], [2.0, 3.0, 5.0, 5.0]);
+        assert_eq!((means[361], means[400]), (5.0, 9.0));
+        assert!(means[362].is_nan() && means[401].is_nan());
+    }
+
+    #[test]
+    fn traces_go_to_arrow_and_back() {
+        let sp: Vec<f64> = (0..2000).map(|k| if k < 1000 { 50.0 } else { 60.0 }).collect();
+        let pv: Vec<f64> = (0..2000).map(|k| sp[k] + (0.1 * k as f64).sin()).collect();
+        let recording = Recording::regular("A", 5.0, &pv, Some(&pv), Some(&sp)).unwrap();
+        let error = Trace::of(&recording, 1000, 10_000, TraceSignal::Error).unwrap();
+        let op = Trace::of(&recording, 1003, 10_000, TraceSignal::Op).unwrap();
+        assert_eq!((error.len(), error.start, op.start, error.end()), (1000, 1000, 1000, 11_000));
+        // The set point moved, the error did not.
+        let want = 0.5 * ((10.0f64).sin() + (10.1f64).sin());
+        let got = error.values().nth(50).unwrap();
+        assert!((got - want).abs() < 0.02, "{got} {want}");
+        let both = [error, op];
+        let batch = Trace::batch(&both).unwrap();
+        assert_eq!(Trace::of_batch(&batch).unwrap(), both);
+        assert!(Trace::of_batch(&batch.project(&[0]).unwrap()).unwrap_err().contains("start"));
+        let flat = Recording::regular("B", 5.0, &[7.0; 100], None, None).unwrap();
+        assert_eq!(Trace::of(&flat, 0, 500, TraceSignal::Error), None);
+    }
+}

@@ -1,0 +1,287 @@
+//! Plants of coupled loops: whose valve sticks, and whom its swing reaches.
+//!
+//! ```text
+//! Network (drawn) ──> NetworkRun, step by step on one clock ──> Samples of each loop ──> Recording
+//!                └──> the same without one cause at a time  ──> NetworkTruth: whom it reaches
+//! ```
+//! A loop has a valve of the population's models, a PI controller, a process with dead time, a load that
+//! wanders, noise, and a historian that takes a sample every so many steps. What couples loops is a [`Link`]: what flows
+//! out of one acts on the load of the other after a dead time and a lag. A loop of a cascade writes the set point of the
+//! one [below](NetworkLoop::below) it. What comes from [`Outside`] enters several loops at once.
+
+mod drawn;
+mod run;
+mod truth;
+
+pub use run::{NetworkRun, Samples};
+pub use truth::{Cause, NetworkTruth, Reach};
+
+use super::ProcessKind;
+use stiction_diagnose::recording::LoopType;
+use stiction_model::closed_loop::Signal;
+use stiction_model::error::{Error, Result};
+use stiction_model::valve::Model;
+
+/// Time between two steps of the clock that all loops share, s.
+pub const STEP_S: f64 = 5.0;
+/// The most loops of a network.
+pub const MOST_LOOPS: usize = 100;
+
+/// Loops that act on each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Network {
+    /// The loops; one writes the set point only of a later one.
+    pub loops: Vec<NetworkLoop>,
+    /// What couples them.
+    pub links: Vec<Link>,
+    /// What enters from outside.
+    pub outside: Vec<Outside>,
+}
+
+/// What is asked of a network that is drawn.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NetworkPlan {
+    /// How many loops.
+    pub loops: usize,
+    /// Which of their valves stick.
+    pub sticking: Vec<usize>,
+    /// How many waves enter from outside.
+    pub outside: usize,
+    /// Whether the loops act on each other, and waves on several of them. Loops that do not may still swing, each for itself.
+    pub coupled: bool,
+}
+
+/// A loop of a network.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NetworkLoop {
+    /// What it controls.
+    pub loop_type: LoopType,
+    /// Its process: first order, second order, or an integrator, with a dead time.
+    pub process: ProcessKind,
+    /// Time between recorded samples, s: a multiple of [`STEP_S`].
+    pub sample_time_s: f64,
+    /// The model of its valve where it sticks.
+    pub model: Model,
+    /// Stick band plus dead band of its valve where it sticks, percent of span.
+    pub s: f64,
+    /// Slip jump of its valve where it sticks, percent of span.
+    pub j: f64,
+    /// When its valve sticks.
+    pub course: Course,
+    /// Where in each day an operator has the OP, which then rests, s from the begin of the day.
+    pub manual: Option<(f64, f64)>,
+    /// The loop whose set point it writes, in place of a valve of its own.
+    pub below: Option<usize>,
+    /// What only its simulation needs.
+    design: Design,
+}
+
+/// When a valve sticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Course {
+    /// Never.
+    Healthy,
+    /// Always, and as much.
+    Sticks,
+    /// Until this time, s from the first step of the record on.
+    Repaired {
+        /// When it is repaired.
+        at_s: f64,
+    },
+    /// From this time on.
+    Begins {
+        /// When it begins.
+        at_s: f64,
+    },
+    /// Always, and ever more: S and J grow evenly, from what they are at the first step.
+    Grows {
+        /// By this factor in all.
+        factor: f64,
+        /// Within this time, s.
+        within_s: f64,
+    },
+}
+
+impl Course {
+    /// Whether the valve sticks `at` this time, s from the first step of the record on.
+    pub fn sticks(self, at: f64) -> bool {
+        match self {
+            Self::Healthy => false,
+            Self::Sticks | Self::Grows { .. } => true,
+            Self::Repaired { at_s } => at < at_s,
+            Self::Begins { at_s } => at >= at_s,
+        }
+    }
+
+    /// Whether it ever does.
+    pub fn ever(self) -> bool {
+        self != Self::Healthy
+    }
+}
+
+/// What a loop does to the load of another one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// The loop that acts.
+    pub from: usize,
+    /// The loop that is acted on.
+    pub to: usize,
+    /// What couples them.
+    pub kind: LinkKind,
+    /// Percent of load for one percent of valve, or of PV over the gain of its process.
+    pub gain: f64,
+    /// Dead time, s.
+    pub dead_s: f64,
+    /// Lag of the first order, s.
+    pub lag_s: f64,
+}
+
+/// What couples two loops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LinkKind {
+    /// What leaves one unit enters the next: the flow that a level lets out, else the PV.
+    MassBalance,
+    /// What leaves a later unit comes back, late and smoothed.
+    Recycle,
+    /// One header feeds both: where one valve opens, the other has less.
+    Header,
+}
+
+/// A wave from outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outside {
+    /// What it is, about zero.
+    pub wave: Signal,
+    /// Its period, s.
+    pub period_s: f64,
+    /// The loops whose loads it enters, and how much: percent of load.
+    pub into: Vec<(usize, f64)>,
+}
+
+/// What is drawn of a loop and needed by its simulation alone.
+#[derive(Debug, Clone, PartialEq)]
+struct Design {
+    /// Percent of span per percent, or, of an integrator, after one `tau`.
+    gain: f64,
+    tau: f64,
+    tau2: f64,
+    dead_time: f64,
+    curve: super::design::Curve,
+    kc: f64,
+    ti: f64,
+    /// Width of the play of the healthy valve, percent.
+    dead_band: f64,
+    op_rest: f64,
+    pv_rest: f64,
+    /// Added to the load, percent, and to the PV in the transmitter, percent of span.
+    load: Signal,
+    noise: Signal,
+    /// Time between moves of the set point, s, and how far they go, percent of span.
+    moves: Option<(f64, f64)>,
+    op_quantum: f64,
+    pv_quantum: f64,
+    /// PV at 0 % and its span, in units of the plant.
+    pv_range: (f64, f64),
+    seed: u64,
+}
+
+impl Network {
+    /// The network of this seed: 5 to 50 loops, 0 to 3 sticking valves, 0 to 2 waves from outside; one in four is of
+    /// loops that do not act on each other.
+    ///
+    /// # Errors
+    /// None is known.
+    pub fn draw(seed: u64) -> Result<Self> {
+        Self::planned(seed, &drawn::plan(seed))
+    }
+
+    /// The network of this seed and plan.
+    ///
+    /// # Errors
+    /// If the plan has no loop, more than [`MOST_LOOPS`], or a sticking one beyond them.
+    pub fn planned(seed: u64, plan: &NetworkPlan) -> Result<Self> {
+        let n = plan.loops;
+        if n == 0 || n > MOST_LOOPS || plan.sticking.iter().any(|k| *k >= n) {
+            let rule =
+                format!("a network has 1 to {MOST_LOOPS} loops, and sticking ones are of them");
+            return Err(Error::Inconsistent(rule));
+        }
+        Ok(drawn::network(seed, plan))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction_diagnose::series::span;
+
+    fn plan(loops: usize, sticking: Vec<usize>, coupled: bool) -> NetworkPlan {
+        NetworkPlan { loops, sticking, outside: 1, coupled }
+    }
+
+    #[test]
+    fn a_record_in_two_parts_is_that_in_one_and_no_signal_runs_away() {
+        for seed in 0..4 {
+            let network = Network::planned(seed, &plan(12, vec![2, 5], true)).unwrap();
+            let whole = network.run(None).unwrap().record(7200.0).unwrap();
+            let mut run = network.run(None).unwrap();
+            let (first, second) = (run.record(3605.0).unwrap(), run.record(3595.0).unwrap());
+            for ((whole, first), second) in whole.iter().zip(&first).zip(&second) {
+                assert_eq!(whole.pv, [&first.pv[..], &second.pv].concat());
+                assert_eq!(whole.op, [&first.op[..], &second.op].concat());
+                assert_eq!(second.from_s, first.pv.len() as f64 * first.step_s);
+                assert!(whole.pv.iter().all(|v| v.is_finite()));
+            }
+        }
+        assert!(Network::planned(1, &plan(3, vec![3], true)).is_err());
+        assert_eq!(Network::draw(3).unwrap(), Network::draw(3).unwrap());
+    }
+
+    #[test]
+    fn without_links_a_valve_reaches_its_own_loop_only() {
+        let network = Network::planned(4, &plan(8, vec![1, 6], false)).unwrap();
+        assert!(network.links.is_empty() && network.loops.iter().all(|own| own.below.is_none()));
+        let samples = network.run(None).unwrap().record(86_400.0).unwrap();
+        let truth = network.truth(&samples).unwrap();
+        assert_eq!(truth.causes.len(), 3);
+        for reach in &truth.causes[..2] {
+            let Cause::Valve(valve) = reach.cause else { panic!("{reach:?}") };
+            for k in (0..8).filter(|k| *k != valve) {
+                assert!(reach.vanishes[k].abs() < 1e-9 && !reach.swings[k], "{reach:?}");
+                assert!(truth.apart(valve, k));
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_valve_does_to_its_neighbour_vanishes_with_it() {
+        // Some seed whose valve cycles and feeds the next loop.
+        let reached = (0..40).any(|seed| {
+            let network = Network::planned(seed, &plan(2, vec![0], true)).unwrap();
+            let fed = network.links.iter().any(|link| (link.from, link.to) == (0, 1));
+            let samples = network.run(None).unwrap().record(43_200.0).unwrap();
+            let truth = network.truth(&samples).unwrap();
+            let swings = &truth.causes[0].swings;
+            assert!(fed || !swings[1] || !network.outside.is_empty(), "seed {seed}");
+            fed && swings[0] && swings[1] && !truth.apart(0, 1)
+        });
+        assert!(reached);
+    }
+
+    #[test]
+    fn a_repaired_valve_sticks_no_more_and_by_hand_the_op_rests() {
+        let mut network = Network::planned(7, &plan(1, vec![0], false)).unwrap();
+        network.outside.clear();
+        network.loops[0].manual = Some((3600.0, 7200.0));
+        let sticking = network.run(None).unwrap().record(36_000.0).unwrap();
+        network.loops[0].course = Course::Repaired { at_s: 18_000.0 };
+        let repaired = network.run(None).unwrap().record(36_000.0).unwrap();
+        let n = (18_000.0 / sticking[0].step_s) as usize;
+        assert_eq!(sticking[0].vp[..n], repaired[0].vp[..n]);
+        assert_ne!(sticking[0].vp[n + 10..], repaired[0].vp[n + 10..]);
+        let at = |t: f64| (t / sticking[0].step_s) as usize;
+        let (from, to) = (at(3600.0) + 1, at(7200.0));
+        assert!(span(&sticking[0].op[from..to]) == 0.0 && !sticking[0].auto[from]);
+        assert!(span(&sticking[0].pv[from..to]) > 0.0 && sticking[0].auto[to + 1]);
+    }
+}
