@@ -35,10 +35,11 @@ def test_a_scan_judges_what_is_new_and_tells(tmp_path):
     found = stiction.plant.check(tmp_path)
     assert (found.files, len(found.loops), found.loops[0].days, found.problems) == (2, 3, 2, [])
     heard = []
-    done = stiction.plant.scan(str(tmp_path), loops="fic1001", threads=1, progress=heard.append)
+    first = found.loops[0]
+    done = stiction.plant.scan(str(tmp_path), loops=first.loop.lower(), threads=1, progress=heard.append)
     assert (done.plant, done.run, done.errors) == ("Demo", "0001", 0) and heard == sorted(heard) and heard
-    assert set(stiction.plant.windows(tmp_path)["loop"]) == {"FIC1001"}
-    assert stiction.plant.scan(tmp_path, since=found.loops[0].last_day, loops="FIC1001").windows == 0
+    assert set(stiction.plant.windows(tmp_path)["loop"]) == {first.loop}
+    assert stiction.plant.scan(tmp_path, since=first.last_day, loops=first.loop).windows == 0
     assert stiction.plant.scan(tmp_path, again=True).windows > done.windows
     status = stiction.plant.status(tmp_path)
     assert (status.loops, status.days, status.runs) == (3, 2, 2)
