@@ -61,7 +61,8 @@ def on_spark(folder, workers, ended):
         while process.poll() is None:
             for pid, (cpu, memory, line) in below(process.pid).items():
                 before = most.get(pid, (0.0, 0, ""))
-                most[pid] = (max(cpu, before[0]), max(memory, before[1]), line)
+                # A process that ends has no command any more.
+                most[pid] = (max(cpu, before[0]), max(memory, before[1]), line or before[2])
             time.sleep(0.1)
 
     sampling = threading.Thread(target=sample)
