@@ -22,8 +22,8 @@ PAGE = ROOT / "docs" / "python-api.md"
 HEAD = """# Python API
 
 Made by `python3 docs/python_api.py`; a test compares. Names of most modules are those of `stiction` itself:
-`stiction.diagnose`. Those of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas` and
-`stiction.sklearn` stay in their module. Every result unpacks in the order of its attributes, and has `to_dict()`.
+`stiction.diagnose`. Those of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`, `stiction.plant`
+and `stiction.sklearn` stay in their module. Every result unpacks in the order of its attributes, and has `to_dict()`.
 """
 #: Sections of a doc string that list names.
 LISTS = {"Parameters", "Returns", "Raises", "Attributes", "Yields", "Warns"}
@@ -161,18 +161,30 @@ def public(module: ast.Module) -> list[str]:
     return []
 
 
+def modules() -> list[tuple[str, Path]]:
+    """Modules by their names from the package on, and their files; a package is a module, too."""
+    found = []
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        if parts[-1] == "__init__" and len(parts) > 1:
+            parts = parts[:-1]
+        if not any(part.startswith("_") for part in parts):
+            found.append((".".join(parts), path))
+    return sorted(found)
+
+
 def page() -> str:
     """The whole page."""
     rust = rust_documentation()
     stub = ast.parse((PACKAGE / "_core.pyi").read_text())
     compiled = {each.name: each for each in stub.body if isinstance(each, ast.ClassDef)}
     parts = [HEAD.strip()]
-    for path in sorted(PACKAGE.glob("[!_]*.py")):
+    for called, path in modules():
         module = ast.parse(path.read_text())
         names = public(module)
         if not names:
             continue
-        parts.append(f"## stiction.{path.stem}")
+        parts.append(f"## stiction.{called}")
         parts.extend(documentation(ast.get_docstring(module) or ""))
         own = {each.name: each for each in module.body if isinstance(each, (*Function, ast.ClassDef))}
         for name in names:

@@ -63,7 +63,14 @@ def test_no_name_hides_another():
 
 def test_everything_public_is_at_the_top():
     # Bridges that need another package, and what is used by the name of its module.
-    apart = {"stiction.control", "stiction.datasets", "stiction.fmu", "stiction.pandas", "stiction.sklearn"}
+    apart = {
+        "stiction.control",
+        "stiction.datasets",
+        "stiction.fmu",
+        "stiction.pandas",
+        "stiction.plant",
+        "stiction.sklearn",
+    }
     for module in _modules():
         if module.__name__ not in apart:
             assert set(module.__all__) <= set(stiction.__all__), module.__name__

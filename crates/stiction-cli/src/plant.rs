@@ -6,21 +6,20 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::collections::BTreeSet;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 use stiction::diagnose::VerdictClass;
 use stiction_io::overrides;
-use stiction_plant::inputs::{Inputs, Problem};
+use stiction_plant::inputs::{self, Problem};
 use stiction_plant::log::{self, Entry, Kind};
 use stiction_plant::orders::{Order, orders};
 use stiction_plant::plant_file::{self, Plant};
 use stiction_plant::report::{self, Known, ReportOptions, Reported};
 use stiction_plant::scan::{Manifest, Progress};
 use stiction_plant::week::Week;
-use stiction_plant::{ScanOptions, Store, day, demo, propose, scan};
+use stiction_plant::{ScanOptions, Store, day, demo, propose, scan, summary};
 
 /// Judge all loops of a plant, day by day, and keep what was found.
 ///
@@ -235,69 +234,6 @@ struct Demo {
     force: bool,
 }
 
-/// What a plant's data hold.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct Checked {
-    /// Name of the plant.
-    plant: String,
-    /// Files that the plant's file names.
-    files: usize,
-    /// Loops in them.
-    loops: Vec<LoopThere>,
-    /// What is wrong.
-    problems: Vec<Problem>,
-}
-
-/// A loop that the data hold.
-#[derive(Debug, Serialize, JsonSchema)]
-struct LoopThere {
-    /// Its tag.
-    #[serde(rename = "loop")]
-    name: String,
-    /// Days with samples.
-    days: usize,
-    /// The first of them.
-    first_day: Option<String>,
-    /// The last of them.
-    last_day: Option<String>,
-    /// Whether the plant's file knows it.
-    in_plant_file: bool,
-}
-
-/// What was judged so far.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct Status {
-    /// Name of the plant.
-    plant: String,
-    /// Loops with a window.
-    loops: usize,
-    /// Days of the plant with a window.
-    days: usize,
-    /// The first of them.
-    first_day: Option<String>,
-    /// The last of them.
-    last_day: Option<String>,
-    /// Windows that count.
-    windows: usize,
-    /// Of these, windows that could not be judged.
-    errors: usize,
-    /// Windows by grade, the worst first.
-    grades: Vec<Graded>,
-    /// Runs, and of these those that did not come to their end.
-    runs: usize,
-    /// Runs that were cut short.
-    cut_short: usize,
-}
-
-/// How many windows have a grade.
-#[derive(Debug, Serialize, JsonSchema)]
-struct Graded {
-    /// The grade.
-    grade: &'static str,
-    /// Windows.
-    windows: usize,
-}
-
 pub fn run(args: Args) -> Result<ExitCode> {
     let folder = Path::new(&args.folder);
     match args.task {
@@ -343,26 +279,10 @@ fn init(folder: &Path, of: &Init) -> Result<()> {
 
 fn check(folder: &Path, json: bool) -> Result<ExitCode> {
     let plant = Plant::read(folder)?;
-    // What the store knows of the files is used, and left as it is.
-    let mut inputs = Inputs::known(&Store::of(folder), &plant);
-    let files = stiction_plant::inputs::paths(folder, &plant)?.len();
+    let files = inputs::paths(folder, &plant)?.len();
     let bar = progress::bar("reading", files);
-    inputs.update(folder, &plant, |_| bar.inc(1))?;
+    let checked = summary::check(folder, &plant, |_| bar.inc(1))?;
     bar.finish_and_clear();
-    let loops = inputs.days();
-    let there = loops.iter().map(|(name, days)| LoopThere {
-        name: (*name).to_owned(),
-        days: days.len(),
-        first_day: days.keys().next().map(|day| day::date(*day)),
-        last_day: days.keys().last().map(|day| day::date(*day)),
-        in_plant_file: plant.facts(name).is_some(),
-    });
-    let checked = Checked {
-        plant: plant.file.name.clone(),
-        files,
-        loops: there.collect(),
-        problems: inputs.problems(&plant),
-    };
     if json {
         output::json(&checked)?;
     } else {
@@ -420,7 +340,7 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
         memory: Some(of.memory),
         again: of.again,
     };
-    let mut bar = progress::bar("reading", stiction_plant::inputs::paths(folder, &plant)?.len());
+    let mut bar = progress::bar("reading", inputs::paths(folder, &plant)?.len());
     let mut judging = false;
     let done: Manifest = scan(folder, &plant, &options, |now| {
         match now {
@@ -452,29 +372,7 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
 
 fn status(folder: &Path, json: bool) -> Result<()> {
     let plant = Plant::read(folder)?;
-    let store = Store::of(folder);
-    let rows = store.rows()?;
-    let runs = store.run_names()?;
-    let cut_short = runs.iter().map(|run| store.manifest(run)).collect::<Result<Vec<_>, _>>()?;
-    let loops: BTreeSet<&str> = rows.iter().map(|row| &*row.name).collect();
-    let days: BTreeSet<i64> =
-        rows.iter().map(|row| day::of(row.window_start as f64, &plant.zone)).collect();
-    let graded = |grade: stiction::diagnose::Grade| Graded {
-        grade: grade.name(),
-        windows: rows.iter().filter(|row| row.grade.as_deref() == Some(grade.name())).count(),
-    };
-    let status = Status {
-        plant: plant.file.name.clone(),
-        loops: loops.len(),
-        days: days.len(),
-        first_day: days.first().map(|day| day::date(*day)),
-        last_day: days.last().map(|day| day::date(*day)),
-        windows: rows.len(),
-        errors: rows.iter().filter(|row| row.error.is_some()).count(),
-        grades: stiction::diagnose::Grade::ALL.map(graded).into_iter().collect(),
-        runs: runs.len(),
-        cut_short: cut_short.iter().filter(|manifest| manifest.is_none()).count(),
-    };
+    let status = summary::status(folder, &plant)?;
     if json {
         return output::json(&status);
     }

@@ -15,11 +15,11 @@ pub type Described = (&'static str, fn() -> String);
 pub const SCHEMAS: [Described; 19] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
-    ("plant-check", schema_of::<plant::Checked>),
+    ("plant-check", schema_of::<stiction_plant::summary::Checked>),
     ("plant-scan", schema_of::<stiction_plant::scan::Manifest>),
     ("plant-report", schema_of::<stiction_plant::report::Reported>),
     ("plant-orders", schema_of::<plant::OrdersOfWeek>),
-    ("plant-status", schema_of::<plant::Status>),
+    ("plant-status", schema_of::<stiction_plant::summary::Status>),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
     ("bench-networks", schema_of::<bench::NetworksDocument>),

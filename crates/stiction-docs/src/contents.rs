@@ -114,6 +114,7 @@ pub const CONTENTS: &[Section] = &[
             written!("fit.html", "The loop behind a recording", "docs/fit.md"),
             written!("compensation.html", "What to do about it", "docs/compensation.md"),
             written!("plant.html", "A plant, day by day", "docs/plant.md"),
+            written!("spark.html", "A plant on Spark", "docs/spark.md"),
             written!("population.html", "Simulated loops", "docs/population.md"),
         ],
     },

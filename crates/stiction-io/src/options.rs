@@ -37,7 +37,7 @@ pub struct ReadOptions {
 
 impl ReadOptions {
     /// What of it concerns these loops, in lower case, and what concerns any.
-    pub(crate) fn of_loops(&self, names: &HashSet<String>) -> Self {
+    pub fn of_loops(&self, names: &HashSet<String>) -> Self {
         let concerns = |name: &str| names.contains(&name.to_lowercase());
         let mapped = |each: &&Mapped| each.loop_name.as_deref().is_none_or(concerns);
         Self {

@@ -117,14 +117,23 @@ impl Plant {
     /// Reads `plant.toml` in `folder`.
     ///
     /// # Errors
-    /// If it is not there or as for [`Plant::parse`].
+    /// If it is not there, names no data, or as for [`Plant::parse`].
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(NAME);
         let text = std::fs::read_to_string(&path).map_err(file(&path))?;
-        Self::parse(&text, &path.display().to_string())
+        let origin = path.display().to_string();
+        let plant = Self::parse(&text, &origin)?;
+        if plant.file.data.is_empty() {
+            let problem = format!(
+                "line {}: data: names no files; give patterns, as in [\"export/*.parquet\"]",
+                line_of(&text, "", "data")
+            );
+            return Err(Error::PlantFile { origin, problems: vec![problem] });
+        }
+        Ok(plant)
     }
 
-    /// Reads a plant file from its `text`; `origin` names it in errors.
+    /// Reads a plant file from its `text`; `origin` names it in errors. It need not name data, which may come as tables.
     ///
     /// # Errors
     /// If it is not well formed, has unknown keys, or says what cannot be: every problem with its line.
@@ -150,13 +159,6 @@ impl Plant {
                 Ok(pattern) => options.pattern = Some(pattern),
                 Err(e) => problem("", "pattern", e),
             }
-        }
-        if file.data.is_empty() {
-            problem(
-                "",
-                "data",
-                "names no files; give patterns, as in [\"export/*.parquet\"]".to_owned(),
-            );
         }
         for pattern in &file.data {
             if let Err(e) = glob::Pattern::new(pattern) {

@@ -20,23 +20,17 @@ use crate::day;
 use crate::error::{Error, Result, file, store};
 use crate::files::Files;
 use crate::inputs::{Inputs, Problem};
+use crate::judge::{Judge, Judged, MOST_DAYS, Parts};
 use crate::plant_file::{self, Plant};
 use crate::store::{Done, Store};
-use crate::trace::{Trace, TraceSignal};
+use crate::trace::Trace;
 use crate::window::{ENGINE_VERSION, WindowRow, model_version};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, diagnose};
 use stiction_diagnose::recording::Recording;
-use stiction_io::join;
 
-/// Periods that a window has at least, as far as [`MOST_DAYS`] allow.
-pub const PERIODS: f64 = 10.0;
-/// The most days of a window.
-pub const MOST_DAYS: i64 = 7;
 /// Days that are judged together, so that each file is read about once for them; no window is longer.
 pub const SEGMENT: i64 = MOST_DAYS + 1;
 /// Rows of windows that are written together.
@@ -104,7 +98,7 @@ pub struct Manifest {
 struct Loop<'a> {
     name: &'a str,
     days: BTreeMap<i64, Vec<&'a str>>,
-    settings: String,
+    judge: Judge<'a>,
     /// Windows that begin before this day are done.
     cursor: i64,
 }
@@ -121,6 +115,13 @@ struct Piece<'a, 's> {
     parts: Vec<(&'a str, Recording)>,
     /// Why a file could not be read.
     failed: Vec<String>,
+}
+
+impl Piece<'_, '_> {
+    /// What was read of it.
+    fn parts(&self) -> Parts<'_> {
+        self.failed.first().map_or(Ok(&*self.parts), |failed| Err(&**failed))
+    }
 }
 
 /// Judges what is new of the plant in `folder` and keeps it in its store. `watch` hears how far it is, and may end the
@@ -158,8 +159,8 @@ pub fn scan(
         .days()
         .into_iter()
         .map(|(name, days)| {
-            let settings = plant.settings_hash(name);
-            Loop { name, days, settings, cursor: options.since.unwrap_or(i64::MIN) }
+            let judge = Judge::of(plant, name);
+            Loop { name, days, judge, cursor: options.since.unwrap_or(i64::MIN) }
         })
         .collect();
     let loops_there = loops.len();
@@ -296,7 +297,7 @@ pub fn recordings_of(
         .map(|row| Loop {
             name: &row.name,
             days: known(row),
-            settings: String::new(),
+            judge: Judge::of(plant, &row.name),
             cursor: of(row),
         })
         .collect();
@@ -313,7 +314,8 @@ pub fn recordings_of(
         .collect();
     scan.read(&Files::of(folder, plant, (MEMORY / 4) as usize), &mut pieces, 0);
     let recording = |piece: &Piece<'_, '_>| {
-        let found = scan.recording(piece, piece.from, piece.until - piece.from)?;
+        let judge = &piece.of.judge;
+        let found = judge.recording(piece.parts()?, piece.from, piece.until - piece.from)?;
         found.ok_or_else(|| "has no sample of the OP any more".to_owned())
     };
     Ok(pieces.iter().map(recording).collect())
@@ -381,7 +383,7 @@ impl Scan<'_> {
         let start = day::begin(day, zone);
         let done = self.done.get(&(of.name.to_owned(), start as i64))?;
         let count = day::of(start + done.window_s as f64 - 1.0, zone) + 1 - day;
-        let now = Done::of(done.window_s, &of.settings, &self.fingerprint(of, day, count));
+        let now = Done::of(done.window_s, &of.judge.settings, &self.fingerprint(of, day, count));
         (*done == now).then_some(count)
     }
 
@@ -472,93 +474,20 @@ impl Scan<'_> {
     /// The window that begins on `day`, and how many days it has. None without a sample of the OP, or where the
     /// window ends after what was read.
     fn window(&self, piece: &Piece<'_, '_>, day: i64) -> (Option<Window>, i64) {
-        let facts = self.plant.facts(piece.of.name);
-        let identity = |count: i64| {
-            let (start, end) =
-                (day::begin(day, &self.plant.zone), day::begin(day + count, &self.plant.zone));
-            WindowRow {
-                name: piece.of.name.to_owned(),
-                area: facts.and_then(|facts| facts.area.clone()),
-                unit: facts.and_then(|facts| facts.unit.clone()),
-                loop_type: facts.and_then(|f| f.loop_type.clone()).unwrap_or("unknown".to_owned()),
-                window_start: start as i64,
-                window_s: (end - start) as i64,
-                engine_version: ENGINE_VERSION.to_owned(),
-                model_version: model_version(),
-                settings_hash: piece.of.settings.clone(),
-                input_fingerprint: self.fingerprint(piece.of, day, count),
-                ..WindowRow::default()
-            }
+        let of_files = |judged: Judged, count: i64| {
+            let input_fingerprint = self.fingerprint(piece.of, day, count);
+            judged.row.map(|row| (WindowRow { input_fingerprint, ..row }, judged.trace))
         };
-        let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
-        let judged = |count: i64| {
-            let found = match self.recording(piece, day, count) {
-                Ok(None) => return (None, None),
-                Ok(Some(recording)) => judged(&recording, &options).map(|found| (recording, found)),
-                Err(e) => Err(e),
-            };
-            match found {
-                Ok((recording, found)) => {
-                    let row = identity(count);
-                    let signal = TraceSignal::of(&found);
-                    let trace = Trace::of(&recording, row.window_start, row.window_s, signal);
-                    let period =
-                        found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
-                    (Some((row.judged(&found), trace)), period)
-                }
-                Err(error) => {
-                    (Some((WindowRow { error: Some(error), ..identity(count) }, None)), None)
-                }
-            }
-        };
-        let (row, period) = judged(1);
-        let wanted = period.map_or(1, |period| (PERIODS * period / 86_400.0).ceil() as i64);
-        match wanted.clamp(1, MOST_DAYS) {
-            1 => (row, 1),
+        let judged = piece.of.judge.window(piece.parts(), day, 1);
+        match judged.days {
+            1 => (of_files(judged, 1), 1),
             count
                 if day + count > piece.until
                     && piece.of.days.range(piece.until..day + count).next().is_some() =>
             {
                 (None, count)
             }
-            count => (judged(count).0, count),
+            count => (of_files(piece.of.judge.window(piece.parts(), day, count), count), count),
         }
     }
-
-    /// The recording of a window, from all files that hold some of it.
-    fn recording(
-        &self,
-        piece: &Piece<'_, '_>,
-        day: i64,
-        count: i64,
-    ) -> Result<Option<Recording>, String> {
-        if let Some(failed) = piece.failed.first() {
-            return Err(failed.clone());
-        }
-        let begin = |day: i64| day::begin(day, &self.plant.zone);
-        let (before, from, to) = (begin(day - 1), begin(day), begin(day + count));
-        let joined = |from: f64| {
-            let parts: Vec<(&str, Recording)> = piece
-                .parts
-                .iter()
-                .filter_map(|(path, part)| Some((*path, day::slice(part, from, to)?)))
-                .collect();
-            join::join(&parts.iter().map(|(path, part)| (*path, part)).collect::<Vec<_>>())
-        };
-        // What does not fit together with the day before is judged without it.
-        if !piece.parts.iter().any(|(_, part)| day::slice(part, from, to).is_some()) {
-            return Ok(None);
-        }
-        let whole = joined(before).or_else(|_| joined(from)).map_err(|e| e.to_string())?;
-        Ok(day::cut(&whole, from, to))
-    }
-}
-
-/// A diagnosis; what must not happen ends it, and not the scan.
-fn judged(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis, String> {
-    let caught = catch_unwind(AssertUnwindSafe(|| diagnose(recording, options)));
-    let failed = || {
-        "the program failed at it, which it should not; please report it with its data".to_owned()
-    };
-    caught.map_err(|_| failed())?.map_err(|e| e.to_string())
 }

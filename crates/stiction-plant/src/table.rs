@@ -33,8 +33,8 @@ pub struct Column {
 
 /// What a cell of a column can be.
 pub trait Cell: Sized {
-    /// Its type in words, and in Arrow.
-    const KIND: (&'static str, DataType);
+    /// Its type in words, in Arrow, and in the language of Spark.
+    const KIND: (&'static str, DataType, &'static str);
     /// Whether it may be empty.
     const OPTIONAL: bool;
     /// Cells as a column.
@@ -47,9 +47,9 @@ pub trait Cell: Sized {
 
 /// A type of cells that are always there, and the same that may be empty.
 macro_rules! cell {
-    ($type:ty, $kind:literal, $arrow:expr, $array:ty, $cast:expr) => {
+    ($type:ty, $kind:literal, $sql:literal, $arrow:expr, $array:ty, $cast:expr) => {
         impl Cell for $type {
-            const KIND: (&'static str, DataType) = ($kind, $arrow);
+            const KIND: (&'static str, DataType, &'static str) = ($kind, $arrow, $sql);
             const OPTIONAL: bool = false;
             fn array(cells: Vec<Self>) -> ArrayRef {
                 Arc::new(<$array>::from(cells))
@@ -62,7 +62,7 @@ macro_rules! cell {
             }
         }
         impl Cell for Option<$type> {
-            const KIND: (&'static str, DataType) = ($kind, $arrow);
+            const KIND: (&'static str, DataType, &'static str) = ($kind, $arrow, $sql);
             const OPTIONAL: bool = true;
             fn array(cells: Vec<Self>) -> ArrayRef {
                 Arc::new(<$array>::from(cells))
@@ -79,20 +79,27 @@ macro_rules! cell {
     };
 }
 
-cell!(String, "text", DataType::Utf8, StringArray, |a| <dyn Array>::as_string_opt::<i32>(a));
-cell!(f64, "number", DataType::Float64, Float64Array, |a| {
+cell!(
+    String,
+    "text",
+    "STRING",
+    DataType::Utf8,
+    StringArray,
+    |a| <dyn Array>::as_string_opt::<i32>(a)
+);
+cell!(f64, "number", "DOUBLE", DataType::Float64, Float64Array, |a| {
     <dyn Array>::as_primitive_opt::<Float64Type>(a)
 });
-cell!(i64, "count", DataType::Int64, Int64Array, |a| {
+cell!(i64, "count", "BIGINT", DataType::Int64, Int64Array, |a| {
     <dyn Array>::as_primitive_opt::<Int64Type>(a)
 });
-cell!(bool, "flag", DataType::Boolean, BooleanArray, |a| <dyn Array>::as_boolean_opt(a));
+cell!(bool, "flag", "BOOLEAN", DataType::Boolean, BooleanArray, |a| <dyn Array>::as_boolean_opt(a));
 
 /// A type of cells that has names for its values, `ALL` of them known, and the same that may be empty.
 macro_rules! named_cell {
     ($type:ty) => {
         impl Cell for $type {
-            const KIND: (&'static str, DataType) = ("text", DataType::Utf8);
+            const KIND: (&'static str, DataType, &'static str) = ("text", DataType::Utf8, "STRING");
             const OPTIONAL: bool = false;
             fn array(cells: Vec<Self>) -> ArrayRef {
                 Arc::new(cells.iter().map(|cell| Some(cell.name())).collect::<StringArray>())
@@ -105,7 +112,7 @@ macro_rules! named_cell {
             }
         }
         impl Cell for Option<$type> {
-            const KIND: (&'static str, DataType) = ("text", DataType::Utf8);
+            const KIND: (&'static str, DataType, &'static str) = ("text", DataType::Utf8, "STRING");
             const OPTIONAL: bool = true;
             fn array(cells: Vec<Self>) -> ArrayRef {
                 let name = |cell: &Option<$type>| cell.map(<$type>::name);
@@ -185,6 +192,13 @@ macro_rules! columns {
             pub fn schema() -> std::sync::Arc<arrow_schema::Schema> {
                 use $crate::table::Cell;
                 $crate::table::schema(Self::columns(), &[$(<$type as Cell>::KIND.1),+])
+            }
+
+            /// The columns as Spark declares them.
+            pub fn ddl() -> String {
+                use $crate::table::Cell;
+                let columns = [$(($name, <$type as Cell>::KIND.2)),+];
+                columns.map(|(name, kind)| format!("`{name}` {kind}")).join(", ")
             }
 
             /// Rows as a table.

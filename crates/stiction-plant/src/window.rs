@@ -25,8 +25,10 @@ columns! {
     "model_version" [""] model_version: String;
     /// SHA-256 of what the plant's file says that counts for the verdict.
     "settings_hash" [""] settings_hash: String;
-    /// SHA-256 of the SHA-256 of the files that the window is from.
+    /// SHA-256 of what it was read from, by which it is known to be done: its files, or on Spark its rows.
     "input_fingerprint" [""] input_fingerprint: String;
+    /// SHA-256 of the samples that were judged, the same wherever they are stored; empty where there are none.
+    "samples_fingerprint" [""] samples_fingerprint: Option<String>;
     /// Why the window could not be judged; empty where it was.
     "error" [""] error: Option<String>;
     /// Samples of the stretch that was judged.

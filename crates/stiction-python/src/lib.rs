@@ -19,6 +19,7 @@ mod limit_cycle;
 mod long;
 mod oscillation;
 mod own;
+mod plant;
 mod pool;
 mod population;
 mod recordings;
@@ -47,6 +48,7 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     identification::register(m)?;
     oscillation::register(m)?;
     own::register(m)?;
+    plant::register(m)?;
     recordings::register(m)?;
     closed_loop::register(m)?;
     series::register(m)?;

@@ -24,6 +24,11 @@ impl Progress {
         self.done.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// So many items are done by now.
+    pub fn reached(&self, done: usize) {
+        self.done.store(done, Ordering::Relaxed);
+    }
+
     /// Counts one more item as done, and says whether to go on with the next.
     pub fn goes_on(&self) -> bool {
         self.one();

@@ -369,17 +369,16 @@ fn read_recordings(py: Python<'_>, path: PathBuf, told: Told) -> PyResult<Vec<Re
 }
 
 /// The recordings in a table.
-fn of_columns(
-    py: Python<'_>,
-    origin: &str,
-    columns: Vec<Column>,
-    told: Told,
-) -> PyResult<Vec<Recording>> {
+fn of_sheet(py: Python<'_>, sheet: Sheet, told: Told) -> PyResult<Vec<Recording>> {
     let options = told.options()?;
-    let sheet = Sheet { origin: origin.to_owned(), columns, ..Sheet::default() };
     long(py, None, move |_| stiction_io::reading::of_sheet(sheet, &options))?
         .map(recordings)
         .map_err(unread)
+}
+
+/// A table of these columns.
+fn of_columns(origin: &str, columns: Vec<Column>) -> Sheet {
+    Sheet { origin: origin.to_owned(), columns, ..Sheet::default() }
 }
 
 /// A column of numbers, texts, or times with whether they are UTC.
@@ -418,7 +417,7 @@ fn recordings_of_columns(
             columns[0].cells.len()
         )));
     }
-    of_columns(py, origin, columns, told)
+    of_sheet(py, of_columns(origin, columns), told)
 }
 
 /// The recordings in a table that speaks the Arrow capsule interface.
@@ -429,6 +428,11 @@ fn recordings_of_arrow(
     table: AnyRecordBatch,
     told: Told,
 ) -> PyResult<Vec<Recording>> {
+    of_sheet(py, sheet_of(origin, table)?, told)
+}
+
+/// A table that speaks the Arrow capsule interface.
+pub fn sheet_of(origin: &str, table: AnyRecordBatch) -> PyResult<Sheet> {
     let (batches, schema) = PyTable::into_inner(table.into_table()?);
     let column = |(place, field): (usize, &Arc<arrow_schema::Field>)| -> PyResult<Column> {
         let name = field.name().trim().to_owned();
@@ -448,7 +452,7 @@ fn recordings_of_arrow(
         Ok(Column { name, unit: field.metadata().get("unit").cloned(), cells })
     };
     let columns = schema.fields().iter().enumerate().map(column).collect::<PyResult<Vec<_>>>()?;
-    of_columns(py, origin, columns, told)
+    Ok(of_columns(origin, columns))
 }
 
 /// Seconds of whole numbers in a unit of time, NaN for null.

@@ -50,6 +50,11 @@ pub fn flags(name: &'static str, values: impl IntoIterator<Item = Option<bool>>)
 pub struct ArrowTable(RecordBatch);
 
 impl ArrowTable {
+    /// The table of a batch.
+    pub fn new(batch: RecordBatch) -> Self {
+        Self(batch)
+    }
+
     /// The table of these columns, all of one length.
     pub fn of(columns: Vec<Column>) -> PyResult<Self> {
         let fields: Vec<Field> = columns

@@ -1,0 +1,246 @@
+//! The row of a window, from what is recorded of its loop.
+//!
+//! There is one way from samples to a row, whoever brings the samples: a scan of files, a table, an engine that has
+//! spread them over machines.
+
+use crate::day;
+use crate::plant_file::{LoopFacts, Plant};
+use crate::trace::{Trace, TraceSignal};
+use crate::window::{ENGINE_VERSION, WindowRow, model_version};
+use sha2::{Digest, Sha256};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, diagnose};
+use stiction_diagnose::recording::{Channel, Modes, Recording};
+use stiction_io::join;
+
+/// Periods that a window has at least, as far as [`MOST_DAYS`] allow.
+pub const PERIODS: f64 = 10.0;
+/// The most days of a window.
+pub const MOST_DAYS: i64 = 7;
+
+/// What is recorded of a loop, each with the name of its file; or why that could not be read.
+pub type Parts<'a> = Result<&'a [(&'a str, Recording)], &'a str>;
+
+/// One loop of a plant, to be judged.
+#[derive(Debug, Clone)]
+pub struct Judge<'a> {
+    plant: &'a Plant,
+    facts: Option<&'a LoopFacts>,
+    name: &'a str,
+    /// SHA-256 of what the plant's file says that counts for its verdict.
+    pub settings: String,
+}
+
+/// What came of a window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// Its row; none without a sample of the OP.
+    pub row: Option<WindowRow>,
+    /// Its trace, where it could be judged.
+    pub trace: Option<Trace>,
+    /// How many days the window should have that begins there: what ten periods take.
+    pub days: i64,
+}
+
+impl<'a> Judge<'a> {
+    /// Of the loop called `name`.
+    pub fn of(plant: &'a Plant, name: &'a str) -> Self {
+        Self { plant, facts: plant.facts(name), name, settings: plant.settings_hash(name) }
+    }
+
+    /// Judges the window of `count` days from `day` on. It needs the samples of its days and of the one before.
+    pub fn window(&self, parts: Parts<'_>, day: i64, count: i64) -> Judged {
+        let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        let recording =
+            match parts.map_err(str::to_owned).and_then(|p| self.recording(p, day, count)) {
+                Ok(Some(recording)) => recording,
+                Ok(None) => return Judged { row: None, trace: None, days: 1 },
+                Err(error) => return self.refused(day, count, error),
+            };
+        let identity = WindowRow {
+            samples_fingerprint: Some(fingerprint(&recording)),
+            ..self.identity(day, count)
+        };
+        match judged(&recording, &options) {
+            Ok(found) => {
+                let period =
+                    found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
+                let days = period.map_or(1, |p| (PERIODS * p / 86_400.0).ceil() as i64);
+                let signal = TraceSignal::of(&found);
+                Judged {
+                    trace: Trace::of(&recording, identity.window_start, identity.window_s, signal),
+                    row: Some(identity.judged(&found)),
+                    days: days.clamp(1, MOST_DAYS),
+                }
+            }
+            Err(error) => {
+                let row = WindowRow { error: Some(error), ..identity };
+                Judged { row: Some(row), trace: None, days: 1 }
+            }
+        }
+    }
+
+    /// The row of a window that cannot be judged.
+    pub fn refused(&self, day: i64, count: i64, error: String) -> Judged {
+        let row = WindowRow { error: Some(error), ..self.identity(day, count) };
+        Judged { row: Some(row), trace: None, days: 1 }
+    }
+
+    /// What of a row is known before it is judged.
+    fn identity(&self, day: i64, count: i64) -> WindowRow {
+        let zone = &self.plant.zone;
+        let (start, end) = (day::begin(day, zone), day::begin(day + count, zone));
+        let facts = self.facts;
+        WindowRow {
+            name: self.name.to_owned(),
+            area: facts.and_then(|facts| facts.area.clone()),
+            unit: facts.and_then(|facts| facts.unit.clone()),
+            loop_type: facts.and_then(|f| f.loop_type.clone()).unwrap_or("unknown".to_owned()),
+            window_start: start as i64,
+            window_s: (end - start) as i64,
+            engine_version: ENGINE_VERSION.to_owned(),
+            model_version: model_version(),
+            settings_hash: self.settings.clone(),
+            ..WindowRow::default()
+        }
+    }
+
+    /// The recording of a window, from all parts that hold some of it; none without a sample of the OP.
+    ///
+    /// # Errors
+    /// If parts contradict each other, a sentence.
+    pub fn recording(
+        &self,
+        parts: &[(&str, Recording)],
+        day: i64,
+        count: i64,
+    ) -> Result<Option<Recording>, String> {
+        let begin = |day: i64| day::begin(day, &self.plant.zone);
+        let (before, from, to) = (begin(day - 1), begin(day), begin(day + count));
+        let joined = |from: f64| {
+            let parts: Vec<(&str, Recording)> = parts
+                .iter()
+                .filter_map(|(path, part)| Some((*path, day::slice(part, from, to)?)))
+                .collect();
+            join::join(&parts.iter().map(|(path, part)| (*path, part)).collect::<Vec<_>>())
+        };
+        // What does not fit together with the day before is judged without it.
+        if !parts.iter().any(|(_, part)| day::slice(part, from, to).is_some()) {
+            return Ok(None);
+        }
+        let whole = joined(before).or_else(|_| joined(from)).map_err(|e| e.to_string())?;
+        Ok(day::cut(&in_order(whole), from, to))
+    }
+}
+
+/// The samples of each channel in order of time, in whatever order they came; of one time by value.
+fn in_order(mut recording: Recording) -> Recording {
+    let channels = [
+        Some(&mut recording.op),
+        recording.pv.as_mut(),
+        recording.sp.as_mut(),
+        recording.vp.as_mut(),
+    ];
+    for channel in channels.into_iter().flatten() {
+        let order = |a: &usize, b: &usize| {
+            let key = |k: usize| (channel.time[k], channel.values[k], channel.quality[k] as u8);
+            let ((t, v, q), (u, w, r)) = (key(*a), key(*b));
+            t.total_cmp(&u).then(v.total_cmp(&w)).then(q.cmp(&r))
+        };
+        let mut places: Vec<usize> = (0..channel.time.len()).collect();
+        if places.is_sorted_by(|a, b| order(a, b).is_le()) {
+            continue;
+        }
+        places.sort_by(order);
+        *channel = Channel {
+            time: places.iter().map(|k| channel.time[*k]).collect(),
+            values: places.iter().map(|k| channel.values[*k]).collect(),
+            quality: places.iter().map(|k| channel.quality[*k]).collect(),
+            ..channel.clone()
+        };
+    }
+    if let Some(Modes { time, modes }) = &mut recording.mode {
+        let mut all: Vec<_> = time.iter().copied().zip(modes.iter().copied()).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1 as u8).cmp(&(b.1 as u8))));
+        (*time, *modes) = all.into_iter().unzip();
+    }
+    recording
+}
+
+/// SHA-256 of the samples of a recording: what a verdict is made of, wherever they were stored.
+fn fingerprint(recording: &Recording) -> String {
+    let mut bytes: Vec<u8> = vec![];
+    let number = |bytes: &mut Vec<u8>, value: f64| {
+        let value = if value.is_nan() { f64::NAN } else { value };
+        bytes.extend(value.to_le_bytes());
+    };
+    let channels =
+        [Some(&recording.op), recording.pv.as_ref(), recording.sp.as_ref(), recording.vp.as_ref()];
+    for channel in channels {
+        let Some(channel) = channel else {
+            bytes.push(0);
+            continue;
+        };
+        bytes.push(1);
+        bytes.extend((channel.time.len() as u64).to_le_bytes());
+        for k in 0..channel.time.len() {
+            number(&mut bytes, channel.time[k]);
+            number(&mut bytes, channel.values[k]);
+            bytes.push(channel.quality[k] as u8);
+        }
+        for end in channel.range.iter().flat_map(|range| [range.low, range.high]) {
+            number(&mut bytes, end);
+        }
+    }
+    if let Some(modes) = &recording.mode {
+        for (time, mode) in modes.time.iter().zip(&modes.modes) {
+            number(&mut bytes, *time);
+            bytes.push(*mode as u8);
+        }
+    }
+    format!("{:x}", Sha256::digest(bytes))
+}
+
+/// A diagnosis; what must not happen ends it, and nothing else.
+fn judged(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis, String> {
+    let caught = catch_unwind(AssertUnwindSafe(|| diagnose(recording, options)));
+    let failed = || {
+        "the program failed at it, which it should not; please report it with its data".to_owned()
+    };
+    caught.map_err(|_| failed())?.map_err(|e| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction_diagnose::recording::Mode;
+
+    #[test]
+    fn the_order_of_samples_changes_no_row() {
+        let plant = Plant::parse("name = \"N\"", "plant.toml").unwrap();
+        let mut recording = stiction_population::LoopKind::Sticky.simulate(7).unwrap().recording;
+        recording.start = Some(0.0);
+        let half = recording.op.time[recording.op.time.len() / 2];
+        recording.mode = Some(Modes {
+            time: vec![0.0, half, half + 60.0],
+            modes: vec![Mode::Automatic, Mode::Manual, Mode::Automatic],
+        });
+        let judge = Judge::of(&plant, "A");
+        let row = |recording: Recording| judge.window(Ok(&[("a", recording)]), 0, 1).row.unwrap();
+        let expected = row(recording.clone());
+        assert!(expected.error.is_none() && expected.auto_share < Some(100.0), "{expected:?}");
+        let mut turned = recording.clone();
+        for channel in [Some(&mut turned.op), turned.pv.as_mut()].into_iter().flatten() {
+            channel.time.reverse();
+            channel.values.reverse();
+            channel.quality.reverse();
+        }
+        if let Some(modes) = &mut turned.mode {
+            modes.time.reverse();
+            modes.modes.reverse();
+        }
+        assert_eq!(row(turned), expected);
+        recording.op.values[10] += 1e-9;
+        assert_ne!(row(recording).samples_fingerprint, expected.samples_fingerprint);
+    }
+}

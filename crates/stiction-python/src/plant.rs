@@ -1,0 +1,275 @@
+//! Plants of many loops: folders of files, and tables of other engines.
+
+use crate::dict::plain;
+use crate::long::long;
+use crate::recordings::sheet_of;
+use crate::table::ArrowTable;
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3_arrow::PySchema;
+use pyo3_arrow::input::AnyRecordBatch;
+use rayon::ThreadPoolBuilder;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+use stiction_io::layout;
+use stiction_plant::scan::Progress;
+use stiction_plant::{
+    Error, ScanOptions, Store, WindowRow, day, demo, plant_file, samples, scan, summary, take,
+    window,
+};
+
+/// What the library refused: `OSError` where the operating system or another writer is to blame, else `ValueError`.
+fn refused(error: Error) -> PyErr {
+    let words = error.to_string();
+    match error {
+        Error::File { .. } | Error::Locked { .. } => PyOSError::new_err(words),
+        _ => PyValueError::new_err(words),
+    }
+}
+
+fn day_of(text: &str) -> PyResult<i64> {
+    day::parse(text).map_err(PyValueError::new_err)
+}
+
+/// Rows as a table of the one schema.
+fn rows_table(rows: &[WindowRow]) -> PyResult<ArrowTable> {
+    let batch = WindowRow::batch(rows).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+    Ok(ArrowTable::new(batch))
+}
+
+/// Computes on so many threads.
+fn on<T: Send>(threads: Option<usize>, compute: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+    let pool =
+        pool.map_err(|e| PyRuntimeError::new_err(format!("no thread could be started: {e}")))?;
+    Ok(pool.install(compute))
+}
+
+/// What a plant's file says.
+#[pyclass(frozen, module = "stiction._core")]
+#[derive(Debug)]
+pub struct Plant {
+    text: String,
+    origin: String,
+    plant: Arc<plant_file::Plant>,
+}
+
+#[pymethods]
+impl Plant {
+    #[new]
+    #[pyo3(signature = (text, origin))]
+    fn new(text: String, origin: String) -> PyResult<Self> {
+        let plant = plant_file::Plant::parse(&text, &origin).map_err(refused)?;
+        Ok(Self { text, origin, plant: Arc::new(plant) })
+    }
+
+    #[getter]
+    fn text(&self) -> &str {
+        &self.text
+    }
+
+    #[getter]
+    fn zone(&self) -> &str {
+        &self.plant.file.zone
+    }
+
+    #[getter]
+    fn data(&self) -> Vec<String> {
+        self.plant.file.data.clone()
+    }
+
+    /// When a day begins, s since 1970-01-01 UTC.
+    fn begin(&self, day: i64) -> i64 {
+        day::begin(day, &self.plant.zone) as i64
+    }
+
+    /// The day at an instant, s since 1970-01-01 UTC.
+    fn day(&self, instant: f64) -> i64 {
+        day::of(instant, &self.plant.zone)
+    }
+
+    fn settings_hash(&self, name: &str) -> String {
+        self.plant.settings_hash(name)
+    }
+
+    /// The places of the columns of times, tags and values, and of all that are about rows; None where their names do not
+    /// tell. A wide table has neither tags nor values.
+    #[allow(clippy::type_complexity)]
+    fn shape(&self, columns: Vec<String>) -> Option<(usize, Option<(usize, usize)>, Vec<usize>)> {
+        let columns: Vec<&str> = columns.iter().map(|name| &**name).collect();
+        let found = layout::shape(&columns, &self.plant.options)?;
+        Some((found.time, found.long, found.about_rows))
+    }
+
+    /// The loops among tags, or among columns but for those about rows: name, places of what is read with it, place of
+    /// its OP.
+    fn loops(
+        &self,
+        names: Vec<String>,
+        about_rows: Vec<usize>,
+    ) -> Vec<(String, Vec<usize>, usize)> {
+        let names: Vec<&str> = names.iter().map(|name| &**name).collect();
+        let found = samples::loops(&names, &about_rows, &self.plant).into_iter();
+        found.map(|each| (each.name, each.tags, each.op)).collect()
+    }
+
+    /// The rows of all windows in a table.
+    fn rows(
+        &self,
+        py: Python<'_>,
+        table: AnyRecordBatch,
+        threads: Option<usize>,
+    ) -> PyResult<ArrowTable> {
+        let (sheet, plant) = (sheet_of(samples::ORIGIN, table)?, Arc::clone(&self.plant));
+        rows_table(&long(py, None, move |_| on(threads, || samples::rows(sheet, &plant)))??)
+    }
+
+    /// The row of one window, and how many days it should have.
+    fn window(
+        &self,
+        py: Python<'_>,
+        table: AnyRecordBatch,
+        name: String,
+        day: i64,
+        count: i64,
+    ) -> PyResult<(ArrowTable, i64)> {
+        let (sheet, plant) = (sheet_of(samples::ORIGIN, table)?, Arc::clone(&self.plant));
+        let judge = move |_: &_| on(Some(1), || samples::window(sheet, &plant, &name, day, count));
+        let judged = long(py, None, judge)??;
+        Ok((rows_table(judged.row.as_slice())?, judged.days))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {
+        Ok((py.get_type::<Self>().into_any(), (self.text.clone(), self.origin.clone())))
+    }
+}
+
+/// Judges what is new of a plant.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+fn plant_scan<'py>(
+    py: Python<'py>,
+    folder: PathBuf,
+    since: Option<String>,
+    loops: Option<String>,
+    threads: Option<usize>,
+    memory: Option<u64>,
+    again: bool,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let since = since.as_deref().map(day_of).transpose()?;
+    let options = ScanOptions { since, loops, threads, memory, again };
+    let done = long(py, progress.as_ref(), move |progress| {
+        let plant = plant_file::Plant::read(&folder)?;
+        scan(&folder, &plant, &options, |now| {
+            if let Progress::Written { done, .. } = now {
+                progress.reached(done);
+            }
+            if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    })?;
+    plain(py, &done.map_err(refused)?)
+}
+
+/// What a plant's data hold.
+#[pyfunction]
+fn plant_check<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
+    let checked = long(py, None, move |_| {
+        let plant = plant_file::Plant::read(&folder)?;
+        summary::check(&folder, &plant, |_| {})
+    })?;
+    plain(py, &checked.map_err(refused)?)
+}
+
+/// What was judged of a plant so far.
+#[pyfunction]
+fn plant_status<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
+    let status = long(py, None, move |_| {
+        let plant = plant_file::Plant::read(&folder)?;
+        summary::status(&folder, &plant)
+    })?;
+    plain(py, &status.map_err(refused)?)
+}
+
+/// The rows that count of the windows of a plant that begin from one day on and before another.
+#[pyfunction]
+fn plant_windows(
+    py: Python<'_>,
+    folder: PathBuf,
+    since: Option<String>,
+    until: Option<String>,
+) -> PyResult<ArrowTable> {
+    let since = since.as_deref().map(day_of).transpose()?;
+    let until = until.as_deref().map(day_of).transpose()?;
+    let rows = long(py, None, move |_| {
+        let plant = plant_file::Plant::read(&folder)?;
+        let begin = |day: i64| day::begin(day, &plant.zone) as i64;
+        let (from, to) = (since.map_or(i64::MIN, begin), until.map_or(i64::MAX, begin));
+        Store::of(&folder).rows_between(from, to)
+    })?;
+    rows_table(&rows.map_err(refused)?)
+}
+
+/// Writes rows that were judged elsewhere to the store of a plant, as a run.
+#[pyfunction]
+fn plant_take<'py>(
+    py: Python<'py>,
+    folder: PathBuf,
+    table: AnyRecordBatch,
+) -> PyResult<Bound<'py, PyAny>> {
+    let mut rows = vec![];
+    for batch in table.into_table()?.into_inner().0 {
+        rows.extend(WindowRow::rows(&batch).map_err(|words| {
+            PyValueError::new_err(format!("the table is none of windows: it {words}"))
+        })?);
+    }
+    let done = long(py, None, move |_| {
+        let plant = plant_file::Plant::read(&folder)?;
+        take(&folder, &plant, &rows)
+    })?;
+    plain(py, &done.map_err(refused)?)
+}
+
+/// Writes a plant with known truth.
+#[pyfunction]
+fn plant_demo(
+    py: Python<'_>,
+    folder: PathBuf,
+    loops: usize,
+    days: usize,
+    seed: u64,
+) -> PyResult<()> {
+    long(py, None, move |_| demo::write(&folder, loops, days, seed, || {}))?.map_err(refused)
+}
+
+/// The schema of rows.
+#[pyfunction]
+fn plant_schema() -> PySchema {
+    PySchema::new(WindowRow::schema())
+}
+
+/// The schema of rows as Spark declares it.
+#[pyfunction]
+fn plant_ddl() -> String {
+    WindowRow::ddl()
+}
+
+/// What the verdict was trained on.
+#[pyfunction]
+fn model_version() -> String {
+    window::model_version()
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<Plant>()?;
+    m.add_function(wrap_pyfunction!(plant_scan, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_check, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_status, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_windows, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_take, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_demo, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_schema, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_ddl, m)?)?;
+    m.add_function(wrap_pyfunction!(model_version, m)?)
+}

@@ -1,0 +1,473 @@
+"""Plants of many loops, judged day by day: folders with a ``plant.toml``, and tables that other engines bring.
+
+`stiction.plant.spark` does the same on Apache Spark; the package does not import it by itself.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from stiction import _core
+from stiction._arguments import callback, integer, optional, text
+from stiction._core import Table
+from stiction._result import Result, result, result_of
+
+__all__ = [
+    "Checked",
+    "Graded",
+    "LoopThere",
+    "Problem",
+    "Scanned",
+    "Status",
+    "check",
+    "ddl",
+    "demo",
+    "diagnose_table",
+    "diagnose_window",
+    "model_version",
+    "scan",
+    "schema",
+    "status",
+    "take",
+    "windows",
+]
+
+Folder: TypeAlias = "str | os.PathLike[str]"
+Settings: TypeAlias = "str | os.PathLike[str] | None"
+"""The text of a ``plant.toml``, or, as a path, the folder that holds one."""
+
+
+@result
+class Problem(Result):
+    """Something that could not be read.
+
+    Attributes
+    ----------
+    file : str or None
+        The file; None if it is about all of them.
+    loop : str or None
+        The loop; None if it is about the whole file.
+    message : str
+        What is wrong, and what would help.
+    """
+
+    file: str | None
+    loop: str | None
+    message: str
+
+
+@result
+class Scanned(Result):
+    """What a scan did.
+
+    Attributes
+    ----------
+    plant : str
+        Name of the plant.
+    run : str or None
+        Name of the run; None if nothing was new.
+    engine_version : str
+        Version of the program.
+    model_version : str
+        What the verdict was trained on.
+    files : int
+        Files that were looked at.
+    loops : int
+        Loops in them.
+    windows : int
+        Windows that were judged in this run.
+    errors : int
+        Of these, windows that could not be judged.
+    parts : int
+        Parts in which they are kept.
+    problems : list of Problem
+        What could not be read.
+    """
+
+    plant: str
+    run: str | None
+    engine_version: str
+    model_version: str
+    files: int
+    loops: int
+    windows: int
+    errors: int
+    parts: int
+    problems: list[Problem]
+
+
+@result
+class LoopThere(Result):
+    """A loop that the data of a plant hold.
+
+    Attributes
+    ----------
+    loop : str
+        Its tag.
+    days : int
+        Days with samples.
+    first_day, last_day : str or None
+        The first and the last of them.
+    in_plant_file : bool
+        Whether the plant's file knows it.
+    """
+
+    loop: str
+    days: int
+    first_day: str | None
+    last_day: str | None
+    in_plant_file: bool
+
+
+@result
+class Checked(Result):
+    """What the data of a plant hold.
+
+    Attributes
+    ----------
+    plant : str
+        Name of the plant.
+    files : int
+        Files that the plant's file names.
+    loops : list of LoopThere
+        Loops in them.
+    problems : list of Problem
+        What is wrong.
+    """
+
+    plant: str
+    files: int
+    loops: list[LoopThere]
+    problems: list[Problem]
+
+
+@result
+class Graded(Result):
+    """How many windows have a grade.
+
+    Attributes
+    ----------
+    grade : str
+        The grade.
+    windows : int
+        Windows.
+    """
+
+    grade: str
+    windows: int
+
+
+@result
+class Status(Result):
+    """What was judged of a plant so far.
+
+    Attributes
+    ----------
+    plant : str
+        Name of the plant.
+    loops : int
+        Loops with a window.
+    days : int
+        Days of the plant with a window.
+    first_day, last_day : str or None
+        The first and the last of them.
+    windows : int
+        Windows that count.
+    errors : int
+        Of these, windows that could not be judged.
+    grades : list of Graded
+        Windows by grade, the worst first.
+    runs : int
+        Runs.
+    cut_short : int
+        Runs that did not come to their end.
+    """
+
+    plant: str
+    loops: int
+    days: int
+    first_day: str | None
+    last_day: str | None
+    windows: int
+    errors: int
+    grades: list[Graded]
+    runs: int
+    cut_short: int
+
+
+def scan(
+    folder: Folder,
+    *,
+    since: str | None = None,
+    loops: str | None = None,
+    threads: int | None = None,
+    memory: float | None = None,
+    again: bool = False,
+    progress: Callable[[int], object] | None = None,
+) -> Scanned:
+    """Judge what is new of a plant, and keep it in its store.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of ``plant.toml``.
+    since : str, optional
+        Judge windows from this day on, such as ``"2026-03-01"``.
+    loops : str, optional
+        Judge loops whose names fit this pattern, such as ``"FIC*"``.
+    threads : int, optional
+        Threads; as many as the machine has without it. The rows are the same for any number.
+    memory : float, optional
+        Memory to use, bytes; 500 MB without it.
+    again : bool, default False
+        Whether what is done is judged again.
+    progress : callable, optional
+        Called with the number of days of loops that are on the disk.
+
+    Returns
+    -------
+    Scanned
+        What was done; `windows` gives the rows.
+
+    Raises
+    ------
+    ValueError
+        If ``plant.toml`` says what cannot be, or an argument cannot.
+    OSError
+        If the store cannot be written, or somebody else is scanning.
+
+    Examples
+    --------
+    >>> import stiction.plant
+    >>> stiction.plant.demo("north", loops=2, days=1)
+    >>> done = stiction.plant.scan("north")
+    >>> done.windows, done.errors
+    (2, 0)
+    >>> stiction.plant.scan("north").windows
+    0
+    """
+    document = _core.plant_scan(
+        os.fspath(folder),
+        None if since is None else text("since", since),
+        None if loops is None else text("loops", loops),
+        None if threads is None else integer("threads", threads, least=1),
+        None if memory is None else int(optional("memory", memory) or 0),
+        bool(again),
+        callback("progress", progress),
+    )
+    return result_of(Scanned, document)
+
+
+def check(folder: Folder) -> Checked:
+    """Read all data of a plant, and judge nothing.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of ``plant.toml``.
+
+    Returns
+    -------
+    Checked
+        The loops, their days, and what is wrong.
+    """
+    return result_of(Checked, _core.plant_check(os.fspath(folder)))
+
+
+def status(folder: Folder) -> Status:
+    """Tell what was judged of a plant so far.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of ``plant.toml``.
+
+    Returns
+    -------
+    Status
+        Loops, days, windows and their grades.
+    """
+    return result_of(Status, _core.plant_status(os.fspath(folder)))
+
+
+def windows(folder: Folder, *, since: str | None = None, until: str | None = None) -> Table:
+    """Give the rows that count of a plant's windows, by loop and time.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of ``plant.toml``.
+    since, until : str, optional
+        Windows that begin on this day or later, and before that day.
+
+    Returns
+    -------
+    Table
+        A row a window, in the columns of `schema`; for any library that speaks Arrow.
+    """
+    return _core.plant_windows(os.fspath(folder), since, until)
+
+
+def take(folder: Folder, table: Any) -> Scanned:
+    """Put rows that were judged elsewhere into the store of a plant, as a run.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of ``plant.toml``.
+    table : table
+        Rows in the columns of `schema`, others are left alone; anything that speaks the Arrow capsule interface.
+
+    Returns
+    -------
+    Scanned
+        The run.
+
+    Raises
+    ------
+    ValueError
+        If a column is not there, or is of another type.
+    """
+    return result_of(Scanned, _core.plant_take(os.fspath(folder), table))
+
+
+def demo(folder: Folder, *, loops: int = 20, days: int = 7, seed: int = 1) -> None:
+    """Write a plant with known truth: ``plant.toml``, ``data``, ``truth.csv``.
+
+    Parameters
+    ----------
+    folder : path
+        Where to; files of these names are written over.
+    loops, days : int
+        How many.
+    seed : int, default 1
+        Seed of the plant.
+    """
+    _core.plant_demo(
+        os.fspath(folder), integer("loops", loops, least=1), integer("days", days, least=1), integer("seed", seed)
+    )
+
+
+def model_version() -> str:
+    """Tell what the verdict was trained on.
+
+    Returns
+    -------
+    str
+        As rows of windows name it.
+    """
+    return _core.model_version()
+
+
+def schema() -> Any:
+    """Give the columns of rows of windows, as Arrow declares them.
+
+    Returns
+    -------
+    pyarrow.Schema
+        Its fields tell unit and meaning in their metadata.
+
+    Raises
+    ------
+    ImportError
+        If pyarrow is not installed.
+    """
+    import pyarrow
+
+    return pyarrow.schema(_core.plant_schema())
+
+
+def ddl() -> str:
+    """Give the columns of rows of windows, as Spark declares them.
+
+    Returns
+    -------
+    str
+        Names and types, such as ```loop` STRING, `area` STRING``.
+    """
+    return _core.plant_ddl()
+
+
+@functools.lru_cache(maxsize=4)
+def _of_text(words: str, origin: str) -> _core.Plant:
+    return _core.Plant(words, origin)
+
+
+def _plant(settings: Settings) -> _core.Plant:
+    """Give what a plant's file says; it is parsed once in a process."""
+    if settings is None:
+        return _of_text('name = "table"', "settings")
+    if isinstance(settings, str):
+        return _of_text(settings, "settings")
+    path = Path(settings) / "plant.toml"
+    return _of_text(path.read_text(encoding="utf-8"), str(path))
+
+
+def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None = None) -> Table:
+    """Judge all windows in a table of samples: what other engines call.
+
+    Parameters
+    ----------
+    table : table
+        Long (times, tags, values, and perhaps qualities) or wide, of one loop or of several; anything that speaks the
+        Arrow capsule interface. Times are of a type of times. Tags may be a dictionary. Rows may come in any order.
+    settings : str or path, optional
+        The text of a ``plant.toml``, or as a path its folder; without it the zone is UTC and all is recognised.
+    threads : int, optional
+        Threads; as many as the machine has without it. 1 where an engine gives each task one core.
+
+    Returns
+    -------
+    Table
+        A row a window, in the columns of `schema`. What cannot be judged is a row with ``error``; what cannot be read at
+        all, a row of no window. ``input_fingerprint`` is empty: the caller knows what it read.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For misuse: what is no table, a column that holds neither numbers nor text nor times, settings that cannot be.
+
+    Examples
+    --------
+    >>> import stiction.plant
+    >>> import pyarrow.parquet
+    >>> stiction.plant.demo("south", loops=1, days=2)
+    >>> rows = stiction.plant.diagnose_table(pyarrow.parquet.read_table("south/data"), threads=1)
+    >>> len(rows), rows["loop"], rows["error"]
+    (2, ['FIC1001', 'FIC1001'], [None, None])
+    """
+    return _plant(settings).rows(table, None if threads is None else integer("threads", threads, least=1))
+
+
+def diagnose_window(
+    table: Any, settings: Settings, loop: str, day: int, days: int = 1
+) -> tuple[Table, int]:
+    """Judge one window of one loop: what engines call that spread windows over machines. It takes one thread.
+
+    Parameters
+    ----------
+    table : table
+        As for `diagnose_table`: the samples of the window, and of the day before at least the last of each tag.
+    settings : str or path or None
+        As for `diagnose_table`.
+    loop : str
+        The loop.
+    day : int
+        The day of the plant on which the window begins, days since 1970-01-01.
+    days : int, default 1
+        How many days it has.
+
+    Returns
+    -------
+    table : Table
+        Its row; none without a sample of the OP.
+    days : int
+        How many days the window should have that begins there. If it is more than one, judge it again with as many.
+    """
+    return _plant(settings).window(
+        table, text("loop", loop), integer("day", day, least=-100_000_000), integer("days", days, least=1)
+    )

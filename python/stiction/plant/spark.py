@@ -1,0 +1,649 @@
+"""The scan of a plant on Apache Spark: the same windows, the same rows, by the same compiled code.
+
+``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs it; `scan` takes a data frame.
+
+A window is judged by one task on one core, from the samples of its days and, of the day before, the last of each tag.
+So the memory of a task is that of a window, whatever the plant. A window is a day; where ten periods of the loop's swing
+take longer, it is judged again with as many days as they take, in a second round: that is what the local scan does, too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import functools
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from stiction import _core
+from stiction._result import Result, result
+from stiction.plant import Settings, _plant, ddl, model_version, schema, take
+
+try:
+    from pyspark.sql import functions as F
+except ImportError:
+    raise ImportError("stiction.plant.spark needs PySpark: pip install pyspark") from None
+
+__all__ = ["MOST_ERRORS", "Plan", "Scan", "explain", "main", "probe", "scan"]
+
+MOST_ERRORS = 0.05
+"""Share of the loops that may have an error before a job ends with one, after writing."""
+TAKEN_TOGETHER = 100_000
+"""Rows that the driver takes into the store of a plant at a time."""
+WINDOWS_A_TASK = 16
+"""Windows that a task judges, some seconds of work: what a lost worker loses."""
+DAY_US = 86_400_000_000
+KEYS = ["loop_id", "first_day", "days"]
+
+
+@result
+class Plan(Result):
+    """What a scan would do.
+
+    Attributes
+    ----------
+    loops : int
+        Loops that the data hold.
+    windows : int
+        Windows that are to be judged, of a day each; a loop that swings slowly has fewer, longer ones.
+    done : int
+        Windows that are done.
+    partitions : int
+        Tasks they are spread over.
+    samples : int
+        Samples that are sent to them; of a wide table, rows.
+    bytes : int
+        About what these take on their way.
+    """
+
+    loops: int
+    windows: int
+    done: int
+    partitions: int
+    samples: int
+    bytes: int
+
+
+@result
+class Scan(Result):
+    """What a scan did.
+
+    Attributes
+    ----------
+    rows : pyspark.sql.DataFrame
+        The rows of what was judged, in the columns of `stiction.plant.schema`; they are kept by Spark until ``unpersist``.
+    plan : Plan
+        What was to do.
+    windows : int
+        Rows.
+    errors : int
+        Of these, windows that could not be judged.
+    loops_in_error : int
+        Loops that have such windows.
+    """
+
+    rows: Any
+    plan: Plan
+    windows: int
+    errors: int
+    loops_in_error: int
+
+
+Window: TypeAlias = tuple[int, int, int]
+"""Loop, first day, number of days."""
+
+
+def _frame(spark: Any, rows: Sequence[tuple[Any, ...]], columns: str) -> Any:
+    return spark.createDataFrame(list(rows), columns)
+
+
+def probe(spark: Any) -> None:
+    """Ask the executors whether they have this version of the wheel, before any work.
+
+    Parameters
+    ----------
+    spark : pyspark.sql.SparkSession
+        The session.
+
+    Raises
+    ------
+    RuntimeError
+        If one has none, or another version or model; it says which, and what to do.
+    """
+    expected = (_core.__version__, model_version())
+
+    def asked(_batches: Any) -> Iterator[Any]:
+        import socket
+
+        import pyarrow
+
+        host, version, model, problem = socket.gethostname(), "", "", ""
+        try:
+            import stiction
+            import stiction.plant
+
+            version, model = stiction.__version__, stiction.plant.model_version()
+        except Exception as error:  # Whatever it is, the driver tells it.
+            problem = f"{type(error).__name__}: {error}"
+        row = {"host": [host], "version": [version], "model": [model], "problem": [problem]}
+        yield pyarrow.RecordBatch.from_pydict(row)
+
+    # Sent as its code: the module it is in may be what is missing.
+    asked.__module__ = "__main__"
+    count = 2 * _cores(spark)
+    try:
+        of_each = spark.range(0, count, 1, count).mapInArrow(
+            asked, "host STRING, version STRING, model STRING, problem STRING"
+        )
+        answers = of_each.distinct().collect()
+    except Exception as error:
+        first = next((line for line in str(error).splitlines() if "Error" in line), str(error).partition("\n")[0])
+        raise RuntimeError(f"the executors cannot run Python with Arrow, give them pyarrow and NumPy: {first}") from error
+    for answer in answers:
+        if answer.problem:
+            words = f"executor {answer.host} cannot use the wheel ({answer.problem})"
+            raise RuntimeError(f"{words}; ship it with --archives stiction.zip#deps and PYTHONPATH=./deps")
+        if (answer.version, answer.model) != expected:
+            words = f"executor {answer.host} has stiction {answer.version} ({answer.model})"
+            raise RuntimeError(f"{words}, but the driver {expected[0]} ({expected[1]}); ship the driver's wheel")
+
+
+def _cores(spark: Any) -> int:
+    try:
+        return max(1, int(spark.sparkContext.defaultParallelism))
+    except Exception:  # Spark Connect has no context.
+        return 8
+
+
+class _Input:
+    """A data frame of samples: which loops it holds, and its rows with loop and day."""
+
+    def __init__(self, df: Any, plant: _core.Plant, pattern: str | None) -> None:
+        shape = plant.shape(df.columns)
+        if shape is None:
+            raise ValueError(f"the columns {df.columns} tell no times; a long table has times, tags and values")
+        time, long, about = shape
+        self.time = df.columns[time]
+        kind = df.schema[self.time].dataType.typeName()
+        if kind not in {"timestamp", "timestamp_ntz"}:
+            raise ValueError(f'the column "{self.time}" holds {kind}; cast it to timestamp')
+        self.tag = None if long is None else df.columns[long[0]]
+        if self.tag is None:
+            names, rows = df.columns, about
+        else:
+            found = df.select(self.tag).where(F.col(f"`{self.tag}`").isNotNull()).distinct().collect()
+            names, rows = sorted(str(row[0]) for row in found), []
+        known = plant.loops(names, rows)
+        fits = [each for each in known if pattern is None or fnmatch.fnmatch(each[0].lower(), pattern.lower())]
+        if not fits:
+            raise ValueError(f"the data hold no loop that can be told by its tags{'' if known else ': ' + _some(names)}")
+        self.names = [name for name, _, _ in fits]
+        self.tags = [[names[k] for k in tags] for _, tags, _ in fits]
+        self.about = [df.columns[k] for k in about if df.columns[k] not in {self.time, self.tag}]
+        self.numeric = {
+            field.name: field.dataType.typeName() not in {"string", "varchar", "char"} for field in df.schema
+        }
+        moment = F.col(f"`{self.time}`")
+        if kind == "timestamp":
+            local = F.unix_micros(F.from_utc_timestamp(moment, plant.zone))
+            day = ((local - F.pmod(local, F.lit(DAY_US))) / F.lit(DAY_US)).cast("bigint")
+        else:
+            day = F.datediff(F.to_date(moment), F.lit("1970-01-01").cast("date")).cast("bigint")
+        self.kind = kind
+        self.samples = (self._long if self.tag else self._wide)(df, moment, day, [op for _, _, op in fits], names)
+        self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
+
+    def _long(self, df: Any, moment: Any, day: Any, ops: list[int], names: list[str]) -> Any:
+        """The samples of a long table: loop, number of the tag within it, time, and what else is said."""
+        places = [
+            (tag, loop, k, tag == names[ops[loop]])
+            for loop, own in enumerate(self.tags)
+            for k, tag in enumerate(own)
+        ]
+        of = _frame(df.sparkSession, places, "of STRING, loop_id INT, tag INT, is_op BOOLEAN")
+        tag = F.col(f"`{self.tag}`").cast("string")
+        rest = [F.col(f"`{name}`").alias(f"of_{k}") for k, name in enumerate(self.about)]
+        rows = df.select(tag.alias("of"), moment.alias("time"), day.alias("day"), *rest).where(moment.isNotNull())
+        return rows.join(F.broadcast(of), "of").drop("of")
+
+    def _wide(self, df: Any, moment: Any, day: Any, ops: list[int], names: list[str]) -> Any:
+        """The rows of a wide table, cut into the columns of each loop: numbers, and texts such as modes."""
+
+        def cells(own: list[str], numeric: bool, kind: str) -> Any:
+            chosen = [F.col(f"`{name}`").cast(kind) for name in own if self.numeric[name] == numeric]
+            return (F.array(*chosen) if chosen else F.array()).cast(f"array<{kind}>")
+
+        loops = [
+            F.struct(
+                F.lit(loop).alias("loop_id"),
+                cells(own, True, "double").alias("numbers"),
+                cells(own, False, "string").alias("texts"),
+            )
+            for loop, own in enumerate(self.tags)
+        ]
+        rest = [F.col(f"`{name}`").alias(f"of_{k}") for k, name in enumerate(self.about)]
+        rows = df.select(moment.alias("time"), day.alias("day"), F.explode(F.array(*loops)).alias("own"), *rest)
+        rows = rows.where(F.col("time").isNotNull())
+        return rows.select("own.*", "time", "day", *[f"of_{k}" for k in range(len(rest))], F.lit(True).alias("is_op"))
+
+    def marks(self) -> Any:
+        """Of each loop, tag and day: how many samples there are, a digest of them, and the last."""
+        keys = ["loop_id", "day", *(["tag"] if self.tag else [])]
+        digest = F.xxhash64("time", *(["tag"] if self.tag else []), *self.payload)
+        last = [F.max_by(name, "time").alias(name) for name in self.payload]
+        return self.samples.groupBy(*keys).agg(
+            F.count(F.lit(1)).alias("samples"),
+            F.bit_xor(digest).alias("digest"),
+            F.max("is_op").alias("is_op"),
+            F.max("time").alias("time"),
+            *last,
+        )
+
+    def table_of(self) -> Callable[[int, Any], Any]:
+        """What makes of the rows of a group the table that was read, on an executor."""
+        time, tag, about, tags, numeric = self.time, self.tag, self.about, self.tags, self.numeric
+
+        def table(loop: int, group: Any) -> Any:
+            import pyarrow as pa
+
+            columns, own = {time: group["time"]}, tags[loop]
+            if tag is not None:
+                places = group["tag"].combine_chunks().cast(pa.int32())
+                columns[tag] = pa.DictionaryArray.from_arrays(places, pa.array(own, pa.string()))
+            else:
+                for kind, names in [
+                    ("numbers", [name for name in own if numeric[name]]),
+                    ("texts", [name for name in own if not numeric[name]]),
+                ]:
+                    # A row after the other, all of one length.
+                    cells = group[kind].combine_chunks().flatten()
+                    for k, name in enumerate(names):
+                        columns[name] = cells.take(pa.array(range(k, len(cells), len(names)), pa.int64()))
+            columns.update({name: group[f"of_{k}"] for k, name in enumerate(about)})
+            return pa.table(columns)
+
+        return table
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
+
+
+class _Chain:
+    """Which windows there are, as far as that is known: each begins where the one before ends."""
+
+    def __init__(self, plant: _core.Plant, of: _Input, marks: Any, known: Any, since: int | None) -> None:
+        self.plant, self.names = plant, of.names
+        self.since = -(1 << 62) if since is None else since
+        # Of each loop and day how many samples there are, their digest, and whether there is an OP.
+        self.days: list[dict[int, tuple[int, int, bool]]] = [{} for _ in of.names]
+        per_day = marks.groupBy("loop_id", "day").agg(
+            F.sum("samples").alias("samples"), F.bit_xor("digest").alias("digest"), F.max("is_op").alias("is_op")
+        )
+        for row in per_day.collect():
+            self.days[row.loop_id][row.day] = (row.samples, row.digest, row.is_op)
+        self.hashes = [plant.settings_hash(name) for name in of.names]
+        self.begin = functools.cache(plant.begin)
+        self.kept: dict[tuple[str, int], tuple[int, str, str]] = {}
+        if known is not None:
+            columns = ["loop", "window_start", "window_s", "settings_hash", "input_fingerprint"]
+            newest = "run" in known.columns
+            rows = known.orderBy(F.col("run").cast("bigint")) if newest else known
+            for row in rows.select(*columns).collect():
+                self.kept[row[0], row[1]] = (row[2], row[3], row[4])
+        # How many days the window should have that begins on a day, of those that were judged.
+        self.wanted: dict[tuple[int, int], int] = {}
+        self.judged: set[Window] = set()
+
+    def fingerprint(self, loop: int, day: int, days: int) -> str:
+        """SHA-256 of what a window is made of: the digests of its days and of the one before."""
+        own = self.days[loop]
+        lines = [f"{d} {own[d][0]} {own[d][1]}" for d in range(day - 1, day + days) if d in own]
+        return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+    def done(self, loop: int, day: int) -> int:
+        """How many days the window has that begins on `day`, if it is done; else 0."""
+        start = self.begin(day)
+        kept = self.kept.get((self.names[loop], start))
+        if kept is None:
+            return 0
+        seconds, settings, made_of = kept
+        days = self.plant.day(start + seconds - 1.0) + 1 - day
+        return days if settings == self.hashes[loop] and made_of == self.fingerprint(loop, day, days) else 0
+
+    def walk(self) -> tuple[list[Window], list[Window], int]:
+        """Windows that are judged and count, those still to be judged, and how many were done before."""
+        there: list[Window] = []
+        open_: list[Window] = []
+        done = 0
+        for loop, own in enumerate(self.days):
+            cursor = self.since
+            for day in sorted(day for day, (_, _, is_op) in own.items() if is_op):
+                if day < cursor:
+                    continue
+                if days := self.done(loop, day):
+                    done += 1
+                    cursor = day + days
+                    continue
+                days = self.wanted.get((loop, day), 1)
+                (there if (loop, day, days) in self.judged else open_).append((loop, day, days))
+                cursor = day + days
+        return there, open_, done
+
+
+def _partitions(windows: int, cores: int) -> int:
+    """So many tasks that all cores have work, and that each loses little."""
+    return max(1, min(windows, max(3 * cores, -(-windows // WINDOWS_A_TASK))))
+
+
+def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Window]) -> Any:
+    """The rows of windows, with how many days each should have."""
+    words = chain.plant.text
+    spread = [(loop, day, days, day + k) for loop, day, days in windows for k in range(days)]
+    of_days = "loop_id INT, first_day BIGINT, days BIGINT, day BIGINT"
+    within = _frame(spark, spread, of_days)
+    before = _frame(spark, [(*window, window[1] - 1) for window in windows], of_days)
+    columns = [*KEYS, "time", *(["tag"] if of.tag else []), *of.payload]
+    samples = of.samples
+    if of.kind == "timestamp":
+        # What no window needs is not read, where files tell the times of their rows.
+        begin = chain.begin(min(day for _, day, _ in windows))
+        end = chain.begin(max(day + days for _, day, days in windows))
+        time = F.col("time")
+        samples = samples.where((time >= F.timestamp_seconds(F.lit(begin))) & (time < F.timestamp_seconds(F.lit(end))))
+    samples = samples.join(F.broadcast(within), ["loop_id", "day"]).select(*columns)
+    held = marks.join(F.broadcast(before), ["loop_id", "day"]).select(*columns)
+    rows = samples.unionByName(held).repartition(_partitions(len(windows), _cores(spark)), *KEYS)
+    expected, names, table_of = (_core.__version__, model_version()), of.names, of.table_of()
+
+    def judge(batches: Iterator[Any]) -> Iterator[Any]:
+        import pyarrow as pa
+
+        from stiction import _core
+        from stiction.plant import diagnose_window, model_version
+
+        found = (_core.__version__, model_version())
+        if found != expected:
+            raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
+        for (loop, day, days), group in _groups(batches):
+            row, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
+            table = pa.table(row)
+            if len(table) == 0:
+                # The driver must hear that it was judged.
+                table = pa.table([pa.nulls(1, field.type) for field in table.schema], names=table.column_names)
+            for name, value, kind in [
+                ("loop_id", loop, pa.int32()),
+                ("first_day", day, pa.int64()),
+                ("days", days, pa.int64()),
+                ("wanted", wanted, pa.int64()),
+            ]:
+                table = table.append_column(name, pa.array([value], kind))
+            yield from table.to_batches()
+
+    # Spark 3.5 has no groupBy().applyInArrow(); this is the same, and a group is never in Java's memory whole.
+    return rows.sortWithinPartitions(*KEYS).mapInArrow(
+        judge, f"{ddl()}, loop_id INT, first_day BIGINT, days BIGINT, wanted BIGINT"
+    )
+
+
+def _groups(batches: Iterator[Any]) -> Iterator[tuple[Window, Any]]:
+    """Tables of the rows of one window each, from batches that are sorted by it."""
+    import numpy as np
+    import pyarrow as pa
+
+    window: Window = (-1, 0, 0)
+    parts: list[Any] = []
+    for batch in batches:
+        if len(batch) == 0:
+            continue
+        keys = np.array([batch.column(batch.schema.get_field_index(name)).to_numpy() for name in KEYS])
+        changes = (np.flatnonzero((keys[:, 1:] != keys[:, :-1]).any(axis=0)) + 1).tolist()
+        for begin, end in zip([0, *changes], [*changes, len(batch)]):
+            loop, day, days = keys[:, begin].tolist()
+            if parts and window != (loop, day, days):
+                yield window, pa.Table.from_batches(parts)
+                parts = []
+            window = (loop, day, days)
+            parts.append(batch.slice(begin, end - begin))
+    if parts:
+        yield window, pa.Table.from_batches(parts)
+
+
+def _begun(
+    df: Any, settings: Settings, since: str | None, loops: str | None, known: Any
+) -> tuple[_Input, Any, _Chain]:
+    plant = _plant(settings)
+    of = _Input(df, plant, loops)
+    # Of few loops they are few, and tasks without work cost more than it.
+    marks = of.marks().coalesce(max(_cores(df.sparkSession), len(of.names) // 50)).persist()
+    first = None if since is None else (date.fromisoformat(since) - date(1970, 1, 1)).days
+    return of, marks, _Chain(plant, of, marks, known, first)
+
+
+def _plan(spark: Any, of: _Input, chain: _Chain) -> Plan:
+    _, windows, done = chain.walk()
+    samples = sum(chain.days[loop].get(day, (0,))[0] for loop, day, _ in windows)
+    # Keys and time, then what a sample holds, as Spark's rows have it: words of 8 bytes.
+    width = 8 * (6 + len(of.payload)) if of.tag else 8 * (10 + sum(map(len, of.tags)) // len(of.tags))
+    return Plan(
+        loops=len(of.names),
+        windows=len(windows),
+        done=done,
+        partitions=_partitions(len(windows), _cores(spark)) if windows else 0,
+        samples=samples,
+        bytes=samples * width,
+    )
+
+
+def explain(
+    df: Any, settings: Settings = None, *, since: str | None = None, loops: str | None = None, known: Any = None
+) -> Plan:
+    """Tell what `scan` would do; it reads the data once, to know loops and days.
+
+    Parameters
+    ----------
+    df : pyspark.sql.DataFrame
+        As for `scan`.
+    settings : str or path, optional
+        As for `scan`.
+    since, loops : str, optional
+        As for `scan`.
+    known : pyspark.sql.DataFrame, optional
+        As for `scan`.
+
+    Returns
+    -------
+    Plan
+        Windows, partitions, bytes.
+    """
+    of, marks, chain = _begun(df, settings, since, loops, known)
+    plan = _plan(df.sparkSession, of, chain)
+    marks.unpersist()
+    return plan
+
+
+def scan(
+    df: Any, settings: Settings = None, *, since: str | None = None, loops: str | None = None, known: Any = None
+) -> Scan:
+    """Judge what is new of a plant whose samples are a data frame.
+
+    Parameters
+    ----------
+    df : pyspark.sql.DataFrame
+        Samples, long or wide, from Parquet, Delta or a table. The columns are recognised by their names as those of files
+        are; that of times is a timestamp.
+    settings : str or path, optional
+        The text of a ``plant.toml``, or as a path its folder; without it the zone is UTC and all is recognised.
+    since : str, optional
+        Judge windows from this day on, such as ``"2026-03-01"``.
+    loops : str, optional
+        Judge loops whose names fit this pattern, such as ``"FIC*"``.
+    known : pyspark.sql.DataFrame, optional
+        Rows of scans before; with a column ``run``, the last run counts. What is among them, made of the same samples by
+        the same settings, is not judged again.
+
+    Returns
+    -------
+    Scan
+        The rows, and how many.
+
+    Raises
+    ------
+    RuntimeError
+        If an executor has no wheel, or that of another version or model.
+    ValueError
+        If the columns tell no times or loops, or the settings cannot be.
+    """
+    spark = df.sparkSession
+    probe(spark)
+    of, marks, chain = _begun(df, settings, since, loops, known)
+    plan = _plan(spark, of, chain)
+    rounds: list[Any] = []
+    there, windows, _ = chain.walk()
+    while windows:
+        found = _judge(spark, of, marks, chain, windows).persist()
+        rounds.append(found)
+        chain.judged.update(windows)
+        for row in found.select(*KEYS, "wanted").collect():
+            if row.days == 1:
+                chain.wanted[row.loop_id, row.first_day] = row.wanted
+        there, windows, _ = chain.walk()
+    names = [field.name for field in spark.createDataFrame([], ddl()).schema]
+    counts = [(*window, chain.fingerprint(*window)) for window in there]
+    final = _frame(spark, counts, "loop_id INT, first_day BIGINT, days BIGINT, input_fingerprint STRING")
+    if rounds:
+        all_rows = functools.reduce(lambda a, b: a.unionByName(b), rounds).drop("input_fingerprint")
+        rows = all_rows.join(F.broadcast(final), KEYS).where(F.col("loop").isNotNull()).select(*names)
+    else:
+        rows = spark.createDataFrame([], ddl())
+    rows = rows.persist()
+    failed = F.when(F.col("error").isNotNull(), F.col("loop"))
+    counted = rows.agg(F.count(F.lit(1)), F.count("error"), F.countDistinct(failed)).collect()[0]
+    for each in [marks, *rounds]:
+        each.unpersist()
+    return Scan(rows=rows, plan=plan, windows=counted[0], errors=counted[1], loops_in_error=counted[2])
+
+
+def _known(spark: Any, output: str) -> Any:
+    """Rows of runs before, with the number of their run; None if there are none."""
+    from pyspark.errors import AnalysisException
+
+    try:
+        return spark.read.parquet(output)
+    except AnalysisException as error:
+        if any(word in str(error) for word in ("PATH_NOT_FOUND", "UNABLE_TO_INFER_SCHEMA")):
+            return None
+        raise
+
+
+def _taken(folder: str, rows: Any) -> None:
+    """Takes rows into the store of a plant."""
+    import pyarrow as pa
+
+    some: list[dict[str, Any]] = []
+    for row in rows.orderBy("loop", "window_start").toLocalIterator():
+        some.append(row.asDict())
+        if len(some) == TAKEN_TOGETHER:
+            take(folder, pa.Table.from_pylist(some, schema()))
+            some = []
+    if some:
+        take(folder, pa.Table.from_pylist(some, schema()))
+
+
+def _session(of: argparse.Namespace) -> Any:
+    from pyspark.sql import SparkSession
+
+    builder = SparkSession.builder.appName("stiction")
+    if of.master:
+        builder = builder.master(of.master)
+        if of.master.startswith("local"):
+            # Else Spark takes the first Python of the path, which need not be this one.
+            os.environ.setdefault("PYSPARK_PYTHON", sys.executable)
+    if of.wheel:
+        builder = builder.config("spark.archives", f"{of.wheel}#deps").config("spark.executorEnv.PYTHONPATH", "./deps")
+    for setting in of.conf:
+        name, _, value = setting.partition("=")
+        builder = builder.config(name, value)
+    return builder.getOrCreate()
+
+
+def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m stiction.plant.spark", description="Judge all loops of a plant, day by day, on Apache Spark."
+    )
+    parser.add_argument("--plant", required=True, metavar="DIR", help="the folder of plant.toml; its store takes the rows")
+    parser.add_argument("--output", required=True, metavar="PATH", help="where rows are written, by run, as Parquet")
+    parser.add_argument("--input", nargs="*", metavar="PATH", help="data; by default what plant.toml names")
+    parser.add_argument("--format", default="parquet", help="their format, such as delta [default: parquet]")
+    parser.add_argument("--table", metavar="NAME", help="a table of the catalog in place of data")
+    parser.add_argument("--since", metavar="DAY", help="judge windows from this day on, such as 2026-03-01")
+    parser.add_argument("--loops", metavar="GLOB", help='judge loops whose names fit this pattern, such as "FIC*"')
+    parser.add_argument("--again", action="store_true", help="judge all again, not only what is new")
+    parser.add_argument("--explain", action="store_true", help="tell windows, partitions and bytes, and judge nothing")
+    parser.add_argument("--most-errors", type=float, default=MOST_ERRORS, metavar="SHARE", help="of loops [default: 0.05]")
+    parser.add_argument("--master", metavar="URL", help="the cluster, where spark-submit does not name it")
+    parser.add_argument("--wheel", metavar="FILE.zip", help="the wheel, as a .zip, to be sent to the executors")
+    parser.add_argument("--conf", action="append", default=[], metavar="NAME=VALUE", help="a setting of Spark")
+    return parser.parse_args(arguments)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Its arguments; those of the process without it.
+
+    Returns
+    -------
+    int
+        0; 1 if it failed, or if too many loops have an error: then all is written.
+    """
+    of = _arguments(arguments)
+    try:
+        return _run(of)
+    except (RuntimeError, ValueError, OSError) as error:
+        print(f"stiction: {error}", file=sys.stderr)
+        return 1
+
+
+def _run(of: argparse.Namespace) -> int:
+    folder = Path(of.plant)
+    data = of.input or [str(folder / pattern) for pattern in _plant(folder).data]
+    spark = _session(of)
+    try:
+        df = spark.table(of.table) if of.table else spark.read.format(of.format).load(data)
+        before = _known(spark, of.output)
+        known = None if of.again else before
+        if of.explain:
+            plan = explain(df, folder, since=of.since, loops=of.loops, known=known)
+            print(
+                f"{plan.loops} loops, {plan.windows} windows to be judged, {plan.done} done; "
+                f"{plan.partitions} partitions, {plan.samples} samples, {plan.bytes / 1e6:.0f} MB"
+            )
+            return 0
+        done = scan(df, folder, since=of.since, loops=of.loops, known=known)
+        last = 0 if before is None else before.agg(F.max(F.col("run").cast("bigint"))).collect()[0][0] or 0
+        if done.windows:
+            done.rows.write.parquet(f"{of.output.rstrip('/')}/run={last + 1:04}")
+            _taken(of.plant, done.rows)
+        print(
+            f"{done.windows} windows judged, {done.errors} of them with an error; {done.plan.loops} loops; "
+            + (f"run {last + 1:04}" if done.windows else "nothing was new")
+        )
+        if done.loops_in_error > of.most_errors * done.plan.loops:
+            words = f"{done.loops_in_error} of {done.plan.loops} loops have an error, more than {of.most_errors:.0%}"
+            raise RuntimeError(f"{words}; the rows are written, see their column error")
+        return 0
+    finally:
+        spark.stop()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,314 @@
+"""The scan on a cluster of Spark: a master and two workers, started from PySpark's own files, on this machine.
+
+It is skipped, saying so, where PySpark or Java is absent.
+"""
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import zipfile
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+import pytest
+import stiction.plant
+
+pyspark = pytest.importorskip("pyspark", reason="PySpark is not installed")
+if shutil.which("java") is None and "JAVA_HOME" not in os.environ:
+    pytest.skip("there is no Java", allow_module_level=True)
+
+# PySpark warns of newer packages than it knows.
+pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning", "ignore::DeprecationWarning", "ignore::ResourceWarning")
+
+#: Loops and days of the demo plant; set both for a larger trial.
+LOOPS = int(os.environ.get("STICTION_SPARK_LOOPS", "6"))
+DAYS = int(os.environ.get("STICTION_SPARK_DAYS", "3"))
+SPARK = Path(pyspark.__file__).parent
+
+
+def environment(**more):
+    # What starts the executors does not know the package: it comes with the wheel.
+    own = {name: value for name, value in os.environ.items() if not name.startswith(("SPARK_", "PYSPARK_"))}
+    own.pop("PYTHONPATH", None)
+    return {**own, "SPARK_HOME": str(SPARK), "SPARK_LOCAL_IP": "127.0.0.1", **more}
+
+
+def port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
+def class_of(name, *arguments, cwd):
+    command = [str(SPARK / "bin" / "spark-class"), f"org.apache.spark.deploy.{name}", *map(str, arguments)]
+    with open(cwd / f"{arguments[1]}.log" if arguments else "log", "w") as log:
+        return subprocess.Popen(command, cwd=cwd, env=environment(), stdout=log, stderr=log, start_new_session=True)
+
+
+class Cluster:
+    """A master and two workers of one core each, whose Python has pyarrow and NumPy but not this package."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.port = port()
+        self.url = f"spark://127.0.0.1:{self.port}"
+        self.master = class_of(
+            "master.Master", "--host", "127.0.0.1", "--port", self.port, "--webui-port", 0, cwd=folder
+        )
+        self.workers = []
+        deadline = time.monotonic() + 60
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
+                break
+            except OSError:
+                assert time.monotonic() < deadline, "the master does not answer"
+                time.sleep(0.2)
+        for _ in range(2):
+            self.work()
+
+    def work(self):
+        own = self.folder / f"worker-{len(self.workers)}"
+        own.mkdir()
+        arguments = ["--host", "127.0.0.1", "--cores", 1, "--memory", "1g", "--webui-port", 0, "--work-dir", own]
+        self.workers.append(class_of("worker.Worker", *arguments, self.url, cwd=own))
+
+    def end(self):
+        for process in [*self.workers, self.master]:
+            kill(process)
+
+
+def kill(process):
+    """Ends a process and its own children, as a machine that fails does: without a word."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+    process.wait()
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    cluster = Cluster(tmp_path_factory.mktemp("cluster"))
+    yield cluster
+    cluster.end()
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    """A demo plant, with a loop of ten times the samples and two that cannot be judged, scanned here."""
+    folder = tmp_path_factory.mktemp("plant")
+    stiction.plant.demo(folder, loops=LOOPS, days=DAYS)
+    first = sorted((folder / "data").glob("*.parquet"))[0]
+    table = pq.read_table(first)
+    # The loop with ten times as many samples, every value ten times over.
+    name = pc.unique(table["tag"])[0].as_py().partition(".")[0]
+    own = table.filter(pc.starts_with(table["tag"], name + ".")).to_pylist()
+    steps = sorted({row["time"] for row in own})
+    step = (steps[1] - steps[0]) / 10
+    many = [
+        {**row, "tag": row["tag"].replace(name, "FIC9001"), "time": row["time"] + k * step} for row in own for k in range(10)
+    ]
+    begin = steps[0]
+    bad = [{"time": begin, "tag": "FIC9002.OP", "value": 50.0}, {"time": begin, "tag": "FIC9002.PV", "value": 1.0}]
+    bad += [{"time": time, "tag": f"FIC9003.{of}", "value": float("nan")} for time in steps[:50] for of in ("OP", "PV")]
+    pq.write_table(pa.Table.from_pylist(many + bad, table.schema), folder / "data" / "more.parquet")
+    stiction.plant.scan(folder, threads=2)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The installed package as the .zip that a wheel is, so that the executors have it from the driver alone."""
+    package = Path(stiction.plant.__file__).parents[1]
+    path = tmp_path_factory.mktemp("wheel") / "stiction.zip"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for each in sorted(package.rglob("*")):
+            if each.is_file() and "__pycache__" not in each.parts:
+                file.write(each, Path("stiction") / each.relative_to(package))
+    return path
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory):
+    """A Python for the executors: this one, to which the package is hidden but by the archive."""
+    folder = tmp_path_factory.mktemp("python")
+    hide = folder / "sitecustomize.py"
+    hide.write_text(
+        "import importlib.machinery, sys\n"
+        "class Hide:\n"
+        "    @staticmethod\n"
+        "    def find_spec(name, path=None, target=None):\n"
+        "        if name == 'stiction':\n"
+        "            spec = importlib.machinery.PathFinder.find_spec(name, [p for p in sys.path if 'deps' in p])\n"
+        "            if spec is None:\n"
+        "                raise ModuleNotFoundError(\"No module named 'stiction'\", name=name)\n"
+        "            return spec\n"
+        "sys.meta_path.insert(0, Hide)\n"
+    )
+    path = folder / "python3"
+    path.write_text(f'#!/bin/sh\nPYTHONPATH="{folder}:$PYTHONPATH" exec "{sys.executable}" "$@"\n')
+    path.chmod(0o755)
+    return path
+
+
+def command(cluster, bare, plant, output, *more):
+    arguments = ["--plant", plant, "--output", output, "--input", plant / "data", "--master", cluster.url, *more]
+    sizes = ["--conf", "spark.executor.memory=700m", "--conf", "spark.ui.enabled=false"]
+    sizes += ["--conf", "spark.sql.shuffle.partitions=4"]
+    return subprocess.Popen(
+        [sys.executable, "-m", "stiction.plant.spark", *map(str, arguments), *sizes],
+        env=environment(PYSPARK_PYTHON=str(bare), PYSPARK_DRIVER_PYTHON=sys.executable),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def ran(*arguments, timeout=600):
+    process = command(*arguments)
+    out, err = process.communicate(timeout=timeout)
+    return process.returncode, out, err
+
+
+def rows(table):
+    table = pa.table(table).drop_columns(["input_fingerprint"])
+    return table.sort_by([("loop", "ascending"), ("window_start", "ascending")]).to_pylist()
+
+
+def written(output):
+    return pq.read_table(output, partitioning=None)
+
+
+@pytest.fixture
+def apart(plant, tmp_path):
+    """The plant's file alone: what Spark judges is taken into a store of its own."""
+    folder = tmp_path / "apart"
+    folder.mkdir()
+    shutil.copy(plant / "plant.toml", folder)
+    (folder / "data").symlink_to(plant / "data")
+    return folder
+
+
+def test_without_the_wheel_the_job_ends_with_an_error(cluster, bare, apart, tmp_path):
+    begin = time.monotonic()
+    code, out, err = ran(cluster, bare, apart, tmp_path / "out")
+    assert code == 1 and out == "" and not (tmp_path / "out").exists()
+    assert "cannot use the wheel (ModuleNotFoundError: No module named 'stiction')" in err, err[-2000:]
+    assert "ship it with" in err and time.monotonic() - begin < 180
+
+
+def test_the_rows_are_those_of_the_local_scan_though_a_worker_is_killed(cluster, bare, plant, apart, wheel, tmp_path):
+    expected = rows(stiction.plant.windows(plant))
+    assert {row["loop"] for row in expected if row["error"]} == {"FIC9002", "FIC9003"}
+    out = tmp_path / "out"
+    process = command(cluster, bare, apart, out, "--wheel", wheel, "--most-errors", "0.5")
+    killed = threading.Event()
+
+    def fail():
+        # When a Python worker of it judges, with the executor and all it has.
+        while process.poll() is None and not killed.is_set():
+            found = subprocess.run(["ps", "-eo", "pid,ppid,args"], capture_output=True, text=True).stdout
+            if sum("pyspark.daemon" in line or "pyspark/daemon" in line for line in found.splitlines()) >= 2:
+                time.sleep(5)
+                victim = cluster.workers[0]
+                for pid in children(victim.pid, found):
+                    try:
+                        os.kill(pid, signal.SIGKILL)
+                    except ProcessLookupError:
+                        pass
+                kill(victim)
+                killed.set()
+                cluster.work()
+            time.sleep(0.5)
+
+    failing = threading.Thread(target=fail)
+    failing.start()
+    told, err = process.communicate(timeout=900)
+    failing.join()
+    assert process.returncode == 0, err[-3000:]
+    assert killed.is_set()
+    assert rows(written(out / "run=0001")) == expected, told
+    # The store of the plant has them, too.
+    assert rows(stiction.plant.windows(apart)) == expected
+
+    # Nothing is judged twice; what changed is.
+    data = tmp_path / "data"
+    shutil.copytree(plant / "data", data)
+    last = sorted(data.glob("2*.parquet"))[-1]
+    table = pq.read_table(last)
+    tag = next(tag for tag in pc.unique(table["tag"]).to_pylist() if tag.endswith(".OP"))
+    more = pc.add(table["value"], pc.multiply(0.25, pc.cast(pc.equal(table["tag"], tag), pa.float64())))
+    pq.write_table(table.set_column(table.column_names.index("value"), "value", more), last)
+    code, told, err = ran(
+        cluster, bare, apart, out, "--wheel", wheel, "--most-errors", "0.5", "--input", data
+    )
+    assert code == 0, err[-3000:]
+    assert {row["loop"] for row in rows(written(out / "run=0002"))} == {tag.removesuffix(".OP")}
+    code, told, err = ran(cluster, bare, apart, out, "--wheel", wheel, "--input", data, "--explain")
+    assert code == 0 and ", 0 windows to be judged" in told, (told, err[-3000:])
+
+
+def children(pid, listed):
+    """The processes below one, of a list of `ps`."""
+    known = [tuple(map(int, line.split()[:2])) for line in listed.splitlines()[1:]]
+    own, found = [pid], []
+    while own:
+        parent = own.pop()
+        below = [child for child, of in known if of == parent]
+        own.extend(below)
+        found.extend(below)
+    return found
+
+
+@pytest.fixture(scope="module")
+def session():
+    from pyspark.sql import SparkSession
+
+    os.environ["PYSPARK_PYTHON"] = sys.executable
+    session = (
+        SparkSession.builder.master("local[2]")
+        .config("spark.ui.enabled", "false")
+        .config("spark.sql.session.timeZone", "America/New_York")
+        .getOrCreate()
+    )
+    yield session
+    session.stop()
+
+
+def test_tables_of_every_layout_give_the_same(session, plant):
+    from stiction.plant import spark
+
+    loops = "*100[1-3]"
+    df = session.read.parquet(str(plant / "data"))
+    expected = [row for row in rows(stiction.plant.windows(plant)) if row["loop"].endswith(("1001", "1002", "1003"))]
+    name = expected[0]["loop"]
+    long = spark.scan(df, plant, loops=loops)
+    got = sorted((row.asDict() for row in long.rows.drop("input_fingerprint").collect()), key=key)
+    assert got == expected and long.plan.loops == 3 and long.errors == 0
+    # A column a tag, where tags have the same times.
+    one = df.where(df["tag"].startswith(name + "."))
+    wide = one.groupBy("time").pivot("tag").agg({"value": "first"})
+    found = spark.scan(wide.withColumn("OTHER.OP", wide[f"`{name}.OP`"]), plant, loops=name)
+    got = sorted((row.asDict() for row in found.rows.drop("input_fingerprint").collect()), key=key)
+    assert got == [row for row in expected if row["loop"] == name]
+    # What is known, made of the same, is done.
+    plan = spark.explain(df, plant, loops=loops, known=long.rows)
+    assert (plan.windows, plan.done) == (0, long.windows)
+    other = (plant / "plant.toml").read_text().replace('zone = "UTC"', 'zone = "Europe/Berlin"')
+    assert spark.explain(df, other, loops=loops, known=long.rows).done == 0
+    with pytest.raises(ValueError, match="cast it to timestamp"):
+        spark.explain(df.withColumn("time", df["time"].cast("string")), plant)
+    with pytest.raises(ValueError, match="tell no times"):
+        spark.explain(df.drop("time"), plant)
+
+
+def key(row):
+    return row["loop"], row["window_start"]
