@@ -301,7 +301,7 @@ const HEADS: [(&str, bool, &str); 16] = [
         false,
         "p as a line from 0 to 100 %, S as dots from 0 to its largest; upright lines are repairs",
     ),
-    ("drift", true, "growth of S a week, %; bold where it is significant"),
+    ("drift", true, "growth of S a week, % of S itself; bold where it is significant"),
     ("auto", true, "share of the time in automatic, %: the service factor"),
     ("limit", true, "share of the time the output rests at a limit, %"),
     ("travel", true, "travel of the output, % an hour"),

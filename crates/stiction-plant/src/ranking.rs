@@ -106,12 +106,12 @@ columns! {
     "change_day" [""] change_day: Option<String>;
     /// The graded word of the four weeks before.
     "verdict_before" [""] verdict_before: Option<Grade>;
-    /// Growth of S a week, since the last repair, or since it began to stick.
-    "drift_per_week" ["%"] drift: Option<f64>;
+    /// Growth of S a week, in % of S itself, since the last repair, or since it began to stick.
+    "drift_per_week" ["% of S"] drift: Option<f64>;
     /// Low end of its 95 % interval.
-    "drift_low" ["%"] drift_low: Option<f64>;
+    "drift_low" ["% of S"] drift_low: Option<f64>;
     /// High end of its 95 % interval.
-    "drift_high" ["%"] drift_high: Option<f64>;
+    "drift_high" ["% of S"] drift_high: Option<f64>;
     /// Probability of as much by chance, the larger of two tests.
     "drift_p" [""] drift_p: Option<f64>;
     /// Whether both tests call the drift significant.
@@ -241,6 +241,13 @@ fn ranked<'a>(
     let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
     let now = observed(begin(first).max(settled), f64::INFINITY);
     let history = combined(&now);
+    // What is told of the change must be what is told of the week.
+    let accused = history.as_ref().is_some_and(|history| history.grade.accuses());
+    let event = event.filter(|event| match event.change {
+        Change::New | Change::Returned => accused,
+        Change::Gone => !accused,
+        _ => true,
+    });
     let before = combined(&observed(begin(first - BEFORE), begin(first)));
     let drift = combined(&observed(settled, f64::INFINITY)).and_then(|history| history.drift);
 

@@ -67,6 +67,11 @@ impl Grade {
         }
     }
 
+    /// Whether it says, or says probably, that the valve is at fault.
+    pub fn accuses(self) -> bool {
+        matches!(self, Self::Sticks | Self::DoesNotRespond | Self::ProbablySticks)
+    }
+
     /// What is said of several recordings of a valve together: by their conclusion, else by their probability.
     pub(super) fn of_several(class: VerdictClass, probability: Option<f64>) -> Self {
         match (class, probability) {
