@@ -292,11 +292,23 @@ fn check(folder: &Path, json: bool) -> Result<ExitCode> {
             let known = if each.in_plant_file { "" } else { "  not in plant.toml" };
             text += &format!(
                 "{}  {} days, {} to {}{known}\n",
-                each.name,
+                output::name(&each.name),
                 each.days,
                 span(&each.first_day),
                 span(&each.last_day)
             );
+            let range = each.op_range.map(|[low, high]| format!("OP {low} to {high}"));
+            let modes =
+                (!each.modes.is_empty()).then(|| format!("modes {}", each.modes.join(", ")));
+            let said = each.tags.iter().cloned().chain(range).chain(modes).collect::<Vec<_>>();
+            if !said.is_empty() {
+                text += &output::name(&format!("  {}", said.join("; ")));
+                text += "\n";
+            }
+            for note in &each.notes {
+                text += &output::name(&format!("  ? {note}"));
+                text += "\n";
+            }
         }
         text += &format!("{} loops in {files} files\n", checked.loops.len());
         output::write(None, text.as_bytes())?;

@@ -149,22 +149,20 @@ fn list(folder: &Path, own: &str) -> Result<Vec<String>> {
     Ok(found)
 }
 
-/// Hands `visit` what the beginning of a file holds, some loops at a time.
 fn look(
     path: &Path,
     own: &str,
     is_text: bool,
     mut visit: impl FnMut(Reading),
-) -> std::result::Result<(), String> {
+) -> Result<(), String> {
     let options = ReadOptions::default();
-    if let Some(parted) = PartedFile::open(path, &options).map_err(|e| e.to_string())? {
-        return parted.heads(&options, visit).map_err(|e| e.to_string());
+    if !is_text {
+        return head(path, &options, visit).map_err(|e| e.to_string());
     }
     let open = || -> std::io::Result<Vec<u8>> {
         let mut bytes = vec![];
-        let most = if is_text { HEAD } else { u64::MAX };
-        std::fs::File::open(path)?.take(most).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 == most {
+        std::fs::File::open(path)?.take(HEAD).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 == HEAD {
             // Not half a row.
             let end = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |at| at + 1);
             bytes.truncate(end);
@@ -176,8 +174,23 @@ fn look(
     Ok(())
 }
 
+/// Hands `visit` what a file holds: of Parquet the beginning of each loop, some loops at a time.
+pub(crate) fn head(
+    path: &Path,
+    options: &ReadOptions,
+    mut visit: impl FnMut(Reading),
+) -> stiction_io::Result<()> {
+    match PartedFile::open(path, options)? {
+        Some(parted) => parted.heads(options, visit),
+        None => {
+            visit(reading::read(path, options)?);
+            Ok(())
+        }
+    }
+}
+
 /// The tags of a loop, as the plant file would name them.
-fn tags(reading: &Reading, name: &str) -> Vec<String> {
+pub(crate) fn tags(reading: &Reading, name: &str) -> Vec<String> {
     let own = reading.recognised.iter().filter(|each| each.loop_name.as_deref() == Some(name));
     own.filter_map(|each| match each.role {
         Role::Signal(signal) => {

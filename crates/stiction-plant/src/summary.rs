@@ -4,10 +4,13 @@ use crate::day;
 use crate::error::Result;
 use crate::inputs::{self, Inputs, Problem};
 use crate::plant_file::Plant;
+use crate::propose::{head, tags};
 use crate::store::Store;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use stiction_diagnose::diagnose::Grade;
+use stiction_diagnose::recording::{Mode, Recording};
+use stiction_io::reading::Reading;
 
 /// What a plant's data hold.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
@@ -23,7 +26,7 @@ pub struct Checked {
 }
 
 /// A loop that the data hold.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct LoopThere {
     /// Its tag.
     #[serde(rename = "loop")]
@@ -36,6 +39,14 @@ pub struct LoopThere {
     pub last_day: Option<String>,
     /// Whether the plant's file knows it.
     pub in_plant_file: bool,
+    /// What its last file says of it, or the beginning of that: the tags of its signals, such as `op = "FIC101.OP"`.
+    pub tags: Vec<String>,
+    /// The values of OP that are 0 % and 100 %.
+    pub op_range: Option<[f64; 2]>,
+    /// The modes it is in: `auto`, `cascade`, `manual`, `other`; none of a loop whose mode is not recorded.
+    pub modes: Vec<&'static str>,
+    /// What to confirm, and what was assumed.
+    pub notes: Vec<String>,
 }
 
 /// What was judged so far.
@@ -81,12 +92,14 @@ pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Result<Che
     let mut inputs = Inputs::known(&Store::of(folder), plant);
     let files = inputs::paths(folder, plant)?.len();
     inputs.update(folder, plant, seen)?;
-    let there = |(name, days): (&str, std::collections::BTreeMap<i64, Vec<&str>>)| LoopThere {
+    let mut heads = heads(folder, plant, &inputs);
+    let there = |(name, days): (&str, BTreeMap<i64, Vec<&str>>)| LoopThere {
         name: name.to_owned(),
         days: days.len(),
         first_day: days.keys().next().map(|day| day::date(*day)),
         last_day: days.keys().last().map(|day| day::date(*day)),
         in_plant_file: plant.facts(name).is_some(),
+        ..heads.remove(name).unwrap_or_default()
     };
     Ok(Checked {
         plant: plant.file.name.clone(),
@@ -94,6 +107,43 @@ pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Result<Che
         loops: inputs.days().into_iter().map(there).collect(),
         problems: inputs.problems(plant),
     })
+}
+
+/// What the last file of each loop says of it. A file that cannot be read is among the problems already.
+fn heads(folder: &Path, plant: &Plant, inputs: &Inputs) -> BTreeMap<String, LoopThere> {
+    let mut last: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    let days = inputs.days();
+    for (name, days) in &days {
+        let path = days.values().next_back().and_then(|files| files.last());
+        last.entry(path.copied().unwrap_or_default()).or_default().insert(name);
+    }
+    let mut heads = BTreeMap::new();
+    for (path, names) in last {
+        let _ = head(&folder.join(path), &plant.options, |reading| {
+            for recording in reading.recordings.iter().filter(|own| names.contains(&*own.name)) {
+                heads.insert(recording.name.clone(), described(&reading, recording));
+            }
+        });
+    }
+    heads
+}
+
+fn described(reading: &Reading, recording: &Recording) -> LoopThere {
+    let word = |mode: &Mode| match mode {
+        Mode::Automatic => "auto",
+        Mode::Cascade => "cascade",
+        Mode::Manual => "manual",
+        Mode::Other => "other",
+    };
+    let modes: BTreeSet<&str> =
+        recording.mode.iter().flat_map(|modes| &modes.modes).map(word).collect();
+    LoopThere {
+        tags: tags(reading, &recording.name),
+        op_range: recording.op.range.map(|range| [range.low, range.high]),
+        modes: modes.into_iter().collect(),
+        notes: recording.notes.clone(),
+        ..LoopThere::default()
+    }
 }
 
 /// Tells what was judged of the plant in `folder`.

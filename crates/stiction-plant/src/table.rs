@@ -214,21 +214,26 @@ macro_rules! columns {
                 arrow_array::RecordBatch::try_new(Self::schema(), columns)
             }
 
-            /// The rows of a table; columns are found by name, and others than these are left alone.
+            /// The rows of a table; columns are found by name, and others than these are left alone. One whose cells may be
+            /// empty may be missing: an earlier version did not know it.
             ///
             /// # Errors
-            /// If a column is not there, is of another type, or lacks a cell that it must have.
+            /// If another column is not there, one is of another type, or lacks a cell that it must have.
             pub fn rows(batch: &arrow_array::RecordBatch) -> std::result::Result<Vec<Self>, String> {
                 use $crate::table::Cell;
-                let column = |name: &str| {
-                    batch.column_by_name(name).ok_or_else(|| format!("has no column \"{name}\""))
+                let column = |name: &str, optional: bool| match batch.column_by_name(name) {
+                    None if !optional => Err(format!("has no column \"{name}\"")),
+                    column => Ok(column),
                 };
-                $(let $field = column($name)?;)+
+                $(let $field = column($name, <$type as Cell>::OPTIONAL)?;)+
                 (0..batch.num_rows())
                     .map(|row| {
-                        Ok(Self { $($field: <$type as Cell>::of($field, row).ok_or_else(|| {
-                            format!("row {}, column \"{}\" is not a {}", row + 1, $name, <$type as Cell>::KIND.0)
-                        })?,)+ })
+                        Ok(Self { $($field: match $field {
+                            None => Default::default(),
+                            Some(column) => <$type as Cell>::of(column, row).ok_or_else(|| {
+                                format!("row {}, column \"{}\" is not a {}", row + 1, $name, <$type as Cell>::KIND.0)
+                            })?,
+                        },)+ })
                     })
                     .collect()
             }

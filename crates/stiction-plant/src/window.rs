@@ -205,7 +205,7 @@ mod tests {
         let batch = WindowRow::batch(&rows).unwrap();
         assert_eq!(WindowRow::rows(&batch).unwrap(), rows);
         let some = batch.project(&[0, 1]).unwrap();
-        assert!(WindowRow::rows(&some).unwrap_err().contains("has no column \"unit\""));
+        assert!(WindowRow::rows(&some).unwrap_err().contains("has no column \"type\""));
     }
 
     #[test]

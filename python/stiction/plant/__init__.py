@@ -114,6 +114,14 @@ class LoopThere(Result):
         The first and the last of them.
     in_plant_file : bool
         Whether the plant's file knows it.
+    tags : list of str
+        What its last file says of it, or the beginning of that: the tags of its signals, such as ``op = "FIC101.OP"``.
+    op_range : list of two floats or None
+        The values of OP that are 0 % and 100 %.
+    modes : list of str
+        The modes it is in; none of a loop whose mode is not recorded.
+    notes : list of str
+        What to confirm, and what was assumed.
     """
 
     loop: str
@@ -121,6 +129,10 @@ class LoopThere(Result):
     first_day: str | None
     last_day: str | None
     in_plant_file: bool
+    tags: list[str]
+    op_range: list[float] | None
+    modes: list[str]
+    notes: list[str]
 
 
 @result
