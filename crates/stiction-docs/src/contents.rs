@@ -163,6 +163,7 @@ pub const FIGURES: &[(&str, &[u8])] = &[
     figure!("figures/fmu-communication-step.svg"),
     figure!("figures/index.png"),
     figure!("figures/map.png"),
+    figure!("figures/plant.png"),
     figure!("figures/report.png"),
     figure!("figures/sticking-valve.svg"),
     figure!("figures/valve-model-flow-chart.svg"),
