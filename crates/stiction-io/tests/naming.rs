@@ -4,6 +4,7 @@
 use std::fmt::Write;
 use stiction_diagnose::recording::{LoopType, Mode, Recording};
 use stiction_io::ReadOptions;
+use stiction_io::layout;
 use stiction_io::reading::{self, Reading};
 
 const PAGE: &str = include_str!("../../../docs/recordings.md");
@@ -145,6 +146,41 @@ fn every_dialect_is_read_whole() {
             assert_eq!(recording.loop_type, LoopType::Flow, "{name}");
             assert!(reading.untagged.is_empty(), "{name}");
         }
+    }
+}
+
+/// A scan of a plant reads some loops of a file at a time.
+#[test]
+fn several_loops_of_every_dialect_are_read_alike_alone_and_together() {
+    for Dialect { name, columns, tag } in DIALECTS {
+        let of = |number| columns.iter().map(move |column: &&str| column.replace("101", number));
+        let names: Vec<String> = ["101", "102", "103"].into_iter().flat_map(of).collect();
+        let value = |k: usize| ["1.5", "2", "50", "1"][k % columns.len()];
+        let table = |chosen: &[usize]| {
+            let header: Vec<&str> = chosen.iter().map(|k| &*names[*k]).collect();
+            let cells: Vec<&str> = chosen.iter().map(|k| value(*k)).collect();
+            format!("Timestamp,{}\n2026-03-01 00:00:00,{}\n", header.join(","), cells.join(","))
+        };
+        let all: Vec<usize> = (0..names.len()).collect();
+        let whole = parse(&table(&all), "").unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mode = if columns.len() > 3 { " Automatic" } else { "" };
+        let expected: Vec<String> = ["101", "102", "103"]
+            .iter()
+            .map(|number| format!("{}: PV 1.5 SP 2 OP 50{mode}", tag.replace("101", number)))
+            .collect();
+        assert_eq!(whole.recordings.iter().map(shown).collect::<Vec<_>>(), expected, "{name}");
+
+        let named: Vec<&str> = names.iter().map(String::as_str).collect();
+        let bundles = layout::bundles(&named, &[], &ReadOptions::default()).expect(name);
+        let mut alone = vec![];
+        for bundle in bundles {
+            let reading = parse(&table(&bundle.names), "").expect(name);
+            let told: Vec<&str> = bundle.loops.iter().map(|(own, _)| &**own).collect();
+            let read: Vec<&str> = reading.recordings.iter().map(|own| &*own.name).collect();
+            assert_eq!(told, read, "{name}");
+            alone.extend(reading.recordings.iter().map(shown));
+        }
+        assert_eq!(alone, expected, "{name}");
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Each network of the [population](stiction_population::network) is simulated for some days; every loop is judged by its first
 //! day, and groups are looked for in the traces of all. What counts as true is told in
-//! [`NetworkTruth`](stiction_population::network::NetworkTruth).
+//! [`NetworkTruth`].
 
 use crate::error::{Error, Result};
 use crate::groups::{self, Group, GroupOptions, LoopOfWeek, Source};
