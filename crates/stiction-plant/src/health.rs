@@ -13,7 +13,7 @@ pub enum Health {
     NoData,
     /// No window could be judged for an error.
     Errors,
-    /// The PV is frozen in the last window while the output travels.
+    /// The PV does not move in the last window, or is frozen while the output travels.
     Frozen,
     /// The controller was hardly ever in command.
     Manual,
@@ -48,8 +48,13 @@ impl Health {
         let frozen = Some(Silence::Frozen.name());
         match () {
             () if all(|row| row.error.is_some()) => Self::Errors,
-            () if last.no_response.as_deref() == frozen => Self::Frozen,
-            () if all(|row| row.error.is_some() || row.auto_share < Some(MANUAL_BELOW)) => {
+            () if last.pv_moves == Some(false) || last.no_response.as_deref() == frozen => {
+                Self::Frozen
+            }
+            () if all(|row| {
+                row.error.is_some() || row.auto_share.is_some_and(|share| share < MANUAL_BELOW)
+            }) =>
+            {
                 Self::Manual
             }
             () if !windows.iter().any(|row| row.is_judged() && row.probability.is_some()) => {

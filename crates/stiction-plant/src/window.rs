@@ -3,6 +3,7 @@
 use crate::table::columns;
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade, Observation, VerdictClass};
 use stiction_diagnose::fusion;
+use stiction_diagnose::recording::fitness::{Class, MeasureId};
 
 columns! {
     /// What is kept of one window of one loop. Percent of span, s, and the units of the PV, as columns say.
@@ -45,6 +46,8 @@ columns! {
     "fitness" [""] fitness: Option<String>;
     /// Why the data are not fit, sentences.
     "unfit_reasons" [""] unfit_reasons: Option<String>;
+    /// Whether the PV moves at all in the stretch that was judged.
+    "pv_moves" [""] pv_moves: Option<bool>;
     /// Whether the loop oscillates.
     "oscillates" [""] oscillates: Option<bool>;
     /// Period of the oscillation.
@@ -157,6 +160,12 @@ impl WindowRow {
             stretch_s: judged.map(|judged| judged.duration_s),
             fitness: Some(diagnosis.fitness.class.name().to_owned()),
             unfit_reasons: (!reasons.is_empty()).then_some(reasons),
+            pv_moves: diagnosis
+                .fitness
+                .measures
+                .iter()
+                .find(|measure| measure.id == MeasureId::PvMoves)
+                .map(|measure| measure.class != Class::Unfit),
             oscillates: found.map(|found| found.found),
             period_s: finite(found.and_then(|found| found.period_s)),
             regularity: finite(found.and_then(|found| found.regularity)),

@@ -227,3 +227,26 @@ fn decided_verdicts_stay() {
         assert!(turned * 100 <= decided, "{what}");
     }
 }
+
+/// The tag of a transmitter that stops in the historian, while the loop goes on: behind a PV that really never moved its
+/// controller would wind up.
+#[test]
+fn a_pv_that_stands_still_while_the_controller_works_on_is_no_verdict() {
+    let mut still = 0;
+    for k in 0..60 {
+        let mut recording = stiction_population::member(20_261_123, k).unwrap().recording;
+        let Some(pv) = &mut recording.pv else { continue };
+        let held = pv.values[pv.values.len() / 2];
+        pv.values.fill(held);
+        let diagnosis = judged(&recording);
+        let rests = diagnosis.no_response.as_ref().is_some_and(|told| told.rest.is_some());
+        let (class, basis) = (diagnosis.verdict.class, diagnosis.verdict.basis);
+        still += usize::from(!rests && basis != Basis::ValvePosition);
+        assert!(
+            rests || basis == Basis::ValvePosition || class == VerdictClass::CannotTell,
+            "{k}: {class:?}, {:?}",
+            diagnosis.verdict.reasons
+        );
+    }
+    assert!(still > 30, "{still}");
+}

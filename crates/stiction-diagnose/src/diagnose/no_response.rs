@@ -284,8 +284,8 @@ impl Rest {
 /// what such a loop does by itself do not stand against it.
 ///
 /// It is named if a rest alone is overwhelming, if the evidence gives it [`NAMED_FROM`] or more, or if a rest is
-/// seen and the evidence gives it a fifth; by evidence only where OP and PV look like those of one loop, like those of
-/// training, and neither play elsewhere nor saturation could be behind it.
+/// seen and the evidence gives it a fifth; by evidence only where the PV moves, OP and PV look like those of one loop, like
+/// those of training, and neither play elsewhere nor saturation could be behind it.
 pub(super) fn verdict(
     rest: Option<&Rest>,
     sample_time: f64,
@@ -305,9 +305,13 @@ pub(super) fn verdict(
         of.likelihood(Cause::DeadZoneElsewhere) < DEAD_ZONE_BELOW
             && of.likelihood(Cause::Saturation) < SATURATION_BELOW
     });
+    // Behind a PV that never moves an integrating controller winds up; one that does not sees another PV than was
+    // recorded, and nothing is known of its valve.
+    let still =
+        fitness.measures.iter().any(|m| m.id == MeasureId::PvMoves && m.class == Class::Unfit);
     let named = match rest {
         Some(rest) => rest.overwhelming || (belong && likelihood >= SUPPORTED_FROM),
-        None => belong && alone && likelihood >= NAMED_FROM,
+        None => !still && belong && alone && likelihood >= NAMED_FROM,
     };
     if !named {
         return None;
