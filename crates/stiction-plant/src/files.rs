@@ -3,17 +3,21 @@
 use crate::error::Result;
 use crate::plant_file::Plant;
 use crate::spill::{self, Spill};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction_diagnose::recording::Recording;
 use stiction_io::parted::PartedFile;
 use stiction_io::reading;
+use stiction_io::sheet::Sheet;
 
 /// Bytes of a sample of a recording: time, value, quality.
 const SAMPLE: usize = 17;
 /// About what a row group takes of what is remembered of a file.
 const GROUP: usize = 256;
+
+/// The recordings of a loop, and perhaps of others, or why it cannot be read.
+pub type Loops = Result<Arc<Vec<Recording>>, String>;
 
 /// The files of a plant; those that were used last are remembered.
 pub struct Files<'a> {
@@ -126,41 +130,66 @@ impl<'a> Files<'a> {
         self.sorted.clear();
     }
 
-    /// The recordings of these loops in a file, and perhaps of others; `batch` is their place when rows were sorted.
+    /// The recordings of each of these loops in a file, and perhaps of others; `batch` is their place when rows were
+    /// sorted. One that cannot be read keeps no other from being read: then each is read alone.
     ///
     /// # Errors
-    /// Why it cannot be read, a sentence.
-    pub fn read(
-        &self,
-        path: &str,
-        loops: &[&str],
-        batch: usize,
-    ) -> Result<Arc<Vec<Recording>>, String> {
-        let options = &self.plant.options;
-        let file = match self.open(path).map_err(|e| e.to_string())? {
-            Opened::Whole(recordings) => return Ok(recordings),
-            Opened::Parted(file) => file,
+    /// Why a loop cannot be read, a sentence; of a file that cannot, the same for all.
+    pub fn read(&self, path: &str, loops: &[&str], batch: usize) -> Vec<Loops> {
+        let all = |result: Loops| vec![result; loops.len()];
+        let file = match self.open(path) {
+            Ok(Opened::Whole(recordings)) => return all(Ok(recordings)),
+            Ok(Opened::Parted(file)) => file,
+            Err(e) => return all(Err(e.to_string())),
         };
-        let loops = || loops.iter().copied();
-        let reading = match self.sorted.get(path) {
-            None => file.read(loops(), options),
-            Some(folder) => {
-                let empty = file.empty().map_err(|e| e.to_string())?;
-                let sheet = spill::read(folder, batch, &empty).map_err(|e| e.to_string())?;
-                match sheet {
-                    Some(sheet) => file.recordings(sheet, loops(), options),
-                    None => return Ok(Arc::default()),
-                }
-            }
+        let sorted = match self.sorted.get(path).map(|folder| sorted(&file, folder, batch)) {
+            None => None,
+            Some(Ok(Some(sheet))) => Some(sheet),
+            Some(Ok(None)) => return all(Ok(Arc::default())),
+            Some(Err(e)) => return all(Err(e)),
         };
-        let reading = reading.map_err(|e| e.to_string())?;
-        let wanted = |name: &str| loops().any(|each| each.to_lowercase() == name.to_lowercase());
-        match reading.missing.iter().find(|missing| missing.is_partly_here && wanted(&missing.name))
-        {
-            Some(missing) if reading.recordings.is_empty() => {
-                Err(format!("{path}: loop {}: the file {}", missing.name, missing.reason))
-            }
-            _ => Ok(Arc::new(reading.recordings)),
+        let together = self.part(&file, sorted.as_ref(), path, loops);
+        match (together, loops) {
+            (Ok(recordings), _) => all(Ok(recordings)),
+            (Err(e), [_]) => vec![Err(e)],
+            (Err(_), _) => loops
+                .iter()
+                .map(|own| {
+                    let of_loop = sorted.as_ref().map(|sheet| {
+                        let tags: HashSet<&str> = file.tags_of([*own]).into_iter().collect();
+                        let all = file.tags(sheet);
+                        let is_own = |row: &usize| tags.contains(&*all[*row]);
+                        sheet.rows_at(&(0..all.len()).filter(is_own).collect::<Vec<_>>())
+                    });
+                    self.part(&file, of_loop.as_ref(), path, &[*own])
+                })
+                .collect(),
         }
     }
+
+    /// The recordings of loops, from the file or from what was sorted of it.
+    fn part(&self, file: &PartedFile, sorted: Option<&Sheet>, path: &str, loops: &[&str]) -> Loops {
+        let options = &self.plant.options;
+        let names = || loops.iter().copied();
+        let reading = match sorted {
+            None => file.read(names(), options),
+            Some(sheet) => file.recordings(sheet.clone(), names(), options),
+        };
+        let reading = reading.map_err(|e| e.to_string())?;
+        let read = |name: &str| reading.recordings.iter().any(|own| own.name == name);
+        let missing = reading.missing.iter().find(|missing| {
+            let same = |own: &str| own.to_lowercase() == missing.name.to_lowercase() && !read(own);
+            missing.is_partly_here && names().any(same)
+        });
+        match missing {
+            Some(of) => Err(format!("{path}: loop {}: the file {}", of.name, of.reason)),
+            None => Ok(Arc::new(reading.recordings)),
+        }
+    }
+}
+
+/// What was sorted to a folder for a batch; none of a file that has nothing for it.
+fn sorted(file: &PartedFile, folder: &Path, batch: usize) -> Result<Option<Sheet>, String> {
+    let empty = file.empty().map_err(|e| e.to_string())?;
+    spill::read(folder, batch, &empty).map_err(|e| e.to_string())
 }

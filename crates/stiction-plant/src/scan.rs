@@ -18,7 +18,7 @@
 
 use crate::day;
 use crate::error::{Error, Result, file, store};
-use crate::files::Files;
+use crate::files::{Files, Loops};
 use crate::inputs::{Inputs, Problem};
 use crate::judge::{Judge, Judged, MOST_DAYS, Parts};
 use crate::plant_file::{self, Plant};
@@ -113,14 +113,18 @@ struct Piece<'a, 's> {
     until: i64,
     /// What each file holds of it.
     parts: Vec<(&'a str, Recording)>,
-    /// Why a file could not be read.
-    failed: Vec<String>,
+    /// The files that could not be read for it, and why.
+    failed: Vec<(&'a str, String)>,
 }
 
 impl Piece<'_, '_> {
-    /// What was read of it.
-    fn parts(&self) -> Parts<'_> {
-        self.failed.first().map_or(Ok(&*self.parts), |failed| Err(&**failed))
+    /// What was read for the window of `count` days from `day` on. A file that holds nothing of its days stands in no way.
+    fn parts(&self, day: i64, count: i64) -> Parts<'_> {
+        let own = |path: &str| {
+            self.of.days.range(day..day + count).any(|(_, files)| files.iter().any(|f| *f == path))
+        };
+        let failed = self.failed.iter().find(|(path, _)| own(path));
+        failed.map_or(Ok(&*self.parts), |(_, why)| Err(&**why))
     }
 }
 
@@ -314,8 +318,8 @@ pub fn recordings_of(
         .collect();
     scan.read(&Files::of(folder, plant, (MEMORY / 4) as usize), &mut pieces, 0);
     let recording = |piece: &Piece<'_, '_>| {
-        let judge = &piece.of.judge;
-        let found = judge.recording(piece.parts()?, piece.from, piece.until - piece.from)?;
+        let (judge, count) = (&piece.of.judge, piece.until - piece.from);
+        let found = judge.recording(piece.parts(piece.from, count)?, piece.from, count)?;
         found.ok_or_else(|| "has no sample of the OP any more".to_owned())
     };
     Ok(pieces.iter().map(recording).collect())
@@ -428,24 +432,24 @@ impl Scan<'_> {
         let shared = &*pieces;
         let read = |(path, of): &(&'a str, Vec<usize>)| -> Vec<(usize, Result<Recording, String>)> {
             let names: Vec<&str> = of.iter().map(|k| shared[*k].of.name).collect();
-            let recordings = match files.read(path, &names, batch) {
-                Ok(recordings) => recordings,
-                Err(e) => return of.iter().map(|k| (*k, Err(e.clone()))).collect(),
-            };
-            let part = |k: &usize| {
+            let part = |(k, recordings): (&usize, Loops)| {
                 let piece = &shared[*k];
+                let recordings = match recordings {
+                    Ok(recordings) => recordings,
+                    Err(e) => return Some((*k, Err(e))),
+                };
                 let whole = recordings.iter().find(|r| r.name == piece.of.name)?;
                 let (from, to) = (day::begin(piece.from - 1, zone), day::begin(piece.until, zone));
                 day::slice(whole, from, to).map(|part| (*k, Ok(part)))
             };
-            of.iter().filter_map(part).collect()
+            of.iter().zip(files.read(path, &names, batch)).filter_map(part).collect()
         };
         let found: Vec<_> = wanted.par_iter().map(read).collect();
         for ((path, _), parts) in wanted.iter().zip(found) {
             for (k, part) in parts {
                 match part {
                     Ok(part) => pieces[k].parts.push((path, part)),
-                    Err(e) => pieces[k].failed.push(e),
+                    Err(e) => pieces[k].failed.push((path, e)),
                 }
             }
         }
@@ -478,7 +482,7 @@ impl Scan<'_> {
             let input_fingerprint = self.fingerprint(piece.of, day, count);
             judged.row.map(|row| (WindowRow { input_fingerprint, ..row }, judged.trace))
         };
-        let judged = piece.of.judge.window(piece.parts(), day, 1);
+        let judged = piece.of.judge.window(piece.parts(day, 1), day, 1);
         match judged.days {
             1 => (of_files(judged, 1), 1),
             count
@@ -487,7 +491,10 @@ impl Scan<'_> {
             {
                 (None, count)
             }
-            count => (of_files(piece.of.judge.window(piece.parts(), day, count), count), count),
+            count => {
+                let judged = piece.of.judge.window(piece.parts(day, count), day, count);
+                (of_files(judged, count), count)
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, TimestampMillisecondArray};
 use parquet::arrow::ArrowWriter;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -166,4 +167,49 @@ fn what_is_corrected_of_one_loop_is_judged_again_and_no_other() {
     write(&path, &long(&samples, Some("UTC")), per_tag, EnabledStatistics::Chunk);
     assert_eq!(go(), DAYS as usize, "all windows of the loop whose row groups have changed");
     fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_bad_tag_or_a_damaged_part_is_rows_with_an_error_and_stops_no_other() {
+    let samples = samples();
+    let per_tag = (DAYS * 86_400 / STEP) as usize;
+    let all = EnabledStatistics::Chunk;
+    // A mode that nobody knows, of one loop; in order of tags, and in order of time, sorted on disk.
+    let mut bad = samples.clone();
+    bad.extend((0..60).map(|i| (BEGIN + 60_000 * i, "FIC3.MODE".to_owned(), 77.0)));
+    let mut ordered = bad.clone();
+    ordered.sort_by(|a, b| (a.0, &b.1).cmp(&(b.0, &a.1)));
+    let small = ScanOptions { memory: Some(4_000_000), ..ScanOptions::default() };
+    for (name, table, options) in
+        [("bad-tag", &bad, ScanOptions::default()), ("bad-tag-sorted", &ordered, small)]
+    {
+        let folder = plant(name);
+        write(&folder.join("a.parquet"), &long(table, Some("UTC")), per_tag, all);
+        let rows = rows(&folder, &options);
+        let wrong = |row: &&WindowRow| row.error.is_some();
+        assert_eq!(rows.iter().filter(wrong).count(), DAYS as usize);
+        assert!(rows.iter().all(|row| row.error.is_some() == (row.name == "FIC3")), "{name}");
+        let why = rows.iter().find_map(|row| row.error.clone()).unwrap();
+        assert!(why.contains("77"), "{why}");
+        assert!(rows.iter().filter(|row| row.error.is_none()).count() > 17);
+    }
+    // Of one of three files the pages of one tag are damaged: one day of one loop is lost.
+    let folder = plant("damaged");
+    for day in 0..DAYS {
+        let of = BEGIN + day * 86_400_000..BEGIN + (day + 1) * 86_400_000;
+        let own: Vec<Sample> = samples.iter().filter(|s| of.contains(&s.0)).cloned().collect();
+        let path = folder.join(format!("{day}.parquet"));
+        write(&path, &long(&own, Some("UTC")), per_tag / DAYS as usize, all);
+        if day == 1 {
+            let file = SerializedFileReader::new(fs::File::open(&path).unwrap()).unwrap();
+            let values = file.metadata().row_group(4).column(2).byte_range().0 as usize;
+            let mut bytes = fs::read(&path).unwrap();
+            bytes[values..values + 16].fill(0xff);
+            fs::write(&path, bytes).unwrap();
+        }
+    }
+    let rows = rows(&folder, &ScanOptions::default());
+    let wrong: Vec<&WindowRow> = rows.iter().filter(|row| row.error.is_some()).collect();
+    assert_eq!(wrong.len(), 1, "{:?}", wrong.iter().map(|row| &row.error).collect::<Vec<_>>());
+    assert!(rows.iter().filter(|row| row.name == wrong[0].name).count() > 1);
 }
