@@ -631,8 +631,9 @@ def _run(of: argparse.Namespace) -> int:
         done = scan(df, folder, since=of.since, loops=of.loops, known=known)
         last = 0 if before is None else before.agg(F.max(F.col("run").cast("bigint"))).collect()[0][0] or 0
         if done.windows:
-            done.rows.write.parquet(f"{of.output.rstrip('/')}/run={last + 1:04}")
+            # The store first: what is in the output is not judged again, so nothing could put it there later.
             _taken(of.plant, done.rows)
+            done.rows.write.parquet(f"{of.output.rstrip('/')}/run={last + 1:04}")
         print(
             f"{done.windows} windows judged, {done.errors} of them with an error; {done.plan.loops} loops; "
             + (f"run {last + 1:04}" if done.windows else "nothing was new")
