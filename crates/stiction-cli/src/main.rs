@@ -15,6 +15,7 @@ mod fmu;
 mod history;
 mod input;
 mod inspect;
+mod lab;
 mod limit_cycle;
 mod man;
 mod output;
@@ -92,6 +93,7 @@ commands! {
     Diagnose: diagnose,
     History: history,
     Plant: plant,
+    Lab: lab,
     Override: overrule,
     Inspect: inspect,
     Fit: fit,

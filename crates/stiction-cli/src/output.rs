@@ -111,18 +111,6 @@ pub fn json_text(json: &str) -> Result<()> {
     to_standard_output(format!("{out}\n").as_bytes())
 }
 
-/// The times of samples, rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
-pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
-    let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
-    // Beyond these digits a number's own rounding is finer.
-    let unit = (digits <= 15.0).then(|| 10f64.powf(digits));
-    let time = |k| {
-        let t = k as f64 * sample_time;
-        unit.map_or(t, |unit| (t * unit).round() / unit)
-    };
-    (0..samples).map(time).collect()
-}
-
 /// Whether notes and progress are left out.
 static QUIET: AtomicBool = AtomicBool::new(false);
 

@@ -133,7 +133,7 @@ fn write_recording(folder: &Out, name: &str, simulated: &Simulated, vp: bool) ->
 pub fn recorded(simulated: &Simulated, vp: bool) -> String {
     let recording = &simulated.recording;
     let op = &recording.op;
-    let times = output::times(simulated.truth.facts.sample_time_s, op.values.len());
+    let times = table::times(simulated.truth.facts.sample_time_s, op.values.len());
     let mut columns = vec![("t", Some(&times[..]))];
     let measured = [("sp", &recording.sp), ("pv", &recording.pv)];
     // A column without values would be taken for a signal that is missing throughout.

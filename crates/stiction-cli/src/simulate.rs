@@ -188,7 +188,7 @@ impl Wanted<'_> {
             return Ok(None);
         }
         let samples = columns.iter().flatten().map(|c| c.len()).max().unwrap_or(0);
-        let times = output::times(sample_time, samples);
+        let times = table::times(sample_time, samples);
         let [sp, pv, op, vp] = columns.map(|column| column.map(Vec::as_slice));
         let mut all: Vec<(&str, Option<&[f64]>)> =
             vec![("t", Some(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];

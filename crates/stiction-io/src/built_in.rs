@@ -24,4 +24,7 @@ built_in!(
     "samples/aggressive-flow",
     "samples/quantised-level",
     "samples/cascade-slave",
+    "lab/flow",
+    "lab/level",
+    "lab/temperature",
 );

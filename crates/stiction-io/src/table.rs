@@ -257,6 +257,18 @@ fn is_time(name: &str) -> bool {
     TIME_COLUMNS.iter().any(|known| name.eq_ignore_ascii_case(known))
 }
 
+/// The times of samples, rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
+pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
+    let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
+    // Beyond these digits a number's own rounding is finer.
+    let unit = (digits <= 15.0).then(|| 10f64.powf(digits));
+    let time = |k| {
+        let t = k as f64 * sample_time;
+        unit.map_or(t, |unit| (t * unit).round() / unit)
+    };
+    (0..samples).map(time).collect()
+}
+
 /// Columns of equal length as CSV text; a column without values stays empty. Numbers are written
 /// so that they read back the same.
 pub fn write(columns: &[(&str, Option<&[f64]>)]) -> String {

@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The names of the built-in scenarios.
-const BUILT_IN: [&str; 15] = [
+const BUILT_IN: [&str; 18] = [
     "paper/open-loop-linear",
     "paper/open-loop-deadband",
     "paper/open-loop-stiction",
@@ -50,6 +50,9 @@ const BUILT_IN: [&str; 15] = [
     "samples/aggressive-flow",
     "samples/quantised-level",
     "samples/cascade-slave",
+    "lab/flow",
+    "lab/level",
+    "lab/temperature",
 ];
 
 /// What a run of the command left behind.

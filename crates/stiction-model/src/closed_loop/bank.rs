@@ -121,7 +121,7 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
     }
 
     /// Loops whose controllers are of every kind if there are to be `extras`.
-    fn with_extras(loops: [&Prepared<'_>; N], valve: V, extras: bool) -> Self {
+    pub(super) fn with_extras(loops: [&Prepared<'_>; N], valve: V, extras: bool) -> Self {
         let of = |get: fn(&ClosedLoop) -> f64| Lane(loops.map(|l| get(l.settings)));
         let controllers = loops.map(|l| {
             let settings = l.settings;
@@ -156,15 +156,26 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
         self.state.process.output(l) + self.state.pv_rest[l]
     }
 
-    /// Plays one sample of any loops; see [`LoopState::step`].
+    /// Plays one sample of any loops.
     pub(super) fn step(
         &mut self,
         sp: &Lane<N>,
         load: &Lane<N>,
         measurement: &Lane<N>,
     ) -> Sample<N> {
+        self.step_between(&mut Wire, sp, load, measurement)
+    }
+
+    /// Plays one sample of any loops with something between; see [`LoopState::step`].
+    pub(super) fn step_between(
+        &mut self,
+        between: &mut (impl Between + ?Sized),
+        sp: &Lane<N>,
+        load: &Lane<N>,
+        measurement: &Lane<N>,
+    ) -> Sample<N> {
         let (line, extras) = (&mut self.line, &mut self.extras);
-        self.state.step::<false, _>(line, extras, &mut Wire, sp, load, measurement)
+        self.state.step::<false, _>(line, extras, between, sp, load, measurement)
     }
 }
 
@@ -176,6 +187,21 @@ impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
 
     pub(super) fn valve_mut(&mut self) -> &mut V {
         &mut self.state.valve.0[0]
+    }
+
+    /// Goes on from where another loop is, but for the valve.
+    pub(super) fn take_over(&mut self, other: &Self) {
+        match (&mut self.extras, &other.extras) {
+            (Some(own), Some(other)) => own.controller.recall(other.controller.memory()),
+            _ => self.state.controller.set_integral(other.state.controller.integral()),
+        }
+        let mut states = vec![];
+        other.state.process.remember(&mut states);
+        self.state.process.recall(&mut states.into_iter());
+        let mut line = vec![];
+        other.line.remember(&mut line);
+        let oldest = line.last().copied().unwrap_or(0.0);
+        self.line.recall(&mut line.into_iter().chain(std::iter::repeat(oldest)));
     }
 
     /// Appends what controller, process and dead time remember.

@@ -40,7 +40,7 @@ impl Sent {
 }
 
 /// Stands between the controller and the valve of a loop.
-pub(crate) trait Between {
+pub trait Between {
     /// What the integral action may do at this sample. Asked before the controller answers.
     fn integral(&mut self, sp: f64, pv: f64) -> IntegralAction;
 

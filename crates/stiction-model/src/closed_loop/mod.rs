@@ -28,8 +28,7 @@ mod simulate;
 mod sweep;
 
 pub use bank::quantised;
-pub(crate) use between::Between;
-pub use between::{IntegralAction, Sent};
+pub use between::{Between, IntegralAction, Sent};
 pub use cascade::{Cascade, CascadeRun};
 pub use controller::{AntiWindup, Controller, DerivativeOn, Form, Handover};
 pub use controller::{Engaged, PidBank};

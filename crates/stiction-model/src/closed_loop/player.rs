@@ -1,6 +1,7 @@
 //! One closed loop, played sample by sample from outside.
 
 use super::bank::{Each, LoopBank, with_order};
+use super::between::{Between, Wire};
 use super::process::{DelayLine, ProcessBank};
 use super::simulate::ClosedLoop;
 use crate::error::{Error, Result, finite};
@@ -29,8 +30,9 @@ use crate::valve::{Assembly, Start, Valve};
 /// }
 /// # Ok::<(), stiction_model::Error>(())
 /// ```
+/// Its valve is a data-driven one, or any other that [`ClosedLoop::player_of`] was given.
 #[derive(Debug, Clone)]
-pub struct Player(Bank);
+pub struct Player<V = Assembly>(Bank<V>);
 
 /// What a [`Player`] did at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,15 +45,15 @@ pub struct Played {
     pub vp: f64,
 }
 
-type One<const M: usize> = LoopBank<Each<Assembly, 1>, 1, M>;
+type One<V, const M: usize> = LoopBank<Each<V, 1>, 1, M>;
 
 /// A loop with room for the states of its process.
 #[derive(Debug, Clone)]
-enum Bank {
-    Of1(Box<One<1>>),
-    Of2(Box<One<2>>),
-    Of4(Box<One<4>>),
-    Of8(Box<One<8>>),
+enum Bank<V> {
+    Of1(Box<One<V, 1>>),
+    Of2(Box<One<V, 2>>),
+    Of4(Box<One<V, 4>>),
+    Of8(Box<One<V, 8>>),
 }
 
 macro_rules! with_bank {
@@ -65,23 +67,23 @@ macro_rules! with_bank {
     };
 }
 
-impl From<One<1>> for Bank {
-    fn from(one: One<1>) -> Self {
+impl<V> From<One<V, 1>> for Bank<V> {
+    fn from(one: One<V, 1>) -> Self {
         Self::Of1(Box::new(one))
     }
 }
-impl From<One<2>> for Bank {
-    fn from(one: One<2>) -> Self {
+impl<V> From<One<V, 2>> for Bank<V> {
+    fn from(one: One<V, 2>) -> Self {
         Self::Of2(Box::new(one))
     }
 }
-impl From<One<4>> for Bank {
-    fn from(one: One<4>) -> Self {
+impl<V> From<One<V, 4>> for Bank<V> {
+    fn from(one: One<V, 4>) -> Self {
         Self::Of4(Box::new(one))
     }
 }
-impl From<One<8>> for Bank {
-    fn from(one: One<8>) -> Self {
+impl<V> From<One<V, 8>> for Bank<V> {
+    fn from(one: One<V, 8>) -> Self {
         Self::Of8(Box::new(one))
     }
 }
@@ -97,34 +99,79 @@ impl ClosedLoop {
         let mut valve = self.valve.clone();
         valve.restart(Start::at_rest(self.op_rest));
         Ok(Player(with_order!(prepared.process.order(), M => {
-            One::<M>::new([&prepared], Each([valve])).into()
+            One::<_, M>::new([&prepared], Each([valve])).into()
+        })))
+    }
+
+    /// As [`player`](Self::player) with `valve` in place of the loop's own, from rest at [`ClosedLoop::op_rest`]; what
+    /// stands between controller and valve may act on the controller ([`Player::step_between`]).
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::run`].
+    pub fn player_of<V: Valve + Clone>(&self, mut valve: V) -> Result<Player<V>> {
+        let prepared = self.prepare()?;
+        valve.restart(Start::at_rest(self.op_rest));
+        Ok(Player(with_order!(prepared.process.order(), M => {
+            One::<V, M>::with_extras([&prepared], Each([valve]), true).into()
         })))
     }
 }
 
-impl Player {
+impl<V: Valve + Clone> Player<V> {
     /// Plays one sample: `load` adds to the valve position, `measurement` to the PV.
     ///
     /// # Errors
     /// If one of them is not finite; then nothing has happened.
     pub fn step(&mut self, sp: f64, load: f64, measurement: f64) -> Result<Played> {
+        self.step_between(sp, load, measurement, &mut Wire)
+    }
+
+    /// Plays one sample with something between controller and valve, such as a compensator, or a hand. It can act on the
+    /// controller of a player of [`ClosedLoop::player_of`] only.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_between(
+        &mut self,
+        sp: f64,
+        load: f64,
+        measurement: f64,
+        between: &mut dyn Between,
+    ) -> Result<Played> {
         let sp = Lane([finite("set point", sp)?]);
         let load = Lane([finite("load", load)?]);
         let measurement = Lane([finite("measurement", measurement)?]);
-        let sample = with_bank!(&mut self.0, one => one.step(&sp, &load, &measurement));
+        let sample =
+            with_bank!(&mut self.0, one => one.step_between(between, &sp, &load, &measurement));
         Ok(Played { pv: sample.pv[0], op: sample.op[0], vp: sample.vp[0] })
     }
 
     /// The valve.
-    pub fn valve(&self) -> &Assembly {
+    pub fn valve(&self) -> &V {
         with_bank!(&self.0, one => one.valve())
     }
 
     /// The valve, to go on with another in its place.
-    pub fn valve_mut(&mut self) -> &mut Assembly {
+    pub fn valve_mut(&mut self) -> &mut V {
         with_bank!(&mut self.0, one => one.valve_mut())
     }
 
+    /// Goes on from where a loop with other settings is, but for the valve: the integral of its controller, the states of
+    /// its process, what is under way in the dead time. False, and nothing is taken, from a process with another number
+    /// of states.
+    pub fn take_over(&mut self, other: &Self) -> bool {
+        match (&mut self.0, &other.0) {
+            (Bank::Of1(own), Bank::Of1(other)) => own.take_over(other),
+            (Bank::Of2(own), Bank::Of2(other)) => own.take_over(other),
+            (Bank::Of4(own), Bank::Of4(other)) => own.take_over(other),
+            (Bank::Of8(own), Bank::Of8(other)) => own.take_over(other),
+            _ => return false,
+        }
+        true
+    }
+}
+
+impl Player {
     /// What the loop remembers between samples, as plain numbers.
     pub fn memory(&self) -> Vec<f64> {
         let mut memory = self.valve().memory().to_vec();

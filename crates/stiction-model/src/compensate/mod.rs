@@ -44,7 +44,7 @@ pub use measures::{Measures, settling_s};
 pub use modified_two_move::ModifiedTwoMove;
 pub use moves::{Correction, Moves};
 pub use registry::{Description, Method};
-pub use run::{CompensatedRun, run};
+pub use run::{At, CompensatedRun, run};
 pub use six_move::SixMove;
 pub use supervised::Supervised;
 pub use three_move::ThreeMove;

@@ -61,6 +61,26 @@ pub fn run(
     Ok(CompensatedRun { run, signal: switched.signal })
 }
 
+/// A compensator in a loop that is played sample by sample: at one of them.
+///
+/// It acts as in [`run`] when it is switched on from the beginning.
+pub struct At<'a> {
+    /// The compensator.
+    pub compensator: &'a mut dyn Compensator,
+    /// The time, s.
+    pub time_s: f64,
+}
+
+impl Between for At<'_> {
+    fn integral(&mut self, sp: f64, pv: f64) -> IntegralAction {
+        self.compensator.integral(sp - pv)
+    }
+
+    fn send(&mut self, sp: f64, pv: f64, op: f64) -> Sent {
+        self.compensator.step(&Instant { time_s: self.time_s, sp, pv, op })
+    }
+}
+
 /// A compensator that is switched on at a sample.
 struct Switched<'a> {
     compensator: &'a mut dyn Compensator,

@@ -1,0 +1,62 @@
+//! `stiction lab`: the browser lab.
+
+use crate::files::In;
+use crate::output;
+use anyhow::{Context, Result};
+use clap::Parser;
+use std::net::IpAddr;
+use std::path::PathBuf;
+use stiction_lab::{Options, bind};
+
+/// Open the lab in the browser: a valve and its loop to play with, recordings, a plant.
+///
+/// The page is served by this program, on this machine and for its browser only, until Ctrl-C; nothing leaves the
+/// machine. The first line that is printed is its address, with the token that lets one in. Of recordings nothing is
+/// changed; mappings, overrides and a plant's notes are written where the other commands keep them.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction lab
+  stiction lab samples/FIC101-sticky.csv
+  stiction lab --plant north
+  stiction lab --no-open --port 8787")]
+pub struct Args {
+    /// Recordings to open: CSV, Parquet or MATLAB files
+    #[arg(value_name = "FILE")]
+    files: Vec<In>,
+    /// The folder of a plant, with its plant.toml
+    #[arg(long, value_name = "PLANT")]
+    // Read and written, within what the store guards: no file of a run.
+    plant: Option<String>,
+    /// The port to listen on; 0 for any that is free
+    #[arg(long, default_value_t = 0)]
+    port: u16,
+    /// Print the address only, and open no browser
+    #[arg(long)]
+    no_open: bool,
+    /// The address to listen on. Beyond this machine what is sent is not encrypted, and who has the token is let in
+    #[arg(long, value_name = "IP", default_value = "127.0.0.1")]
+    host: IpAddr,
+}
+
+pub fn run(args: Args) -> Result<()> {
+    let options = Options {
+        files: args.files.iter().map(|file| file.to_path_buf()).collect(),
+        plant: args.plant.map(PathBuf::from),
+        host: args.host,
+        port: args.port,
+        ..Options::new(output::TOOL)
+    };
+    let server = bind(&options).with_context(|| format!("{}:{}", args.host, args.port))?;
+    output::line(server.address())?;
+    if !args.host.is_loopback() {
+        output::note(
+            "this lab can be asked from other machines, and what is sent is not encrypted",
+        );
+    }
+    if !args.no_open && open::that(server.address()).is_err() {
+        output::note("no browser could be opened; open the address above");
+    }
+    output::note("Ctrl-C ends the lab");
+    server.serve_until_interrupted()?;
+    Ok(())
+}

@@ -1,0 +1,30 @@
+//! The page itself: what `web/` is built to.
+
+/// A file of the page.
+pub struct Asset {
+    /// Its path at the server.
+    pub path: &'static str,
+    /// Its media type.
+    pub kind: &'static str,
+    /// Its bytes.
+    pub bytes: &'static [u8],
+}
+
+/// All of them; the page first.
+pub const ASSETS: [Asset; 3] = [
+    Asset {
+        path: "/",
+        kind: "text/html; charset=utf-8",
+        bytes: include_bytes!("../web/dist/index.html"),
+    },
+    Asset {
+        path: "/lab.js",
+        kind: "text/javascript; charset=utf-8",
+        bytes: include_bytes!("../web/dist/lab.js"),
+    },
+    Asset {
+        path: "/lab.css",
+        kind: "text/css; charset=utf-8",
+        bytes: include_bytes!("../web/dist/lab.css"),
+    },
+];

@@ -1,0 +1,49 @@
+//! What the lab knows while it runs.
+
+use crate::live;
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+
+/// What a lab is opened with.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The program, with its version, as results name it.
+    pub tool: String,
+    /// Recordings: files, or folders of them.
+    pub files: Vec<PathBuf>,
+    /// The folder of a plant.
+    pub plant: Option<PathBuf>,
+    /// The address to listen on; of others than the loopback, anyone who knows the token can ask.
+    pub host: IpAddr,
+    /// The port; 0 for any that is free.
+    pub port: u16,
+}
+
+impl Options {
+    /// A lab on the loopback, on any free port, with nothing open.
+    pub fn new(tool: impl Into<String>) -> Self {
+        Self {
+            tool: tool.into(),
+            files: vec![],
+            plant: None,
+            host: Ipv4Addr::LOCALHOST.into(),
+            port: 0,
+        }
+    }
+}
+
+/// A lab: what its rooms hold.
+#[derive(Debug)]
+pub struct Lab {
+    /// The program, with its version.
+    pub(crate) tool: String,
+    /// Loops that run.
+    pub(crate) lives: live::Room,
+}
+
+impl Lab {
+    /// A lab with what was to be opened.
+    pub fn new(options: &Options) -> Self {
+        Self { tool: options.tool.clone(), lives: live::Room::default() }
+    }
+}

@@ -1,0 +1,400 @@
+//! Loops that run while one turns their knobs.
+//!
+//! A loop that was [begun](begin) is on the server; the page asks it to [go](go) on some samples at a time, each time with
+//! the settings of the moment. Without a change it gives the samples of `stiction simulate`, to the last bit. A question
+//! that was answered, but whose answer was lost on the way, is answered again.
+
+use crate::calls::{Answer, Wrong};
+use crate::lab::Lab;
+use crate::loops::{self, Asked};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use stiction_model::closed_loop::{
+    Between, ClosedLoop, IntegralAction, Player, Sent, Signal, SignalSource, quantised,
+};
+use stiction_model::compensate::{At, Compensator, Knowledge, Method};
+use stiction_model::stem::{ParameterSet, StemValve};
+use stiction_model::valve::{Assembly, Start, Valve};
+
+/// Loops that run at a time; beyond, those that were asked least recently are given up.
+const LOOPS: usize = 32;
+/// Samples of one answer.
+const SAMPLES: usize = 20_000;
+
+/// The loops that run.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
+    lives: Mutex<Lives>,
+}
+
+#[derive(Debug, Default)]
+struct Lives {
+    count: u64,
+    /// With when it was asked last.
+    by_id: HashMap<u64, (u64, Arc<Mutex<Live>>)>,
+}
+
+impl Room {
+    fn add(&self, live: Live) -> u64 {
+        let mut lives = self.lives.lock().unwrap_or_else(PoisonError::into_inner);
+        lives.count += 1;
+        let id = lives.count;
+        lives.by_id.insert(id, (id, Arc::new(Mutex::new(live))));
+        while lives.by_id.len() > LOOPS {
+            let oldest = lives.by_id.iter().min_by_key(|(_, (asked, _))| *asked).map(|(id, _)| *id);
+            oldest.map(|id| lives.by_id.remove(&id));
+        }
+        id
+    }
+
+    fn of(&self, id: u64) -> Option<Arc<Mutex<Live>>> {
+        let mut lives = self.lives.lock().unwrap_or_else(PoisonError::into_inner);
+        lives.count += 1;
+        let now = lives.count;
+        let (asked, live) = lives.by_id.get_mut(&id)?;
+        *asked = now;
+        Some(Arc::clone(live))
+    }
+}
+
+/// What is asked of a loop at a moment.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Knobs {
+    /// The loop.
+    #[serde(rename = "loop")]
+    plant: Asked,
+    /// The physical stem in place of the data-driven model, with the same S and J.
+    #[serde(default)]
+    stem: bool,
+    /// The compensator between controller and valve, by its name; none without.
+    #[serde(default)]
+    compensator: Option<String>,
+    /// What the valve receives in manual mode, percent of span; automatic without.
+    #[serde(default)]
+    manual: Option<f64>,
+}
+
+/// A loop that runs from now on.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Begun {
+    /// What to call it by.
+    id: u64,
+    /// Time between samples, s.
+    sample_time_s: f64,
+}
+
+/// What a loop is asked.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Go {
+    /// The loop, by its name.
+    id: u64,
+    /// The number of the sample that comes next.
+    from: u64,
+    /// How many samples.
+    samples: usize,
+    /// The settings of the moment.
+    knobs: Knobs,
+}
+
+/// Some samples of a loop.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub struct Samples {
+    /// The number of the first.
+    from: u64,
+    /// Set point.
+    sp: Vec<f64>,
+    /// Process value.
+    pv: Vec<f64>,
+    /// Output of the controller, percent of span.
+    op: Vec<f64>,
+    /// What the valve received: that output, or what a compensator or a hand made of it.
+    signal: Vec<f64>,
+    /// Valve position, percent of span.
+    vp: Vec<f64>,
+    /// Whether process and loop went on as they were with the settings of the moment, and did not begin at rest again.
+    went_on: bool,
+}
+
+/// Begins a loop, at rest.
+///
+/// # Errors
+/// If there is no such loop.
+pub fn begin(lab: &Lab, knobs: Knobs) -> Answer<Begun> {
+    let live = Live::new(knobs)?;
+    let sample_time_s = live.plant.sample_time;
+    Ok(Begun { id: lab.lives.add(live), sample_time_s })
+}
+
+/// Goes on with a loop.
+///
+/// # Errors
+/// If it does not run any more or is elsewhere, or with the settings there can be no loop.
+pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
+    let live =
+        lab.lives.of(asked.id).ok_or_else(|| Wrong::gone("this loop does not run any more"))?;
+    let mut live = live.lock().unwrap_or_else(PoisonError::into_inner);
+    if asked.samples == 0 || asked.samples > SAMPLES {
+        return Err(Wrong::asked(format!("ask for 1 to {SAMPLES} samples at a time")));
+    }
+    let again = live.last.from == asked.from && asked.from < live.at;
+    if again && live.last.sp.len() == asked.samples {
+        return Ok(live.last.clone());
+    }
+    if live.at != asked.from {
+        return Err(Wrong::gone(format!("this loop is at sample {}, not {}", live.at, asked.from)));
+    }
+    let went_on = live.turn(asked.knobs)?;
+    let samples = live.go(asked.samples)?;
+    live.last = Samples { went_on, ..samples };
+    Ok(live.last.clone())
+}
+
+/// The valve of a loop.
+#[derive(Debug, Clone)]
+enum Fitted {
+    Model(Box<Assembly>),
+    Stem(Box<StemValve>),
+}
+
+impl Fitted {
+    /// The valve that is asked for.
+    fn of(knobs: &Knobs, plant: &ClosedLoop) -> Answer<Self> {
+        if !knobs.stem {
+            return Ok(Self::Model(Box::new(plant.valve.clone())));
+        }
+        let bands = loops::scenario(&knobs.plant)?.valve.1;
+        let set = ParameterSet::named("cts")?;
+        let force = |percent: f64| percent / 100.0 * set.stem.spring_n_per_m * set.stem.stroke_m;
+        let changes = [("static_n", force(bands.fs())), ("coulomb_n", force(bands.fd()))];
+        let stem = set.stem_with(Some("classical"), &changes)?;
+        Ok(Self::Stem(Box::new(StemValve::new(stem, plant.sample_time)?)))
+    }
+
+    /// Goes on from where another valve is.
+    fn take_over(&mut self, other: &Self, op: f64) {
+        match (self, other) {
+            (Self::Model(own), Self::Model(other))
+                if std::mem::discriminant(own.model()) == std::mem::discriminant(other.model()) =>
+            {
+                own.recall(&other.memory());
+            }
+            (Self::Stem(own), Self::Stem(other)) if own.stem() == other.stem() => {
+                *own = other.clone();
+            }
+            (own, other) => {
+                own.restart(Start { op, ..Start::at_rest(other.position()) });
+            }
+        }
+    }
+}
+
+impl Valve for Fitted {
+    fn step(&mut self, op: f64) -> f64 {
+        match self {
+            Self::Model(valve) => valve.step(op),
+            Self::Stem(valve) => valve.step(op),
+        }
+    }
+
+    fn position(&self) -> f64 {
+        match self {
+            Self::Model(valve) => valve.position(),
+            Self::Stem(valve) => valve.position(),
+        }
+    }
+
+    fn restart(&mut self, start: Start) {
+        match self {
+            Self::Model(valve) => valve.restart(start),
+            Self::Stem(valve) => valve.restart(start),
+        }
+    }
+}
+
+/// A sum of signals, sample by sample.
+#[derive(Debug, Clone)]
+struct Sum {
+    signals: Vec<Signal>,
+    sources: Vec<SignalSource>,
+}
+
+impl Sum {
+    /// These signals from sample `at` on.
+    fn of(signals: &[Signal], plant: &ClosedLoop, at: u64) -> Answer<Self> {
+        let source = |signal: &Signal| -> Answer<SignalSource> {
+            let mut source = signal.source(plant.sample_time, plant.samples)?;
+            (0..at).for_each(|_| {
+                source.draw();
+            });
+            Ok(source)
+        };
+        let sources = signals.iter().map(source).collect::<Answer<_>>()?;
+        Ok(Self { signals: signals.to_vec(), sources })
+    }
+
+    /// Other signals in their place, if they are others.
+    fn turn(&mut self, signals: &[Signal], plant: &ClosedLoop, at: u64) -> Answer<()> {
+        if self.signals != signals {
+            *self = Self::of(signals, plant, at)?;
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self) -> f64 {
+        // Constant parts first, as the simulation adds them.
+        let mut sum = 0.0;
+        for (signal, source) in self.signals.iter().zip(&mut self.sources) {
+            if matches!(signal, Signal::Constant(_)) {
+                sum += source.draw();
+            }
+        }
+        for (signal, source) in self.signals.iter().zip(&mut self.sources) {
+            if !matches!(signal, Signal::Constant(_)) {
+                sum += source.draw();
+            }
+        }
+        sum
+    }
+}
+
+/// A loop that runs.
+#[derive(Debug)]
+struct Live {
+    knobs: Knobs,
+    plant: ClosedLoop,
+    player: Player<Fitted>,
+    sp: Sum,
+    load: Sum,
+    measurement: Sum,
+    compensator: Option<Box<dyn Compensator>>,
+    /// The number of the sample that comes next.
+    at: u64,
+    last: Samples,
+}
+
+impl Live {
+    fn new(knobs: Knobs) -> Answer<Self> {
+        let plant = loops::closed_loop(&knobs.plant)?;
+        Ok(Self {
+            player: plant.player_of(Fitted::of(&knobs, &plant)?)?,
+            sp: Sum::of(std::slice::from_ref(&plant.set_point), &plant, 0)?,
+            load: Sum::of(&plant.load, &plant, 0)?,
+            measurement: Sum::of(&plant.measurement, &plant, 0)?,
+            compensator: compensator(&knobs, &plant)?,
+            at: 0,
+            last: Samples::default(),
+            knobs,
+            plant,
+        })
+    }
+
+    /// Goes on with other settings; whether it goes on from where it is.
+    fn turn(&mut self, knobs: Knobs) -> Answer<bool> {
+        if knobs == self.knobs {
+            return Ok(true);
+        }
+        if (&knobs.plant, knobs.stem) == (&self.knobs.plant, self.knobs.stem) {
+            if knobs.compensator != self.knobs.compensator {
+                self.compensator = compensator(&knobs, &self.plant)?;
+            }
+            self.knobs = knobs;
+            return Ok(true);
+        }
+        let plant = loops::closed_loop(&knobs.plant)?;
+        if plant.sample_time != self.plant.sample_time {
+            return Err(Wrong::asked("another sample time is another loop: begin it"));
+        }
+        let mut player = plant.player_of(Fitted::of(&knobs, &plant)?)?;
+        let op = self.last.signal.last().copied().unwrap_or(plant.op_rest);
+        let went_on = plant.op_rest == self.plant.op_rest
+            && plant.pv_rest == self.plant.pv_rest
+            && player.take_over(&self.player);
+        if went_on {
+            player.valve_mut().take_over(self.player.valve(), op);
+        }
+        let compensator = compensator(&knobs, &plant)?;
+        let signals = std::slice::from_ref(&plant.set_point);
+        self.sp.turn(signals, &plant, self.at)?;
+        self.load.turn(&plant.load, &plant, self.at)?;
+        self.measurement.turn(&plant.measurement, &plant, self.at)?;
+        (self.player, self.compensator) = (player, compensator);
+        (self.plant, self.knobs) = (plant, knobs);
+        Ok(went_on)
+    }
+
+    fn go(&mut self, samples: usize) -> Answer<Samples> {
+        let mut done = Samples { from: self.at, ..Samples::default() };
+        for _ in 0..samples {
+            let (sp, load) = (self.sp.draw(), self.load.draw());
+            let measurement = self.measurement.draw();
+            let mut sent = Middle {
+                manual: self.knobs.manual,
+                compensator: self.compensator.as_mut(),
+                time_s: self.at as f64 * self.plant.sample_time,
+                signal: f64::NAN,
+            };
+            let played = self.player.step_between(sp, load, measurement, &mut sent)?;
+            let signal = sent.signal;
+            if [played.pv, played.op, played.vp].iter().any(|value| !value.is_finite()) {
+                return Err(Wrong::asked(
+                    "the loop runs away: it is unstable; lower the gain of the controller, and begin anew",
+                ));
+            }
+            done.sp.push(sp);
+            done.pv.push(played.pv);
+            done.op.push(quantised(self.knobs.manual.unwrap_or(played.op), self.plant.op_quantum));
+            done.signal.push(signal);
+            done.vp.push(played.vp);
+            self.at += 1;
+        }
+        Ok(done)
+    }
+}
+
+/// The compensator that is asked for, with parameters from what is true of the loop.
+fn compensator(knobs: &Knobs, plant: &ClosedLoop) -> Answer<Option<Box<dyn Compensator>>> {
+    let Some(name) = &knobs.compensator else { return Ok(None) };
+    let bands = loops::scenario(&knobs.plant)?.valve.1;
+    let known = Knowledge {
+        process: Some(plant.process.clone()),
+        noise_sd: plant.noise_sd(),
+        ..Knowledge::new(bands.s(), Some(bands.j()), plant.controller.clone(), plant.sample_time)
+    };
+    Ok(Some(Method::by_name(name)?.automatic(&known)?))
+}
+
+/// What is between controller and valve: a hand, a compensator, or nothing.
+struct Middle<'a> {
+    manual: Option<f64>,
+    compensator: Option<&'a mut Box<dyn Compensator>>,
+    time_s: f64,
+    /// What was sent.
+    signal: f64,
+}
+
+impl Between for Middle<'_> {
+    fn integral(&mut self, sp: f64, pv: f64) -> IntegralAction {
+        match &mut self.compensator {
+            Some(compensator) if self.manual.is_none() => {
+                At { compensator: compensator.as_mut(), time_s: self.time_s }.integral(sp, pv)
+            }
+            _ => IntegralAction::Acts,
+        }
+    }
+
+    fn send(&mut self, sp: f64, pv: f64, op: f64) -> Sent {
+        let sent = match (self.manual, &mut self.compensator) {
+            (Some(by_hand), _) => Sent::held(by_hand),
+            (None, Some(compensator)) => {
+                At { compensator: compensator.as_mut(), time_s: self.time_s }.send(sp, pv, op)
+            }
+            (None, None) => Sent::added(op),
+        };
+        self.signal = sent.signal;
+        sent
+    }
+}

@@ -1,0 +1,227 @@
+//! A valve and its loop: scenarios, their cycles, maps of them, and the verdict on what a plant would see.
+
+use crate::calls::{Answer, Wrong};
+use crate::lab::Lab;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, diagnose};
+use stiction_io::scenario::{self, Scenario, System};
+use stiction_io::{options::ReadOptions, reading, table};
+use stiction_model::closed_loop::ClosedLoop;
+use stiction_model::compensate;
+use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
+use stiction_model::limit_cycle::{ContinuousLoop, Found, Method};
+use stiction_model::valve::Model;
+
+/// A loop, in the words of the command: `stiction simulate SCENARIO --set KEY=VALUE ...`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Asked {
+    /// The name of a built-in scenario.
+    scenario: String,
+    /// What is changed of it, such as `valve.S=4`.
+    #[serde(default)]
+    set: Vec<String>,
+}
+
+/// Samples that a loop may be asked for.
+const SAMPLES: usize = 2_000_000;
+/// Points of a map.
+const POINTS: usize = 10_000;
+
+/// The scenario that is asked for. Files are not read.
+pub(crate) fn scenario(asked: &Asked) -> Answer<Scenario> {
+    let name = &*asked.scenario;
+    let text = scenario::built_in_text(name)
+        .ok_or_else(|| Wrong::gone(format!("there is no built-in scenario \"{name}\"")))?;
+    Ok(Scenario::parse_with(text, name, None, &asked.set)?)
+}
+
+/// The loop that is asked for.
+pub(crate) fn closed_loop(asked: &Asked) -> Answer<ClosedLoop> {
+    match scenario(asked)?.system {
+        System::ClosedLoop(plant) if plant.samples <= SAMPLES => Ok(*plant),
+        System::ClosedLoop(_) => {
+            Err(Wrong::asked(format!("the lab simulates at most {SAMPLES} samples")))
+        }
+        System::Cascade(_) | System::OpenLoop(_) => {
+            Err(Wrong::asked(format!("{} is not a single loop", asked.scenario)))
+        }
+    }
+}
+
+fn continuous(asked: &Asked) -> Answer<ContinuousLoop> {
+    let (model, bands) = scenario(asked)?.valve;
+    Ok(ContinuousLoop::of(&closed_loop(asked)?, model, bands)?)
+}
+
+/// Nothing.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Nothing {}
+
+/// All there is to choose from.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Choices {
+    /// The program, with its version.
+    tool: String,
+    /// Scenarios of single loops.
+    scenarios: Vec<Choice>,
+    /// Models of valves.
+    models: Vec<Choice>,
+    /// Compensators.
+    compensators: Vec<Choice>,
+}
+
+/// One of them.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Choice {
+    /// The name by which it is asked for.
+    name: String,
+    /// What it is, in a line.
+    summary: String,
+    /// Its settings; of scenarios only.
+    settings: Vec<Setting>,
+}
+
+/// A setting of a scenario.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Setting {
+    /// Its key, such as `valve.S`.
+    key: String,
+    /// Its value, as TOML.
+    value: String,
+    /// Its unit, where it has one.
+    unit: String,
+}
+
+impl Choice {
+    fn new(name: impl Into<String>, summary: impl Into<String>) -> Self {
+        Self { name: name.into(), summary: summary.into(), settings: vec![] }
+    }
+}
+
+fn settings(scenario: &Scenario) -> Vec<Setting> {
+    let one =
+        |(key, value, unit): (String, String, &str)| Setting { key, value, unit: unit.to_owned() };
+    scenario.settings().into_iter().map(one).collect()
+}
+
+/// What there is to choose from.
+///
+/// # Errors
+/// Never.
+pub fn scenarios(lab: &Lab, _: Nothing) -> Answer<Choices> {
+    let single = |(name, title): (&str, String)| {
+        let asked = Asked { scenario: name.to_owned(), set: vec![] };
+        closed_loop(&asked).ok()?;
+        let scenario = scenario(&asked).ok()?;
+        Some(Choice { settings: settings(&scenario), ..Choice::new(name, title) })
+    };
+    let model = |model: Model| Choice::new(model.describe().name, model.describe().summary);
+    let method = |of: compensate::Method| Choice::new(of.describe().name, of.describe().summary);
+    Ok(Choices {
+        tool: lab.tool.clone(),
+        scenarios: scenario::built_in().filter_map(single).collect(),
+        models: Model::ALL.into_iter().map(model).collect(),
+        compensators: compensate::Method::ALL.into_iter().map(method).collect(),
+    })
+}
+
+/// A loop's own numbers.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Cycles {
+    /// What each method of prediction says.
+    methods: Vec<Found>,
+    /// The scenario with all its settings, as TOML.
+    toml: String,
+    /// The same, key by key.
+    settings: Vec<Setting>,
+    /// What was given but has no effect.
+    notes: Vec<String>,
+}
+
+/// The cycle of a loop, as it is predicted.
+///
+/// # Errors
+/// If there is no such loop.
+pub fn cycle(_: &Lab, asked: Asked) -> Answer<Cycles> {
+    let l = continuous(&asked)?;
+    let of = |method| {
+        Found::of(&l, method, false).unwrap_or_else(|e| Found::refused(method, e.to_string()))
+    };
+    let scenario = scenario(&asked)?;
+    Ok(Cycles {
+        methods: [Method::Exact, Method::DescribingFunction].map(of).into(),
+        settings: settings(&scenario),
+        toml: scenario.text,
+        notes: scenario.notes,
+    })
+}
+
+/// Which map is asked for.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MapAsked {
+    /// The loop.
+    #[serde(rename = "loop")]
+    plant: Asked,
+    /// What changes along a row.
+    x: AxisAsked,
+    /// What changes from row to row.
+    y: AxisAsked,
+}
+
+/// Values of a parameter, at equal distances.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AxisAsked {
+    /// The parameter: S, J, J/S, Kc, Ti, Kp, theta, tau or theta/tau.
+    parameter: String,
+    /// The first value.
+    from: f64,
+    /// The last.
+    to: f64,
+    /// How many.
+    points: usize,
+}
+
+impl AxisAsked {
+    fn axis(&self) -> Answer<Axis> {
+        let parameter = Parameter::by_name(&self.parameter)?;
+        Ok(Axis::even(parameter, self.from, self.to, self.points.min(POINTS + 1))?)
+    }
+}
+
+/// The cycles of a loop over two of its parameters, exactly.
+///
+/// # Errors
+/// If there is no such loop or parameter.
+pub fn map(_: &Lab, asked: MapAsked) -> Answer<Map> {
+    let (x, y) = (asked.x.axis()?, asked.y.axis()?);
+    if x.values.len() * y.values.len() > POINTS {
+        return Err(Wrong::asked(format!("a map of the lab has at most {POINTS} points")));
+    }
+    Ok(Map::of(&continuous(&asked.plant)?, x, y, Method::Exact)?)
+}
+
+/// The verdict on what a plant would see of a loop: SP, PV and OP, no valve position.
+///
+/// # Errors
+/// If there is no such loop, or it runs away.
+pub fn verdict(_: &Lab, asked: Asked) -> Answer<Diagnosis> {
+    let run = closed_loop(&asked)?.run()?;
+    let times = table::times(run.sample_time, run.op.len());
+    // As a file would hold it: so it is what `stiction diagnose` says of it.
+    let csv = table::write(&[
+        ("t", Some(&times)),
+        ("sp", Some(&run.sp)),
+        ("pv", Some(&run.pv)),
+        ("op", Some(&run.op)),
+    ]);
+    let name = format!("{}.csv", asked.scenario.rsplit('/').next().unwrap_or_default());
+    let read = reading::parse(csv.as_bytes(), &name, &ReadOptions::default())?;
+    let recording =
+        read.recordings.first().ok_or_else(|| Wrong::own("what was simulated cannot be read"))?;
+    Ok(diagnose(recording, &DiagnoseOptions::default())?)
+}
