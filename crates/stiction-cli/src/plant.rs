@@ -486,17 +486,10 @@ type Said = (Kind, Option<VerdictClass>, Option<i64>, String);
 fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -> Result<()> {
     let plant = Plant::read(folder)?;
     let rows = Store::of(folder).rows()?;
-    let known = rows.iter().map(|row| &row.name).chain(plant.file.loops.keys());
-    let same = |name: &&String| name.to_lowercase() == tag.to_lowercase();
-    let Some(name) = known.into_iter().find(same) else {
-        bail!(
-            "there is no loop \"{tag}\" in {} nor among what was judged; status tells more",
-            plant_file::NAME
-        );
-    };
+    let name = log::loop_named(&plant, rows.iter().map(|row| &*row.name), tag)?;
     let entry = Entry {
         kind,
-        name: name.clone(),
+        name: name.to_owned(),
         day: match by.day {
             Some(day) => day,
             None => day::parse(&overrides::today().to_string()).map_err(|e| anyhow!(e))?,

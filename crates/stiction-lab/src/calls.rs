@@ -3,18 +3,20 @@
 //! A call is `POST /api/NAME` with JSON; [`all`] lists them once, and routes, schema and so the page's types follow from it.
 
 use crate::lab::Lab;
-use crate::{live, loops};
+use crate::{live, loops, plant};
 use axum::Router;
-use axum::body::Bytes;
+use axum::body::{Body, Bytes, HttpBody};
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::post;
+use http_body_util::{BodyExt, LengthLimitError, Limited};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::sync::Semaphore;
 
 /// Why a call has no answer: a sentence that says what to do.
@@ -75,8 +77,22 @@ fn all(to: &mut impl Visit) {
     to.call("verdict", loops::verdict);
     to.call("live/begin", live::begin);
     to.call("live/go", live::go);
+    to.call("plant/status", plant::status);
+    to.call("plant/page", plant::page);
+    to.call("plant/loop", plant::history);
+    to.call("plant/trend", plant::trend);
+    to.call("plant/diagnose", plant::diagnose_window);
+    to.call("plant/note", plant::enter_note);
+    to.call("plant/snooze", plant::enter_snooze);
+    to.call("plant/override", plant::enter_override);
+    to.call("plant/scan", plant::begin_scan);
+    to.call("plant/stop", plant::stop_scan);
 }
 
+/// Bytes of a question.
+const QUESTION: usize = 1 << 20;
+/// How long a question may take to come.
+const IN_TIME: Duration = Duration::from_secs(30);
 /// At most so many calls are worked on at a time; others wait.
 const AT_ONCE: usize = 8;
 
@@ -92,7 +108,8 @@ impl Visit for Routes {
         R: Serialize + JsonSchema + Send + 'static,
     {
         let gate = Arc::clone(&self.gate);
-        let answer = move |State(lab): State<Arc<Lab>>, body: Bytes| async move {
+        let answer = move |State(lab): State<Arc<Lab>>, body: Body| async move {
+            let body = question(body).await?;
             let asked: A = serde_json::from_slice(&body).map_err(|e| {
                 Wrong::asked(format!("{name}: the question is not understood: {e}"))
             })?;
@@ -104,6 +121,27 @@ impl Visit for Routes {
         };
         let router = std::mem::take(&mut self.router);
         self.router = router.route(&format!("/api/{name}"), post(answer));
+    }
+}
+
+/// Reads a question, which must neither be long nor take long.
+async fn question(body: Body) -> Answer<Bytes> {
+    let long = || Wrong {
+        status: StatusCode::PAYLOAD_TOO_LARGE,
+        error: format!("a question has at most {QUESTION} bytes"),
+    };
+    // What says that it is longer is not read.
+    if body.size_hint().lower() > QUESTION as u64 {
+        return Err(long());
+    }
+    let slow = || Wrong {
+        status: StatusCode::REQUEST_TIMEOUT,
+        error: "the question did not come in time".to_owned(),
+    };
+    match tokio::time::timeout(IN_TIME, Limited::new(body, QUESTION).collect()).await {
+        Ok(Ok(whole)) => Ok(whole.to_bytes()),
+        Ok(Err(e)) if e.is::<LengthLimitError>() => Err(long()),
+        Ok(Err(_)) | Err(_) => Err(slow()),
     }
 }
 

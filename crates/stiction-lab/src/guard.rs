@@ -5,8 +5,10 @@
 //! | a page of another site asks | the token is in a cookie that no other site's requests carry (`SameSite=Strict`); an `Origin` other than the lab's own is refused |
 //! | a name that comes to mean this machine (DNS rebinding) | a `Host` other than the lab's own is refused |
 //! | another user of the machine | the token, 128 random bits |
+//! | as many connections as there can be | who has not shown the token has few places, for seconds, and gives way ([`places`](crate::places)) |
 //! | a script in a recording's name | a strict policy on what the page may load, no text is taken for markup |
 
+use crate::places::{Paced, Place};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
@@ -108,7 +110,10 @@ pub(crate) async fn guard(
 ) -> Response {
     let mut response = match guard.refusal(&request) {
         Some((status, why)) => (status, format!("{why}\n")).into_response(),
-        None if guard.is_known(request.headers()) => next.run(request).await,
+        None if guard.is_known(request.headers()) => {
+            known(&request);
+            next.run(request.map(Paced::of)).await
+        }
         None => welcome(&guard, &request),
     };
     let headers = response.headers_mut();
@@ -129,12 +134,18 @@ pub(crate) async fn guard(
     response
 }
 
+/// Keeps the place of a connection on which the token was shown.
+fn known(request: &Request) {
+    request.extensions().get::<Arc<Place>>().inspect(|place| place.is_known_now());
+}
+
 /// Who comes with the token in the address gets it as a cookie; others are told where to look.
 fn welcome(guard: &Guard, request: &Request) -> Response {
     let said =
         request.uri().query().unwrap_or("").split('&').find_map(|of| of.strip_prefix("token="));
     let at_door = request.uri().path() == "/" && request.method() == Method::GET;
     if at_door && said.is_some_and(|token| guard.is_token(token)) {
+        known(request);
         let cookie = format!("{}={}; HttpOnly; SameSite=Strict; Path=/", guard.cookie, guard.token);
         // The address that stays, in the history too, is one without the token.
         return (StatusCode::SEE_OTHER, [(header::LOCATION, "/"), (header::SET_COOKIE, &*cookie)])

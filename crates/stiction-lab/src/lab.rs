@@ -1,6 +1,6 @@
 //! What the lab knows while it runs.
 
-use crate::live;
+use crate::{live, plant};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 
@@ -39,11 +39,13 @@ pub struct Lab {
     pub(crate) tool: String,
     /// Loops that run.
     pub(crate) lives: live::Room,
+    /// The plant.
+    pub(crate) plant: plant::Room,
 }
 
 impl Lab {
     /// A lab with what was to be opened.
     pub fn new(options: &Options) -> Self {
-        Self { tool: options.tool.clone(), lives: live::Room::default() }
+        Self { tool: options.tool.clone(), lives: live::Room::default(), plant: plant::Room::new(options.plant.clone()) }
     }
 }

@@ -16,6 +16,8 @@ pub mod guard;
 mod lab;
 pub mod live;
 pub mod loops;
+mod places;
+pub mod plant;
 mod server;
 
 pub use lab::{Lab, Options};

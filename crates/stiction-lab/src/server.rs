@@ -4,10 +4,13 @@ use crate::assets::ASSETS;
 use crate::calls;
 use crate::guard::{Guard, guard};
 use crate::lab::{Lab, Options};
-use axum::extract::DefaultBodyLimit;
+use crate::places::Places;
 use axum::http::header;
 use axum::routing::get;
 use axum::{Router, middleware};
+use hyper::Request;
+use hyper::body::Incoming;
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
@@ -15,14 +18,11 @@ use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::Semaphore;
 
-/// Connections that are open at a time; others wait to be taken.
-const CONNECTIONS: usize = 128;
 /// How long the head of a request may take, and how long a connection may be idle.
 const HEAD: Duration = Duration::from_secs(20);
-/// Bytes of a question.
-const QUESTION: usize = 1 << 20;
+/// Bytes of the head of a request, at most.
+const HEAD_SIZE: usize = 64 << 10;
 /// How long answers that are under way are waited for at the end.
 const END: Duration = Duration::from_millis(500);
 
@@ -97,7 +97,7 @@ impl Server {
     }
 
     fn router(&self) -> Router {
-        let mut router = calls::routes().layer(DefaultBodyLimit::max(QUESTION));
+        let mut router = calls::routes();
         for asset in &ASSETS {
             let answer = move || async move { ([(header::CONTENT_TYPE, asset.kind)], asset.bytes) };
             router = router.route(asset.path, get(answer));
@@ -107,12 +107,13 @@ impl Server {
             .with_state(Arc::clone(&self.lab))
     }
 
+    /// Takes connections, as many as there are [places](Places) for.
     async fn accept(&self) -> io::Result<()> {
         let listener = tokio::net::TcpListener::from_std(self.listener.try_clone()?)?;
         let service = TowerToHyperService::new(self.router());
-        let gate = Arc::new(Semaphore::new(CONNECTIONS));
+        let places = Arc::new(Places::default());
         loop {
-            let Ok(turn) = Arc::clone(&gate).acquire_owned().await else { return Ok(()) };
+            places.wait().await;
             let stream = match listener.accept().await {
                 Ok((stream, _)) => stream,
                 // One that was given up meanwhile, or too many files for now.
@@ -121,16 +122,25 @@ impl Server {
                     continue;
                 }
             };
-            let service = service.clone();
+            let (service, places, place) = (service.clone(), Arc::clone(&places), places.take());
             tokio::spawn(async move {
-                let _turn = turn;
                 let _ = stream.set_nodelay(true);
-                // What goes wrong on a connection is the other side's to see.
-                let _ = hyper::server::conn::http1::Builder::new()
+                let here = Arc::clone(&place);
+                let placed = service_fn(move |mut request: Request<Incoming>| {
+                    request.extensions_mut().insert(Arc::clone(&here));
+                    service.call(request)
+                });
+                let connection = hyper::server::conn::http1::Builder::new()
                     .timer(TokioTimer::new())
                     .header_read_timeout(HEAD)
-                    .serve_connection(TokioIo::new(stream), service)
-                    .await;
+                    .max_buf_size(HEAD_SIZE)
+                    .serve_connection(TokioIo::new(stream), placed);
+                tokio::select! {
+                    // What goes wrong on a connection is the other side's to see.
+                    _ = connection => {}
+                    () = place.must_leave() => {}
+                }
+                places.leave(&place);
             });
         }
     }

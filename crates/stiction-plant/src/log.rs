@@ -16,6 +16,7 @@
 
 use crate::day;
 use crate::error::{Error, Result, file};
+use crate::plant_file::{self, Plant};
 use crate::store::{Store, write_whole};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::path::Path;
@@ -244,6 +245,25 @@ impl Log {
         own.sort_by_key(|entry| entry.day);
         own
     }
+}
+
+/// The loop that is called so, in any case, of the plant's file or of those that were `judged`.
+///
+/// # Errors
+/// If there is none.
+pub fn loop_named<'a>(
+    plant: &'a Plant,
+    judged: impl IntoIterator<Item = &'a str>,
+    tag: &str,
+) -> Result<&'a str> {
+    let known = judged.into_iter().chain(plant.file.loops.keys().map(String::as_str));
+    let same = |name: &&str| name.to_lowercase() == tag.to_lowercase();
+    known.into_iter().find(same).ok_or_else(|| {
+        Error::Option(format!(
+            "there is no loop \"{tag}\" in {} nor among what was judged; status tells more",
+            plant_file::NAME
+        ))
+    })
 }
 
 /// Adds an entry at the end of `log.toml` in `folder`, whoever else does at the time.

@@ -8,7 +8,7 @@ use crate::groups::{Group, Source};
 use crate::health::Health;
 use crate::orders::Order;
 use crate::ranking::{FULL, LoopRow, Ranked, Ranking};
-use crate::treemap::{Tile, squarified};
+use crate::treemap::{AreaTile, LoopTile, NOWHERE, Tile, map};
 use crate::window::ENGINE_VERSION;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
@@ -28,15 +28,11 @@ const LINES: usize = 20;
 /// Windows of a small history.
 const POINTS: usize = 42;
 /// Its size, px.
-const SPARK: (f64, f64) = (84.0, 22.0);
+pub const SPARK: (f64, f64) = (84.0, 22.0);
 /// Width of the treemap.
 const MAP: f64 = 1240.0;
 /// Its height, and what each loop adds, up to a limit.
 const HEIGHT: (f64, f64, f64) = (120.0, 0.2, 320.0);
-/// Height of the name of an area in it.
-const NAME: f64 = 16.0;
-/// Where loops without an area are.
-const NOWHERE: &str = "no area";
 
 /// The page.
 pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String {
@@ -127,29 +123,15 @@ fn name(row: &LoopRow) -> Markup {
     }
 }
 
-/// The order of areas, of loops in them, and tiles for both.
+/// Areas, and loops in them, as tiles.
 fn treemap(ranking: &Ranking<'_>) -> Markup {
-    let mut areas: BTreeMap<&str, Vec<(usize, &LoopRow)>> = BTreeMap::new();
-    for (place, ranked) in ranking.loops.iter().enumerate() {
-        areas
-            .entry(ranked.row.area.as_deref().unwrap_or(NOWHERE))
-            .or_default()
-            .push((place, &ranked.row));
-    }
-    let weight = |loops: &[(usize, &LoopRow)]| loops.iter().map(|(_, row)| row.weight).sum::<f64>();
-    let mut areas: Vec<(&str, Vec<(usize, &LoopRow)>)> = areas.into_iter().collect();
-    areas.sort_by(|a, b| weight(&b.1).total_cmp(&weight(&a.1)));
-    let weights: Vec<f64> = areas.iter().map(|(_, loops)| weight(loops)).collect();
     let height = (HEIGHT.0 + HEIGHT.1 * ranking.loops.len() as f64).min(HEIGHT.2);
     let whole = Tile { x: 0.0, y: 0.0, w: MAP, h: height };
     let mut svg = format!(
         "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Loops by area and weight; the list below says the same\">",
         MAP, height
     );
-    for ((area, loops), tile) in areas.iter_mut().zip(squarified(&weights, whole)) {
-        // The largest first makes tiles squarer; of the same weight what is to be done first.
-        loops.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight).then(a.0.cmp(&b.0)));
-        let within = Tile { y: tile.y + NAME, h: (tile.h - NAME).max(1.0), ..tile };
+    for AreaTile { area, tile, loops } in map(ranking.loops.iter().map(|r| &r.row), whole) {
         let most = (tile.w / 7.5) as usize;
         let label: String = area.chars().take(most).collect();
         let _ = write!(
@@ -159,9 +141,8 @@ fn treemap(ranking: &Ranking<'_>) -> Markup {
             tile.y + 12.0,
             html! { (label) }.into_string()
         );
-        let weights: Vec<f64> = loops.iter().map(|(_, row)| row.weight).collect();
-        for ((place, row), tile) in loops.iter().zip(squarified(&weights, within)) {
-            let letter = row.action.letter();
+        for LoopTile { place, tile } in loops {
+            let letter = ranking.loops[place].row.action.letter();
             let _ = write!(
                 svg,
                 "<g class=\"{letter}\" data-k=\"{place}\"><path d=\"M{:.1} {:.1}h{:.1}v{:.1}h-{:.1}z\"/>",
@@ -442,48 +423,69 @@ fn said(row: &LoopRow) -> Markup {
     }
 }
 
-/// p and S of the last windows in little, with repairs.
+/// p and S of the last windows in little, with repairs: paths of SVG, of [`SPARK`] px.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
+pub struct Spark {
+    /// Upright lines, at repairs.
+    pub repairs: String,
+    /// p as a line, from 0 to 100 %.
+    pub probability: String,
+    /// S as dots, from 0 to its largest.
+    #[serde(rename = "S")]
+    pub s: String,
+}
+
+impl Spark {
+    /// Of the last windows of a loop; empty without a window.
+    pub fn of(ranked: &Ranked<'_>) -> Self {
+        let windows = &ranked.windows[ranked.windows.len().saturating_sub(POINTS)..];
+        let mut spark = Self::default();
+        let (Some(first), Some(last)) = (windows.first(), windows.last()) else { return spark };
+        let (begin, end) =
+            (first.window_start as f64, (last.window_start + last.window_s) as f64);
+        let x = |row: &crate::window::WindowRow| {
+            SPARK.0 * (row.window_start as f64 + row.window_s as f64 / 2.0 - begin) / (end - begin)
+        };
+        let mut pen: Option<(i64, i64)> = None;
+        for row in windows {
+            let Some(p) = row.probability else {
+                pen = None;
+                continue;
+            };
+            let at = (x(row).round() as i64, (1.0 + (SPARK.1 - 2.0) * (1.0 - p)).round() as i64);
+            let _ = match pen {
+                None => write!(spark.probability, "M{} {}l0 0", at.0, at.1),
+                Some(from) => write!(spark.probability, " {} {}", at.0 - from.0, at.1 - from.1),
+            };
+            pen = Some(at);
+        }
+        let most = windows.iter().filter_map(|row| row.s).fold(0.0, f64::max);
+        for row in windows {
+            if let Some(s) = row.s.filter(|_| most > 0.0) {
+                let y = 1.0 + (SPARK.1 - 2.0) * (1.0 - s / most);
+                let _ = write!(spark.s, "M{:.0} {:.0}h0", x(row), y);
+            }
+        }
+        for repair in &ranked.repairs {
+            let at = SPARK.0 * (*repair as f64 * 86_400.0 - begin) / (end - begin);
+            if (0.0..=SPARK.0).contains(&at) {
+                let _ = write!(spark.repairs, "M{at:.0} 0V{}", SPARK.1);
+            }
+        }
+        spark
+    }
+}
+
 fn spark(ranked: &Ranked<'_>) -> String {
-    let windows = &ranked.windows[ranked.windows.len().saturating_sub(POINTS)..];
-    let (Some(first), Some(last)) = (windows.first(), windows.last()) else { return String::new() };
-    let (begin, end) = (first.window_start as f64, (last.window_start + last.window_s) as f64);
-    let x = |row: &crate::window::WindowRow| {
-        SPARK.0 * (row.window_start as f64 + row.window_s as f64 / 2.0 - begin) / (end - begin)
-    };
-    let mut line = String::new();
-    let mut pen: Option<(i64, i64)> = None;
-    for row in windows {
-        let Some(p) = row.probability else {
-            pen = None;
-            continue;
-        };
-        let at = (x(row).round() as i64, (1.0 + (SPARK.1 - 2.0) * (1.0 - p)).round() as i64);
-        let _ = match pen {
-            None => write!(line, "M{} {}l0 0", at.0, at.1),
-            Some(from) => write!(line, " {} {}", at.0 - from.0, at.1 - from.1),
-        };
-        pen = Some(at);
+    if ranked.windows.is_empty() {
+        return String::new();
     }
-    let most = windows.iter().filter_map(|row| row.s).fold(0.0, f64::max);
-    let mut dots = String::new();
-    for row in windows {
-        if let Some(s) = row.s.filter(|_| most > 0.0) {
-            let y = 1.0 + (SPARK.1 - 2.0) * (1.0 - s / most);
-            let _ = write!(dots, "M{:.0} {:.0}h0", x(row), y);
-        }
-    }
-    let mut marks = String::new();
-    for repair in &ranked.repairs {
-        let at = SPARK.0 * (*repair as f64 * 86_400.0 - begin) / (end - begin);
-        if (0.0..=SPARK.0).contains(&at) {
-            let _ = write!(marks, "M{at:.0} 0V{}", SPARK.1);
-        }
-    }
+    let of = Spark::of(ranked);
     let mut svg = format!(
         "<svg class=\"spark\" viewBox=\"0 0 {} {}\" aria-hidden=\"true\">",
         SPARK.0, SPARK.1
     );
-    for (class, d) in [("r", marks), ("p", line), ("s", dots)] {
+    for (class, d) in [("r", of.repairs), ("p", of.probability), ("s", of.s)] {
         if !d.is_empty() {
             let _ = write!(svg, "<path class=\"{class}\" d=\"{d}\"/>");
         }

@@ -150,20 +150,34 @@ impl Known {
     /// # Errors
     /// If there is no window in or before the week, or a file of the store or the log cannot be read.
     pub fn of(folder: &Path, plant: &Plant, week: Option<Week>) -> Result<Self> {
+        let mut known = Self::without_groups(folder, plant, week)?;
+        known.groups = known.find_groups(folder, plant, &known.loops_of_week(plant))?;
+        Ok(known)
+    }
+
+    /// The same without its groups, which take the most time.
+    ///
+    /// # Errors
+    /// As for [`Known::of`].
+    pub fn without_groups(folder: &Path, plant: &Plant, week: Option<Week>) -> Result<Self> {
         let (log, store) = (Log::read(folder)?, Store::of(folder));
         let begin = |day: i64| day::begin(day, &plant.zone) as i64;
         let none = || Error::Option("nothing was judged so far; scan first".to_owned());
         let last = store.last()?.ok_or_else(none)?;
         let last = Week::of(day::of(last as f64, &plant.zone));
         let week = week.unwrap_or(last);
-        let (first, end) = (begin(*week.days().start()), begin(week.days().end() + 1));
+        let end = begin(week.days().end() + 1);
         let rows = store.rows_between(begin(week.days().start() - 7 * WEEKS), end)?;
         if rows.is_empty() {
             return Err(Error::Option(format!(
                 "nothing was judged in or before {week}; the last week is {last}"
             )));
         }
-        let mut known = Self { log, rows, week, groups: vec![] };
+        Ok(Self { log, rows, week, groups: vec![] })
+    }
+
+    /// What groups need to know of each loop.
+    pub fn loops_of_week(&self, plant: &Plant) -> Vec<LoopOfWeek> {
         let of_week = |ranked: &Ranked<'_>| {
             let swings = ranked.of_week.iter().filter(|row| row.oscillates == Some(true)).count();
             LoopOfWeek {
@@ -175,12 +189,53 @@ impl Known {
                     .filter(|_| 2 * swings > ranked.row.windows_judged as usize),
             }
         };
-        let loops: Vec<LoopOfWeek> = known.ranking(plant).loops.iter().map(of_week).collect();
+        let ranking = rank(plant, &self.log, &self.rows, &[], self.week);
+        ranking.loops.iter().map(of_week).collect()
+    }
+
+    /// The loops that swing together in the week, of which so much is known.
+    ///
+    /// # Errors
+    /// If a file of the store cannot be read.
+    pub fn find_groups(
+        &self,
+        folder: &Path,
+        plant: &Plant,
+        loops: &[LoopOfWeek],
+    ) -> Result<Vec<Group>> {
+        let begin = |day: i64| day::begin(day, &plant.zone) as i64;
+        let (first, end) = (begin(*self.week.days().start()), begin(self.week.days().end() + 1));
         let upstream =
             plant.file.loops.iter().map(|(name, facts)| (name.clone(), facts.upstream.clone()));
-        let traces = store.traces(first, end)?;
-        known.groups = groups::find(&traces, &loops, &upstream.collect(), &GroupOptions::default());
-        Ok(known)
+        let traces = Store::of(folder).traces(first, end)?;
+        Ok(groups::find(&traces, loops, &upstream.collect(), &GroupOptions::default()))
+    }
+
+    /// The loops of the week, where others say which of them swing together.
+    pub fn ranking_with(&self, plant: &Plant, groups: &[Group]) -> Ranking<'_> {
+        rank(plant, &self.log, &self.rows, groups, self.week)
+    }
+
+    /// The loops that were judged, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.rows.chunk_by(|a, b| a.name == b.name).map(|rows| &*rows[0].name)
+    }
+
+    /// The windows of a loop, in order of time.
+    pub fn rows_of(&self, name: &str) -> &[WindowRow] {
+        let from = self.rows.partition_point(|row| *row.name < *name);
+        let count = self.rows[from..].partition_point(|row| *row.name <= *name);
+        &self.rows[from..from + count]
+    }
+
+    /// The week.
+    pub fn week(&self) -> Week {
+        self.week
+    }
+
+    /// What people said.
+    pub fn log(&self) -> &Log {
+        &self.log
     }
 
     /// The loops of the week, what to do first at the top.

@@ -17,6 +17,7 @@
 use crate::error::{Error, Result, file, store};
 use crate::table::{self, parquet};
 use crate::trace::Trace;
+use crate::week::Week;
 use crate::window::WindowRow;
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
@@ -185,6 +186,31 @@ impl Store {
             last = last.max(self.rows_of(&run)?.iter().map(|row| row.window_start).max());
         }
         Ok(last)
+    }
+
+    /// The weeks in which windows begin, in their order.
+    ///
+    /// # Errors
+    /// As for [`Store::rows`].
+    pub fn weeks_judged(&self) -> Result<Vec<Week>> {
+        let mut weeks: BTreeSet<i64> = self.weeks()?.into_iter().collect();
+        for run in self.runs_after(&self.through())? {
+            weeks.extend(self.rows_of(&run)?.iter().map(week_of));
+        }
+        Ok(weeks.into_iter().map(|week| Week::of(7 * week - 3)).collect())
+    }
+
+    /// A text that is another one as soon as there are other rows.
+    ///
+    /// # Errors
+    /// If a folder cannot be read.
+    pub fn stamp(&self) -> Result<String> {
+        let through = self.through();
+        let Some(last) = self.run_names()?.into_iter().max_by_key(|run| number(run)) else {
+            return Ok(through);
+        };
+        let parts = names(&self.runs().join(&last), |name| name.starts_with("windows-"))?.len();
+        Ok(format!("{through}/{last}/{parts}"))
     }
 
     /// What was judged, by loop and begin.

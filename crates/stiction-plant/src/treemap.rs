@@ -2,8 +2,11 @@
 //!
 //! M. Bruls, K. Huizing, J. J. van Wijk, "Squarified treemaps", Data Visualization 2000 (recalled, not read).
 
+use crate::ranking::LoopRow;
+use std::collections::BTreeMap;
+
 /// A rectangle: left, top, width and height.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Tile {
     /// Left.
     pub x: f64,
@@ -13,6 +16,54 @@ pub struct Tile {
     pub w: f64,
     /// Height.
     pub h: f64,
+}
+
+/// Where loops without an area are.
+pub const NOWHERE: &str = "no area";
+/// Height of the name of an area.
+pub const NAME: f64 = 16.0;
+
+/// An area of the plant on a map.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct AreaTile {
+    /// Its name.
+    pub area: String,
+    /// Where it is; its name takes [`NAME`] of its height.
+    pub tile: Tile,
+    /// Its loops.
+    pub loops: Vec<LoopTile>,
+}
+
+/// A loop on a map.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct LoopTile {
+    /// Its place in the ranking, from 0.
+    pub place: usize,
+    /// Where it is.
+    pub tile: Tile,
+}
+
+/// The plant on a map: areas, and loops in them, as large as they weigh.
+pub fn map<'a>(loops: impl IntoIterator<Item = &'a LoopRow>, whole: Tile) -> Vec<AreaTile> {
+    let mut areas: BTreeMap<&str, Vec<(usize, f64)>> = BTreeMap::new();
+    for (place, row) in loops.into_iter().enumerate() {
+        let area = row.area.as_deref().unwrap_or(NOWHERE);
+        areas.entry(area).or_default().push((place, row.weight));
+    }
+    let weight = |loops: &[(usize, f64)]| loops.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut areas: Vec<(&str, Vec<(usize, f64)>)> = areas.into_iter().collect();
+    areas.sort_by(|a, b| weight(&b.1).total_cmp(&weight(&a.1)));
+    let weights: Vec<f64> = areas.iter().map(|(_, loops)| weight(loops)).collect();
+    let area_of = |((area, mut loops), tile): ((&str, Vec<(usize, f64)>), Tile)| {
+        // The largest first makes tiles squarer; of the same weight what is to be done first.
+        loops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let within = Tile { y: tile.y + NAME, h: (tile.h - NAME).max(1.0), ..tile };
+        let weights: Vec<f64> = loops.iter().map(|(_, weight)| *weight).collect();
+        let tiles = loops.iter().zip(squarified(&weights, within));
+        let loops = tiles.map(|((place, _), tile)| LoopTile { place: *place, tile }).collect();
+        AreaTile { area: area.to_owned(), tile, loops }
+    };
+    areas.into_iter().zip(squarified(&weights, whole)).map(area_of).collect()
 }
 
 /// A tile of `whole` for each weight, in the order of the weights; they are the squarer the larger weights come first.

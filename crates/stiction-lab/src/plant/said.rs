@@ -1,0 +1,148 @@
+//! What people say of a loop, entered in the log by the functions of the command.
+
+use super::Said;
+use crate::calls::{Answer, Wrong};
+use crate::lab::Lab;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use stiction_diagnose::diagnose::VerdictClass;
+use stiction_io::overrides;
+use stiction_plant::log::{self, Entry, Kind};
+use stiction_plant::plant_file::Plant;
+use stiction_plant::{Store, day};
+
+/// Characters of a text, and of a name.
+const TEXT: usize = 4000;
+const NAME: usize = 200;
+
+/// Something to be kept of a loop.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Note {
+    /// The loop.
+    #[serde(rename = "loop")]
+    name: String,
+    /// Whether it is a note, a repair or an order.
+    kind: Kind,
+    /// What there is to say; of a repair it may be empty.
+    #[serde(default)]
+    text: String,
+    /// Who says so; the user of this system without it.
+    #[serde(default)]
+    by: Option<String>,
+    /// The day it was done; today without it.
+    #[serde(default)]
+    day: Option<String>,
+}
+
+/// A loop that is to be left out of the list of work.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Snooze {
+    /// The loop.
+    #[serde(rename = "loop")]
+    name: String,
+    /// The day on which to look again.
+    until: String,
+    /// Why.
+    #[serde(default)]
+    text: String,
+    /// Who says so; the user of this system without it.
+    #[serde(default)]
+    by: Option<String>,
+}
+
+/// What a person concluded.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Conclusion {
+    /// The loop.
+    #[serde(rename = "loop")]
+    name: String,
+    /// What the valve does; cannot tell takes an override back.
+    verdict: String,
+    /// Why.
+    reason: String,
+    /// The last day on which it holds.
+    #[serde(default)]
+    until: Option<String>,
+    /// Who says so; the user of this system without it.
+    #[serde(default)]
+    by: Option<String>,
+}
+
+/// What is entered, as far as it differs.
+struct New {
+    name: String,
+    kind: Kind,
+    day: Option<String>,
+    by: Option<String>,
+    until: Option<String>,
+    verdict: Option<VerdictClass>,
+    text: String,
+}
+
+fn enter(lab: &Lab, new: New) -> Answer<Said> {
+    let folder = lab.plant.folder()?;
+    if new.text.chars().count() > TEXT || new.by.iter().any(|by| by.chars().count() > NAME) {
+        return Err(Wrong::asked(format!("a text has at most {TEXT} characters, a name {NAME}")));
+    }
+    let plant = Plant::read(folder)?;
+    let days = |text: Option<String>| text.map(|day| day::parse(&day)).transpose();
+    let (day, until) = (days(new.day).map_err(Wrong::asked)?, days(new.until).map_err(Wrong::asked)?);
+    let today = || day::parse(&overrides::today().to_string()).map_err(Wrong::own);
+    // Of all that was judged, not of a week: an old loop may be spoken of, too.
+    let week = lab.plant.week(None).ok();
+    let judged = week.iter().flat_map(|week| week.known.names());
+    let name = match log::loop_named(&plant, judged, &new.name) {
+        Ok(name) => name.to_owned(),
+        Err(_) => {
+            let rows = Store::of(folder).rows()?;
+            log::loop_named(&plant, rows.iter().map(|row| &*row.name), &new.name)?.to_owned()
+        }
+    };
+    let by = new.by.map(|by| by.trim().to_owned()).filter(|by| !by.is_empty());
+    let entry = Entry {
+        kind: new.kind,
+        name,
+        day: day.map_or_else(today, Ok)?,
+        by: by.or_else(|| whoami::username().ok()),
+        until,
+        verdict: new.verdict,
+        text: new.text.trim().to_owned(),
+    };
+    log::enter(folder, &entry)?;
+    Ok(Said::of(&entry))
+}
+
+/// Enters a note, a repair or an order.
+///
+/// # Errors
+/// If there is no such loop, the entry says what cannot be, or the log cannot be written.
+pub fn enter_note(lab: &Lab, asked: Note) -> Answer<Said> {
+    let Note { name, kind, text, by, day } = asked;
+    if !matches!(kind, Kind::Note | Kind::Repair | Kind::Order) {
+        return Err(Wrong::asked("a note is a note, a repair or an order"));
+    }
+    enter(lab, New { name, kind, day, by, until: None, verdict: None, text })
+}
+
+/// Takes a loop out of the list of work until a day.
+///
+/// # Errors
+/// As [`enter_note`].
+pub fn enter_snooze(lab: &Lab, asked: Snooze) -> Answer<Said> {
+    let Snooze { name, until, text, by } = asked;
+    let (kind, until) = (Kind::Snooze, Some(until));
+    enter(lab, New { name, kind, day: None, by, until, verdict: None, text })
+}
+
+/// Enters what a person concluded of a valve.
+///
+/// # Errors
+/// As [`enter_note`].
+pub fn enter_override(lab: &Lab, asked: Conclusion) -> Answer<Said> {
+    let Conclusion { name, verdict, reason: text, until, by } = asked;
+    let verdict = Some(VerdictClass::by_name(&verdict)?);
+    enter(lab, New { name, kind: Kind::Override, day: None, by, until, verdict, text })
+}
