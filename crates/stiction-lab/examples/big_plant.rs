@@ -30,7 +30,7 @@ fn name(k: usize) -> String {
 /// Windows of a loop that is made up.
 fn rows(k: usize) -> Vec<WindowRow> {
     let window = |day: i64| {
-        let late = day >= DAYS - 4;
+        let late = day >= DAYS - 2;
         let sticks = match k % 14 {
             0 | 1 => true,
             2 if k % 5 == 0 => late,

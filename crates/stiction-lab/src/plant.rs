@@ -44,7 +44,7 @@ const KEPT_RECORDINGS: usize = 4;
 /// How long an answer waits for groups; those of a small plant are there by then.
 const PATIENCE: Duration = Duration::from_millis(400);
 /// Widths of the maps of a plant, for a large screen and a small one, and their heights, which grow by loops, to a limit.
-const MAPS: [(f64, f64, f64, f64); 2] = [(1240.0, 160.0, 0.3, 460.0), (360.0, 260.0, 0.6, 900.0)];
+const MAPS: [(f64, f64, f64, f64); 2] = [(1240.0, 200.0, 0.4, 600.0), (360.0, 260.0, 0.6, 900.0)];
 
 /// What the lab knows of its plant.
 #[derive(Debug)]

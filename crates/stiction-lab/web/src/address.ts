@@ -16,16 +16,18 @@ export const room = signal<Room>(now.room);
 /** Its state, as the address has it; changes when the user follows a link or goes back, not by `remember`. */
 export const state = signal<URLSearchParams>(now.state);
 
+let last = now.state.toString();
+let timer = 0;
+
 addEventListener("hashchange", () => {
   const next = parsed();
   if (next.room === room.value && next.state.toString() === last) return;
+  // What was to be written is of where one was.
+  clearTimeout(timer);
   last = next.state.toString();
   room.value = next.room;
   state.value = next.state;
 });
-
-let last = now.state.toString();
-let timer = 0;
 
 /** The link to a room in a state. */
 export function link(to: Room, params: Iterable<[string, string]> = []): string {

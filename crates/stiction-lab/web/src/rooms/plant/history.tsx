@@ -134,7 +134,7 @@ export function HistoryChart(props: { of: History; day: string; choose: (day: st
               data-day={window.day}
               aria-pressed={k === chosen}
               aria-label={told(window)}
-              tabIndex={k === start ? 0 : -1}
+              tabindex={k === start ? 0 : -1}
               onClick={() => props.choose(window.day)}
               onKeyDown={(event) => {
                 if (event.key !== "Enter" && event.key !== " ") return;

@@ -167,7 +167,7 @@ function Choice(props: { of: "action" | "change" | "list" | "area" | "unit" | "h
   const value = at.value[props.of];
   const options = props.options.some(([key]) => key === value) ? props.options : [...props.options, [value, value]];
   return (
-    <label>
+    <label class={`${props.of === "list" || props.of === "area" ? "" : "extra"}${value ? " used" : ""}`}>
       {w.filters[props.of]}
       <select value={value} onChange={(event) => turn({ [props.of]: event.currentTarget.value })}>
         {options.map(([key, text]) => (

@@ -22,6 +22,7 @@ export function PlantMap() {
   const rows = page.value?.loops ?? [];
   if (!of) return null;
   const tiles = of.areas.flatMap((area) => area.loops);
+  const marked = tiles.find(({ place }) => place === focused.value || (focused.value < 0 && rows[place]?.loop === at.value.loop))?.tile;
   const start = tiles.some(({ place }) => place === focused.value) ? focused.value : (tiles[0]?.place ?? 0);
   const step = (event: KeyboardEvent) => {
     const turn = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] }[event.key];
@@ -77,23 +78,30 @@ export function PlantMap() {
                   class={`${sign}${row.loop === at.value.loop ? " open" : ""}`}
                   data-k={place}
                   role="button"
-                  tabIndex={place === start ? 0 : -1}
+                  tabindex={place === start ? 0 : -1}
                   aria-label={words}
                   onClick={() => walk({ loop: row.loop, day: "" })}
                   onFocus={() => (focused.value = place)}
                 >
                   <title>{words}</title>
                   <rect x={tile.x} y={tile.y} width={Math.max(0.5, tile.w)} height={Math.max(0.5, tile.h)} />
-                  {tile.w >= 9 && tile.h >= 11 ? (
-                    <text x={tile.x + tile.w / 2} y={tile.y + tile.h / 2 + 4}>
-                      {tile.w >= 7 * row.loop.length && tile.h >= 26 ? row.loop : sign}
-                    </text>
-                  ) : null}
                 </g>
               );
             })}
+            <g aria-hidden="true">
+              {area.loops.map(({ place, tile }) => {
+                const row = rows[place];
+                if (!row || tile.w < 9 || tile.h < 11) return null;
+                return (
+                  <text key={place} x={tile.x + tile.w / 2} y={tile.y + tile.h / 2 + 4}>
+                    {tile.w >= 7 * row.loop.length && tile.h >= 16 ? row.loop : letter(row.action)}
+                  </text>
+                );
+              })}
+            </g>
           </g>
         ))}
+        {marked ? <rect class="marked" x={marked.x} y={marked.y} width={marked.w} height={marked.h} aria-hidden="true" /> : null}
       </svg>
     </div>
   );

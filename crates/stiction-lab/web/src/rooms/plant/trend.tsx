@@ -19,6 +19,13 @@ function joined(of: Trend, names: readonly ("sp" | "pv" | "op" | "vp")[]): uPlot
   return tables.length === 1 && tables[0] ? tables[0] : uPlot.join(tables);
 }
 
+/** What the clock of the plant shows: hours and minutes, with seconds where they count; the day where it begins. */
+function clock(at: number, next: number, before: number): string {
+  const text = new Date(at * 1000).toISOString();
+  const time = text.slice(11, Math.abs((next || before) - at) < 60 ? 19 : 16);
+  return before === 0 || time.startsWith("00:00") ? `${time}\n${text.slice(5, 10)}` : time;
+}
+
 export function TrendOfDay(props: { loop: string; day: string; days: number; stamp: string }) {
   const [part, setPart] = useState<Part>(null);
   const [trend, setTrend] = useState<Trend | null>(null);
@@ -46,7 +53,7 @@ export function TrendOfDay(props: { loop: string; day: string; days: number; sta
   };
   const names = useMemo(() => {
     if (!trend) return null;
-    const all = (["sp", "pv", "op", "vp"] as const).filter((name) => (trend[name]?.t.length ?? 0) > 0);
+    const all = (["pv", "sp", "op", "vp"] as const).filter((name) => (trend[name]?.t.length ?? 0) > 0);
     return { above: all.filter((name) => name === "sp" || name === "pv"), below: all.filter((name) => name === "op" || name === "vp") };
   }, [trend]);
   if (wrong) return <p class="wrong">{wrong}</p>;
@@ -62,7 +69,7 @@ export function TrendOfDay(props: { loop: string; day: string; days: number; sta
     tzDate: (at) => uPlot.tzDate(new Date(at * 1e3), "Etc/UTC"),
     cursor: { sync: { key: "plant-trend" }, drag: { x: true, y: false, setScale: false } },
     scales: { x: { time: true } },
-    axes: [axis(), axis({ label: unit, size: 56 })],
+    axes: [axis({ values: (_, at) => at.map((time, k) => clock(time, at[k + 1] ?? 0, at[k - 1] ?? 0)) }), axis({ label: unit, size: 56 })],
     series: [
       {},
       // What a controller sends is held until it sends something else.
