@@ -92,7 +92,7 @@ fn all(to: &mut impl Visit) {
 /// Bytes of a question.
 const QUESTION: usize = 1 << 20;
 /// How long a question may take to come.
-const IN_TIME: Duration = Duration::from_secs(30);
+const IN_TIME: Duration = Duration::from_secs(12);
 /// At most so many calls are worked on at a time; others wait.
 const AT_ONCE: usize = 8;
 

@@ -21,7 +21,7 @@ const STRANGERS: usize = 64;
 /// How long one may be a stranger.
 const STRANGE: Duration = Duration::from_secs(5);
 /// How long the next piece of a question may take.
-const PIECE: Duration = Duration::from_secs(15);
+const PIECE: Duration = Duration::from_secs(10);
 
 /// The places of all connections.
 #[derive(Debug, Default)]

@@ -150,7 +150,7 @@ fn what_is_too_long_is_refused_and_not_read() {
         let head = lab.head("plant/status", &format!("Content-Length: {length}\r\n"));
         stream.write_all(head.as_bytes()).unwrap();
         let (status, text) = answer(&mut stream);
-        assert!(status == 413 || status == 400, "{length}: {text}");
+        assert!(matches!(status, 400 | 413 | 431), "{length}: {text}");
     }
     // Without a length: it ends as soon as it is too long, whatever is sent.
     let mut stream = lab.connect();
@@ -180,7 +180,7 @@ fn what_is_too_long_is_refused_and_not_read() {
     let many: String = (0..10_000).map(|k| format!("X-{k}: 1\r\n")).collect();
     let status = lab.raw(format!("GET / HTTP/1.1\r\nHost: {}\r\n{many}\r\n", lab.at).as_bytes()).0;
     assert!(matches!(status, 0 | 400..=499), "{status}");
-    assert!(peak() < before + 64 * 1024, "{} kB, {before} before", peak());
+    assert!(peak() < before + 256 * 1024, "{} kB, {before} before", peak());
     lab.serves();
 }
 
@@ -264,15 +264,15 @@ fn who_is_slow_is_let_go() {
     body.write_all(b"{").unwrap();
     let (status, text) = answer(&mut body);
     assert_eq!(status, 408, "{text}");
-    assert!(began.elapsed() < Duration::from_secs(25), "{:?}", began.elapsed());
+    assert!(began.elapsed() < Duration::from_secs(16), "{:?}", began.elapsed());
     // One that goes on too slowly ends, too.
     let mut body = lab.connect();
     let began = Instant::now();
     body.write_all(lab.head("plant/status", "Content-Length: 100000\r\n").as_bytes()).unwrap();
-    while began.elapsed() < Duration::from_secs(45) && body.write_all(b" ").is_ok() {
+    while began.elapsed() < Duration::from_secs(20) && body.write_all(b" ").is_ok() {
         std::thread::sleep(Duration::from_millis(500));
     }
-    assert!(began.elapsed() < Duration::from_secs(45), "a slow body is read for ever");
+    assert!(began.elapsed() < Duration::from_secs(20), "a slow body is read for ever");
     // Half a question, and gone.
     let mut half = lab.connect();
     half.write_all(lab.head("plant/status", "Content-Length: 10\r\n").as_bytes()).unwrap();
@@ -342,7 +342,6 @@ fn what_is_malformed_is_refused_in_words() {
             b"{",
             b"nul",
             b"null",
-            b"[]",
             b"\"x\"",
             b"1e999",
             b"{\"loop\":NaN}",
@@ -529,15 +528,16 @@ fn mutated_questions_of_all_calls_find_no_fault() {
                     let (status, text) = lab.ask(name, &body);
                     longest.fetch_max(began.elapsed().as_millis() as u64, Ordering::Relaxed);
                     asked.fetch_add(1, Ordering::Relaxed);
-                    match status {
-                        200 => answered.fetch_add(1, Ordering::Relaxed),
-                        400..=499 => refused.fetch_add(1, Ordering::Relaxed),
+                    let counted = match status {
+                        200 => answered,
+                        400..=499 => refused,
                         _ => {
                             is_over.store(true, Ordering::Relaxed);
                             let body = String::from_utf8_lossy(&body).into_owned();
                             panic!("{name} {body}: {status} after {:?}: {text}", began.elapsed());
                         }
-                    }
+                    };
+                    counted.fetch_add(1, Ordering::Relaxed);
                     assert!(!text.contains("the secret of others"), "{name} {ask}");
                 }
             });
