@@ -116,8 +116,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plant = Plant::read(folder)?;
     let rows: Vec<WindowRow> = (0..made_up).filter(|k| k % 97 != 5).flat_map(rows).collect();
     take(folder, &plant, &rows)?;
-    let done =
-        scan(folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(()))?;
+    let done = scan(folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(()))?;
     println!("{} windows made up, {} judged; {loops} loops", rows.len(), done.windows);
     Ok(())
 }

@@ -46,6 +46,10 @@ pub struct Lab {
 impl Lab {
     /// A lab with what was to be opened.
     pub fn new(options: &Options) -> Self {
-        Self { tool: options.tool.clone(), lives: live::Room::default(), plant: plant::Room::new(options.plant.clone()) }
+        Self {
+            tool: options.tool.clone(),
+            lives: live::Room::default(),
+            plant: plant::Room::new(options.plant.clone()),
+        }
     }
 }

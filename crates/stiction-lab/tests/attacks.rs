@@ -49,7 +49,8 @@ impl Open {
     }
 
     fn ask(&self, call: &str, body: &[u8]) -> (u16, String) {
-        let mut bytes = self.head(call, &format!("Content-Length: {}\r\n", body.len())).into_bytes();
+        let mut bytes =
+            self.head(call, &format!("Content-Length: {}\r\n", body.len())).into_bytes();
         bytes.extend(body);
         self.raw(&bytes)
     }
@@ -118,8 +119,16 @@ fn paths_lead_nowhere() {
         assert!((400..500).contains(&status), "{path}: {text}");
         assert!(!text.contains("secret of") && !text.contains("root:"), "{path}: {text}");
     }
-    let escapes =
-        ["../secret.txt", "/etc/passwd", "..\\secret.txt", "%2e%2e/secret.txt", "a\0b", "", "*", "../../.."];
+    let escapes = [
+        "../secret.txt",
+        "/etc/passwd",
+        "..\\secret.txt",
+        "%2e%2e/secret.txt",
+        "a\0b",
+        "",
+        "*",
+        "../../..",
+    ];
     for name in escapes {
         for (call, ask) in [
             ("plant/loop", json!({ "loop": name })),
@@ -134,7 +143,10 @@ fn paths_lead_nowhere() {
         ] {
             let (status, text) = lab.ask(call, ask.to_string().as_bytes());
             assert!((400..500).contains(&status), "{call} {name}: {text}");
-            assert!(!text.contains("secret of") && !text.contains("root:"), "{call} {name}: {text}");
+            assert!(
+                !text.contains("secret of") && !text.contains("root:"),
+                "{call} {name}: {text}"
+            );
         }
     }
     assert!(!folder.join("log.toml").exists(), "nothing was entered");
@@ -170,7 +182,10 @@ fn what_is_too_long_is_refused_and_not_read() {
     };
     assert!(cut && sent < 64 << 20, "{sent} bytes were taken");
     // Without the token nothing of it is read at all; a head may not be long either.
-    let head = format!("POST /api/plant/status HTTP/1.1\r\nHost: {}\r\nContent-Length: 10737418240\r\n\r\n", lab.at);
+    let head = format!(
+        "POST /api/plant/status HTTP/1.1\r\nHost: {}\r\nContent-Length: 10737418240\r\n\r\n",
+        lab.at
+    );
     let mut stream = lab.connect();
     stream.write_all(head.as_bytes()).unwrap();
     assert_eq!(answer(&mut stream).0, 401);
@@ -233,7 +248,11 @@ fn who_is_known_keeps_the_connection_while_others_come() {
         own.write_all(head.as_bytes()).unwrap();
         let mut some = [0; 65536];
         let count = own.read(&mut some).unwrap();
-        assert!(some[..count].starts_with(b"HTTP/1.1 200"), "{:?}", String::from_utf8_lossy(&some[..count]));
+        assert!(
+            some[..count].starts_with(b"HTTP/1.1 200"),
+            "{:?}",
+            String::from_utf8_lossy(&some[..count])
+        );
     };
     ask();
     let others: Vec<TcpStream> = (0..300).filter_map(|_| TcpStream::connect(lab.at).ok()).collect();
@@ -363,7 +382,12 @@ fn what_is_malformed_is_refused_in_words() {
         // Each field of another type, or a number that cannot be.
         let valid = fitting(schema, &definitions, "");
         for key in valid.as_object().unwrap().keys() {
-            for wrong in [json!({ "a": [[]] }), json!(-1e308), json!(18446744073709551615_u64), json!([null])] {
+            for wrong in [
+                json!({ "a": [[]] }),
+                json!(-1e308),
+                json!(18446744073709551615_u64),
+                json!([null]),
+            ] {
                 let mut ask = valid.clone();
                 ask[key] = wrong;
                 let (status, text) = lab.ask(name, ask.to_string().as_bytes());
@@ -411,7 +435,8 @@ struct Chance(u64);
 
 impl Chance {
     fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as usize % n.max(1)
     }
 }
@@ -476,7 +501,10 @@ fn mutate(of: &mut Value, chance: &mut Chance) {
         Value::String(text) if chance.below(3) == 0 => {
             let mut bytes: Vec<char> = text.chars().collect();
             let place = chance.below(bytes.len().max(1));
-            bytes.insert(place.min(bytes.len()), ['\0', '=', '9', '-', '"', 'é', '.'][chance.below(7)]);
+            bytes.insert(
+                place.min(bytes.len()),
+                ['\0', '=', '9', '-', '"', 'é', '.'][chance.below(7)],
+            );
             *of = bytes.into_iter().collect::<String>().into();
         }
         of => *of = awkward(chance),

@@ -441,8 +441,7 @@ impl Spark {
         let windows = &ranked.windows[ranked.windows.len().saturating_sub(POINTS)..];
         let mut spark = Self::default();
         let (Some(first), Some(last)) = (windows.first(), windows.last()) else { return spark };
-        let (begin, end) =
-            (first.window_start as f64, (last.window_start + last.window_s) as f64);
+        let (begin, end) = (first.window_start as f64, (last.window_start + last.window_s) as f64);
         let x = |row: &crate::window::WindowRow| {
             SPARK.0 * (row.window_start as f64 + row.window_s as f64 / 2.0 - begin) / (end - begin)
         };

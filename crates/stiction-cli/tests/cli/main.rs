@@ -14,6 +14,7 @@ mod inspect;
 mod join;
 #[cfg(unix)]
 mod killed;
+mod lab_ends;
 mod limit_cycle;
 mod malformed;
 mod nothing_lost;

@@ -89,7 +89,8 @@ fn enter(lab: &Lab, new: New) -> Answer<Said> {
     }
     let plant = Plant::read(folder)?;
     let days = |text: Option<String>| text.map(|day| day::parse(&day)).transpose();
-    let (day, until) = (days(new.day).map_err(Wrong::asked)?, days(new.until).map_err(Wrong::asked)?);
+    let (day, until) =
+        (days(new.day).map_err(Wrong::asked)?, days(new.until).map_err(Wrong::asked)?);
     let today = || day::parse(&overrides::today().to_string()).map_err(Wrong::own);
     // Of all that was judged, not of a week: an old loop may be spoken of, too.
     let week = lab.plant.week(None).ok();

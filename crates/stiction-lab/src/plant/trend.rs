@@ -108,14 +108,23 @@ fn short(value: f64) -> f64 {
 }
 
 impl Line {
-    /// Of what a channel has between two times.
-    fn of(channel: &Channel, from: f64, to: f64) -> Self {
+    /// Of what a channel has between two times; what is `held` may be stored when it changes only.
+    fn of(channel: &Channel, from: f64, to: f64, held: bool) -> Self {
         let each = channel.time.iter().zip(&channel.values).zip(&channel.quality);
-        let known: Vec<(f64, Option<f64>)> = each
-            .filter(|((t, _), _)| **t >= from && **t <= to)
-            .map(|((t, value), q)| (*t, (value.is_finite() && q.is_usable()).then_some(*value)))
-            .collect();
+        let each = each
+            .map(|((t, value), q)| (*t, (value.is_finite() && q.is_usable()).then_some(*value)));
+        let before = each.clone().filter(|(t, _)| *t < from).max_by(|a, b| a.0.total_cmp(&b.0));
+        let mut known: Vec<(f64, Option<f64>)> =
+            each.filter(|(t, _)| *t >= from && *t <= to).collect();
         let samples = known.len();
+        if held {
+            if let Some((_, value)) = before.filter(|_| known.first().is_none_or(|k| k.0 > from)) {
+                known.insert(0, (from, value));
+            }
+            if let Some((_, value)) = known.last().copied().filter(|(t, _)| *t < to) {
+                known.push((to, value));
+            }
+        }
         let thinned = samples > POINTS;
         let points = if thinned { least_and_most(&known, from, to) } else { known };
         let (t, value) = points
@@ -174,7 +183,8 @@ pub fn trend(lab: &Lab, asked: TrendAsked) -> Answer<Trend> {
     if from_s >= to_s {
         return Err(Wrong::asked("from_s must be before to_s"));
     }
-    let line = |channel: &Channel| Line::of(channel, from_s, to_s);
+    let line = |channel: &Channel| Line::of(channel, from_s, to_s, false);
+    let held = |channel: &Channel| Line::of(channel, from_s, to_s, true);
     let unit = |channel: &Option<Channel>| channel.as_ref().and_then(|of| of.unit.clone());
     Ok(Trend {
         name: window.name,
@@ -183,9 +193,9 @@ pub fn trend(lab: &Lab, asked: TrendAsked) -> Answer<Trend> {
         from_s,
         to_s,
         pv_unit: unit(&recording.pv).or_else(|| unit(&recording.sp)),
-        sp: recording.sp.as_ref().map(line),
+        sp: recording.sp.as_ref().map(held),
         pv: recording.pv.as_ref().map(line),
-        op: Some(line(&recording.op)),
+        op: Some(held(&recording.op)),
         vp: recording.vp.as_ref().map(line),
     })
 }
@@ -243,11 +253,15 @@ mod tests {
         values[51_234] = 40.0;
         values[77_001] = -40.0;
         let channel = Channel::new("PV", time, values).unwrap();
-        let line = Line::of(&channel, 0.0, 100_000.0);
+        let line = Line::of(&channel, 0.0, 100_000.0, false);
         assert!(line.thinned && line.t.len() <= POINTS + 2 && line.samples == 100_000);
         assert!(line.t.is_sorted());
         assert!(line.value.contains(&Some(40.0)) && line.value.contains(&Some(-40.0)));
-        let part = Line::of(&channel, 51_000.0, 52_000.0);
+        let part = Line::of(&channel, 51_000.0, 52_000.0, false);
         assert!(!part.thinned && part.t.len() == 1001);
+        let rare = Channel::new("SP", vec![0.0, 40.0], vec![5.0, 6.0]).unwrap();
+        let held = Line::of(&rare, 20.0, 100.0, true);
+        assert_eq!((held.t, held.samples), (vec![20.0, 40.0, 100.0], 1));
+        assert_eq!(held.value, [Some(5.0), Some(6.0), Some(6.0)]);
     }
 }

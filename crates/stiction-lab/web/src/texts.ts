@@ -76,6 +76,7 @@ export const t = {
       said: ["said", "overrides, orders, repairs and notes of people"],
     },
     person: (word: string) => `a person: ${word}`,
+    overruled: "A person concluded:",
     every: (time: string) => `every ${time}`,
     snoozed: (day: string) => `until ${day}`,
     priority: "Priority is weight × severity × probability; severity grows with S + J, up to 10 % of span.",

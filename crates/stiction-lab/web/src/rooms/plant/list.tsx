@@ -36,7 +36,7 @@ const COLUMNS: Column[] = [
     by: (row) => status.value?.words.actions.findIndex((word) => word.name === row.action),
     cell: (row) => (
       <>
-        <Tile action={row.action} /> {row.action}
+        <Tile action={row.action} /> <span class="word">{row.action}</span>
       </>
     ),
   },

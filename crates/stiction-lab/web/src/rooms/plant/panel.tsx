@@ -176,7 +176,7 @@ export function Panel() {
       </header>
       {row?.override ? (
         <p class="overruled">
-          <b>{w.person(row.override)}</b> · {row.override_reason}
+          <b>{w.overruled}</b> {row.override_reason}
         </p>
       ) : null}
       {wrong ? <p class="wrong">{wrong}</p> : null}
