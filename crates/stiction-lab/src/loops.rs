@@ -10,7 +10,7 @@ use stiction_io::{options::ReadOptions, reading, table};
 use stiction_model::closed_loop::ClosedLoop;
 use stiction_model::compensate;
 use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
-use stiction_model::limit_cycle::{ContinuousLoop, Found, Method};
+use stiction_model::limit_cycle::{ContinuousLoop, Cycle, Found, Method};
 use stiction_model::valve::Model;
 
 /// A loop, in the words of the command: `stiction simulate SCENARIO --set KEY=VALUE ...`.
@@ -131,8 +131,16 @@ pub fn scenarios(lab: &Lab, _: Nothing) -> Answer<Choices> {
 /// A loop's own numbers.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Cycles {
+    /// The cycles that were found, by all methods.
+    cycles: Vec<Cycle>,
     /// What each method of prediction says.
     methods: Vec<Found>,
+    /// Stick band plus dead band, percent of span.
+    #[serde(rename = "S")]
+    s: f64,
+    /// Slip jump, percent of span.
+    #[serde(rename = "J")]
+    j: f64,
     /// The scenario with all its settings, as TOML.
     toml: String,
     /// The same, key by key.
@@ -151,8 +159,12 @@ pub fn cycle(_: &Lab, asked: Asked) -> Answer<Cycles> {
         Found::of(&l, method, false).unwrap_or_else(|e| Found::refused(method, e.to_string()))
     };
     let scenario = scenario(&asked)?;
+    let methods = [Method::Exact, Method::DescribingFunction].map(of);
     Ok(Cycles {
-        methods: [Method::Exact, Method::DescribingFunction].map(of).into(),
+        cycles: methods.iter().flat_map(|found| &found.cycles).cloned().collect(),
+        methods: methods.into(),
+        s: scenario.valve.1.s(),
+        j: scenario.valve.1.j(),
         settings: settings(&scenario),
         toml: scenario.text,
         notes: scenario.notes,
