@@ -1,5 +1,6 @@
 //! What the lab knows while it runs.
 
+use crate::paper::Paper;
 use crate::{live, plant};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -13,6 +14,8 @@ pub struct Options {
     pub files: Vec<PathBuf>,
     /// The folder of a plant.
     pub plant: Option<PathBuf>,
+    /// Draws the figures of the paper.
+    pub paper: Paper,
     /// The address to listen on; of others than the loopback, anyone who knows the token can ask.
     pub host: IpAddr,
     /// The port; 0 for any that is free.
@@ -26,6 +29,7 @@ impl Options {
             tool: tool.into(),
             files: vec![],
             plant: None,
+            paper: Paper::default(),
             host: Ipv4Addr::LOCALHOST.into(),
             port: 0,
         }
@@ -37,6 +41,8 @@ impl Options {
 pub struct Lab {
     /// The program, with its version.
     pub(crate) tool: String,
+    /// Draws the figures of the paper.
+    pub(crate) paper: Paper,
     /// Loops that run.
     pub(crate) lives: live::Room,
     /// The plant.
@@ -48,6 +54,7 @@ impl Lab {
     pub fn new(options: &Options) -> Self {
         Self {
             tool: options.tool.clone(),
+            paper: options.paper.clone(),
             lives: live::Room::default(),
             plant: plant::Room::new(options.plant.clone()),
         }
