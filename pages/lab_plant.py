@@ -1,75 +1,33 @@
-"""Drives the room "Plant" of the lab in a real browser: Debian's Chromium, by Playwright.
+"""Drives the room of a plant in a real browser.
 
-python3 pages/lab_plant.py COMMAND PLANT [FOLDER]
+python3 pages/lab_plant.py COMMAND [FOLDER]
 
-COMMAND is the built `stiction`, PLANT a plant of 1,000 loops as `cargo run -p stiction-lab --example big_plant -- PLANT`
-writes it, which is copied and left as it is. With a FOLDER the screenshots are kept there.
+Beside COMMAND, cargo has left the example `big_plant`, which writes a plant of 1,000 loops. With a FOLDER the pictures are
+kept there.
 """
 
-import contextlib
-import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from lab import CHROMIUM, PHONE, PROJECTOR, ROOT, WIDE, Lab, opened, running, sound, until
+from playwright.sync_api import Browser, Page, sync_playwright
 
-ROOT = Path(__file__).resolve().parent.parent
-CHROMIUM = "/usr/bin/chromium"
-AXE = (ROOT / "crates/stiction-lab/web/node_modules/axe-core/axe.min.js").read_text()
-WIDE = {"width": 1300, "height": 900}
-PHONE = {"width": 390, "height": 844}
-PROJECTOR = {"width": 1920, "height": 1080}
 #: What sorting 1,000 loops may take, and opening the room, s.
 SORTING, OPENING = 0.2, 2.0
-#: Counts the loops that pass what narrows the list down.
+#: How many loops pass what narrows the list down.
 SHOWN = "[...document.querySelectorAll('.shown')].map(p => p.textContent)[0]"
-
-
-@contextlib.contextmanager
-def lab(command: Path, *arguments: str) -> Iterator[str]:
-    """A lab that runs, and its address."""
-    process = subprocess.Popen([command, "lab", "--no-open", *arguments], stdout=subprocess.PIPE, text=True)
-    try:
-        yield process.stdout.readline().strip()
-    finally:
-        process.send_signal(signal.SIGINT)
-        began = time.monotonic()
-        process.wait(10)
-        assert time.monotonic() - began < 2, "Ctrl-C takes too long"
-
-
-def browser_of(browser: Browser, address: str, size: dict[str, int] = WIDE, scheme: str = "light") -> tuple[BrowserContext, Page]:
-    """A browser that has opened the lab, in which nothing may go wrong and nothing be asked of others."""
-    context = browser.new_context(viewport=size, color_scheme=scheme)
-    context.add_init_script(AXE)
-    page = context.new_page()
-    top = address.split("?")[0]
-    page.on("request", lambda r: r.url.startswith((top, "data:", "blob:")) or sys.exit(f"asks for {r.url}"))
-    page.on("pageerror", lambda error: sys.exit(f"an error of the page: {error}"))
-    # Of loops that are made up no file holds anything, and the browser tells that, too.
-    told = ("plant/trend", "plant/diagnose")
-    page.on(
-        "console",
-        lambda said: said.type == "error"
-        and not said.location["url"].endswith(told)
-        and sys.exit(f"on the console: {said.text} {said.location}"),
-    )
-    page.goto(address)
-    return context, page
-
-
-def until(page: Page, holds: str, timeout: float = 15_000) -> None:
-    """Waits until something holds; the policy of the page lets nobody but the browser itself evaluate a text."""
-    end = time.monotonic() + timeout / 1000
-    while not page.evaluate(holds):
-        assert time.monotonic() < end, f"never: {holds}"
-        time.sleep(0.03)
+#: Of loops that are made up no file holds anything, and the browser tells that, too.
+NO_FILES = ("404",)
+LOOKS = (
+    ("phone", PHONE, "light"),
+    ("projector", PROJECTOR, "light"),
+    ("dark", WIDE, "dark"),
+    ("phone-dark", PHONE, "dark"),
+)
 
 
 def go(page: Page, state: str = "") -> None:
@@ -78,20 +36,7 @@ def go(page: Page, state: str = "") -> None:
 
 
 def holds(page: Page, what: str) -> None:
-    """Nothing is wider than the screen, and axe finds nothing that is serious."""
-    width = page.viewport_size["width"]
-    wide = page.evaluate("document.documentElement.scrollWidth")
-    assert wide <= width, f"{what}: {wide} px wide on {width}"
-    found = page.evaluate("async () => (await axe.run()).violations")
-    faults = [
-        f"{fault['impact']} {fault['id']}: {fault['nodes'][0]['html'][:200]} ({len(fault['nodes'])})"
-        for fault in found
-        if fault["impact"] in ("serious", "critical")
-    ]
-    assert not faults, f"{what}: " + "\n".join(faults)
-    minor = [f"{fault['impact']} {fault['id']}: {fault['nodes'][0]['html'][:150]}" for fault in found]
-    if minor:
-        print(f"{what}: {minor}")
+    sound(page, what, NO_FILES)
 
 
 def entries(plant: Path) -> list[dict]:
@@ -100,20 +45,19 @@ def entries(plant: Path) -> list[dict]:
 
 
 def without_plant(browser: Browser, command: Path, kept: Path) -> None:
-    with lab(command) as address:
-        context, page = browser_of(browser, address)
-        go(page)
+    with running(command) as lab:
+        page = opened(browser, lab, "#/plant")
+        page.wait_for_selector(".none")
         assert "stiction plant demo" in page.locator(".none").inner_text()
         holds(page, "without a plant")
         page.screenshot(path=kept / "lab-plant-none.png")
-        context.close()
+        page.context.close()
 
 
 def scanned(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
     """A plant that was not scanned so far: the scan is begun, stopped, begun again, and told to its end."""
-    with lab(command, "--plant", str(plant)) as address:
-        context, page = browser_of(browser, address)
-        page.evaluate("location.hash = '#/plant'")
+    with running(command, "--plant", str(plant)) as lab:
+        page = opened(browser, lab, "#/plant")
         page.wait_for_selector("text=Nothing was judged so far")
         holds(page, "before the scan")
         page.get_by_role("button", name="Scan what is new").click()
@@ -126,14 +70,13 @@ def scanned(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
         page.wait_for_selector("tr[data-loop]")
         rows = page.locator("tr[data-loop]").count()
         assert rows == 8, rows
-        context.close()
+        page.context.close()
 
 
 def room(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
-    with lab(command, "--plant", str(plant)) as address:
-        context, page = browser_of(browser, address)
+    with running(command, "--plant", str(plant)) as lab:
         began = time.monotonic()
-        go(page)
+        page = opened(browser, lab, "#/plant")
         page.wait_for_selector("tr[data-loop]")
         print(f"opening a plant of 1,000 loops: {time.monotonic() - began:.2f} s")
         began = time.monotonic()
@@ -188,17 +131,16 @@ def room(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
         page.keyboard.press("Enter")
         page.wait_for_selector(".panel h2")
         assert page.locator(".panel h2").inner_text() == name
+        page.locator(".panel .close").focus()
         page.keyboard.press("Escape")
-        page.wait_for_selector(".panel", state="detached") if page.evaluate(
-            "!!document.activeElement.closest('.panel')"
-        ) else page.get_by_role("button", name="Close").click()
+        page.wait_for_selector(".panel", state="detached")
 
         views(page, kept)
         loop(page, plant, kept)
-        both(browser, address, page, plant)
-        context.close()
-        for size, scheme, kind in ((PHONE, "light", "phone"), (PROJECTOR, "light", "projector"), (WIDE, "dark", "dark"), (PHONE, "dark", "phone-dark")):
-            context, page = browser_of(browser, address, size, scheme)
+        both(browser, lab, page, plant)
+        page.context.close()
+        for kind, size, scheme in LOOKS:
+            page = opened(browser, lab, "#/plant", size, scheme)
             for view, wanted in (
                 ("", "tr[data-loop]"),
                 ("?view=map", "svg.map [data-k]"),
@@ -216,7 +158,7 @@ def room(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
                 holds(page, f"{kind} {view}")
                 name = view.split("=")[1].split("&")[0] if view else "list"
                 page.screenshot(path=kept / f"lab-plant-{kind}-{name}.png", full_page="loop" in view)
-            context.close()
+            page.context.close()
 
 
 def views(page: Page, kept: Path) -> None:
@@ -254,7 +196,7 @@ def views(page: Page, kept: Path) -> None:
 
 def loop(page: Page, plant: Path, kept: Path) -> None:
     """A loop: its days, the trend from the files, the verdict, and what is said of it."""
-    page.get_by_role("button", name="Clear filters").click() if page.get_by_role("button", name="Clear filters").count() else None
+    page.get_by_role("button", name="Clear filters").click()
     page.get_by_role("searchbox").fill("fic1001")
     page.locator("tr[data-loop=FIC1001] a").click()
     page.wait_for_selector(".panel .u-over")
@@ -311,9 +253,9 @@ def loop(page: Page, plant: Path, kept: Path) -> None:
     page.get_by_role("button", name="Close").click()
 
 
-def both(browser: Browser, address: str, page: Page, plant: Path) -> None:
+def both(browser: Browser, lab: Lab, page: Page, plant: Path) -> None:
     """Two windows at once: what one enters the other shows, and nothing is lost."""
-    context, other = browser_of(browser, address)
+    other = opened(browser, lab, "#/plant")
     for each in (page, other):
         go(each, "?loop=FIC1002")
         each.wait_for_selector(".panel .u-over")
@@ -328,25 +270,27 @@ def both(browser: Browser, address: str, page: Page, plant: Path) -> None:
     texts = [entry["text"] for entry in entries(plant)[before:]]
     assert sorted(texts) == sorted(f"{who} {k}" for who in ("one", "two") for k in range(5)), texts
     for each in (page, other):
-        until(each, "document.querySelectorAll('.entries li').length === 10", timeout=15_000)
-    context.close()
+        until(each, "document.querySelectorAll('.entries li').length === 10")
+    other.context.close()
 
 
 def main() -> None:
-    command, plant = (Path(each).resolve() for each in sys.argv[1:3])
+    command = Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         folder = Path(folder)
-        kept = Path(sys.argv[3]) if len(sys.argv) > 3 else folder
+        kept = Path(sys.argv[2]) if len(sys.argv) > 2 else folder
         kept.mkdir(parents=True, exist_ok=True)
-        shutil.copytree(plant, folder / "big")
-        (folder / "big" / "log.toml").unlink(missing_ok=True)
+        big = command.parent / "examples" / "big_plant"
+        if not big.exists():
+            subprocess.run(["cargo", "build", "-p", "stiction-lab", "--example", "big_plant"], check=True, cwd=ROOT)
+        subprocess.run([big, folder / "big"], check=True)
         subprocess.run([command, "plant", "demo", "--loops", "8", "--days", "2", "-o", folder / "small"], check=True)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         without_plant(browser, command, kept)
         scanned(browser, command, folder / "small", kept)
         room(browser, command, folder / "big", kept)
         browser.close()
-    print("the room holds")
+    print("the room of a plant holds")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 //! The samples of a loop, read from the plant's files as the scan reads them, and the diagnosis of a window.
 
 use crate::calls::{Answer, Wrong};
+use crate::judgement::Judgement;
 use crate::lab::Lab;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, diagnose};
+use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_diagnose::recording::{Channel, Recording};
 use stiction_plant::plant_file::Plant;
 use stiction_plant::scan::{SEGMENT, recordings_of};
@@ -216,14 +217,10 @@ pub struct WindowAsked {
 /// A window that was judged again, to tell why.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Explained {
-    /// The verdict in a sentence or two.
-    verdict: String,
-    /// Why, in a sentence.
-    why: String,
+    /// The diagnosis, with its words.
+    judgement: Judgement,
     /// What would answer, where nothing is decided.
     answer: Option<String>,
-    /// All that was found.
-    diagnosis: Diagnosis,
 }
 
 /// The diagnosis of a window.
@@ -234,12 +231,8 @@ pub fn diagnose_window(lab: &Lab, asked: WindowAsked) -> Answer<Explained> {
     let window = Window::asked(lab, &asked.name, &asked.day, asked.days)?;
     let recording = lab.plant.recording(&window)?;
     let diagnosis = diagnose(&recording, &DiagnoseOptions::default())?;
-    Ok(Explained {
-        verdict: words::verdict(&diagnosis),
-        why: words::why(&diagnosis),
-        answer: words::what_would_answer(&diagnosis),
-        diagnosis,
-    })
+    let answer = words::what_would_answer(&diagnosis);
+    Ok(Explained { judgement: Judgement::new(diagnosis), answer })
 }
 
 #[cfg(test)]

@@ -63,17 +63,18 @@ function Verdict(props: { loop: string; day: string; days: number }) {
   }, [props.loop, props.day, props.days]);
   if (wrong) return <p class="wrong">{wrong}</p>;
   if (!found) return <p role="status">{w.loop.judging}</p>;
-  const { verdict, stiction } = found.diagnosis;
+  const of = found.judgement;
+  const { verdict } = of.diagnosis;
   return (
     <>
       <p>
         <Grade name={verdict.grade} />
-        {verdict.probability == null ? null : <> · {percent(verdict.probability)} %</>}
-        {stiction.S ? <> · S {range(stiction.S.value, stiction.S.low, stiction.S.high)}</> : null}
-        {stiction.J ? <> · J {range(stiction.J.value, stiction.J.low, stiction.J.high)}</> : null}
+        {of.probability ? <> · {of.probability}</> : null}
+        {of.S ? <> · S {of.S}</> : null}
+        {of.J ? <> · J {of.J}</> : null}
       </p>
-      <p>{found.verdict}</p>
-      {found.why ? <p>{found.why}</p> : null}
+      <p>{of.sentence}</p>
+      {of.why ? <p>{of.why}</p> : null}
       {found.answer ? <p>{found.answer}</p> : null}
       {verdict.reasons.length > 0 ? (
         <details>
