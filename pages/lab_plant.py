@@ -196,7 +196,6 @@ def views(page: Page, kept: Path) -> None:
 
 def loop(page: Page, plant: Path, kept: Path) -> None:
     """A loop: its days, the trend from the files, the verdict, and what is said of it."""
-    page.get_by_role("button", name="Clear filters").click()
     page.get_by_role("searchbox").fill("fic1001")
     page.locator("tr[data-loop=FIC1001] a").click()
     page.wait_for_selector(".panel .u-over")
