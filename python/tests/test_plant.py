@@ -100,9 +100,9 @@ def test_a_window_is_that_of_the_scan_from_its_samples_and_the_last_before(folde
         last = before.group_by("tag").aggregate([("time", "max")]).rename_columns(["tag", "time"])
         held = before.join(last, ["tag", "time"], join_type="inner").select(own.column_names)
         table = pa.concat_tables([within, held.cast(within.schema)])
-        judged, _ = stiction.plant.diagnose_window(table, folder, row["loop"], start // day, row["window_s"] // day)
+        judged, _, _ = stiction.plant.diagnose_window(table, folder, row["loop"], start // day, row["window_s"] // day)
         assert rows(judged) == [{key: value for key, value in row.items() if key != "input_fingerprint"}]
-        _, days = stiction.plant.diagnose_window(table, folder, row["loop"], start // day)
+        _, _, days = stiction.plant.diagnose_window(table, folder, row["loop"], start // day)
         # The data end after two days.
         assert min(days, 2) >= row["window_s"] // day
 

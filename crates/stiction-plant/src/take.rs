@@ -4,18 +4,33 @@ use crate::error::{Result, store};
 use crate::plant_file::Plant;
 use crate::scan::{Manifest, PART};
 use crate::store::Store;
+use crate::trace::{STEP_S, Trace};
 use crate::window::{ENGINE_VERSION, WindowRow, model_version};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
-/// Writes rows as one run to the store of the plant in `folder`; without a row there is none.
+/// Writes rows, and the traces that belong to them, as one run to the store of the plant in `folder`; without a row there
+/// is none. By their traces a report finds what swings together.
 ///
 /// # Errors
 /// If the store cannot be written, or somebody else is writing.
-pub fn take(folder: &Path, plant: &Plant, rows: &[WindowRow]) -> Result<Manifest> {
+pub fn take(
+    folder: &Path,
+    plant: &Plant,
+    rows: &[WindowRow],
+    traces: &[Trace],
+) -> Result<Manifest> {
+    let of_window = |trace: &'_ Trace| (trace.name.clone(), trace.start);
+    let mut by_window: HashMap<(String, i64), &Trace> =
+        traces.iter().map(|trace| (of_window(trace), trace)).collect();
     let store_of = Store::of(folder);
     let mut run = store_of.begin()?;
     for part in rows.chunks(PART) {
+        let key =
+            |row: &WindowRow| (row.name.clone(), row.window_start.div_euclid(STEP_S) * STEP_S);
+        let own: Vec<Trace> =
+            part.iter().filter_map(|row| by_window.remove(&key(row)).cloned()).collect();
+        run.write_traces(&own)?;
         run.write(part)?;
     }
     let loops: BTreeSet<&str> = rows.iter().map(|row| &*row.name).collect();

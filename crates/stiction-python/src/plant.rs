@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use stiction_io::layout;
 use stiction_plant::scan::Progress;
+use stiction_plant::trace::Trace;
 use stiction_plant::{
     Error, ScanOptions, Store, WindowRow, day, demo, plant_file, samples, scan, summary, take,
     window,
@@ -125,7 +126,7 @@ impl Plant {
         rows_table(&long(py, None, move |_| on(threads, || samples::rows(sheet, &plant)))??)
     }
 
-    /// The row of one window, and how many days it should have.
+    /// The row of one window, its trace, and how many days it should have.
     fn window(
         &self,
         py: Python<'_>,
@@ -133,11 +134,13 @@ impl Plant {
         name: String,
         day: i64,
         count: i64,
-    ) -> PyResult<(ArrowTable, i64)> {
+    ) -> PyResult<(ArrowTable, ArrowTable, i64)> {
         let (sheet, plant) = (sheet_of(samples::ORIGIN, table)?, Arc::clone(&self.plant));
         let judge = move |_: &_| on(Some(1), || samples::window(sheet, &plant, &name, day, count));
         let judged = long(py, None, judge)??;
-        Ok((rows_table(judged.row.as_slice())?, judged.days))
+        let trace = Trace::batch(judged.trace.as_slice())
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        Ok((rows_table(judged.row.as_slice())?, ArrowTable::new(trace), judged.days))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {
@@ -211,14 +214,21 @@ fn plant_windows(
     rows_table(&rows.map_err(refused)?)
 }
 
-/// Writes rows that were judged elsewhere to the store of a plant, as a run.
+/// Writes rows that were judged elsewhere, with their traces, to the store of a plant, as a run.
 #[pyfunction]
 fn plant_take<'py>(
     py: Python<'py>,
     folder: PathBuf,
     table: AnyRecordBatch,
+    traces: Option<AnyRecordBatch>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut rows = vec![];
+    let (mut rows, mut kept) = (vec![], vec![]);
+    let batches = traces.map(|table| Ok::<_, PyErr>(table.into_table()?.into_inner().0));
+    for batch in batches.transpose()?.unwrap_or_default() {
+        kept.extend(Trace::of_batch(&batch).map_err(|words| {
+            PyValueError::new_err(format!("the table is none of traces: it {words}"))
+        })?);
+    }
     for batch in table.into_table()?.into_inner().0 {
         rows.extend(WindowRow::rows(&batch).map_err(|words| {
             PyValueError::new_err(format!("the table is none of windows: it {words}"))
@@ -226,7 +236,7 @@ fn plant_take<'py>(
     }
     let done = long(py, None, move |_| {
         let plant = plant_file::Plant::read(&folder)?;
-        take(&folder, &plant, &rows)
+        take(&folder, &plant, &rows, &kept)
     })?;
     plain(py, &done.map_err(refused)?)
 }

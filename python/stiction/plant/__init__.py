@@ -324,7 +324,7 @@ def windows(folder: Folder, *, since: str | None = None, until: str | None = Non
     return _core.plant_windows(os.fspath(folder), since, until)
 
 
-def take(folder: Folder, table: Any) -> Scanned:
+def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:
     """Put rows that were judged elsewhere into the store of a plant, as a run.
 
     Parameters
@@ -333,6 +333,8 @@ def take(folder: Folder, table: Any) -> Scanned:
         The folder of ``plant.toml``.
     table : table
         Rows in the columns of `schema`, others are left alone; anything that speaks the Arrow capsule interface.
+    traces : table, optional
+        Traces of the windows, as `diagnose_window` gives them: by these a report finds loops that swing together.
 
     Returns
     -------
@@ -344,7 +346,7 @@ def take(folder: Folder, table: Any) -> Scanned:
     ValueError
         If a column is not there, or is of another type.
     """
-    return result_of(Scanned, _core.plant_take(os.fspath(folder), table))
+    return result_of(Scanned, _core.plant_take(os.fspath(folder), table, traces))
 
 
 def demo(folder: Folder, *, loops: int = 20, days: int = 7, seed: int = 1) -> None:
@@ -457,7 +459,7 @@ def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None
 
 def diagnose_window(
     table: Any, settings: Settings, loop: str, day: int, days: int = 1
-) -> tuple[Table, int]:
+) -> tuple[Table, Table, int]:
     """Judge one window of one loop: what engines call that spread windows over machines. It takes one thread.
 
     Parameters
@@ -477,6 +479,8 @@ def diagnose_window(
     -------
     table : Table
         Its row; none without a sample of the OP.
+    trace : Table
+        What is kept of its signal, to be compared with that of other loops; none of a signal that does not move.
     days : int
         How many days the window should have that begins there. If it is more than one, judge it again with as many.
     """

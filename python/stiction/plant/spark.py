@@ -33,12 +33,17 @@ __all__ = ["MOST_ERRORS", "Plan", "Scan", "explain", "main", "probe", "scan"]
 
 MOST_ERRORS = 0.05
 """Share of the loops that may have an error before a job ends with one, after writing."""
-TAKEN_TOGETHER = 100_000
+TAKEN_TOGETHER = 20_000
 """Rows that the driver takes into the store of a plant at a time."""
 WINDOWS_A_TASK = 16
 """Windows that a task judges, some seconds of work: what a lost worker loses."""
 DAY_US = 86_400_000_000
 KEYS = ["loop_id", "first_day", "days"]
+TRACE = ["trace_start", "trace_signal", "trace_unit", "trace_values"]
+"""What is kept of a window's signal, behind the columns of its row."""
+TRACE_DDL = "trace_start BIGINT, trace_signal STRING, trace_unit DOUBLE, trace_values BINARY"
+UNKNOWN = -32_768
+"""What stands for a value of a trace that is not known; values are whole numbers of two bytes, the low one first."""
 
 
 @result
@@ -76,7 +81,8 @@ class Scan(Result):
     Attributes
     ----------
     rows : pyspark.sql.DataFrame
-        The rows of what was judged, in the columns of `stiction.plant.schema`; they are kept by Spark until ``unpersist``.
+        The rows of what was judged, in the columns of `stiction.plant.schema`, and behind them the traces by which a report
+        finds loops that swing together; they are kept by Spark until ``unpersist``.
     plan : Plan
         What was to do.
     windows : int
@@ -371,11 +377,21 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
         if found != expected:
             raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
         for (loop, day, days), group in _groups(batches):
-            row, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
+            row, trace, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
             table = pa.table(row)
             if len(table) == 0:
                 # The driver must hear that it was judged.
                 table = pa.table([pa.nulls(1, field.type) for field in table.schema], names=table.column_names)
+            kept = pa.table(trace)
+            start, signal, unit = (column.to_pylist() for column in kept.columns[1:4])
+            values = []
+            if len(kept):
+                numbers = kept["values"].combine_chunks().flatten().fill_null(UNKNOWN).to_numpy()
+                values = [numbers.astype("<i2").tobytes()]
+            for name, value, kind in zip(
+                TRACE, [start, signal, unit, values], [pa.int64(), pa.string(), pa.float64(), pa.binary()]
+            ):
+                table = table.append_column(name, pa.array(value or [None], kind))
             for name, value, kind in [
                 ("loop_id", loop, pa.int32()),
                 ("first_day", day, pa.int64()),
@@ -387,7 +403,7 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
 
     # Spark 3.5 has no groupBy().applyInArrow(); this is the same, and a group is never in Java's memory whole.
     return rows.sortWithinPartitions(*KEYS).mapInArrow(
-        judge, f"{ddl()}, loop_id INT, first_day BIGINT, days BIGINT, wanted BIGINT"
+        judge, f"{ddl()}, {TRACE_DDL}, loop_id INT, first_day BIGINT, days BIGINT, wanted BIGINT"
     )
 
 
@@ -513,14 +529,14 @@ def scan(
             if row.days == 1:
                 chain.wanted[row.loop_id, row.first_day] = row.wanted
         there, windows, _ = chain.walk()
-    names = [field.name for field in spark.createDataFrame([], ddl()).schema]
+    names = [*(field.name for field in spark.createDataFrame([], ddl()).schema), *TRACE]
     counts = [(*window, chain.fingerprint(*window)) for window in there]
     final = _frame(spark, counts, "loop_id INT, first_day BIGINT, days BIGINT, input_fingerprint STRING")
     if rounds:
         all_rows = functools.reduce(lambda a, b: a.unionByName(b), rounds).drop("input_fingerprint")
         rows = all_rows.join(F.broadcast(final), KEYS).where(F.col("loop").isNotNull()).select(*names)
     else:
-        rows = spark.createDataFrame([], ddl())
+        rows = spark.createDataFrame([], f"{ddl()}, {TRACE_DDL}")
     rows = rows.persist()
     failed = F.when(F.col("error").isNotNull(), F.col("loop"))
     counted = rows.agg(F.count(F.lit(1)), F.count("error"), F.countDistinct(failed)).collect()[0]
@@ -542,17 +558,32 @@ def _known(spark: Any, output: str) -> Any:
 
 
 def _taken(folder: str, rows: Any) -> None:
-    """Takes rows into the store of a plant."""
+    """Takes rows and their traces into the store of a plant."""
+    import numpy as np
     import pyarrow as pa
 
-    some: list[dict[str, Any]] = []
+    def some(part: list[dict[str, Any]]) -> None:
+        own = [row for row in part if row["trace_start"] is not None]
+        values = [np.frombuffer(row["trace_values"], "<i2") for row in own]
+        ends = np.cumsum([0, *map(len, values)], dtype=np.int32)
+        numbers = np.concatenate(values) if own else np.array([], np.int16)
+        columns = {
+            "loop": pa.array([row["loop"] for row in own], pa.string()),
+            "start": pa.array([row["trace_start"] for row in own], pa.int64()),
+            "signal": pa.array([row["trace_signal"] for row in own], pa.string()),
+            "unit": pa.array([row["trace_unit"] for row in own], pa.float64()),
+            "values": pa.ListArray.from_arrays(pa.array(ends), pa.array(numbers.astype(np.int16))),
+        }
+        take(folder, pa.Table.from_pylist(part, schema()), pa.table(columns))
+
+    part: list[dict[str, Any]] = []
     for row in rows.orderBy("loop", "window_start").toLocalIterator():
-        some.append(row.asDict())
-        if len(some) == TAKEN_TOGETHER:
-            take(folder, pa.Table.from_pylist(some, schema()))
-            some = []
-    if some:
-        take(folder, pa.Table.from_pylist(some, schema()))
+        part.append(row.asDict())
+        if len(part) == TAKEN_TOGETHER:
+            some(part)
+            part = []
+    if part:
+        some(part)
 
 
 def _session(of: argparse.Namespace) -> Any:

@@ -178,8 +178,19 @@ def ran(*arguments, timeout=600):
     return process.returncode, out, err
 
 
+#: What a local scan has otherwise, for it fingerprints files; and what it keeps beside its rows.
+NOT_OF_ROWS = ["input_fingerprint", "trace_start", "trace_signal", "trace_unit", "trace_values"]
+
+
+def traces(folder):
+    """All traces of a plant's store, by loop and time."""
+    found = [pq.read_table(path) for path in sorted((folder / ".stiction").glob("runs/*/traces-*.parquet"))]
+    return pa.concat_tables(found).sort_by([("loop", "ascending"), ("start", "ascending")]).to_pylist()
+
+
 def rows(table):
-    table = pa.table(table).drop_columns(["input_fingerprint"])
+    table = pa.table(table)
+    table = table.drop_columns([name for name in table.column_names if name in NOT_OF_ROWS])
     return table.sort_by([("loop", "ascending"), ("window_start", "ascending")]).to_pylist()
 
 
@@ -236,8 +247,9 @@ def test_the_rows_are_those_of_the_local_scan_though_a_worker_is_killed(cluster,
     assert process.returncode == 0, err[-3000:]
     assert killed.is_set()
     assert rows(written(out / "run=0001")) == expected, told
-    # The store of the plant has them, too.
+    # The store of the plant has them, too, with the traces by which a report finds loops that swing together.
     assert rows(stiction.plant.windows(apart)) == expected
+    assert traces(apart) == traces(plant)
 
     # Nothing is judged twice; what changed is.
     data = tmp_path / "data"
@@ -291,13 +303,13 @@ def test_tables_of_every_layout_give_the_same(session, plant):
     expected = [row for row in rows(stiction.plant.windows(plant)) if row["loop"].endswith(("1001", "1002", "1003"))]
     name = expected[0]["loop"]
     long = spark.scan(df, plant, loops=loops)
-    got = sorted((row.asDict() for row in long.rows.drop("input_fingerprint").collect()), key=key)
+    got = sorted((row.asDict() for row in long.rows.drop(*NOT_OF_ROWS).collect()), key=key)
     assert got == expected and long.plan.loops == 3 and long.errors == 0
     # A column a tag, where tags have the same times.
     one = df.where(df["tag"].startswith(name + "."))
     wide = one.groupBy("time").pivot("tag").agg({"value": "first"})
     found = spark.scan(wide.withColumn("OTHER.OP", wide[f"`{name}.OP`"]), plant, loops=name)
-    got = sorted((row.asDict() for row in found.rows.drop("input_fingerprint").collect()), key=key)
+    got = sorted((row.asDict() for row in found.rows.drop(*NOT_OF_ROWS).collect()), key=key)
     assert got == [row for row in expected if row["loop"] == name]
     # What is known, made of the same, is done.
     plan = spark.explain(df, plant, loops=loops, known=long.rows)
