@@ -33,8 +33,8 @@ fn rows(k: usize) -> Vec<WindowRow> {
         let late = day >= DAYS - 2;
         let sticks = match k % 14 {
             0 | 1 => true,
-            2 if k % 5 == 0 => late,
-            3 if k % 5 == 0 => !late,
+            2 if k.is_multiple_of(5) => late,
+            3 if k.is_multiple_of(5) => !late,
             _ => false,
         };
         let chance = |n: usize| chance(1000 * k + 10 * day as usize + n);
@@ -67,7 +67,7 @@ fn rows(k: usize) -> Vec<WindowRow> {
             stretch_start_s: Some(0.0),
             stretch_s: Some(86_400.0),
             fitness: Some("fit".to_owned()),
-            oscillates: Some(k % 3 != 0 || sticks),
+            oscillates: Some(!k.is_multiple_of(3) || sticks),
             period_s: Some(60.0 + (k % 50) as f64 * 17.0),
             amplitude: Some(1.0 + chance(3)),
             travel_per_hour: Some(30.0 + 300.0 * chance(4)),
@@ -115,7 +115,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::write(&path, text)?;
     let plant = Plant::read(folder)?;
     let rows: Vec<WindowRow> = (0..made_up).filter(|k| k % 97 != 5).flat_map(rows).collect();
-    take(folder, &plant, &rows)?;
+    take(folder, &plant, &rows, &[])?;
     let done = scan(folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(()))?;
     println!("{} windows made up, {} judged; {loops} loops", rows.len(), done.windows);
     Ok(())

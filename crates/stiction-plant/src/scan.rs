@@ -121,7 +121,7 @@ impl Piece<'_, '_> {
     /// What was read for the window of `count` days from `day` on. A file that holds nothing of its days stands in no way.
     fn parts(&self, day: i64, count: i64) -> Parts<'_> {
         let own = |path: &str| {
-            self.of.days.range(day..day + count).any(|(_, files)| files.iter().any(|f| *f == path))
+            self.of.days.range(day..day + count).any(|(_, files)| files.contains(&path))
         };
         let failed = self.failed.iter().find(|(path, _)| own(path));
         failed.map_or(Ok(&*self.parts), |(_, why)| Err(&**why))

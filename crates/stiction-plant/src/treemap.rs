@@ -43,6 +43,9 @@ pub struct LoopTile {
     pub tile: Tile,
 }
 
+/// The name of an area, and the places and weights of its loops.
+type OfArea<'a> = (&'a str, Vec<(usize, f64)>);
+
 /// The plant on a map: areas, and loops in them, as large as they weigh.
 pub fn map<'a>(loops: impl IntoIterator<Item = &'a LoopRow>, whole: Tile) -> Vec<AreaTile> {
     let mut areas: BTreeMap<&str, Vec<(usize, f64)>> = BTreeMap::new();
@@ -51,10 +54,11 @@ pub fn map<'a>(loops: impl IntoIterator<Item = &'a LoopRow>, whole: Tile) -> Vec
         areas.entry(area).or_default().push((place, row.weight));
     }
     let weight = |loops: &[(usize, f64)]| loops.iter().map(|(_, weight)| weight).sum::<f64>();
-    let mut areas: Vec<(&str, Vec<(usize, f64)>)> = areas.into_iter().collect();
+    let mut areas: Vec<OfArea<'_>> = areas.into_iter().collect();
     areas.sort_by(|a, b| weight(&b.1).total_cmp(&weight(&a.1)));
     let weights: Vec<f64> = areas.iter().map(|(_, loops)| weight(loops)).collect();
-    let area_of = |((area, mut loops), tile): ((&str, Vec<(usize, f64)>), Tile)| {
+    let area_of = |(of, tile): (OfArea<'_>, Tile)| {
+        let (area, mut loops) = of;
         // The largest first makes tiles squarer; of the same weight what is to be done first.
         loops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let within = Tile { y: tile.y + NAME, h: (tile.h - NAME).max(1.0), ..tile };
