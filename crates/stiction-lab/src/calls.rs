@@ -3,7 +3,7 @@
 //! A call is `POST /api/NAME` with JSON; [`all`] lists them once, and routes, schema and so the page's types follow from it.
 
 use crate::lab::Lab;
-use crate::{live, loops};
+use crate::{live, loops, recordings};
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::State;
@@ -75,14 +75,30 @@ fn all(to: &mut impl Visit) {
     to.call("verdict", loops::verdict);
     to.call("live/begin", live::begin);
     to.call("live/go", live::go);
+    to.call("recordings", recordings::list);
+    to.call("recordings/open", recordings::open);
+    to.call("recordings/mapping", recordings::say);
+    to.call("recordings/close", recordings::close);
+    to.call("recordings/example", recordings::example);
+    to.call("recordings/diagnose", recordings::verdict);
+    to.call("recordings/details", recordings::details);
+    to.call("recordings/override", recordings::conclude);
 }
 
 /// At most so many calls are worked on at a time; others wait.
 const AT_ONCE: usize = 8;
 
+/// Lets through as many as are worked on at a time.
+pub(crate) type Gate = Arc<Semaphore>;
+
+/// A gate for all that is asked.
+pub(crate) fn gate() -> Gate {
+    Arc::new(Semaphore::new(AT_ONCE))
+}
+
 struct Routes {
     router: Router<Arc<Lab>>,
-    gate: Arc<Semaphore>,
+    gate: Gate,
 }
 
 impl Visit for Routes {
@@ -108,8 +124,8 @@ impl Visit for Routes {
 }
 
 /// Works on something where it does not hold up other requests.
-async fn blocking<R: Send + 'static>(
-    gate: Arc<Semaphore>,
+pub(crate) async fn blocking<R: Send + 'static>(
+    gate: Gate,
     work: impl FnOnce() -> Answer<R> + Send + 'static,
 ) -> Answer<R> {
     let _turn = gate.acquire_owned().await.map_err(Wrong::own)?;
@@ -120,9 +136,8 @@ async fn blocking<R: Send + 'static>(
 }
 
 /// The routes of all calls.
-pub(crate) fn routes() -> Router<Arc<Lab>> {
-    let gate = Arc::new(Semaphore::new(AT_ONCE));
-    let mut routes = Routes { router: Router::new(), gate };
+pub(crate) fn routes(gate: &Gate) -> Router<Arc<Lab>> {
+    let mut routes = Routes { router: Router::new(), gate: Arc::clone(gate) };
     all(&mut routes);
     routes.router
 }

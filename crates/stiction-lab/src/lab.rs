@@ -1,8 +1,9 @@
 //! What the lab knows while it runs.
 
-use crate::live;
+use crate::{live, recordings};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use stiction_io::ReadOptions;
 
 /// What a lab is opened with.
 #[derive(Debug, Clone)]
@@ -11,6 +12,8 @@ pub struct Options {
     pub tool: String,
     /// Recordings: files, or folders of them.
     pub files: Vec<PathBuf>,
+    /// What the recordings hold; what can be recognised need not be said.
+    pub reading: ReadOptions,
     /// The folder of a plant.
     pub plant: Option<PathBuf>,
     /// The address to listen on; of others than the loopback, anyone who knows the token can ask.
@@ -25,6 +28,7 @@ impl Options {
         Self {
             tool: tool.into(),
             files: vec![],
+            reading: ReadOptions::default(),
             plant: None,
             host: Ipv4Addr::LOCALHOST.into(),
             port: 0,
@@ -39,11 +43,17 @@ pub struct Lab {
     pub(crate) tool: String,
     /// Loops that run.
     pub(crate) lives: live::Room,
+    /// Recordings that are open.
+    pub(crate) recordings: recordings::Room,
 }
 
 impl Lab {
     /// A lab with what was to be opened.
     pub fn new(options: &Options) -> Self {
-        Self { tool: options.tool.clone(), lives: live::Room::default() }
+        Self {
+            tool: options.tool.clone(),
+            lives: live::Room::default(),
+            recordings: recordings::Room::new(&options.files, &options.reading),
+        }
     }
 }

@@ -16,6 +16,7 @@ pub mod guard;
 mod lab;
 pub mod live;
 pub mod loops;
+pub mod recordings;
 mod server;
 
 pub use lab::{Lab, Options};

@@ -4,6 +4,7 @@ use crate::assets::ASSETS;
 use crate::calls;
 use crate::guard::{Guard, guard};
 use crate::lab::{Lab, Options};
+use crate::recordings;
 use axum::extract::DefaultBodyLimit;
 use axum::http::header;
 use axum::routing::get;
@@ -97,7 +98,10 @@ impl Server {
     }
 
     fn router(&self) -> Router {
-        let mut router = calls::routes().layer(DefaultBodyLimit::max(QUESTION));
+        let gate = calls::gate();
+        let mut router = calls::routes(&gate)
+            .layer(DefaultBodyLimit::max(QUESTION))
+            .merge(recordings::routes(&gate));
         for asset in &ASSETS {
             let answer = move || async move { ([(header::CONTENT_TYPE, asset.kind)], asset.bytes) };
             router = router.route(asset.path, get(answer));
