@@ -9,7 +9,7 @@ import { PvOverOp } from "./recordings/map";
 import { Override } from "./recordings/override";
 import { Clock, lasting, place, type Samples, samplesOf } from "./recordings/samples";
 import { ends, type Span, Trend } from "./recordings/trend";
-import { Card, Compare, type Judgement, type Kept, More, named, type Place } from "./recordings/verdict";
+import { Card, Compare, Evidence, type Judgement, type Kept, More, named, type Place } from "./recordings/verdict";
 
 const w = t.recordings;
 type List = Answer<"recordings">;
@@ -242,7 +242,7 @@ function Open(props: { list: List; file: string | null; loop: string | null; onC
             <li key={`${file.id} ${loop}`}>
               <a href={link("recordings", to)} aria-current={here ? "true" : undefined} title={file.dropped ? file.name : file.id}>
                 {name}
-                {file.failure ? <span class="wrong"> {w.notRead}</span> : !file.name.startsWith(name) && <span class="soft"> {file.name}</span>}
+                {file.failure ? <span class="failed"> ({w.notRead})</span> : !file.name.startsWith(name) && <span class="soft"> {file.name}</span>}
               </a>
               {file.dropped && alone && (
                 <button type="button" class="plain" aria-label={w.close(file.name)} title={w.close(file.name)} onClick={() => props.onClose(file.id)}>
@@ -427,7 +427,8 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
   const where = stretch
     ? w.stretchOf(clock.span(stretch[0], stretch[1]), lasting(stretch[1] - stretch[0]), inStretch)
     : w.wholeOf(samples?.time.length ?? 0, lasting(all[1] - all[0]));
-  const ready = !samples || (start !== null && !plantTime && !wrong);
+  // Which clock the plant has, the verdict tells.
+  const waits = !samples || (start !== null && !plantTime && !wrong);
 
   return (
     <div class="of">
@@ -439,7 +440,7 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
       </header>
       <div class="sides">
         <div class="left">
-          {ready ? (
+          {waits ? (
             <p class="soft placeholder">{w.reading}</p>
           ) : (
             samples && (
@@ -457,11 +458,6 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
                 onAt={setAt}
               />
             )
-          )}
-          {samples && samples.signals.pv && (
-            <div class="below">
-              <PvOverOp samples={samples} stretch={stretch ?? [all[0], Infinity]} unit={unit} at={at} onAt={setAt} />
-            </div>
           )}
         </div>
         <div class="right">
@@ -485,6 +481,12 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
             </div>
           )}
           {kept.length === 0 && judged && <p class="soft hint">{w.compareHint}</p>}
+        </div>
+        <div class="below">
+          {!waits && samples?.signals.pv && (
+            <PvOverOp samples={samples} stretch={stretch ?? [all[0], Infinity]} unit={unit} at={at} onAt={setAt} />
+          )}
+          {judged && <Evidence judgement={judged.judgement} />}
         </div>
       </div>
       {kept.length > 0 && (

@@ -96,6 +96,7 @@ export function step(samples: Samples): number {
 /** A number as one reads it. */
 export function short(value: number, digits = 4): string {
   if (!Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
   const text = Math.abs(value) >= 1e-4 && Math.abs(value) < 1e7 ? String(Number(value.toPrecision(digits))) : value.toExponential(2);
   return text.replace("-", "\u2212");
 }

@@ -29,6 +29,11 @@ export interface TrendProps {
 
 const AXIS = 58;
 const MOST_SLIPS = 250;
+/** Steps along an axis of elapsed time, s. */
+const ROUND = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30]
+  .concat([1, 2, 5, 10, 15, 30].map((min) => 60 * min))
+  .concat([1, 2, 3, 6, 12].map((h) => 3600 * h))
+  .concat([1, 2, 5, 10, 20, 50, 100, 200, 500].map((d) => 86400 * d));
 
 /** The ends of a recording. */
 export function ends({ time }: Samples): Span {
@@ -90,6 +95,7 @@ export function Trend(props: TrendProps) {
         const bottom = k === groups.length - 1;
         const label = shown[0] === "op" || shown[0] === "vp" ? w.percent : `PV${props.unit ? ` (${props.unit})` : ""}`;
         const time: uPlot.Axis = axis({ size: bottom ? 34 : 8, ...(bottom ? {} : { values: (_, splits) => splits.map(() => "") }) });
+        if (!clock.dated) time.incrs = ROUND;
         if (bottom && !clock.dated) time.values = (_, splits) => elapsed(splits);
         const options: uPlot.Options = {
           width: at.clientWidth,

@@ -24,6 +24,11 @@ export interface Kept {
   judgement: Judgement;
 }
 
+/** A number stays with its percent. */
+function bound(text: string): string {
+  return text.replace(/ %/g, "\u00a0%");
+}
+
 export function Badge({ of }: { of: Told["badge"] }) {
   return (
     <span class={`badge ${of.tone}`}>
@@ -39,7 +44,7 @@ function Facts({ facts }: { facts: { name: string; value: string; unit: string }
       {facts.map((fact) => (
         <>
           <dt>{fact.name}</dt>
-          <dd>{fact.unit ? `${fact.value}\u00a0${fact.unit}` : fact.value}</dd>
+          <dd>{bound(fact.unit ? `${fact.value}\u00a0${fact.unit}` : fact.value)}</dd>
         </>
       ))}
     </dl>
@@ -47,7 +52,7 @@ function Facts({ facts }: { facts: { name: string; value: string; unit: string }
 }
 
 function List({ items, ordered = false }: { items: string[]; ordered?: boolean }) {
-  const all = items.map((item) => <li key={item}>{item}</li>);
+  const all = items.map((item) => <li key={item}>{bound(item)}</li>);
   return ordered ? <ol>{all}</ol> : <ul>{all}</ul>;
 }
 
@@ -59,7 +64,7 @@ function Likelihood({ p, words }: { p: number; words: string }) {
         <span style={{ width: `${100 * Math.min(Math.max(p, 0.01), 0.99)}%` }} />
       </span>
       <span>
-        {w.probability} <strong>{words}</strong>
+        {w.probability}: <strong>{bound(words)}</strong>
       </span>
     </div>
   );
@@ -69,43 +74,60 @@ function Likelihood({ p, words }: { p: number; words: string }) {
 export function Card(props: { judgement: Judgement; where: string; busy: boolean }) {
   const { told, diagnosis } = props.judgement;
   const p = diagnosis.verdict.probability;
+  // What is not known is said, too.
+  const unknown = (["S", "J"] as const)
+    .filter((name) => !told.facts.some((fact) => fact.name.startsWith(`${name},`)))
+    .map((name) => ({ name: w[name], value: w.notKnown, unit: "" }));
+  const why = diagnosis.stiction.why_not;
   return (
     <div class={`card verdict ${told.badge.tone} ${props.busy ? "busy" : ""}`} aria-busy={props.busy}>
       <div class="first">
-        <h2>{props.where}</h2>
         <Badge of={told.badge} />
+        <h2>{props.where}</h2>
       </div>
       <p class="headline" role="status">
-        {told.headline}
+        {bound(told.headline)}
       </p>
       {told.overruled && <p class="overruled">{told.overruled}</p>}
       {p !== null && p !== undefined && told.probability && <Likelihood p={p} words={told.probability} />}
-      <Facts facts={told.facts} />
+      <Facts facts={[...unknown, ...told.facts].sort(bySign)} />
+      {unknown.length > 1 && why && <p class="soft">{w.because(why)}</p>}
       {told.actions.length > 0 && (
         <>
           <h3>{w.actions}</h3>
           <List ordered={told.actions.length > 1} items={told.actions} />
         </>
       )}
+    </div>
+  );
+}
+
+/** S before J before all else. */
+function bySign(a: { name: string }, b: { name: string }): number {
+  const place = ({ name }: { name: string }) => (name.startsWith("S,") ? 0 : name.startsWith("J,") ? 1 : 2);
+  return place(a) - place(b);
+}
+
+/** What the verdict rests on. */
+export function Evidence({ judgement: { told, diagnosis } }: { judgement: Judgement }) {
+  const notes = [...told.remarks.slice(1), ...diagnosis.notes];
+  return (
+    <section class="evidence" aria-label={w.evidence}>
       {told.sides.map((side) => (
-        <details key={side.heading}>
-          <summary>
-            {side.heading} ({side.reasons.length})
-          </summary>
+        <div key={side.heading}>
+          <h3>{side.heading}</h3>
           <List items={side.reasons} />
-        </details>
+        </div>
       ))}
       {told.causes.length > 0 && (
-        <details>
-          <summary>{w.causes}</summary>
+        <>
+          <h3>{w.causes}</h3>
           <Facts facts={told.causes.map(({ cause, likelihood }) => ({ name: cause, value: likelihood, unit: "" }))} />
-        </details>
+        </>
       )}
-      <details open={diagnosis.fitness.class === "unfit"}>
-        <summary>{told.remarks[0] ?? w.data}</summary>
-        <List items={[...told.remarks.slice(1), ...diagnosis.notes]} />
-      </details>
-    </div>
+      <h3>{told.remarks[0] ?? w.data}</h3>
+      {notes.length > 0 && <List items={notes} />}
+    </section>
   );
 }
 
@@ -226,15 +248,14 @@ function One({ piece }: { piece: Piece }) {
       );
     case "card":
       return (
-        <article class="card">
-          <h4>
-            {piece.heading} {piece.badge && <Badge of={piece.badge} />}
-          </h4>
-          <p>{piece.sentence}</p>
+        <details class="card method">
+          <summary>
+            {piece.heading} {piece.badge && <Badge of={piece.badge} />} <span class="soft">{piece.sentence}</span>
+          </summary>
           {piece.caveats.length > 0 && <List items={piece.caveats} />}
           <Pieces pieces={piece.pieces} />
           <Facts facts={piece.facts} />
-        </article>
+        </details>
       );
     case "table":
       return (
