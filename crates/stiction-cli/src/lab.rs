@@ -1,12 +1,14 @@
 //! `stiction lab`: the browser lab.
 
 use crate::files::In;
-use crate::output;
 use crate::reading_args::Reading;
+use crate::{output, paper};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use std::net::IpAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
+use stiction_lab::paper::{Paper, PaperFigure};
 use stiction_lab::{Options, bind};
 
 /// Open the lab in the browser: a valve and its loop to play with, recordings, a plant.
@@ -53,6 +55,9 @@ pub fn run(args: Args) -> Result<()> {
         reading: args.reading.options()?,
         files: args.files.iter().map(|file| file.to_path_buf()).collect(),
         plant: args.plant.map(PathBuf::from),
+        paper: Paper(Arc::new(|number| {
+            paper::FIGURES.get(number).map(|make| figure(*make).map_err(|e| e.to_string()))
+        })),
         host: args.host,
         port: args.port,
         ..Options::new(output::TOOL)
@@ -70,4 +75,31 @@ pub fn run(args: Args) -> Result<()> {
     output::note("Ctrl-C ends the lab");
     server.serve_until_interrupted()?;
     Ok(())
+}
+
+/// A figure of the paper for the page.
+fn figure(make: paper::Make) -> Result<PaperFigure> {
+    let drawn = make()?;
+    let (scenario, set) = drawn.moving;
+    let mut state = format!("scenario={scenario}");
+    for each in set {
+        state += &match each.as_str() {
+            "stem" => "&stem=1".to_owned(),
+            set => {
+                format!("&set={}", set.replace('%', "%25").replace('&', "%26").replace('+', "%2B"))
+            }
+        };
+    }
+    Ok(PaperFigure {
+        heading: drawn.heading,
+        svg: drawn.figure.svg()?,
+        caption: drawn.figure.caption,
+        parameters: drawn
+            .parameters
+            .into_iter()
+            .map(|(name, value, unit)| [name, value, unit])
+            .collect(),
+        command: drawn.command,
+        state,
+    })
 }

@@ -36,6 +36,9 @@ pub struct Drawn {
     pub parameters: Vec<(String, String, String)>,
     /// A command that simulates the same.
     pub command: String,
+    /// What the lab opens to show the same moving: a scenario that runs there, and its settings; `stem` among them is the
+    /// physical valve.
+    pub moving: (&'static str, Vec<String>),
 }
 
 /// Makes a figure.
@@ -74,7 +77,7 @@ fn drawn(
     number: &str,
     scenario: &Scenario,
     figure: Figure,
-    (source, set): (&str, &[&str]),
+    (source, set): (&'static str, &[&str]),
 ) -> Drawn {
     let parameters = scenario.settings();
     Drawn {
@@ -83,7 +86,19 @@ fn drawn(
         figure,
         parameters: parameters.into_iter().map(|(k, v, u)| (k, v, u.to_owned())).collect(),
         command: simulate(source, set, name),
+        moving: (source, set.iter().map(|&each| each.to_owned()).collect()),
     }
+}
+
+/// The slave of a cascade as a loop of its own, at the set point that it is brought to.
+fn slave_alone(scenario: &Scenario) -> (&'static str, Vec<String>) {
+    let settings = scenario.settings().into_iter().map(|(key, value, _)| (key, value));
+    let own = settings.filter(|(key, _)| {
+        !["master", "duration", "set_point"].contains(&key.split('.').next().unwrap_or_default())
+    });
+    let mut set: Vec<String> = own.map(|(key, value)| format!("{key}={value}")).collect();
+    set.push("set_point.value=44".to_owned());
+    ("lab/flow", set)
 }
 
 /// The built-in scenario `name` and its valve on a test signal.
@@ -194,6 +209,7 @@ fn figure_2() -> Result<Drawn> {
         command: format!(
             "stiction stem --parameters {name} --period 200 --duration 200 --sample-time 0.025 -o stem.csv --events slips.csv"
         ),
+        moving: ("lab/flow", vec!["stem".to_owned()]),
     })
 }
 
@@ -244,6 +260,7 @@ fn figure_physical() -> Result<Drawn> {
         command: "stiction stem --parameters cts --period 200 --duration 200 --sample-time 0.025 -o cts.csv\n\
             stiction stem --parameters cts-stribeck --period 200 --duration 200 --sample-time 0.025 -o cts-stribeck.csv"
             .to_owned(),
+        moving: ("lab/flow", vec!["stem".to_owned()]),
     })
 }
 
@@ -322,6 +339,10 @@ fn figure_3() -> Result<Drawn> {
             "paper/open-loop-stiction",
             &[&format!("valve.S={s}"), &format!("valve.J={j}"), "input.amplitude=20"],
             "figure-03-typical-behaviour",
+        ),
+        moving: (
+            "paper/open-loop-stiction",
+            vec![format!("valve.S={s}"), format!("valve.J={j}"), "input.amplitude=20".to_owned()],
         ),
     })
 }
@@ -427,7 +448,9 @@ fn figure_16() -> Result<Drawn> {
     for (panel, label) in figure.panels.iter_mut().zip(["temperature (degrees)", "flow (%)"]) {
         panel.y_label = label.to_owned();
     }
-    Ok(drawn("figure-16-flow-step", "16", &scenario, figure, ("paper/flow-cascade", &[])))
+    let moving = slave_alone(&scenario);
+    let drawn = drawn("figure-16-flow-step", "16", &scenario, figure, ("paper/flow-cascade", &[]));
+    Ok(Drawn { moving, ..drawn })
 }
 
 fn figure_17() -> Result<Drawn> {
@@ -436,7 +459,9 @@ fn figure_17() -> Result<Drawn> {
         op_pv_figure("Controller output against flow of the laboratory loop", &done.slave)
             .caption("With sharp turning points, like the simulated loop's map in Figure 15.");
     figure.panels[0].y_label = "flow (%)".to_owned();
-    Ok(drawn("figure-17-flow-op-pv", "17", &scenario, figure, ("paper/flow-cascade", &[])))
+    let moving = slave_alone(&scenario);
+    let drawn = drawn("figure-17-flow-op-pv", "17", &scenario, figure, ("paper/flow-cascade", &[]));
+    Ok(Drawn { moving, ..drawn })
 }
 
 /// OP and VP over time.

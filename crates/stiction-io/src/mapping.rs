@@ -208,7 +208,7 @@ pv_range = [0, 120.5]
             ("pattern = \"{loop}\"", "line 1: pattern"),
             ("time_format = \"iso\"", "line 1: time_format: \"iso\" is no time format"),
             ("loop = 3", "line 1: loop: must be tables"),
-            ("[columns]\nx = \"open\"", "line 2: columns.x: \"open\" is no role; roles are op"),
+            ("[columns]\nx = \"open\"", "line 2: columns.x: \"open\" is no role; roles are time"),
             ("[columns]\nx = 3", "line 2: columns.x: must be a role, such as \"op\""),
             ("zone = ", "line 1"),
         ] {

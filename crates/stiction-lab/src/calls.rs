@@ -3,7 +3,7 @@
 //! A call is `POST /api/NAME` with JSON; [`all`] lists them once, and routes, schema and so the page's types follow from it.
 
 use crate::lab::Lab;
-use crate::{live, loops, recordings};
+use crate::{guess, live, loops, paper, recordings};
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::State;
@@ -72,9 +72,12 @@ fn all(to: &mut impl Visit) {
     to.call("scenarios", loops::scenarios);
     to.call("cycle", loops::cycle);
     to.call("map", loops::map);
-    to.call("verdict", loops::verdict);
+    to.call("verdict", live::verdict);
     to.call("live/begin", live::begin);
     to.call("live/go", live::go);
+    to.call("guess/trends", guess::trends);
+    to.call("guess/reveal", guess::reveal);
+    to.call("paper/figure", paper::figure);
     to.call("recordings", recordings::list);
     to.call("recordings/open", recordings::open);
     to.call("recordings/mapping", recordings::say);

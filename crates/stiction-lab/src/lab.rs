@@ -1,5 +1,6 @@
 //! What the lab knows while it runs.
 
+use crate::paper::Paper;
 use crate::{live, recordings};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -16,6 +17,8 @@ pub struct Options {
     pub reading: ReadOptions,
     /// The folder of a plant.
     pub plant: Option<PathBuf>,
+    /// Draws the figures of the paper.
+    pub paper: Paper,
     /// The address to listen on; of others than the loopback, anyone who knows the token can ask.
     pub host: IpAddr,
     /// The port; 0 for any that is free.
@@ -30,6 +33,7 @@ impl Options {
             files: vec![],
             reading: ReadOptions::default(),
             plant: None,
+            paper: Paper::default(),
             host: Ipv4Addr::LOCALHOST.into(),
             port: 0,
         }
@@ -41,6 +45,8 @@ impl Options {
 pub struct Lab {
     /// The program, with its version.
     pub(crate) tool: String,
+    /// Draws the figures of the paper.
+    pub(crate) paper: Paper,
     /// Loops that run.
     pub(crate) lives: live::Room,
     /// Recordings that are open.
@@ -52,6 +58,7 @@ impl Lab {
     pub fn new(options: &Options) -> Self {
         Self {
             tool: options.tool.clone(),
+            paper: options.paper.clone(),
             lives: live::Room::default(),
             recordings: recordings::Room::new(&options.files, &options.reading),
         }

@@ -13,9 +13,12 @@
 mod assets;
 pub mod calls;
 pub mod guard;
+pub mod guess;
+pub mod judgement;
 mod lab;
 pub mod live;
 pub mod loops;
+pub mod paper;
 pub mod recordings;
 mod server;
 

@@ -5,14 +5,19 @@
 //! that was answered, but whose answer was lost on the way, is answered again.
 
 use crate::calls::{Answer, Wrong};
+use crate::judgement::Judgement;
 use crate::lab::Lab;
 use crate::loops::{self, Asked};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_io::options::ReadOptions;
+use stiction_io::scenario::System;
+use stiction_io::{reading, table};
 use stiction_model::closed_loop::{
-    Between, ClosedLoop, IntegralAction, Player, Sent, Signal, SignalSource, quantised,
+    Between, ClosedLoop, IntegralAction, OpenLoop, Player, Sent, Signal, SignalSource,
 };
 use stiction_model::compensate::{At, Compensator, Knowledge, Method};
 use stiction_model::stem::{ParameterSet, StemValve};
@@ -105,9 +110,9 @@ pub struct Go {
 pub struct Samples {
     /// The number of the first.
     from: u64,
-    /// Set point.
+    /// Set point; none of a valve on a test signal.
     sp: Vec<f64>,
-    /// Process value.
+    /// Process value; none of a valve on a test signal.
     pv: Vec<f64>,
     /// Output of the controller, percent of span.
     op: Vec<f64>,
@@ -125,7 +130,7 @@ pub struct Samples {
 /// If there is no such loop.
 pub fn begin(lab: &Lab, knobs: Knobs) -> Answer<Begun> {
     let live = Live::new(knobs)?;
-    let sample_time_s = live.plant.sample_time;
+    let sample_time_s = live.runs.sample_time();
     Ok(Begun { id: lab.lives.add(live), sample_time_s })
 }
 
@@ -141,7 +146,7 @@ pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
         return Err(Wrong::asked(format!("ask for 1 to {SAMPLES} samples at a time")));
     }
     let again = live.last.from == asked.from && asked.from < live.at;
-    if again && live.last.sp.len() == asked.samples {
+    if again && live.last.op.len() == asked.samples {
         return Ok(live.last.clone());
     }
     if live.at != asked.from {
@@ -153,6 +158,32 @@ pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
     Ok(live.last.clone())
 }
 
+/// The verdict on what a plant would record of a loop from its start, as long as the scenario says: SP, PV and OP, no
+/// valve position.
+///
+/// # Errors
+/// If there is no such loop, or it runs away.
+pub fn verdict(_: &Lab, knobs: Knobs) -> Answer<Judgement> {
+    let name = format!("{}.csv", knobs.plant.name());
+    let mut live = Live::new(Knobs { manual: None, ..knobs })?;
+    let Runs::Loop(of) = &live.runs else {
+        return Err(Wrong::asked("a valve on a test signal is no loop that a plant records"));
+    };
+    let run = live.go(of.plant.samples)?;
+    let times = table::times(live.runs.sample_time(), run.op.len());
+    // As a file would hold it: so it is what `stiction diagnose` says of it.
+    let csv = table::write(&[
+        ("t", Some(&times)),
+        ("sp", Some(&run.sp)),
+        ("pv", Some(&run.pv)),
+        ("op", Some(&run.op)),
+    ]);
+    let read = reading::parse(csv.as_bytes(), &name, &ReadOptions::default())?;
+    let recording =
+        read.recordings.first().ok_or_else(|| Wrong::own("what was simulated cannot be read"))?;
+    Ok(Judgement::new(diagnose(recording, &DiagnoseOptions::default())?))
+}
+
 /// The valve of a loop.
 #[derive(Debug, Clone)]
 enum Fitted {
@@ -161,17 +192,17 @@ enum Fitted {
 }
 
 impl Fitted {
-    /// The valve that is asked for.
-    fn of(knobs: &Knobs, plant: &ClosedLoop) -> Answer<Self> {
+    /// The valve that is asked for: that of the scenario, or a stem.
+    fn of(knobs: &Knobs, valve: &Assembly, sample_time: f64) -> Answer<Self> {
         if !knobs.stem {
-            return Ok(Self::Model(Box::new(plant.valve.clone())));
+            return Ok(Self::Model(Box::new(valve.clone())));
         }
         let bands = loops::scenario(&knobs.plant)?.valve.1;
         let set = ParameterSet::named("cts")?;
         let force = |percent: f64| percent / 100.0 * set.stem.spring_n_per_m * set.stem.stroke_m;
         let changes = [("static_n", force(bands.fs())), ("coulomb_n", force(bands.fd()))];
         let stem = set.stem_with(Some("classical"), &changes)?;
-        Ok(Self::Stem(Box::new(StemValve::new(stem, plant.sample_time)?)))
+        Ok(Self::Stem(Box::new(StemValve::new(stem, sample_time)?)))
     }
 
     /// Goes on from where another valve is.
@@ -215,6 +246,9 @@ impl Valve for Fitted {
     }
 }
 
+/// Sample time, s, and number of samples that a signal is made for.
+type Clock = (f64, usize);
+
 /// A sum of signals, sample by sample.
 #[derive(Debug, Clone)]
 struct Sum {
@@ -224,9 +258,9 @@ struct Sum {
 
 impl Sum {
     /// These signals from sample `at` on.
-    fn of(signals: &[Signal], plant: &ClosedLoop, at: u64) -> Answer<Self> {
+    fn of(signals: &[Signal], (sample_time, samples): Clock, at: u64) -> Answer<Self> {
         let source = |signal: &Signal| -> Answer<SignalSource> {
-            let mut source = signal.source(plant.sample_time, plant.samples)?;
+            let mut source = signal.source(sample_time, samples)?;
             (0..at).for_each(|_| {
                 source.draw();
             });
@@ -237,9 +271,9 @@ impl Sum {
     }
 
     /// Other signals in their place, if they are others.
-    fn turn(&mut self, signals: &[Signal], plant: &ClosedLoop, at: u64) -> Answer<()> {
+    fn turn(&mut self, signals: &[Signal], clock: Clock, at: u64) -> Answer<()> {
         if self.signals != signals {
-            *self = Self::of(signals, plant, at)?;
+            *self = Self::of(signals, clock, at)?;
         }
         Ok(())
     }
@@ -261,35 +295,62 @@ impl Sum {
     }
 }
 
-/// A loop that runs.
+/// What runs, how far it is, and what was said last.
 #[derive(Debug)]
 struct Live {
     knobs: Knobs,
+    runs: Runs,
+    /// The number of the sample that comes next.
+    at: u64,
+    last: Samples,
+}
+
+/// What runs.
+#[derive(Debug)]
+enum Runs {
+    Loop(Box<Loop>),
+    Valve(Box<OnSignal>),
+}
+
+/// A control loop.
+#[derive(Debug)]
+struct Loop {
     plant: ClosedLoop,
     player: Player<Fitted>,
     sp: Sum,
     load: Sum,
     measurement: Sum,
     compensator: Option<Box<dyn Compensator>>,
-    /// The number of the sample that comes next.
-    at: u64,
-    last: Samples,
+}
+
+/// A valve on a test signal.
+#[derive(Debug)]
+struct OnSignal {
+    system: OpenLoop,
+    valve: Fitted,
+    input: Sum,
+}
+
+impl Runs {
+    fn new(knobs: &Knobs) -> Answer<Self> {
+        Ok(match loops::system(&knobs.plant)? {
+            System::ClosedLoop(plant) => Self::Loop(Box::new(Loop::new(knobs, *plant)?)),
+            System::OpenLoop(system) => Self::Valve(Box::new(OnSignal::new(knobs, system)?)),
+            System::Cascade(_) => return Err(Wrong::asked("a cascade does not run in the lab")),
+        })
+    }
+
+    fn sample_time(&self) -> f64 {
+        match self {
+            Self::Loop(of) => of.plant.sample_time,
+            Self::Valve(of) => of.system.sample_time,
+        }
+    }
 }
 
 impl Live {
     fn new(knobs: Knobs) -> Answer<Self> {
-        let plant = loops::closed_loop(&knobs.plant)?;
-        Ok(Self {
-            player: plant.player_of(Fitted::of(&knobs, &plant)?)?,
-            sp: Sum::of(std::slice::from_ref(&plant.set_point), &plant, 0)?,
-            load: Sum::of(&plant.load, &plant, 0)?,
-            measurement: Sum::of(&plant.measurement, &plant, 0)?,
-            compensator: compensator(&knobs, &plant)?,
-            at: 0,
-            last: Samples::default(),
-            knobs,
-            plant,
-        })
+        Ok(Self { runs: Runs::new(&knobs)?, knobs, at: 0, last: Samples::default() })
     }
 
     /// Goes on with other settings; whether it goes on from where it is.
@@ -297,61 +358,125 @@ impl Live {
         if knobs == self.knobs {
             return Ok(true);
         }
-        if (&knobs.plant, knobs.stem) == (&self.knobs.plant, self.knobs.stem) {
-            if knobs.compensator != self.knobs.compensator {
-                self.compensator = compensator(&knobs, &self.plant)?;
+        let signal = self.last.signal.last().copied();
+        let (next, went_on) = match (&mut self.runs, Runs::new(&knobs)?) {
+            (now, next) if now.sample_time() != next.sample_time() => {
+                return Err(Wrong::asked("another sample time is another loop: begin it"));
             }
-            self.knobs = knobs;
-            return Ok(true);
-        }
-        let plant = loops::closed_loop(&knobs.plant)?;
-        if plant.sample_time != self.plant.sample_time {
-            return Err(Wrong::asked("another sample time is another loop: begin it"));
-        }
-        let mut player = plant.player_of(Fitted::of(&knobs, &plant)?)?;
-        let op = self.last.signal.last().copied().unwrap_or(plant.op_rest);
-        let went_on = plant.op_rest == self.plant.op_rest
-            && plant.pv_rest == self.plant.pv_rest
-            && player.take_over(&self.player);
-        if went_on {
-            player.valve_mut().take_over(self.player.valve(), op);
-        }
-        let compensator = compensator(&knobs, &plant)?;
-        let signals = std::slice::from_ref(&plant.set_point);
-        self.sp.turn(signals, &plant, self.at)?;
-        self.load.turn(&plant.load, &plant, self.at)?;
-        self.measurement.turn(&plant.measurement, &plant, self.at)?;
-        (self.player, self.compensator) = (player, compensator);
-        (self.plant, self.knobs) = (plant, knobs);
+            (Runs::Loop(now), Runs::Loop(mut next)) => {
+                let went_on = next.take_over(now, self.at, signal)?;
+                let same_loop = (&knobs.plant, knobs.stem) == (&self.knobs.plant, self.knobs.stem);
+                if same_loop && knobs.compensator == self.knobs.compensator {
+                    next.compensator = now.compensator.take();
+                }
+                (Runs::Loop(next), went_on)
+            }
+            (Runs::Valve(now), Runs::Valve(mut next)) => {
+                next.valve.take_over(&now.valve, signal.unwrap_or(0.0));
+                next.input = Sum::of(&next.input.signals, next.clock(), self.at)?;
+                (Runs::Valve(next), true)
+            }
+            (_, next) => (next, false),
+        };
+        (self.runs, self.knobs) = (next, knobs);
         Ok(went_on)
     }
 
     fn go(&mut self, samples: usize) -> Answer<Samples> {
         let mut done = Samples { from: self.at, ..Samples::default() };
         for _ in 0..samples {
-            let (sp, load) = (self.sp.draw(), self.load.draw());
-            let measurement = self.measurement.draw();
-            let mut sent = Middle {
-                manual: self.knobs.manual,
-                compensator: self.compensator.as_mut(),
-                time_s: self.at as f64 * self.plant.sample_time,
-                signal: f64::NAN,
-            };
-            let played = self.player.step_between(sp, load, measurement, &mut sent)?;
-            let signal = sent.signal;
-            if [played.pv, played.op, played.vp].iter().any(|value| !value.is_finite()) {
-                return Err(Wrong::asked(
-                    "the loop runs away: it is unstable; lower the gain of the controller, and begin anew",
-                ));
+            match &mut self.runs {
+                Runs::Loop(of) => of.step(self.at, self.knobs.manual, &mut done)?,
+                Runs::Valve(of) => of.step(self.knobs.manual, &mut done),
             }
-            done.sp.push(sp);
-            done.pv.push(played.pv);
-            done.op.push(quantised(self.knobs.manual.unwrap_or(played.op), self.plant.op_quantum));
-            done.signal.push(signal);
-            done.vp.push(played.vp);
             self.at += 1;
         }
         Ok(done)
+    }
+}
+
+impl Loop {
+    fn new(knobs: &Knobs, plant: ClosedLoop) -> Answer<Self> {
+        let clock = (plant.sample_time, plant.samples);
+        let valve = Fitted::of(knobs, &plant.valve, plant.sample_time)?;
+        Ok(Self {
+            player: plant.player_of(valve)?,
+            sp: Sum::of(std::slice::from_ref(&plant.set_point), clock, 0)?,
+            load: Sum::of(&plant.load, clock, 0)?,
+            measurement: Sum::of(&plant.measurement, clock, 0)?,
+            compensator: compensator(knobs, &plant)?,
+            plant,
+        })
+    }
+
+    /// Goes on from where another loop is, whose last signal to the valve is told; whether it could.
+    fn take_over(&mut self, other: &mut Self, at: u64, signal: Option<f64>) -> Answer<bool> {
+        let clock = (self.plant.sample_time, self.plant.samples);
+        for (own, of) in [
+            (&mut self.sp, &mut other.sp),
+            (&mut self.load, &mut other.load),
+            (&mut self.measurement, &mut other.measurement),
+        ] {
+            let wanted = std::mem::take(&mut own.signals);
+            std::mem::swap(own, of);
+            own.turn(&wanted, clock, at)?;
+        }
+        let rests = |of: &ClosedLoop| (of.op_rest, of.pv_rest);
+        let went_on =
+            rests(&self.plant) == rests(&other.plant) && self.player.take_over(&other.player);
+        if went_on {
+            let op = signal.unwrap_or(self.plant.op_rest);
+            self.player.valve_mut().take_over(other.player.valve(), op);
+        }
+        Ok(went_on)
+    }
+
+    fn step(&mut self, at: u64, manual: Option<f64>, done: &mut Samples) -> Answer<()> {
+        let (sp, load) = (self.sp.draw(), self.load.draw());
+        let measurement = self.measurement.draw();
+        let mut middle = Middle {
+            manual,
+            compensator: self.compensator.as_mut(),
+            time_s: at as f64 * self.plant.sample_time,
+            signal: f64::NAN,
+        };
+        let played = self.player.step_between(sp, load, measurement, &mut middle)?;
+        let signal = middle.signal;
+        if [played.pv, played.op, played.vp].iter().any(|value| !value.is_finite()) {
+            return Err(Wrong::asked(
+                "the loop runs away: it is unstable; lower the gain of the controller, and begin anew",
+            ));
+        }
+        done.sp.push(sp);
+        done.pv.push(played.pv);
+        done.op.push(manual.unwrap_or(played.op));
+        done.signal.push(signal);
+        done.vp.push(played.vp);
+        Ok(())
+    }
+}
+
+impl OnSignal {
+    fn new(knobs: &Knobs, system: OpenLoop) -> Answer<Self> {
+        let mut valve = Fitted::of(knobs, &system.valve, system.sample_time)?;
+        let signals = std::slice::from_ref(&system.input);
+        let input = Sum::of(signals, (system.sample_time, system.samples), 0)?;
+        let start = system.start.unwrap_or_else(|| input.clone().draw());
+        valve.restart(Start::at_rest(start));
+        Ok(Self { valve, input, system })
+    }
+
+    fn clock(&self) -> Clock {
+        (self.system.sample_time, self.system.samples)
+    }
+
+    /// The signal stands for the output of a controller, and there is no PV.
+    fn step(&mut self, manual: Option<f64>, done: &mut Samples) {
+        let op = self.input.draw();
+        let signal = manual.unwrap_or(op);
+        done.op.push(signal);
+        done.signal.push(signal);
+        done.vp.push(self.valve.step(signal));
     }
 }
 

@@ -1,16 +1,14 @@
-//! A valve and its loop: scenarios, their cycles, maps of them, and the verdict on what a plant would see.
+//! A valve and its loop: scenarios, their cycles, and maps of them.
 
 use crate::calls::{Answer, Wrong};
 use crate::lab::Lab;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, diagnose};
 use stiction_io::scenario::{self, Scenario, System};
-use stiction_io::{options::ReadOptions, reading, table};
 use stiction_model::closed_loop::ClosedLoop;
 use stiction_model::compensate;
 use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
-use stiction_model::limit_cycle::{ContinuousLoop, Found, Method};
+use stiction_model::limit_cycle::{ContinuousLoop, Cycle, Found, Method};
 use stiction_model::valve::Model;
 
 /// A loop, in the words of the command: `stiction simulate SCENARIO --set KEY=VALUE ...`.
@@ -22,6 +20,13 @@ pub struct Asked {
     /// What is changed of it, such as `valve.S=4`.
     #[serde(default)]
     set: Vec<String>,
+}
+
+impl Asked {
+    /// The last part of its name.
+    pub(crate) fn name(&self) -> &str {
+        self.scenario.rsplit('/').next().unwrap_or_default()
+    }
 }
 
 /// Samples that a loop may be asked for.
@@ -37,15 +42,29 @@ pub(crate) fn scenario(asked: &Asked) -> Answer<Scenario> {
     Ok(Scenario::parse_with(text, name, None, &asked.set)?)
 }
 
+/// The system that is asked for, of a bounded length.
+pub(crate) fn system(asked: &Asked) -> Answer<System> {
+    let system = scenario(asked)?.system;
+    let samples = match &system {
+        System::ClosedLoop(plant) => plant.samples,
+        System::OpenLoop(valve) => valve.samples,
+        System::Cascade(cascade) => cascade.slave.samples,
+    };
+    if samples > SAMPLES {
+        return Err(Wrong::asked(format!("the lab simulates at most {SAMPLES} samples")));
+    }
+    Ok(system)
+}
+
 /// The loop that is asked for.
 pub(crate) fn closed_loop(asked: &Asked) -> Answer<ClosedLoop> {
-    match scenario(asked)?.system {
-        System::ClosedLoop(plant) if plant.samples <= SAMPLES => Ok(*plant),
-        System::ClosedLoop(_) => {
-            Err(Wrong::asked(format!("the lab simulates at most {SAMPLES} samples")))
+    match system(asked)? {
+        System::ClosedLoop(plant) => Ok(*plant),
+        System::OpenLoop(_) => {
+            Err(Wrong::asked("this is a valve on a test signal; what is asked needs a loop"))
         }
-        System::Cascade(_) | System::OpenLoop(_) => {
-            Err(Wrong::asked(format!("{} is not a single loop", asked.scenario)))
+        System::Cascade(_) => {
+            Err(Wrong::asked("this is a cascade; what is asked needs a single loop"))
         }
     }
 }
@@ -65,7 +84,7 @@ pub struct Nothing {}
 pub struct Choices {
     /// The program, with its version.
     tool: String,
-    /// Scenarios of single loops.
+    /// Scenarios of single loops, and of valves on a test signal.
     scenarios: Vec<Choice>,
     /// Models of valves.
     models: Vec<Choice>,
@@ -80,6 +99,8 @@ pub struct Choice {
     name: String,
     /// What it is, in a line.
     summary: String,
+    /// Whether it is a loop, and not a valve on a test signal.
+    is_loop: bool,
     /// Its settings; of scenarios only.
     settings: Vec<Setting>,
 }
@@ -97,7 +118,7 @@ pub struct Setting {
 
 impl Choice {
     fn new(name: impl Into<String>, summary: impl Into<String>) -> Self {
-        Self { name: name.into(), summary: summary.into(), settings: vec![] }
+        Self { name: name.into(), summary: summary.into(), is_loop: true, settings: vec![] }
     }
 }
 
@@ -114,9 +135,13 @@ fn settings(scenario: &Scenario) -> Vec<Setting> {
 pub fn scenarios(lab: &Lab, _: Nothing) -> Answer<Choices> {
     let single = |(name, title): (&str, String)| {
         let asked = Asked { scenario: name.to_owned(), set: vec![] };
-        closed_loop(&asked).ok()?;
+        let is_loop = match system(&asked).ok()? {
+            System::ClosedLoop(_) => true,
+            System::OpenLoop(_) => false,
+            System::Cascade(_) => return None,
+        };
         let scenario = scenario(&asked).ok()?;
-        Some(Choice { settings: settings(&scenario), ..Choice::new(name, title) })
+        Some(Choice { is_loop, settings: settings(&scenario), ..Choice::new(name, title) })
     };
     let model = |model: Model| Choice::new(model.describe().name, model.describe().summary);
     let method = |of: compensate::Method| Choice::new(of.describe().name, of.describe().summary);
@@ -131,8 +156,16 @@ pub fn scenarios(lab: &Lab, _: Nothing) -> Answer<Choices> {
 /// A loop's own numbers.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Cycles {
+    /// The cycles that were found, by all methods.
+    cycles: Vec<Cycle>,
     /// What each method of prediction says.
     methods: Vec<Found>,
+    /// Stick band plus dead band, percent of span.
+    #[serde(rename = "S")]
+    s: f64,
+    /// Slip jump, percent of span.
+    #[serde(rename = "J")]
+    j: f64,
     /// The scenario with all its settings, as TOML.
     toml: String,
     /// The same, key by key.
@@ -151,8 +184,12 @@ pub fn cycle(_: &Lab, asked: Asked) -> Answer<Cycles> {
         Found::of(&l, method, false).unwrap_or_else(|e| Found::refused(method, e.to_string()))
     };
     let scenario = scenario(&asked)?;
+    let methods = [Method::Exact, Method::DescribingFunction].map(of);
     Ok(Cycles {
-        methods: [Method::Exact, Method::DescribingFunction].map(of).into(),
+        cycles: methods.iter().flat_map(|found| &found.cycles).cloned().collect(),
+        methods: methods.into(),
+        s: scenario.valve.1.s(),
+        j: scenario.valve.1.j(),
         settings: settings(&scenario),
         toml: scenario.text,
         notes: scenario.notes,
@@ -203,25 +240,4 @@ pub fn map(_: &Lab, asked: MapAsked) -> Answer<Map> {
         return Err(Wrong::asked(format!("a map of the lab has at most {POINTS} points")));
     }
     Ok(Map::of(&continuous(&asked.plant)?, x, y, Method::Exact)?)
-}
-
-/// The verdict on what a plant would see of a loop: SP, PV and OP, no valve position.
-///
-/// # Errors
-/// If there is no such loop, or it runs away.
-pub fn verdict(_: &Lab, asked: Asked) -> Answer<Diagnosis> {
-    let run = closed_loop(&asked)?.run()?;
-    let times = table::times(run.sample_time, run.op.len());
-    // As a file would hold it: so it is what `stiction diagnose` says of it.
-    let csv = table::write(&[
-        ("t", Some(&times)),
-        ("sp", Some(&run.sp)),
-        ("pv", Some(&run.pv)),
-        ("op", Some(&run.op)),
-    ]);
-    let name = format!("{}.csv", asked.scenario.rsplit('/').next().unwrap_or_default());
-    let read = reading::parse(csv.as_bytes(), &name, &ReadOptions::default())?;
-    let recording =
-        read.recordings.first().ok_or_else(|| Wrong::own("what was simulated cannot be read"))?;
-    Ok(diagnose(recording, &DiagnoseOptions::default())?)
 }

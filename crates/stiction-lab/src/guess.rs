@@ -1,0 +1,147 @@
+//! Guess the fault: loops of which only the trends are shown, then the truth.
+//!
+//! A loop is drawn by a seed and its number: who has the same seed sees the same loops.
+
+use crate::calls::{Answer, Wrong};
+use crate::judgement::Judgement;
+use crate::lab::Lab;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::recording::Channel;
+use stiction_population::{LoopKind, Simulated};
+
+/// The kinds that are asked for, as likely as another but for the first, which is every third.
+const KINDS: [LoopKind; 12] = [
+    LoopKind::Sticky,
+    LoopKind::Stuck,
+    LoopKind::Normal,
+    LoopKind::Sine,
+    LoopKind::AggressiveTuning,
+    LoopKind::QuantisedPv,
+    LoopKind::Saturation,
+    LoopKind::DeadZoneElsewhere,
+    LoopKind::SetPoint,
+    LoopKind::ProcessNonlinearity,
+    LoopKind::ExternalWave,
+    LoopKind::StickingNeighbour,
+];
+
+/// Which loop.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Which {
+    /// What draws the loops.
+    seed: u32,
+    /// The number of the loop, from 0.
+    number: u32,
+}
+
+/// What a plant would have recorded.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Trends {
+    /// The kinds that it may be of.
+    kinds: Vec<String>,
+    /// The signals that were recorded: OP, PV, and of some loops the SP.
+    signals: Vec<Trend>,
+}
+
+/// A signal over time.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Trend {
+    /// Its name: SP, PV or OP.
+    name: String,
+    /// Times, s.
+    time: Vec<f64>,
+    /// Values; null where there is none.
+    values: Vec<Option<f64>>,
+}
+
+/// What is true of a loop, and what a diagnosis says of it.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Revealed {
+    /// What it is.
+    kind: String,
+    /// Whether its own valve is at fault.
+    sticks: bool,
+    /// Stick band plus dead band, percent of span; of a valve that sticks.
+    #[serde(rename = "S")]
+    s: Option<f64>,
+    /// Slip jump, percent of span; of a valve that sticks.
+    #[serde(rename = "J")]
+    j: Option<f64>,
+    /// The valve position, which no plant had recorded.
+    vp: Trend,
+    /// The diagnosis of what was shown.
+    judgement: Judgement,
+}
+
+impl Trend {
+    fn of(name: &str, channel: &Channel) -> Self {
+        let value = |x: &f64| x.is_finite().then_some(*x);
+        Self {
+            name: name.to_owned(),
+            time: channel.time.clone(),
+            values: channel.values.iter().map(value).collect(),
+        }
+    }
+}
+
+/// Numbers that look like chance (splitmix64, Steele, Lea, Flood, OOPSLA 2014).
+fn mixed(x: u64) -> u64 {
+    let mut z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+fn drawn(which: &Which) -> Answer<Simulated> {
+    let own = mixed(u64::from(which.seed) << 32 | u64::from(which.number));
+    let kind = match own % 3 {
+        0 => LoopKind::Sticky,
+        _ => KINDS[(mixed(own) % KINDS.len() as u64) as usize],
+    };
+    // What nobody could see is no question.
+    for again in 0..40 {
+        let simulated = kind.simulate(mixed(own ^ again) >> 16)?;
+        if !simulated.truth.sticks || simulated.truth.visible {
+            return Ok(simulated);
+        }
+    }
+    Err(Wrong::own("no loop was found that shows its fault; go on to the next"))
+}
+
+/// The trends of a loop.
+///
+/// # Errors
+/// If none can be drawn.
+pub fn trends(_: &Lab, which: Which) -> Answer<Trends> {
+    let recording = drawn(&which)?.recording;
+    let mut signals = vec![Trend::of("OP", &recording.op)];
+    for (name, channel) in [("PV", &recording.pv), ("SP", &recording.sp)] {
+        signals.extend(channel.as_ref().map(|channel| Trend::of(name, channel)));
+    }
+    Ok(Trends { kinds: KINDS.map(|kind| kind.name().to_owned()).into(), signals })
+}
+
+/// The truth about a loop.
+///
+/// # Errors
+/// If none can be drawn.
+pub fn reveal(_: &Lab, which: Which) -> Answer<Revealed> {
+    let Simulated { recording, truth } = drawn(&which)?;
+    let bands = truth.has_bands();
+    let vp = Trend {
+        name: "VP".to_owned(),
+        time: recording.op.time.clone(),
+        values: truth.vp.iter().map(|x| x.is_finite().then_some(*x)).collect(),
+    };
+    Ok(Revealed {
+        kind: truth.kind.name().to_owned(),
+        sticks: truth.sticks,
+        s: bands.then_some(truth.s),
+        j: bands.then_some(truth.j),
+        vp,
+        judgement: Judgement::new(diagnose(&recording, &DiagnoseOptions::default())?),
+    })
+}
