@@ -130,6 +130,9 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         page.get_by_role("button", name="Zoom to the stretch").click()
         page.wait_for_timeout(400)
         held = page.url
+        page.get_by_role("button", name="Show all").click()
+        page.wait_for_timeout(100)
+        page.screenshot(path=kept / "lab-recordings-stretch.png")
 
         # Kept beside the next.
         page.get_by_role("button", name="Keep to compare").click()
@@ -137,11 +140,14 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         room.verdict()
         assert page.locator(".compare thead th").count() == 2
         room.holds("compared")
+        page.evaluate("scrollTo(0, 0)")
+        page.screenshot(path=kept / "lab-recordings-compared.png", full_page=True)
 
         # Every method has a picture, drawn when it is asked for.
         page.locator(".more > summary").click()
         fold = page.locator(".fold", has_text="Every method")
         fold.locator("summary").first.click()
+        fold.locator(".method > summary").first.click()
         fold.locator("img").first.wait_for()
         assert fold.locator("img").count() > 5
         room.holds("all details")

@@ -223,7 +223,7 @@ pub struct Stretch {
 
 /// The verdict on a loop, or on a stretch of its recording.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct Judgement {
+pub struct Judged {
     /// Where the recording comes from.
     source: Source,
     /// What was found out, as `stiction diagnose --json` tells it.
@@ -296,7 +296,7 @@ fn overrule(diagnosis: &mut Diagnosis, file: &Path, sha256: &str) -> Answer<()> 
 ///
 /// # Errors
 /// If there is no such loop, or its times make no sense.
-pub fn verdict(lab: &Lab, asked: Stretch) -> Answer<Judgement> {
+pub fn verdict(lab: &Lab, asked: Stretch) -> Answer<Judged> {
     let (source, diagnosis) = judged(lab, &asked, false)?;
     let told = report::told(&Loop { source: &source, diagnosis: &diagnosis });
     let at = |segment: &stiction_diagnose::recording::Segment| {
@@ -304,7 +304,7 @@ pub fn verdict(lab: &Lab, asked: Stretch) -> Answer<Judgement> {
         diagnosis.slips().unwrap_or_default().into_iter().map(time).collect()
     };
     let slips = diagnosis.segment().map(at).unwrap_or_default();
-    Ok(Judgement { source, told, slips, diagnosis })
+    Ok(Judged { source, told, slips, diagnosis })
 }
 
 /// What of a report is asked for.

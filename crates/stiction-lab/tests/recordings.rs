@@ -328,11 +328,11 @@ fn an_override_is_kept_where_the_command_keeps_it() {
     let kept = std::fs::read_to_string(folder.join("stiction-overrides.toml")).unwrap();
     assert!(kept.contains("new packing") && kept.contains("test 1.0"), "{kept}");
     let judged = lab.call("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
-    assert_eq!(judged["diagnosis"]["verdict"]["overruled"]["by"], "J. Miller");
+    assert_eq!(judged["diagnosis"]["verdict"]["override"]["by"], "J. Miller");
     assert!(judged["told"]["overruled"].as_str().unwrap().contains("new packing"));
     lab.call("recordings/override", &json!({ "file": file, "loop": "FIC101" }));
     let judged = lab.call("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
-    assert!(judged["diagnosis"]["verdict"]["overruled"].is_null());
+    assert!(judged["diagnosis"]["verdict"]["override"].is_null());
 }
 
 #[test]
