@@ -127,7 +127,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         page.keyboard.press("0")
         page.wait_for_timeout(400)
         assert "zoom=" not in page.url, page.url
-        page.get_by_role("button", name="Zoom to the stretch").click()
+        page.get_by_role("button", name="Show stretch").click()
         page.wait_for_timeout(400)
         held = page.url
         page.get_by_role("button", name="Show all").click()

@@ -266,7 +266,7 @@ fn a_mapping_is_tried_saved_and_read_again() {
     let opened = lab.call("recordings/open", &json!({ "file": file }));
     assert_eq!(opened["columns"], json!(["time", "a", "b", "c"]));
     assert!(opened["summary"].is_null());
-    assert!(opened["failure"].as_str().unwrap().contains("under Columns"), "{opened}");
+    assert!(opened["failure"].as_str().unwrap().contains("the role op"), "{opened}");
 
     let wrong = json!({ "file": file, "mapping": { "columns": { "a": "open" } } });
     let (status, error) = lab.refused("recordings/mapping", &wrong);

@@ -132,11 +132,9 @@ pub struct Entry {
 
 /// Remedies as the page offers them.
 const ON_THE_PAGE: Wording = Wording(|remedy| match remedy {
-    Remedy::Map { role, column: Some(column) } => {
-        format!("the role {role} for the column \"{column}\" under Columns")
-    }
-    Remedy::Map { role, column: None } => format!("the role {role} for its column under Columns"),
-    other => format!("{} {} under Columns", other.option().replace('_', " "), other.value()),
+    Remedy::Map { role, column: Some(column) } => format!("\"{column}\" the role {role}"),
+    Remedy::Map { role, column: None } => format!("giving the column that it is the role {role}"),
+    other => format!("{} {}", other.option().replace('_', " "), other.value()),
 });
 
 fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -124,7 +124,7 @@ export function Columns(props: {
                       disabled={!!opened.fixed}
                       onChange={(event) => give(column, (event.target as HTMLSelectElement).value, loop)}
                     >
-                      <option value="">{recognised && role === "" ? recognised.role : w.recognise}</option>
+                      <option value="">{recognised ? (role === "" ? recognised.role : w.recognise) : w.tell}</option>
                       {props.roles.map((each) => (
                         <option key={each} value={each}>
                           {w.roles[each as keyof typeof w.roles] ?? each}

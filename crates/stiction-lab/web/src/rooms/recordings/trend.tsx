@@ -291,12 +291,10 @@ export function Trend(props: TrendProps) {
         <button type="button" aria-label={w.zoomIn} title={w.zoomIn} onClick={() => zoom(0.6)}>+</button>
         <button type="button" aria-label={w.zoomOut} title={w.zoomOut} disabled={whole} onClick={() => zoom(1 / 0.6)}>−</button>
         <button type="button" disabled={whole} onClick={() => props.onView(all)}>{w.all}</button>
-        {stretch && (
-          <>
-            <button type="button" onClick={() => props.onView(clamp(a - (b - a) * 0.08, b + (b - a) * 0.08))}>{w.toStretch}</button>
-            <button type="button" onClick={() => props.onStretch(null)}>{w.judgeAll}</button>
-          </>
-        )}
+        <button type="button" disabled={!stretch} onClick={() => props.onView(clamp(a - (b - a) * 0.08, b + (b - a) * 0.08))}>{w.toStretch}</button>
+        <button type="button" disabled={!stretch} onClick={() => props.onStretch(null)}>{w.judgeAll}</button>
+      </div>
+      <div class="reads">
         <span class="legend" aria-hidden="true">
           {shown.map((signal) => (
             <span key={signal} class={`key ${signal}`}>
@@ -304,6 +302,11 @@ export function Trend(props: TrendProps) {
               {values !== null && <b>{short((samples.signals[signal] as Float64Array)[values] as number)}</b>}
             </span>
           ))}
+        </span>
+        <span class="reading soft">
+          {values === null ? clock.span(view[0], view[1]) : clock.moment(samples.time[values] as number, least < 1)}
+          {clock.dated && clock.name ? ` ${clock.name}` : ""}
+          {values === null ? ` (${lasting(view[1] - view[0])})` : ""}
         </span>
       </div>
       <div
@@ -333,11 +336,6 @@ export function Trend(props: TrendProps) {
           {handle(1)}
         </div>
       </div>
-      <p class="reading soft">
-        {values === null ? clock.span(view[0], view[1]) : clock.moment(samples.time[values] as number, least < 1)}
-        {clock.dated && clock.name ? ` ${clock.name}` : ""}
-        {values === null ? ` (${lasting(view[1] - view[0])})` : ""}
-      </p>
     </section>
   );
 }
