@@ -80,6 +80,7 @@ pub const CONTENTS: &[Section] = &[
             written!("index.html", "Overview", "docs/index.md"),
             written!("start.html", "A first verdict", "docs/start.md"),
             written!("samples.html", "Sample recordings", "samples/README.md"),
+            written!("lab.html", "The lab", "docs/lab.md"),
         ],
     },
     Section {
@@ -162,6 +163,8 @@ pub const FIGURES: &[(&str, &[u8])] = &[
     figure!("figures/closed-loop-response.svg"),
     figure!("figures/fmu-communication-step.svg"),
     figure!("figures/index.png"),
+    figure!("figures/lab-guess.png"),
+    figure!("figures/lab-loop.png"),
     figure!("figures/map.png"),
     figure!("figures/plant.png"),
     figure!("figures/report.png"),

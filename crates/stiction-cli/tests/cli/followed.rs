@@ -104,6 +104,11 @@ fn runnable(command: &str) -> Option<String> {
         return None;
     }
     assert!(command.starts_with("stiction "), "neither run nor listed as not run: {command}");
+    if command.starts_with("stiction lab") {
+        // It runs until it is ended; its first line says where it is.
+        let lab = command.split(" #").next().unwrap_or_default();
+        return Some(format!("timeout -s INT 4 {lab} --no-open | grep -m 1 '^http://127'"));
+    }
     if !command.starts_with("stiction bench ") {
         return Some(command);
     }
@@ -231,6 +236,10 @@ fn commands_are_found_as_a_reader_sees_them() {
     assert_eq!(
         runnable("cargo run --release --bin stiction -- --help").as_deref(),
         Some("stiction --help")
+    );
+    assert_eq!(
+        runnable("stiction lab run.csv  # opens the browser").as_deref(),
+        Some("timeout -s INT 4 stiction lab run.csv  --no-open | grep -m 1 '^http://127'")
     );
     assert_eq!(runnable("pip install ."), None);
     assert_eq!(

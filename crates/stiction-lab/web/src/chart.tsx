@@ -18,6 +18,16 @@ export function onTheme(f: () => void): () => void {
   return () => query.removeEventListener("change", f);
 }
 
+/** Distances of a time axis, s. */
+export const ROUND = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 28800, 86400];
+
+/** Time as a trend tells it: s, or min, or h. */
+export function clock(seconds: number): string {
+  const s = Math.round(seconds);
+  const two = (n: number) => String(n).padStart(2, "0");
+  return s < 3600 ? `${Math.floor(s / 60)}:${two(s % 60)}` : `${Math.floor(s / 3600)}:${two(Math.floor(s / 60) % 60)}:${two(s % 60)}`;
+}
+
 /** An axis in the colours of the theme. */
 export function axis(more: uPlot.Axis = {}): uPlot.Axis {
   return {

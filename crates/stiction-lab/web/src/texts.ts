@@ -12,6 +12,7 @@ export const t = {
   },
   units: { percent: "%", seconds: "s" },
   loop: {
+    hint: "A controller, a valve that sticks, a process. Drag S or J, or the dot in the map, and watch: with S = 0 the loop comes to rest.",
     presets: "Kinds of loop",
     preset: { "lab/flow": "Flow", "lab/level": "Level", "lab/temperature": "Temperature" } as Record<string, string>,
     pvUnit: { "lab/flow": "%", "lab/level": "%", "lab/temperature": "°C" } as Record<string, string>,
@@ -117,7 +118,7 @@ export const t = {
       halve: {
         title: "Halve the swing",
         text: "The valve cannot be repaired before the shutdown, and somebody tuned this loop to follow fast. Halve the swing of the PV by tuning alone, without touching S and J.",
-        why: "A short integral time drives the OP far on while nothing moves, and the stem far past its place. But look at the map: no slow tuning brings the swing much below J/2 times the gain of the process. The rest is the valve's.",
+        why: "A short integral time drives the OP far on while nothing moves, and the stem far past its place. Slow tuning leaves about half of J times the gain of the process, see the map; less than that takes a high gain, which pays with travel and wear. The rest is the valve's.",
       },
       stop: {
         title: "Detune until it stops",

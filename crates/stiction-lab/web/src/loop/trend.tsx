@@ -1,20 +1,10 @@
 // The trend that scrolls: PV and SP above, OP and VP below. The line of the SP can be dragged.
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
-import { axis, Chart, line } from "../chart";
+import { axis, Chart, clock, line, ROUND } from "../chart";
 import { t } from "../texts";
 import type { Engine } from "./engine";
 import { Steady } from "./phase";
-
-/** Time as a trend tells it: s, or min, or h. */
-export function clock(seconds: number): string {
-  const s = Math.round(seconds);
-  const two = (n: number) => String(n).padStart(2, "0");
-  return s < 3600 ? `${Math.floor(s / 60)}:${two(s % 60)}` : `${Math.floor(s / 3600)}:${two(Math.floor(s / 60) % 60)}:${two(s % 60)}`;
-}
-
-/** Distances of a time axis, s. */
-const ROUND = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 28800, 86400];
 
 export interface Drawn {
   draw(window: number): void;

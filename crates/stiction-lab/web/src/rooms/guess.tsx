@@ -4,7 +4,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import uPlot from "uplot";
 import { go, remember, state } from "../address";
 import { call, type Answer } from "../api";
-import { axis, Chart, line } from "../chart";
+import { axis, Chart, clock, line, ROUND } from "../chart";
 import { Short } from "../loop/verdict";
 import { t } from "../texts";
 import "./guess.css";
@@ -19,13 +19,6 @@ function joined(trends: { time: number[]; values: (number | null)[] }[]): uPlot.
   return trends.length === 0 ? [[]] : uPlot.join(trends.map((each) => [each.time, each.values] as uPlot.AlignedData));
 }
 
-/** Time in the unit that suits its length. */
-function hours(_: uPlot, all: number[]): string[] {
-  const span = (all[all.length - 1] ?? 0) - (all[0] ?? 0);
-  const [unit, per] = span > 4 * 86_400 ? ["d", 86_400] : span > 3 * 3600 ? ["h", 3600] : span > 300 ? ["min", 60] : ["s", 1];
-  return all.map((each) => `${Number((each / per).toFixed(2))} ${unit}`);
-}
-
 function Plot(props: { label: string; unit: string; of: Trends["signals"]; names: ("SP" | "PV" | "OP" | "VP")[] }) {
   const found = props.names.flatMap((name) => props.of.filter((each) => each.name === name));
   const data = useMemo(() => joined(found), [props.of]);
@@ -33,7 +26,7 @@ function Plot(props: { label: string; unit: string; of: Trends["signals"]; names
     legend: { show: true, live: false },
     cursor: { drag: { x: true, y: false }, sync: { key: "guess" } },
     scales: { x: { time: false } },
-    axes: [axis({ values: hours }), axis({ label: props.unit, size: 52 })],
+    axes: [axis({ values: (_, all) => all.map(clock), incrs: ROUND }), axis({ label: props.unit, size: 52 })],
     series: [{}, ...found.map((each) => line(each.name.toLowerCase() as "sp", each.name, { spanGaps: true }))],
   };
   return <Chart key={found.map((each) => each.name).join()} label={props.label} height={220} options={options} data={data} />;

@@ -257,6 +257,7 @@ export function LoopRoom() {
           <Share engine={e} toml={() => cycles.value?.toml ?? ""} plots={() => drawn.current?.plots() ?? ([] as uPlot[])} />
         </div>
       </div>
+      <p class="soft hint">{t.loop.hint}</p>
       {(e.wrong.value || wrong.value) && (
         <p class="wrong" role="alert">
           {e.wrong.value || wrong.value}
