@@ -1,8 +1,8 @@
-"""Drives the lab's room of recordings in a real browser: Debian's Chromium, by Playwright.
+"""Drives the lab's room of recordings in a real browser.
 
-python3 pages/lab_recordings.py COMMAND TARGET [FOLDER]
+python3 pages/lab_recordings.py COMMAND [FOLDER]
 
-COMMAND is the built `stiction`; TARGET, cargo's target folder, is not used. With a FOLDER the screenshots are kept there.
+With a FOLDER the pictures are kept there.
 """
 
 import csv
@@ -12,48 +12,21 @@ import subprocess
 import sys
 import tempfile
 import time
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Iterator
 
+from lab import CHROMIUM, LOOKS, ROOT, WIDE, Lab, opened, running, sound, until
 from playwright.sync_api import Browser, Page, sync_playwright
 
-ROOT = Path(__file__).resolve().parent.parent
-CHROMIUM = "/usr/bin/chromium"
-WEB = ROOT / "crates" / "stiction-lab" / "web"
-AXE = WEB / "node_modules" / "axe-core" / "axe.min.js"
 SAMPLES = sorted(path for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
-WIDE = {"width": 1300, "height": 900}
-PHONE = {"width": 390, "height": 844}
-PROJECTOR = {"width": 1920, "height": 1080}
 #: What the verdict on a stretch may take once it is chosen, s; the machine may be busy.
 PATIENCE = 2.0
 
 
-@contextmanager
-def lab(command: Path, *given: str | Path, cwd: Path = ROOT) -> Iterator[str]:
-    """A lab that runs, by its address."""
-    run = subprocess.Popen([command, "lab", *given, "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=cwd)
-    try:
-        yield run.stdout.readline().strip()
-    finally:
-        run.terminate()
-        run.wait()
-
-
 class Room:
-    """A page in the lab that may ask nothing of anyone else, and complains of nothing."""
+    """The room in a page."""
 
-    def __init__(self, browser: Browser, address: str, size: dict, scheme: str = "light", state: str = "recordings"):
-        self.page = browser.new_page(viewport=size, color_scheme=scheme)
-        self.wrong: list[str] = []
-        own = address.split("?")[0]
-        self.page.on("request", lambda r: r.url.startswith((own, "data:", "blob:")) or self.wrong.append(f"asks for {r.url}"))
-        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
-        self.page.on("console", lambda said: said.type == "error" and self.wrong.append(said.text))
-        self.page.add_init_script(path=AXE)
-        self.page.goto(address)
-        self.page.goto(f"{own}#/{state}")
+    def __init__(self, browser: Browser, lab: Lab, size: dict = WIDE, scheme: str = "light", state: str = "recordings"):
+        self.page = opened(browser, lab, f"#/{state}", size, scheme)
 
     def verdict(self) -> str:
         """The verdict, once none is under way."""
@@ -61,14 +34,7 @@ class Room:
         return self.page.locator(".verdict").inner_text()
 
     def holds(self, what: str) -> None:
-        """No error, nothing wider than the screen, nothing that shuts anyone out."""
-        assert not self.wrong, f"{what}: {self.wrong}"
-        wide = self.page.evaluate("[document.documentElement.scrollWidth, innerWidth]")
-        assert wide[0] <= wide[1], f"{what}: {wide[0]} px wide on {wide[1]}"
-        found = self.page.evaluate("axe.run(document, {resultTypes: ['violations']})")
-        serious = [v for v in found["violations"] if v["impact"] in ("serious", "critical")]
-        told = [(v["id"], [n["html"][:200] for n in v["nodes"]][:3]) for v in serious]
-        assert not told, f"{what}: {json.dumps(told, indent=1)}"
+        sound(self.page, what)
 
 
 def drag(page: Page, a: float, b: float) -> None:
@@ -89,19 +55,18 @@ def judged(command: Path, path: Path) -> dict:
 
 
 def samples(browser: Browser, command: Path, kept: Path) -> None:
-    with lab(command, *SAMPLES) as address:
-        room = Room(browser, address, WIDE)
+    with running(command, *map(str, SAMPLES)) as lab:
+        room = Room(browser, lab)
         page = room.page
         text = room.verdict()
-        page.wait_for_function("document.querySelectorAll('.open li a').length === 5")
+        until(page, "document.querySelectorAll('.open li a').length === 5")
         assert "sticks" in text and "more than 99" in text, text
         room.holds("a recording")
-        page.screenshot(path=kept / "lab-recordings.png", full_page=True)
 
         # A stretch is chosen, and the verdict follows.
         began = time.monotonic()
         drag(page, 0.3, 0.7)
-        page.wait_for_function("document.querySelector('.verdict h2').textContent.includes(': ')")
+        until(page, "document.querySelector('.verdict h2').textContent.includes(': ')")
         stretch = room.verdict()
         took = time.monotonic() - began
         print(f"choosing a stretch, with the pointer's way: {took:.2f} s")
@@ -154,7 +119,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         page.screenshot(path=kept / "lab-recordings-details.png", full_page=True)
 
         # A link leads back to the same.
-        again = Room(browser, address, WIDE, state=held.split("#/")[1])
+        again = Room(browser, lab, state=held.split("#/")[1])
         again.verdict()
         assert again.page.locator(".handle.from").get_attribute("aria-valuenow") == page.evaluate(
             "url => new URLSearchParams(url.split('?')[1]).get('from')", held
@@ -164,25 +129,29 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         # Each loop of the list.
         for each in SAMPLES[1:]:
             page.locator(".open li a", has_text=each.stem).click()
-            page.wait_for_function("name => document.querySelector('.about h1')?.textContent.includes(name)", arg=each.stem)
+            until(page, f"document.querySelector('.about h1')?.textContent.includes('{each.stem}')")
             text = room.verdict()
             said = judged(command, each)
             assert said["verdict"]["grade"] in text, (each, said["verdict"]["grade"], text)
             room.holds(each.stem)
         page.close()
-        for size, scheme, name in ((PHONE, "light", "phone"), (PROJECTOR, "dark", "dark")):
-            shot = Room(browser, address, size, scheme)
+        for name, size, scheme in LOOKS:
+            shot = Room(browser, lab, size, scheme)
             shot.verdict()
+            drag(shot.page, 0.35, 0.75)
+            until(shot.page, "document.querySelector('.verdict h2').textContent.includes('samples') && location.hash.includes('from=')")
+            shot.verdict()
+            shot.page.mouse.move(5, 5)
             shot.page.wait_for_timeout(300)
-            shot.holds(name)
-            shot.page.screenshot(path=kept / f"lab-recordings-{name}.png", full_page=True)
+            shot.holds(f"looked at{name}")
+            shot.page.screenshot(path=kept / f"lab-recordings{name}.png", full_page=bool(name))
             shot.page.close()
 
 
 def nothing_open(browser: Browser, command: Path, kept: Path) -> None:
     """The first use: it explains itself, an example opens, a file is dropped, its columns are said."""
-    with tempfile.TemporaryDirectory() as folder, lab(command, cwd=Path(folder)) as address:
-        room = Room(browser, address, WIDE)
+    with running(command) as lab:
+        room = Room(browser, lab)
         page = room.page
         page.get_by_text("Drop recordings of control loops here").wait_for()
         room.holds("nothing open")
@@ -218,8 +187,8 @@ def written(browser: Browser, command: Path) -> None:
         folder = Path(name)
         path = folder / SAMPLES[0].name
         shutil.copy(SAMPLES[0], path)
-        with lab(command, folder) as address:
-            room = Room(browser, address, WIDE)
+        with running(command, str(folder)) as lab:
+            room = Room(browser, lab)
             page = room.page
             room.verdict()
             page.locator(".override > summary").click()
@@ -237,7 +206,7 @@ def written(browser: Browser, command: Path) -> None:
             with page.expect_download() as saved:
                 page.get_by_role("link", name="Save the report").click()
             assert "<svg" in Path(saved.value.path()).read_text()
-            assert not room.wrong, room.wrong
+            assert not page.faults, page.faults
         assert "J. Miller" in (folder / "stiction-overrides.toml").read_text()
         assert 'type = "level"' in (folder / f"{path.name}.mapping.toml").read_text()
         assert path.read_bytes() == SAMPLES[0].read_bytes()
@@ -246,7 +215,7 @@ def written(browser: Browser, command: Path) -> None:
 def main() -> None:
     command = Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        kept = Path(sys.argv[3]) if len(sys.argv) > 3 else Path(folder)
+        kept = Path(sys.argv[2]) if len(sys.argv) > 2 else Path(folder)
         kept.mkdir(parents=True, exist_ok=True)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         samples(browser, command, kept)

@@ -20,7 +20,7 @@ use stiction_lab::{Options, bind};
 #[command(after_help = "Examples:
   stiction lab
   stiction lab samples/FIC101-sticky.csv
-  stiction lab exports/ --zone Europe/Berlin
+  stiction lab samples/ --type flow
   stiction lab --plant north
   stiction lab --no-open --port 8787")]
 pub struct Args {
