@@ -25,6 +25,9 @@ A mapping file:
   zone = \"Europe/Berlin\"
   pattern = \"{loop}.{signal}\"       # how tags are built
   bad_text = [\"Kaputt\"]
+  [columns]                        # a column's role, as of --map
+  \"10FC102.OP\" = \"FIC102.op\"
+  spare = \"ignore\"
   [signals]
   pv = [\"PV\", \"MEAS\"]
   [modes]

@@ -1,8 +1,9 @@
 //! `stiction lab`: the browser lab.
 
 use crate::files::In;
+use crate::reading_args::Reading;
 use crate::{output, paper};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Parser;
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -19,11 +20,12 @@ use stiction_lab::{Options, bind};
 #[command(after_help = "Examples:
   stiction lab
   stiction lab samples/FIC101-sticky.csv
+  stiction lab samples/ --type flow
   stiction lab --plant north
   stiction lab --no-open --port 8787")]
 pub struct Args {
-    /// Recordings to open: CSV, Parquet or MATLAB files
-    #[arg(value_name = "FILE")]
+    /// Recordings to open: CSV, Parquet or MATLAB files, or folders of them
+    #[arg(value_name = "FILE|FOLDER")]
     files: Vec<In>,
     /// The folder of a plant, with its plant.toml
     #[arg(long, value_name = "PLANT")]
@@ -38,10 +40,19 @@ pub struct Args {
     /// The address to listen on. Beyond this machine what is sent is not encrypted, and who has the token is let in
     #[arg(long, value_name = "IP", default_value = "127.0.0.1")]
     host: IpAddr,
+    // Last, because its heading stands above all that follows.
+    #[command(flatten)]
+    reading: Reading,
 }
 
 pub fn run(args: Args) -> Result<()> {
+    for file in &args.files {
+        if file.is_standard() || !file.exists() {
+            bail!("{}: there is no such file or folder", file.origin());
+        }
+    }
     let options = Options {
+        reading: args.reading.options()?,
         files: args.files.iter().map(|file| file.to_path_buf()).collect(),
         plant: args.plant.map(PathBuf::from),
         paper: Paper(Arc::new(|number| {

@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 use clap::Parser;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use stiction::diagnose::{self, VerdictClass};
+use stiction::diagnose::VerdictClass;
 use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Recorded, Scope};
 
 /// Keep what a person concluded of a valve, to be shown beside the computed verdict.
@@ -200,14 +200,7 @@ pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
         let recorded =
             Recorded { loop_name: &each.diagnosis.name, file, sha256: &each.source.sha256, span };
         let (found, notes) = kept.of(&recorded);
-        each.diagnosis.verdict.overruled = found.map(|found| diagnose::Override {
-            verdict: found.verdict,
-            reason: found.reason.clone(),
-            by: found.by.clone(),
-            entered: found.entered.map(|day| day.to_string()),
-            scope: found.scope_in_words(),
-            kept_in: kept.origin.clone(),
-        });
+        each.diagnosis.verdict.overruled = found.map(|found| found.shown(&kept.origin));
         each.diagnosis.notes.extend(notes);
     }
     Ok(())

@@ -32,6 +32,20 @@ pub struct Fields<'a, 'i> {
     asked: RefCell<Vec<&'static str>>,
 }
 
+/// A text that a key of any name tells.
+pub struct Told<'a> {
+    pub text: &'a str,
+    path: String,
+    span: Range<usize>,
+}
+
+impl Told<'_> {
+    /// That it is not what it should be.
+    pub fn wrong(&self, message: impl std::fmt::Display) -> Wrong {
+        Wrong { span: self.span.clone(), message: format!("{}: {message}", self.path) }
+    }
+}
+
 type Result<T> = std::result::Result<T, Wrong>;
 
 impl<'a, 'i> Fields<'a, 'i> {
@@ -257,6 +271,21 @@ impl<'a, 'i> Fields<'a, 'i> {
                 let message = format!("{path}.{name}: {is}must be one of {}", known.join(", "));
                 Wrong { span: value.span(), message }
             })
+        };
+        self.entries(key)?.into_iter().map(entry).collect()
+    }
+
+    /// The roles of a table of columns, of any key and in their order; none where the table is not given.
+    pub fn entries_of_text(&self, key: &'static str) -> Result<Vec<(&'a str, Told<'a>)>> {
+        let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
+            let path = format!("{}.{name}", self.path_of(key));
+            match value.get_ref().as_str() {
+                Some(text) => Ok((name, Told { text, path, span: value.span() })),
+                None => {
+                    let message = format!("{path}: must be a role, such as \"op\"");
+                    Err(Wrong { span: value.span(), message })
+                }
+            }
         };
         self.entries(key)?.into_iter().map(entry).collect()
     }

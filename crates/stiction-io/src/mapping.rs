@@ -6,7 +6,7 @@ use crate::fields::{Fields, Wrong, line_of};
 use crate::options::{LoopOptions, LoopSettings, Mapped, ReadOptions};
 use crate::role::{Role, Signal};
 use crate::{mode, quality};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use stiction_diagnose::recording::LoopType;
 use toml::de::DeTable;
 
@@ -17,6 +17,7 @@ const TOP: &[&str] = &[
     "sample_time",
     "pattern",
     "bad_text",
+    "columns",
     "signals",
     "modes",
     "quality",
@@ -37,7 +38,17 @@ const SIGNAL_KEYS: &[&str] = &["op", "pv", "sp", "vp", "mode"];
 const LOOP_KEYS: &[&str] =
     &["op", "pv", "sp", "vp", "mode", "type", "op_range", "pv_range", "vp_range"];
 
+/// What the name of a file is followed by in that of its own mapping file.
+const OWN: &str = ".mapping.toml";
+
 impl ReadOptions {
+    /// Where the mapping of one file alone is kept: beside it, `FIC101.csv.mapping.toml` for `FIC101.csv`.
+    pub fn mapping_beside(file: &Path) -> PathBuf {
+        let mut name = file.file_name().unwrap_or_default().to_owned();
+        name.push(OWN);
+        file.with_file_name(name)
+    }
+
     /// Reads the mapping file at `path`.
     ///
     /// # Errors
@@ -84,6 +95,10 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
             }
         }
         table.finish()?;
+    }
+    for (column, role) in fields.entries_of_text("columns")? {
+        let mapped = Mapped::of(role.text, column).map_err(|e| role.wrong(e))?;
+        options.map.push(mapped);
     }
     options.modes = fields.choices("modes", &mode::NAMES)?;
     options.qualities = fields.choices("quality", &quality::NAMES)?;
@@ -143,6 +158,9 @@ time_format = "day-first"
 pattern = "{loop}.{signal}"
 bad_text = ["Kaputt"]
 op_range = [0, 100]
+[columns]
+"10FC102.OP" = "FIC102.op"
+spare = "ignore"
 [signals]
 pv = ["MEAS"]
 [modes]
@@ -161,7 +179,9 @@ pv_range = [0, 120.5]
         let options = ReadOptions::parse(ALL, "map.toml").unwrap();
         assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
         assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
-        assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 2));
+        assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 4));
+        assert_eq!(options.map[0], "FIC102.op=10FC102.OP".parse().unwrap());
+        assert_eq!(options.map[1], "ignore=spare".parse().unwrap());
         let by_name = crate::options::SettingsByName::of(&options);
         let settings = by_name.of_loop("fic101");
         assert_eq!(settings.pv_range, Some((0.0, 120.5)));
@@ -188,6 +208,8 @@ pv_range = [0, 120.5]
             ("pattern = \"{loop}\"", "line 1: pattern"),
             ("time_format = \"iso\"", "line 1: time_format: \"iso\" is no time format"),
             ("loop = 3", "line 1: loop: must be tables"),
+            ("[columns]\nx = \"open\"", "line 2: columns.x: \"open\" is no role; roles are time"),
+            ("[columns]\nx = 3", "line 2: columns.x: must be a role, such as \"op\""),
             ("zone = ", "line 1"),
         ] {
             let message = ReadOptions::parse(text, "map.toml").unwrap_err().to_string();

@@ -76,13 +76,23 @@ impl std::str::FromStr for Mapped {
         let (role, column) = text
             .split_once('=')
             .ok_or_else(|| format!("\"{text}\" is no ROLE=COLUMN, such as op=OUT"))?;
-        let (loop_name, role) = match role.trim().rsplit_once('.') {
+        Self::of(role.trim(), column.trim())
+    }
+}
+
+impl Mapped {
+    /// A column in the role that is written `ROLE` or `LOOP.ROLE`.
+    ///
+    /// # Errors
+    /// If there is no such role; the message lists all.
+    pub fn of(role: &str, column: &str) -> Result<Self, String> {
+        let (loop_name, role) = match role.rsplit_once('.') {
             Some((loop_name, role)) => (Some(loop_name.to_owned()), role),
-            None => (None, role.trim()),
+            None => (None, role),
         };
         let known = Role::by_name(role)
             .ok_or_else(|| format!("\"{role}\" is no role; roles are {}", Role::names()))?;
-        Ok(Self { loop_name, role: known, column: column.trim().to_owned() })
+        Ok(Self { loop_name, role: known, column: column.to_owned() })
     }
 }
 

@@ -43,7 +43,7 @@ use jiff::tz::TimeZone;
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::diagnose::{self, VerdictClass};
 use toml::de::DeTable;
 
 pub use jiff::civil::Date;
@@ -158,6 +158,18 @@ impl Override {
             words += &format!(", until {until}");
         }
         words
+    }
+
+    /// It as a diagnosis shows it, kept in the file `kept_in`.
+    pub fn shown(&self, kept_in: &str) -> diagnose::Override {
+        diagnose::Override {
+            verdict: self.verdict,
+            reason: self.reason.clone(),
+            by: self.by.clone(),
+            entered: self.entered.map(|day| day.to_string()),
+            scope: self.scope_in_words(),
+            kept_in: kept_in.to_owned(),
+        }
     }
 
     /// Whether both are about one loop and one scope.

@@ -103,6 +103,16 @@ pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Readin
     build(format, &sheets, notes, sha256, origin, options)
 }
 
+/// The names of all columns in `bytes`, whatever they hold: to say what they are where [`parse`] cannot tell.
+///
+/// # Errors
+/// If the bytes are of no known format.
+pub fn columns(bytes: &[u8], origin: &str) -> Result<Vec<String>> {
+    let (_, sheets, _) = sheets(bytes, origin)?;
+    let columns = sheets.into_iter().flat_map(|sheet| sheet.columns);
+    Ok(columns.map(|column| column.name).collect())
+}
+
 /// Reads recordings from a table in memory, whose origin names it in errors, and a loop that has no other name.
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 //! A call is `POST /api/NAME` with JSON; [`all`] lists them once, and routes, schema and so the page's types follow from it.
 
 use crate::lab::Lab;
-use crate::{guess, live, loops, paper, plant};
+use crate::{guess, live, loops, paper, plant, recordings};
 use axum::Router;
 use axum::body::{Body, Bytes, HttpBody};
 use axum::extract::State;
@@ -37,6 +37,11 @@ impl Wrong {
     /// There is no such thing, or no more.
     pub fn gone(error: impl ToString) -> Self {
         Self { status: StatusCode::NOT_FOUND, error: error.to_string() }
+    }
+
+    /// The same status in other words.
+    pub(crate) fn with(self, error: String) -> Self {
+        Self { error, ..self }
     }
 
     /// The lab is at fault, or busy.
@@ -80,6 +85,14 @@ fn all(to: &mut impl Visit) {
     to.call("guess/trends", guess::trends);
     to.call("guess/reveal", guess::reveal);
     to.call("paper/figure", paper::figure);
+    to.call("recordings", recordings::list);
+    to.call("recordings/open", recordings::open);
+    to.call("recordings/mapping", recordings::say);
+    to.call("recordings/close", recordings::close);
+    to.call("recordings/example", recordings::example);
+    to.call("recordings/diagnose", recordings::verdict);
+    to.call("recordings/details", recordings::details);
+    to.call("recordings/override", recordings::conclude);
     to.call("plant/status", plant::status);
     to.call("plant/page", plant::page);
     to.call("plant/loop", plant::history);
@@ -99,9 +112,17 @@ const IN_TIME: Duration = Duration::from_secs(12);
 /// At most so many calls are worked on at a time; others wait.
 const AT_ONCE: usize = 8;
 
+/// Lets through as many as are worked on at a time.
+pub(crate) type Gate = Arc<Semaphore>;
+
+/// A gate for all that is asked.
+pub(crate) fn gate() -> Gate {
+    Arc::new(Semaphore::new(AT_ONCE))
+}
+
 struct Routes {
     router: Router<Arc<Lab>>,
-    gate: Arc<Semaphore>,
+    gate: Gate,
 }
 
 impl Visit for Routes {
@@ -112,7 +133,7 @@ impl Visit for Routes {
     {
         let gate = Arc::clone(&self.gate);
         let answer = move |State(lab): State<Arc<Lab>>, body: Body| async move {
-            let body = question(body).await?;
+            let body = sent(body, QUESTION, IN_TIME).await?;
             let asked: A = serde_json::from_slice(&body).map_err(|e| {
                 Wrong::asked(format!("{name}: the question is not understood: {e}"))
             })?;
@@ -127,21 +148,21 @@ impl Visit for Routes {
     }
 }
 
-/// Reads a question, which must neither be long nor take long.
-async fn question(body: Body) -> Answer<Bytes> {
+/// Reads what is sent, which must neither be longer than `most` bytes nor take longer than `in_time`.
+pub(crate) async fn sent(body: Body, most: usize, in_time: Duration) -> Answer<Bytes> {
     let long = || Wrong {
         status: StatusCode::PAYLOAD_TOO_LARGE,
-        error: format!("a question has at most {QUESTION} bytes"),
+        error: format!("at most {most} bytes can be sent here"),
     };
     // What says that it is longer is not read.
-    if body.size_hint().lower() > QUESTION as u64 {
+    if body.size_hint().lower() > most as u64 {
         return Err(long());
     }
     let slow = || Wrong {
         status: StatusCode::REQUEST_TIMEOUT,
-        error: "the question did not come in time".to_owned(),
+        error: "what was sent did not come in time".to_owned(),
     };
-    match tokio::time::timeout(IN_TIME, Limited::new(body, QUESTION).collect()).await {
+    match tokio::time::timeout(in_time, Limited::new(body, most).collect()).await {
         Ok(Ok(whole)) => Ok(whole.to_bytes()),
         Ok(Err(e)) if e.is::<LengthLimitError>() => Err(long()),
         Ok(Err(_)) | Err(_) => Err(slow()),
@@ -149,8 +170,8 @@ async fn question(body: Body) -> Answer<Bytes> {
 }
 
 /// Works on something where it does not hold up other requests.
-async fn blocking<R: Send + 'static>(
-    gate: Arc<Semaphore>,
+pub(crate) async fn blocking<R: Send + 'static>(
+    gate: Gate,
     work: impl FnOnce() -> Answer<R> + Send + 'static,
 ) -> Answer<R> {
     let _turn = gate.acquire_owned().await.map_err(Wrong::own)?;
@@ -161,9 +182,8 @@ async fn blocking<R: Send + 'static>(
 }
 
 /// The routes of all calls.
-pub(crate) fn routes() -> Router<Arc<Lab>> {
-    let gate = Arc::new(Semaphore::new(AT_ONCE));
-    let mut routes = Routes { router: Router::new(), gate };
+pub(crate) fn routes(gate: &Gate) -> Router<Arc<Lab>> {
+    let mut routes = Routes { router: Router::new(), gate: Arc::clone(gate) };
     all(&mut routes);
     routes.router
 }

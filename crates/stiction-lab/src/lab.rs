@@ -1,9 +1,10 @@
 //! What the lab knows while it runs.
 
 use crate::paper::Paper;
-use crate::{live, plant};
+use crate::{live, plant, recordings};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use stiction_io::ReadOptions;
 
 /// What a lab is opened with.
 #[derive(Debug, Clone)]
@@ -12,6 +13,8 @@ pub struct Options {
     pub tool: String,
     /// Recordings: files, or folders of them.
     pub files: Vec<PathBuf>,
+    /// What the recordings hold; what can be recognised need not be said.
+    pub reading: ReadOptions,
     /// The folder of a plant.
     pub plant: Option<PathBuf>,
     /// Draws the figures of the paper.
@@ -28,6 +31,7 @@ impl Options {
         Self {
             tool: tool.into(),
             files: vec![],
+            reading: ReadOptions::default(),
             plant: None,
             paper: Paper::default(),
             host: Ipv4Addr::LOCALHOST.into(),
@@ -45,6 +49,8 @@ pub struct Lab {
     pub(crate) paper: Paper,
     /// Loops that run.
     pub(crate) lives: live::Room,
+    /// Recordings that are open.
+    pub(crate) recordings: recordings::Room,
     /// The plant.
     pub(crate) plant: plant::Room,
 }
@@ -56,6 +62,7 @@ impl Lab {
             tool: options.tool.clone(),
             paper: options.paper.clone(),
             lives: live::Room::default(),
+            recordings: recordings::Room::new(&options.files, &options.reading),
             plant: plant::Room::new(options.plant.clone()),
         }
     }

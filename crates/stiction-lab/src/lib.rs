@@ -21,6 +21,7 @@ pub mod loops;
 pub mod paper;
 mod places;
 pub mod plant;
+pub mod recordings;
 mod server;
 
 pub use lab::{Lab, Options};

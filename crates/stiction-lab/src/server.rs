@@ -5,6 +5,7 @@ use crate::calls;
 use crate::guard::{Guard, guard};
 use crate::lab::{Lab, Options};
 use crate::places::Places;
+use crate::recordings;
 use axum::http::header;
 use axum::routing::get;
 use axum::{Router, middleware};
@@ -97,7 +98,8 @@ impl Server {
     }
 
     fn router(&self) -> Router {
-        let mut router = calls::routes();
+        let gate = calls::gate();
+        let mut router = calls::routes(&gate).merge(recordings::routes(&gate));
         for asset in &ASSETS {
             let answer = move || async move { ([(header::CONTENT_TYPE, asset.kind)], asset.bytes) };
             router = router.route(asset.path, get(answer));

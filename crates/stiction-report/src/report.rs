@@ -3,7 +3,8 @@
 //!
 //! * [`layout`]: the pieces of the page, and how they become HTML;
 //! * [`views`]: figures of what was recorded;
-//! * [`evidence`]: a card for what each method says.
+//! * [`evidence`]: a card for what each method says;
+//! * [`told`]: what it says, as data.
 //!
 //! ```
 //! use stiction_diagnose::detect::Decision;
@@ -37,6 +38,7 @@ pub mod layout;
 mod over_time;
 mod small_trend;
 mod time_axis;
+pub mod told;
 mod verdict;
 pub mod views;
 
@@ -45,4 +47,5 @@ pub use folder::Folder;
 pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
 pub use small_trend::{Small, small_trend};
+pub use told::{Folds, Told, told};
 pub use views::Context;

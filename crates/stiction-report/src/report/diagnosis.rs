@@ -52,7 +52,7 @@ const VOTES: &str = "A verdict that rests on a majority is a preliminary one: pu
     vote for each family that looks at the same thing, each with its own assumptions and none right on \
     all loops.";
 
-fn section(case: &Loop<'_>) -> Section {
+pub(super) fn section(case: &Loop<'_>) -> Section {
     let Loop { diagnosis, source } = *case;
     let badge = Badge::from(diagnosis.verdict.grade);
     let mut section = Section::new(&diagnosis.name, badge, words::verdict(diagnosis));

@@ -48,7 +48,7 @@ pub(super) fn head(
 }
 
 /// Type, time, sample time and file.
-fn line(diagnosis: &Diagnosis, source: &Source) -> String {
+pub(super) fn line(diagnosis: &Diagnosis, source: &Source) -> String {
     let mut parts = vec![diagnosis.loop_type.name().to_owned()];
     if let Some(segment) = diagnosis.segment() {
         let (from, to) = (segment.from, segment.from + segment.duration());
@@ -64,7 +64,7 @@ fn line(diagnosis: &Diagnosis, source: &Source) -> String {
     parts.join(" | ")
 }
 
-fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
+pub(super) fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     let mut facts = vec![];
     let stiction = &diagnosis.stiction;
     facts.extend(
@@ -99,7 +99,7 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
 }
 
 /// What to do, first things first.
-fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<String> {
+pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<String> {
     let prospects = fitted.and_then(|fitted| fitted.prospects.as_ref().ok());
     let unexplained = fitted
         .and_then(|fitted| fitted.fit.cycle.known())
@@ -168,7 +168,7 @@ fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<String> {
 }
 
 /// The likeliest causes beside a sticking valve, with their likelihood.
-fn causes(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
+pub(super) fn causes(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
     let others = diagnosis.verdict.alternatives.iter();
     let named = others
         .filter(|other| other.cause != Cause::StickingValve && other.likelihood >= LEAST_LIKELY);
@@ -176,7 +176,7 @@ fn causes(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
 }
 
 /// What is to be known of the data.
-fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
+pub(super) fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
     let fitness = &diagnosis.fitness;
     let caveats = fitness.measures.iter().filter(|m| m.class != Class::Fit).count();
     let mut all = vec![match fitness.class {

@@ -4,6 +4,8 @@ use crate::Error;
 use crate::document::Source;
 use crate::words::percent;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use schemars::JsonSchema;
+use serde::Serialize;
 use stiction_diagnose::detect::Decision;
 use stiction_diagnose::diagnose::VerdictClass;
 use stiction_diagnose::recording::fitness::Class;
@@ -78,7 +80,7 @@ pub struct Head {
 }
 
 /// A word with a symbol; in colour on the screen, but not told by colour alone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Badge {
     /// The symbol.
     pub symbol: &'static str,
@@ -89,7 +91,8 @@ pub struct Badge {
 }
 
 /// What a word means for the reader.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tone {
     /// Something is wrong.
     Bad,
@@ -102,7 +105,7 @@ pub enum Tone {
 }
 
 /// A named value.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Fact {
     /// Its name.
     pub name: String,
@@ -145,7 +148,7 @@ pub enum Block {
 }
 
 /// A table.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Table {
     /// What it shows.
     pub caption: String,
@@ -161,7 +164,7 @@ pub struct Table {
 }
 
 /// The head of a column.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Column {
     /// What it holds.
     pub name: String,

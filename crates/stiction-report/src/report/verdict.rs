@@ -40,12 +40,10 @@ fn faults(section: Section, diagnosis: &Diagnosis) -> Section {
     section.heading("What it may be").with(table)
 }
 
-fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
+/// What speaks for the verdict, and what against it, each with its heading.
+pub(super) fn sides(diagnosis: &Diagnosis) -> Vec<(&'static str, &[String])> {
     let verdict = &diagnosis.verdict;
-    let list = |texts: &[String]| Block::List {
-        ordered: false,
-        items: texts.iter().map(|text| sentence(text)).collect(),
-    };
+    let mut sides: Vec<(&'static str, &[String])> = vec![];
     // What the methods of a majority say stands in their table.
     if !verdict.reasons.is_empty() && verdict.basis != Basis::Majority {
         let heading = match verdict.class {
@@ -54,7 +52,7 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
             VerdictClass::DoesNotRespond => "What speaks for no response",
             VerdictClass::CannotTell => "Why it cannot be told",
         };
-        section = section.heading(heading).with(list(&verdict.reasons));
+        sides.push((heading, &verdict.reasons));
     }
     if !verdict.contradictions.is_empty() {
         let heading = match verdict.class {
@@ -62,7 +60,16 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
             VerdictClass::DoesNotRespond => "What speaks against that",
             VerdictClass::Sticks | VerdictClass::CannotTell => "What speaks against sticking",
         };
-        section = section.heading(heading).with(list(&verdict.contradictions));
+        sides.push((heading, &verdict.contradictions));
+    }
+    sides
+}
+
+fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
+    let verdict = &diagnosis.verdict;
+    for (heading, reasons) in sides(diagnosis) {
+        let items = reasons.iter().map(|text| sentence(text)).collect();
+        section = section.heading(heading).with(Block::List { ordered: false, items });
     }
     match &diagnosis.evidence {
         Some(weighing) if verdict.basis == Basis::Evidence => {

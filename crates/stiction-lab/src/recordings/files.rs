@@ -1,0 +1,490 @@
+//! Which files are open, and what of them is in memory.
+
+use super::Stretch;
+use super::mapping::{self, Mapping};
+use crate::calls::{Answer, Wrong};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
+use stiction_diagnose::recording::{Channel, Recording};
+use stiction_io::{ReadOptions, Reading, Remedy, Wording, bytes, reading, whole};
+use stiction_report::report::Folds;
+
+/// Bytes of a file that is read.
+const FILE: u64 = 1 << 30;
+/// Bytes of what was dropped, all together.
+const DROPPED: usize = 1 << 29;
+/// Files that were dropped and are open at a time.
+const DROPS: usize = 200;
+/// Bytes of what was read and is kept; beyond, what was asked for least recently is read again when it is asked for.
+const KEPT: usize = 1 << 30;
+/// Files of the folders that were opened; of more the first.
+const FILES: usize = 5_000;
+/// How deep folders are looked into.
+const DEPTH: usize = 8;
+/// Reports of stretches that are kept for more questions about them.
+const TOLD: usize = 3;
+/// How files of recordings end.
+const ENDS: [&str; 7] = ["csv", "tsv", "txt", "parquet", "pq", "mat", "h5"];
+
+/// What is open.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
+    /// What the lab was opened with.
+    roots: Vec<PathBuf>,
+    /// What holds for all files that have no mapping of their own.
+    options: ReadOptions,
+    state: Mutex<State>,
+    told: Mutex<VecDeque<(Stretch, Arc<Folds>)>>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    files: Vec<Arc<File>>,
+    /// How many files were dropped since the beginning.
+    drops: usize,
+    /// How often something was asked.
+    asked: u64,
+}
+
+/// A file that is open.
+#[derive(Debug)]
+pub(crate) struct File {
+    /// What it is asked for by.
+    pub id: String,
+    /// What it is called in messages, and where a loop gets its name from that has none.
+    origin: String,
+    place: Place,
+    held: Mutex<Held>,
+    /// How it is read; beside what was read, so that it can be looked at meanwhile.
+    own: Mutex<Option<Own>>,
+}
+
+#[derive(Debug)]
+enum Place {
+    Path(PathBuf),
+    Dropped(Vec<u8>),
+}
+
+/// What is known of a file.
+#[derive(Debug, Default)]
+struct Held {
+    reading: Option<Arc<Reading>>,
+    /// About how much memory that takes.
+    bytes: usize,
+    stamp: Option<Stamp>,
+    /// Why it could not be read.
+    failure: Option<String>,
+    /// When it was asked for last.
+    asked: u64,
+}
+
+/// What tells that a file is another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Stamp {
+    bytes: u64,
+    changed: Option<SystemTime>,
+}
+
+/// What is said of a file by hand.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Own {
+    pub mapping: Mapping,
+    /// What the reader takes it for; `None` where nothing is said.
+    options: Option<ReadOptions>,
+    /// Whether it is what the mapping file says.
+    pub is_saved: bool,
+    /// Why it cannot be changed here.
+    pub fixed: Option<String>,
+}
+
+impl Own {
+    /// Whether nothing is said.
+    pub fn is_empty(&self) -> bool {
+        self.options.is_none()
+    }
+
+    /// The text of the mapping file; empty where nothing is said.
+    pub fn text(&self) -> String {
+        if self.is_empty() { String::new() } else { self.mapping.text() }
+    }
+}
+
+/// A file in the list of those that are open.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Entry {
+    /// What it is asked for by.
+    id: String,
+    /// Its name.
+    name: String,
+    /// The folder that it is in; empty for what was dropped.
+    folder: String,
+    /// Whether it was dropped on the page.
+    dropped: bool,
+    /// Its loops; null before it is opened.
+    loops: Option<Vec<String>>,
+    /// Why it could not be read.
+    failure: Option<String>,
+}
+
+/// Remedies as the page offers them.
+const ON_THE_PAGE: Wording = Wording(|remedy| match remedy {
+    Remedy::Map { role, column: Some(column) } => format!("\"{column}\" the role {role}"),
+    Remedy::Map { role, column: None } => format!("giving the column that it is the role {role}"),
+    other => format!("{} {}", other.option().replace('_', " "), other.value()),
+});
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl File {
+    fn new(id: String, origin: String, place: Place) -> Self {
+        Self { id, origin, place, held: Mutex::default(), own: Mutex::default() }
+    }
+
+    /// Where it is; `None` if it was dropped.
+    pub fn path(&self) -> Option<&Path> {
+        match &self.place {
+            Place::Path(path) => Some(path),
+            Place::Dropped(_) => None,
+        }
+    }
+
+    /// Where its own mapping file is, or would be; `None` if it was dropped.
+    pub fn mapping_path(&self) -> Option<PathBuf> {
+        self.path().map(ReadOptions::mapping_beside)
+    }
+
+    /// It in the list.
+    pub fn entry(&self) -> Entry {
+        let (name, folder) = match self.path() {
+            Some(path) => (
+                path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                path.parent().map(|folder| folder.display().to_string()).unwrap_or_default(),
+            ),
+            None => (self.origin.clone(), String::new()),
+        };
+        // A file that is being read is not waited for.
+        let held = self.held.try_lock().ok();
+        let (loops, failure) = match held.as_deref() {
+            Some(held) => {
+                let names = |reading: &Arc<Reading>| {
+                    reading.recordings.iter().map(|each| each.name.clone()).collect()
+                };
+                (held.reading.as_ref().map(names), held.failure.clone())
+            }
+            None => (None, None),
+        };
+        let dropped = self.path().is_none();
+        Entry { id: self.id.clone(), name, folder, dropped, loops, failure }
+    }
+
+    /// What is said of it by hand; from its mapping file at first.
+    pub fn own(&self) -> Own {
+        lock(&self.own).get_or_insert_with(|| self.kept()).clone()
+    }
+
+    /// What its mapping file says.
+    fn kept(&self) -> Own {
+        let Some(path) = self.mapping_path().filter(|path| path.exists()) else {
+            return Own::default();
+        };
+        let shown = path.display().to_string();
+        let wrong = |why: String| Own { fixed: Some(why), ..Own::default() };
+        let text = match bytes::read(&path).and_then(|read| bytes::text(read, &shown)) {
+            Ok(text) => text,
+            Err(error) => return wrong(format!("{error}; without it the columns are recognised")),
+        };
+        match (ReadOptions::parse(&text, &shown), mapping::of_text(&text)) {
+            (Ok(options), Some(mapping)) => {
+                let options = Some(options).filter(|_| !mapping.is_empty());
+                Own { mapping, options, is_saved: true, fixed: None }
+            }
+            (Ok(options), None) => Own {
+                options: Some(options),
+                is_saved: true,
+                fixed: Some(format!(
+                    "{shown} says more than can be changed here; change it in an editor"
+                )),
+                ..Own::default()
+            },
+            (Err(error), _) => {
+                wrong(format!("{error}; until it is mended the columns are recognised"))
+            }
+        }
+    }
+
+    fn stamp(&self) -> Answer<Option<Stamp>> {
+        let Some(path) = self.path() else { return Ok(None) };
+        let about = std::fs::metadata(path)
+            .map_err(|error| Wrong::gone(format!("{}: {error}", path.display())))?;
+        if about.len() > FILE {
+            return Err(Wrong::asked(format!(
+                "{} is larger than {} MiB; open a part of it",
+                path.display(),
+                FILE >> 20
+            )));
+        }
+        Ok(Some(Stamp { bytes: about.len(), changed: about.modified().ok() }))
+    }
+
+    /// The names of its columns.
+    pub fn columns(&self) -> Answer<Vec<String>> {
+        Ok(match &self.place {
+            Place::Path(path) => reading::columns(&bytes::read(path)?, &self.origin)?,
+            Place::Dropped(bytes) => reading::columns(bytes, &self.origin)?,
+        })
+    }
+
+    fn parse(&self, options: &ReadOptions) -> Answer<Reading> {
+        let options = ReadOptions { wording: ON_THE_PAGE, ..options.clone() };
+        Ok(match &self.place {
+            Place::Path(path) => reading::parse(&bytes::read(path)?, &self.origin, &options)?,
+            Place::Dropped(bytes) => reading::parse(bytes, &self.origin, &options)?,
+        })
+    }
+}
+
+/// About how much memory what was read takes.
+fn weight(reading: &Reading) -> usize {
+    let of = |channel: &Channel| channel.values.len() * 17;
+    let each = |recording: &Recording| {
+        let others = [&recording.pv, &recording.sp, &recording.vp];
+        of(&recording.op) + others.into_iter().flatten().map(of).sum::<usize>()
+    };
+    4096 + reading.recordings.iter().map(each).sum::<usize>()
+}
+
+impl Room {
+    /// A room with these files and folders.
+    pub fn new(roots: &[PathBuf], options: &ReadOptions) -> Self {
+        Self { roots: roots.to_vec(), options: options.clone(), ..Self::default() }
+    }
+
+    /// All that is open. Folders are looked through again; links in them are not followed.
+    pub fn files(&self) -> Vec<Arc<File>> {
+        let mut paths = vec![];
+        for root in &self.roots {
+            if root.is_dir() { walk(root, DEPTH, &mut paths) } else { paths.push(root.clone()) }
+        }
+        paths.truncate(FILES);
+        let mut state = lock(&self.state);
+        let known: HashMap<&str, &Arc<File>> =
+            state.files.iter().map(|file| (&*file.id, file)).collect();
+        let mut seen = HashSet::new();
+        let mut files: Vec<Arc<File>> = vec![];
+        for path in paths {
+            let id = path.display().to_string();
+            if !seen.insert(id.clone()) {
+                continue;
+            }
+            files.push(match known.get(&*id) {
+                Some(file) => Arc::clone(file),
+                None => Arc::new(File::new(id.clone(), id, Place::Path(path))),
+            });
+        }
+        files.extend(state.files.iter().filter(|file| file.path().is_none()).cloned());
+        state.files.clone_from(&files);
+        files
+    }
+
+    /// The file of that name.
+    pub fn file(&self, id: &str) -> Answer<Arc<File>> {
+        let find = || lock(&self.state).files.iter().find(|file| file.id == id).cloned();
+        let found = find().or_else(|| {
+            self.files();
+            find()
+        });
+        found.ok_or_else(|| {
+            Wrong::gone(format!(
+                "\"{id}\" is not open in this lab; drop it here, or name it, or its folder, when you start `stiction lab`"
+            ))
+        })
+    }
+
+    /// Takes what was dropped.
+    pub fn take(&self, name: &str, bytes: Vec<u8>) -> Answer<Arc<File>> {
+        let mut state = lock(&self.state);
+        let dropped = |file: &&Arc<File>| file.path().is_none();
+        let held = |file: &Arc<File>| match &file.place {
+            Place::Dropped(bytes) => bytes.len(),
+            Place::Path(_) => 0,
+        };
+        let sum: usize = state.files.iter().map(held).sum();
+        if sum + bytes.len() > DROPPED || state.files.iter().filter(dropped).count() >= DROPS {
+            return Err(Wrong::own(format!(
+                "the lab keeps at most {DROPS} dropped files, of {} MiB in all; close some, or name the file when you \
+                 start `stiction lab`",
+                DROPPED >> 20
+            )));
+        }
+        state.drops += 1;
+        let name = name.rsplit(['/', '\\']).next().unwrap_or_default();
+        let name: String = name.chars().filter(|c| !c.is_control()).take(200).collect();
+        let name = if name.is_empty() { "dropped".to_owned() } else { name };
+        let id = format!("dropped-{}:{name}", state.drops);
+        let file = Arc::new(File::new(id, name, Place::Dropped(bytes)));
+        state.files.push(Arc::clone(&file));
+        Ok(file)
+    }
+
+    /// Closes what was dropped.
+    pub fn close(&self, id: &str) -> Answer<()> {
+        let mut state = lock(&self.state);
+        let before = state.files.len();
+        state.files.retain(|file| file.id != id || file.path().is_some());
+        match state.files.len() < before {
+            true => Ok(()),
+            false => Err(Wrong::gone(format!("\"{id}\" was not dropped here, or is closed"))),
+        }
+    }
+
+    /// What a file holds; read if it was not, or has changed since.
+    pub fn read(&self, file: &Arc<File>) -> Answer<Arc<Reading>> {
+        let asked = self.now();
+        let own = file.own();
+        let mut held = lock(&file.held);
+        held.asked = asked;
+        let stamp = file.stamp()?;
+        if let Some(reading) = held.reading.as_ref().filter(|_| held.stamp == stamp) {
+            return Ok(Arc::clone(reading));
+        }
+        let read = file.parse(own.options.as_ref().unwrap_or(&self.options));
+        held.reading = None;
+        held.stamp = stamp;
+        held.failure = read.as_ref().err().map(|wrong| wrong.error.clone());
+        let reading = self.hold(&mut held, read?);
+        drop(held);
+        self.make_room(file);
+        Ok(reading)
+    }
+
+    /// Reads a file as one says, and keeps what was said; if it cannot be read so, all stays as it was.
+    pub fn say(&self, file: &Arc<File>, mapping: Mapping, save: bool) -> Answer<Arc<Reading>> {
+        let mapping = mapping.tidy();
+        let options = match mapping.is_empty() {
+            true => None,
+            false => Some(mapping.options()?),
+        };
+        let before = file.own();
+        if save && let Some(why) = &before.fixed {
+            return Err(Wrong::asked(why));
+        }
+        let asked = self.now();
+        let mut held = lock(&file.held);
+        let stamp = file.stamp()?;
+        let read = file.parse(options.as_ref().unwrap_or(&self.options))?;
+        let mut own = Own { mapping, options, is_saved: false, fixed: before.fixed };
+        if save {
+            let path = file.mapping_path().ok_or_else(|| {
+                Wrong::asked(
+                    "what was dropped has no place for a mapping file; save it as a file of yours",
+                )
+            })?;
+            own.is_saved = write(&path, &own)?;
+        }
+        *lock(&file.own) = Some(own);
+        (held.asked, held.stamp, held.failure) = (asked, stamp, None);
+        let reading = self.hold(&mut held, read);
+        drop(held);
+        lock(&self.told).retain(|(stretch, _)| stretch.file != file.id);
+        self.make_room(file);
+        Ok(reading)
+    }
+
+    fn now(&self) -> u64 {
+        let mut state = lock(&self.state);
+        state.asked += 1;
+        state.asked
+    }
+
+    fn hold(&self, held: &mut Held, reading: Reading) -> Arc<Reading> {
+        let reading = Arc::new(reading);
+        held.bytes = weight(&reading);
+        held.reading = Some(Arc::clone(&reading));
+        reading
+    }
+
+    /// Forgets what was read and asked for least recently, but for one file, until the rest has its place.
+    fn make_room(&self, but: &Arc<File>) {
+        let files = lock(&self.state).files.clone();
+        let own = lock(&but.held).bytes;
+        // What is in use stays.
+        let mut all: Vec<_> = files
+            .iter()
+            .filter(|file| !Arc::ptr_eq(file, but))
+            .filter_map(|file| file.held.try_lock().ok())
+            .filter(|held| held.reading.is_some())
+            .collect();
+        all.sort_by_key(|held| held.asked);
+        let mut sum = own + all.iter().map(|held| held.bytes).sum::<usize>();
+        for held in &mut all {
+            if sum <= KEPT {
+                break;
+            }
+            sum -= held.bytes;
+            (held.reading, held.bytes) = (None, 0);
+        }
+    }
+
+    /// What was told of a stretch, if it still is here and its file the same.
+    pub fn told(&self, of: &Stretch) -> Option<Arc<Folds>> {
+        let told = lock(&self.told);
+        told.iter().find(|(stretch, _)| stretch == of).map(|(_, folds)| Arc::clone(folds))
+    }
+
+    /// Keeps what was told of a stretch.
+    pub fn tell(&self, of: Stretch, folds: Arc<Folds>) {
+        let mut told = lock(&self.told);
+        told.push_back((of, folds));
+        while told.len() > TOLD {
+            told.pop_front();
+        }
+    }
+}
+
+/// Writes the mapping file, or removes it where nothing is said any more; whether it says what holds.
+fn write(path: &Path, own: &Own) -> Answer<bool> {
+    let about = std::fs::symlink_metadata(path).ok();
+    if about.as_ref().is_some_and(|about| !about.is_file()) {
+        return Err(Wrong::asked(format!(
+            "{} is no file of its own; move it away",
+            path.display()
+        )));
+    }
+    let failed = |error| Wrong::own(format!("{}: {error}", path.display()));
+    match own.is_empty() {
+        true if about.is_some() => std::fs::remove_file(path).map_err(failed)?,
+        true => {}
+        false => whole::write(path, own.text().as_bytes()).map_err(failed)?,
+    }
+    Ok(true)
+}
+
+/// The files of recordings in a folder and those in it, in the order of their names.
+fn walk(folder: &Path, depth: usize, to: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let mut entries: Vec<_> = entries.flatten().collect();
+    entries.sort_by_key(std::fs::DirEntry::file_name);
+    for entry in entries {
+        if to.len() >= FILES {
+            return;
+        }
+        let path = entry.path();
+        let hidden = entry.file_name().to_string_lossy().starts_with('.');
+        match entry.file_type() {
+            Ok(kind) if kind.is_dir() && depth > 0 && !hidden => walk(&path, depth - 1, to),
+            Ok(kind) if kind.is_file() && !hidden && is_like_a_recording(&path) => to.push(path),
+            _ => {}
+        }
+    }
+}
+
+fn is_like_a_recording(path: &Path) -> bool {
+    let end = path.extension().map(|end| end.to_string_lossy().to_lowercase());
+    end.is_some_and(|end| ENDS.contains(&&*end))
+}
