@@ -165,6 +165,8 @@ pub const FIGURES: &[(&str, &[u8])] = &[
     figure!("figures/index.png"),
     figure!("figures/lab-guess.png"),
     figure!("figures/lab-loop.png"),
+    figure!("figures/lab-plant.png"),
+    figure!("figures/lab-recordings.png"),
     figure!("figures/map.png"),
     figure!("figures/plant.png"),
     figure!("figures/report.png"),

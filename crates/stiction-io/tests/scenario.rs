@@ -29,7 +29,7 @@ fn built_in_scenarios_are_well_formed_and_say_so() {
         }
         count += 1;
     }
-    assert_eq!(count, 15);
+    assert_eq!(count, 18);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What the page can ask for: the calls, each a function from a question to an answer.
 //!
-//! A call is `POST /api/NAME` with JSON; [`all`] lists them once, and routes, schema and so the page's types follow from it.
+//! A call is `POST /api/NAME` with JSON; one function lists them once, and routes, schema and so the page's types follow from it.
 
 use crate::lab::Lab;
 use crate::{guess, live, loops, paper, plant, recordings};

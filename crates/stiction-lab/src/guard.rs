@@ -5,7 +5,7 @@
 //! | a page of another site asks | the token is in a cookie that no other site's requests carry (`SameSite=Strict`); an `Origin` other than the lab's own is refused |
 //! | a name that comes to mean this machine (DNS rebinding) | a `Host` other than the lab's own is refused |
 //! | another user of the machine | the token, 128 random bits |
-//! | as many connections as there can be | who has not shown the token has few places, for seconds, and gives way ([`places`](crate::places)) |
+//! | as many connections as there can be | who has not shown the token has few places, for seconds, and gives way (`places`) |
 //! | a script in a recording's name | a strict policy on what the page may load, no text is taken for markup |
 
 use crate::places::{Paced, Place};

@@ -1,6 +1,6 @@
 //! Loops that run while one turns their knobs.
 //!
-//! A loop that was [begun](begin) is on the server; the page asks it to [go](go) on some samples at a time, each time with
+//! A loop that was begun ([`begin`]) is on the server; the page asks it to go on ([`go`]) some samples at a time, each time with
 //! the settings of the moment. Without a change it gives the samples of `stiction simulate`, to the last bit. A question
 //! that was answered, but whose answer was lost on the way, is answered again.
 
