@@ -4,7 +4,7 @@
 //! * [`layout`]: the pieces of the page, and how they become HTML;
 //! * [`views`]: figures of what was recorded;
 //! * [`evidence`]: a card for what each method says;
-//! * [`told`]: what it says, as data.
+//! * [`told()`]: what it says, as data.
 //!
 //! ```
 //! use stiction_diagnose::detect::Decision;

@@ -316,7 +316,7 @@ impl Room {
         };
         let sum: usize = state.files.iter().map(held).sum();
         if sum + bytes.len() > DROPPED || state.files.iter().filter(dropped).count() >= DROPS {
-            return Err(Wrong::own(format!(
+            return Err(Wrong::asked(format!(
                 "the lab keeps at most {DROPS} dropped files, of {} MiB in all; close some, or name the file when you \
                  start `stiction lab`",
                 DROPPED >> 20
