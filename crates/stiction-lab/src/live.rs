@@ -14,8 +14,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_io::options::ReadOptions;
+use stiction_io::reading;
 use stiction_io::scenario::System;
-use stiction_io::{reading, table};
 use stiction_model::closed_loop::{
     Between, ClosedLoop, IntegralAction, OpenLoop, Player, Sent, Signal, SignalSource,
 };
@@ -170,14 +170,8 @@ pub fn verdict(_: &Lab, knobs: Knobs) -> Answer<Judgement> {
         return Err(Wrong::asked("a valve on a test signal is no loop that a plant records"));
     };
     let run = live.go(of.plant.samples)?;
-    let times = table::times(live.runs.sample_time(), run.op.len());
     // As a file would hold it: so it is what `stiction diagnose` says of it.
-    let csv = table::write(&[
-        ("t", Some(&times)),
-        ("sp", Some(&run.sp)),
-        ("pv", Some(&run.pv)),
-        ("op", Some(&run.op)),
-    ]);
+    let csv = loops::recorded(live.runs.sample_time(), &run.sp, &run.pv, &run.op);
     let read = reading::parse(csv.as_bytes(), &name, &ReadOptions::default())?;
     let recording =
         read.recordings.first().ok_or_else(|| Wrong::own("what was simulated cannot be read"))?;

@@ -5,6 +5,7 @@ use crate::lab::Lab;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiction_io::scenario::{self, Scenario, System};
+use stiction_io::table;
 use stiction_model::closed_loop::ClosedLoop;
 use stiction_model::compensate;
 use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
@@ -240,4 +241,10 @@ pub fn map(_: &Lab, asked: MapAsked) -> Answer<Map> {
         return Err(Wrong::asked(format!("a map of the lab has at most {POINTS} points")));
     }
     Ok(Map::of(&continuous(&asked.plant)?, x, y, Method::Exact)?)
+}
+
+/// What a plant records of a loop, as the CSV that `stiction simulate --columns t,sp,pv,op` writes.
+pub(crate) fn recorded(sample_time: f64, sp: &[f64], pv: &[f64], op: &[f64]) -> String {
+    let times = table::times(sample_time, op.len());
+    table::write(&[("t", Some(&times)), ("sp", Some(sp)), ("pv", Some(pv)), ("op", Some(op))])
 }

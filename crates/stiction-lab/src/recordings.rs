@@ -14,7 +14,7 @@ pub(crate) use routes::routes;
 
 use crate::calls::{Answer, Wrong};
 use crate::lab::Lab;
-use crate::loops::Nothing;
+use crate::loops::{self, Nothing};
 use files::{Entry, File};
 use mapping::Mapping;
 use schemars::JsonSchema;
@@ -25,7 +25,7 @@ use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass, diag
 use stiction_diagnose::recording::{LoopType, Recording};
 use stiction_io::overrides::{self, Date, Override, Overrides, Recorded, Scope};
 use stiction_io::summary::Summary;
-use stiction_io::{Reading, role::Role, scenario, table};
+use stiction_io::{Reading, role::Role, scenario};
 use stiction_report::document::{Loop, Source};
 use stiction_report::report::{self, Folds, Told, told::Piece};
 
@@ -194,13 +194,7 @@ pub fn example(lab: &Lab, _: Nothing) -> Answer<Entry> {
         return Err(Wrong::own("the example is no single loop"));
     };
     let run = plant.run()?;
-    let times = table::times(run.sample_time, run.op.len());
-    let csv = table::write(&[
-        ("t", Some(&times)),
-        ("sp", Some(&run.sp)),
-        ("pv", Some(&run.pv)),
-        ("op", Some(&run.op)),
-    ]);
+    let csv = loops::recorded(run.sample_time, &run.sp, &run.pv, &run.op);
     lab.recordings.take("FIC101-example.csv", csv.into_bytes()).map(|file| file.entry())
 }
 

@@ -273,7 +273,10 @@ fn a_mapping_is_tried_saved_and_read_again() {
     let opened = lab.call("recordings/open", &json!({ "file": file }));
     assert_eq!(opened["columns"], json!(["time", "a", "b", "c"]));
     assert!(opened["summary"].is_null());
-    assert!(opened["failure"].as_str().unwrap().contains("the role op"), "{opened}");
+    assert!(
+        opened["failure"].as_str().unwrap().contains("taking its column as op, below"),
+        "{opened}"
+    );
 
     let wrong = json!({ "file": file, "mapping": { "columns": { "a": "open" } } });
     let (status, error) = lab.refused("recordings/mapping", &wrong);

@@ -132,8 +132,8 @@ pub struct Entry {
 
 /// Remedies as the page offers them.
 const ON_THE_PAGE: Wording = Wording(|remedy| match remedy {
-    Remedy::Map { role, column: Some(column) } => format!("\"{column}\" the role {role}"),
-    Remedy::Map { role, column: None } => format!("giving the column that it is the role {role}"),
+    Remedy::Map { role, column: Some(column) } => format!("taking \"{column}\" as {role}, below"),
+    Remedy::Map { role, column: None } => format!("taking its column as {role}, below"),
     other => format!("{} {}", other.option().replace('_', " "), other.value()),
 });
 

@@ -219,7 +219,7 @@ export function LoopRoom() {
   const fd = (cycles.value ? (cycles.value.S - cycles.value.J) / 2 : 0);
   const fs = (cycles.value ? (cycles.value.S + cycles.value.J) / 2 : 0);
   return (
-    <>
+    <div class="loop-room">
       <h1 class="sr">{t.rooms.loop}</h1>
       <div class="row loop-bar">
         <div class="row" role="group" aria-label={t.loop.presets}>
@@ -333,7 +333,7 @@ export function LoopRoom() {
           {!hidden.value && k.isLoop.value && <Numbers cycles={cycles.value} measured={measured.value} wrong={wrong.value} />}
         </div>
       </div>
-    </>
+    </div>
   );
 }
 
