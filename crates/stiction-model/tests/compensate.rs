@@ -9,7 +9,7 @@ use stiction_model::closed_loop::{
     AntiWindup, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, NormalStream, Process, Signal,
 };
 use stiction_model::compensate::{
-    CompareOptions, CompensatedRun, Compensator, ConstantReinforcement, Correction,
+    At, CompareOptions, CompensatedRun, Compensator, ConstantReinforcement, Correction,
     IntegralDeadZone, IntegralLimit, Knocker, Knowledge, Measures, Method, ModifiedTwoMove, Moves,
     SixMove, Supervised, ThreeMove, TwoMove, compare, compare_with_progress, run,
 };
@@ -464,4 +464,65 @@ fn a_comparison_is_watched() {
     assert_eq!(upto(usize::MAX), compare(&plant, &known, &methods, &options));
     assert_eq!(count.load(Ordering::Relaxed), 6 * 2 + 2);
     assert_eq!(upto(2), Err(Error::Cancelled));
+}
+
+/// A loop that is played sample by sample with a compensator between is the one that `run` simulates.
+#[test]
+fn played_sample_by_sample_a_compensator_does_the_same() {
+    for (name, mut plant) in loops(5.0, 3.0, 0.0) {
+        plant.samples = 3_000;
+        plant.measurement.clear();
+        let known = known(&plant, 5.0, Some(3.0));
+        for method in Method::ALL {
+            let mut compensator = method.automatic(&known).unwrap();
+            let done = run(&plant, compensator.as_mut(), 0.0).unwrap();
+            let mut compensator = method.automatic(&known).unwrap();
+            let mut player = plant.player_of(plant.valve.clone()).unwrap();
+            let load: Vec<Vec<f64>> = plant
+                .load
+                .iter()
+                .map(|load| load.sample(plant.sample_time, plant.samples).unwrap())
+                .collect();
+            let sp = plant.set_point.sample(plant.sample_time, plant.samples).unwrap();
+            for k in 0..plant.samples {
+                let time_s = k as f64 * plant.sample_time;
+                let mut between = At { compensator: compensator.as_mut(), time_s };
+                let load = load.iter().map(|load| load[k]).sum();
+                let played = player.step_between(sp[k], load, 0.0, &mut between).unwrap();
+                let run = &done.run;
+                assert_eq!(
+                    (played.pv, played.op, played.vp),
+                    (run.pv[k], run.op[k], run.vp[k]),
+                    "{name} {method:?} {k}"
+                );
+            }
+        }
+    }
+}
+
+/// A player that takes over goes on as the other would, bit by bit; what it has other settings for begins from there.
+#[test]
+fn a_player_goes_on_from_where_another_is() {
+    let plant = paper_loop(Model::TwoPhase, 5.0, 3.0);
+    let mut first = plant.player_of(plant.valve.clone()).unwrap();
+    let last = (0..2_000).map(|_| first.step(5.0, 0.0, 0.0).unwrap()).last().unwrap();
+    let mut second = plant.player_of(plant.valve.clone()).unwrap();
+    assert!(second.take_over(&first));
+    second.valve_mut().recall(&first.valve().memory());
+    for _ in 0..2_000 {
+        assert_eq!(second.step(5.0, 0.0, 0.0).unwrap(), first.step(5.0, 0.0, 0.0).unwrap());
+    }
+    // A longer dead time is filled with the oldest that is under way: the PV does not jump.
+    let mut later = plant.clone();
+    later.process = Process::first_order(1.5, 5.93, 3.0).unwrap();
+    let mut third = later.player_of(plant.valve.clone()).unwrap();
+    assert!(third.take_over(&first));
+    third.valve_mut().recall(&first.valve().memory());
+    let (own, other) = (third.step(5.0, 0.0, 0.0).unwrap(), first.step(5.0, 0.0, 0.0).unwrap());
+    assert_eq!((own.pv, own.op, own.vp), (other.pv, other.op, other.vp));
+    assert!((own.pv - last.pv).is_finite());
+    // A process with another number of states is another loop.
+    let mut other = plant.clone();
+    other.process = Process::second_order(1.5, 5.93, 2.0, 1.07).unwrap();
+    assert!(!other.player_of(plant.valve.clone()).unwrap().take_over(&first));
 }
