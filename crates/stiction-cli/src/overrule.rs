@@ -9,7 +9,7 @@ use clap::Parser;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use stiction::diagnose::VerdictClass;
-use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Recorded, Scope};
+use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
 
 /// Keep what a person concluded of a valve, to be shown beside the computed verdict.
 ///
@@ -91,14 +91,8 @@ pub fn run(args: Args) -> Result<()> {
         let Some(tag) = &args.tag else {
             bail!("--remove needs --loop, the tag as --list shows it");
         };
-        let unwanted = |each: &Override| {
-            let scope = match &each.scope {
-                Scope::File { name, .. } => !args.all_recordings && *name == file_name,
-                Scope::All => args.all_recordings,
-            };
-            scope && each.loop_name == *tag
-        };
-        let removed = overrides::remove(&path, unwanted)?;
+        let removed =
+            overrides::remove(&path, |each| each.is_of(tag, &file_name, args.all_recordings))?;
         if removed == 0 {
             bail!("{origin}: has no such override of {tag}; see --list");
         }
@@ -193,15 +187,7 @@ pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
                 place.insert(kept)
             }
         };
-        let span = each.diagnosis.start.zip(each.diagnosis.segment()).map(|(start, segment)| {
-            let from = start + segment.from;
-            (from, from + segment.duration())
-        });
-        let recorded =
-            Recorded { loop_name: &each.diagnosis.name, file, sha256: &each.source.sha256, span };
-        let (found, notes) = kept.of(&recorded);
-        each.diagnosis.verdict.overruled = found.map(|found| found.shown(&kept.origin));
-        each.diagnosis.notes.extend(notes);
+        kept.overrule(&mut each.diagnosis, file, &each.source.sha256);
     }
     Ok(())
 }

@@ -43,7 +43,7 @@ use jiff::tz::TimeZone;
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use stiction_diagnose::diagnose::{self, VerdictClass};
+use stiction_diagnose::diagnose::{self, Diagnosis, VerdictClass};
 use toml::de::DeTable;
 
 pub use jiff::civil::Date;
@@ -172,6 +172,15 @@ impl Override {
         }
     }
 
+    /// Whether it is about this loop in the file of that name or, if `in_all` is asked for, in all recordings.
+    pub fn is_of(&self, loop_name: &str, file_name: &str, in_all: bool) -> bool {
+        let scope = match &self.scope {
+            Scope::File { name, .. } => !in_all && *name == file_name,
+            Scope::All => in_all,
+        };
+        scope && self.loop_name == loop_name
+    }
+
     /// Whether both are about one loop and one scope.
     fn rivals(&self, other: &Self) -> bool {
         let same_scope = match (&self.scope, &other.scope) {
@@ -256,6 +265,18 @@ impl Overrides {
         }
         damaged.sort_by_key(|each| each.line);
         Self { origin: origin.to_owned(), all: kept, damaged }
+    }
+
+    /// Puts beside the diagnosis of a recording, from `file` with that SHA-256, what a person concluded of it; what does not
+    /// apply, and why, is noted.
+    pub fn overrule(&self, diagnosis: &mut Diagnosis, file: &Path, sha256: &str) {
+        let span = diagnosis.start.zip(diagnosis.segment()).map(|(start, segment)| {
+            let from = start + segment.from;
+            (from, from + segment.duration())
+        });
+        let (found, notes) = self.of(&Recorded { loop_name: &diagnosis.name, file, sha256, span });
+        diagnosis.verdict.overruled = found.map(|found| found.shown(&self.origin));
+        diagnosis.notes.extend(notes);
     }
 
     /// What is wrong with each entry that does not hold, in a sentence with file and line.

@@ -19,11 +19,10 @@ use files::{Entry, File};
 use mapping::Mapping;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 use std::sync::Arc;
 use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
 use stiction_diagnose::recording::{LoopType, Recording};
-use stiction_io::overrides::{self, Date, Override, Overrides, Recorded, Scope};
+use stiction_io::overrides::{self, Date, Override, Overrides, Scope};
 use stiction_io::summary::Summary;
 use stiction_io::{Reading, role::Role, scenario};
 use stiction_report::document::{Loop, Source};
@@ -266,24 +265,11 @@ fn judged(lab: &Lab, asked: &Stretch, evidence: bool) -> Answer<(Source, Diagnos
     let options = DiagnoseOptions { evidence, ..DiagnoseOptions::default() };
     let mut diagnosis = diagnose(&recording, &options)?;
     if let Some(path) = file.path() {
-        overrule(&mut diagnosis, path, &source.sha256)?;
+        let kept = Overrides::read(&Overrides::path_beside(path))?;
+        kept.overrule(&mut diagnosis, path, &source.sha256);
+        diagnosis.notes.extend(kept.complaints());
     }
     Ok((source, diagnosis))
-}
-
-/// Puts beside a diagnosis what a person concluded, from the file beside its recording.
-fn overrule(diagnosis: &mut Diagnosis, file: &Path, sha256: &str) -> Answer<()> {
-    let kept = Overrides::read(&Overrides::path_beside(file))?;
-    let span = diagnosis.start.zip(diagnosis.segment()).map(|(start, segment)| {
-        let from = start + segment.from;
-        (from, from + segment.duration())
-    });
-    let recorded = Recorded { loop_name: &diagnosis.name, file, sha256, span };
-    let (found, notes) = kept.of(&recorded);
-    diagnosis.verdict.overruled = found.map(|found| found.shown(&kept.origin));
-    diagnosis.notes.extend(notes);
-    diagnosis.notes.extend(kept.complaints());
-    Ok(())
 }
 
 /// The verdict on a loop, or on a stretch of its recording.
@@ -326,12 +312,17 @@ pub struct Details {
 /// # Errors
 /// If there is no such loop or fold.
 pub fn details(lab: &Lab, asked: More) -> Answer<Details> {
-    let folds = match lab.recordings.told(&asked.of) {
+    let file = lab.recordings.file(&asked.of.file)?;
+    let sha256 = lab.recordings.read(&file)?.sha256.clone();
+    // Where there are none, nothing was concluded.
+    let beside = file.path().and_then(|path| std::fs::read(Overrides::path_beside(path)).ok());
+    let of = (asked.of, sha256, beside.unwrap_or_default());
+    let folds = match lab.recordings.told(&of) {
         Some(known) => known,
         None => {
-            let (source, diagnosis) = judged(lab, &asked.of, true)?;
+            let (source, diagnosis) = judged(lab, &of.0, true)?;
             let folds = Arc::new(Folds::of(&Loop { source: &source, diagnosis: &diagnosis }));
-            lab.recordings.tell(asked.of, Arc::clone(&folds));
+            lab.recordings.tell(of, Arc::clone(&folds));
             folds
         }
     };
@@ -401,12 +392,8 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     let kept_in = Overrides::path_beside(path);
     let file_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let Some(verdict) = &asked.verdict else {
-        let removed = overrides::remove(&kept_in, |each: &Override| {
-            let scope = match &each.scope {
-                Scope::File { name, .. } => !asked.all_recordings && *name == file_name,
-                Scope::All => asked.all_recordings,
-            };
-            scope && each.loop_name == name
+        let removed = overrides::remove(&kept_in, |each| {
+            each.is_of(&name, &file_name, asked.all_recordings)
         })?;
         return match removed {
             0 => Err(Wrong::gone(format!("{}: has no such override of {name}", kept_in.display()))),

@@ -38,8 +38,11 @@ pub(crate) struct Room {
     /// What holds for all files that have no mapping of their own.
     options: ReadOptions,
     state: Mutex<State>,
-    told: Mutex<VecDeque<(Stretch, Arc<Folds>)>>,
+    told: Mutex<VecDeque<(Of, Arc<Folds>)>>,
 }
+
+/// What a report is of: a stretch, the SHA-256 of its file, and the bytes of the overrides beside it.
+pub(super) type Of = (Stretch, String, Vec<u8>);
 
 #[derive(Debug, Default)]
 struct State {
@@ -391,7 +394,7 @@ impl Room {
         (held.asked, held.stamp, held.failure) = (asked, stamp, None);
         let reading = self.hold(&mut held, read);
         drop(held);
-        lock(&self.told).retain(|(stretch, _)| stretch.file != file.id);
+        lock(&self.told).retain(|((stretch, ..), _)| stretch.file != file.id);
         self.make_room(file);
         Ok(reading)
     }
@@ -431,14 +434,14 @@ impl Room {
         }
     }
 
-    /// What was told of a stretch, if it still is here and its file the same.
-    pub fn told(&self, of: &Stretch) -> Option<Arc<Folds>> {
+    /// What was told of a stretch, if it still is here.
+    pub fn told(&self, of: &Of) -> Option<Arc<Folds>> {
         let told = lock(&self.told);
-        told.iter().find(|(stretch, _)| stretch == of).map(|(_, folds)| Arc::clone(folds))
+        told.iter().find(|(known, _)| known == of).map(|(_, folds)| Arc::clone(folds))
     }
 
     /// Keeps what was told of a stretch.
-    pub fn tell(&self, of: Stretch, folds: Arc<Folds>) {
+    pub fn tell(&self, of: Of, folds: Arc<Folds>) {
         let mut told = lock(&self.told);
         told.push_back((of, folds));
         while told.len() > TOLD {
