@@ -31,9 +31,9 @@ pub struct Args {
     #[arg(long, value_name = "PLANT")]
     // Read and written, within what the store guards: no file of a run.
     plant: Option<String>,
-    /// The port to listen on; 0 for any that is free
-    #[arg(long, default_value_t = 0)]
-    port: u16,
+    /// The port to listen on; 0 for any that is free [default: 8642, so that bookmarks last, or any if that is taken]
+    #[arg(long)]
+    port: Option<u16>,
     /// Print the address only, and open no browser
     #[arg(long)]
     no_open: bool,
@@ -44,6 +44,9 @@ pub struct Args {
     #[command(flatten)]
     reading: Reading,
 }
+
+/// Where the lab is unless another port is asked for.
+const PORT: u16 = 8642;
 
 pub fn run(args: Args) -> Result<()> {
     for file in &args.files {
@@ -59,10 +62,15 @@ pub fn run(args: Args) -> Result<()> {
             paper::FIGURES.get(number).map(|make| figure(*make).map_err(|e| e.to_string()))
         })),
         host: args.host,
-        port: args.port,
+        port: args.port.unwrap_or(PORT),
         ..Options::new(output::TOOL)
     };
-    let server = bind(&options).with_context(|| format!("{}:{}", args.host, args.port))?;
+    let server = match bind(&options) {
+        Err(_) if args.port.is_none() => bind(&Options { port: 0, ..options }),
+        bound => bound,
+    };
+    let server =
+        server.with_context(|| format!("{}:{}", args.host, args.port.unwrap_or_default()))?;
     output::line(server.address())?;
     if !args.host.is_loopback() {
         output::note(

@@ -11,7 +11,7 @@ use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_diagnose::recording::Channel;
 use stiction_population::{LoopKind, Simulated};
 
-/// The kinds that are asked for, as likely as another but for the first, which is every third.
+/// The kinds that are asked for. A third of the loops are of the first, the others of one as often as of another.
 const KINDS: [LoopKind; 12] = [
     LoopKind::Sticky,
     LoopKind::Stuck,
@@ -99,7 +99,7 @@ fn drawn(which: &Which) -> Answer<Simulated> {
     let own = mixed(u64::from(which.seed) << 32 | u64::from(which.number));
     let kind = match own % 3 {
         0 => LoopKind::Sticky,
-        _ => KINDS[(mixed(own) % KINDS.len() as u64) as usize],
+        _ => KINDS[1 + (mixed(own) % (KINDS.len() as u64 - 1)) as usize],
     };
     // What nobody could see is no question.
     for again in 0..40 {

@@ -31,7 +31,7 @@ impl Asked {
 }
 
 /// Samples that a loop may be asked for.
-const SAMPLES: usize = 2_000_000;
+const SAMPLES: usize = 500_000;
 /// Points of a map.
 const POINTS: usize = 10_000;
 

@@ -103,10 +103,13 @@ struct Grouping {
     done: Condvar,
 }
 
+/// Groups, or why they cannot be told.
+type Found = Result<Vec<Group>, String>;
+
 #[derive(Debug, Default)]
 struct Groups {
     busy: bool,
-    found: Vec<(Sought, Vec<Group>)>,
+    found: Vec<(Sought, Found)>,
 }
 
 /// All that groups depend on.
@@ -132,7 +135,7 @@ impl Sought {
 
 impl Grouping {
     /// The groups of a week, if they are found or will be in a moment.
-    fn of(self: &Arc<Self>, folder: &Path, week: &Arc<WeekOf>) -> Option<Vec<Group>> {
+    fn of(self: &Arc<Self>, folder: &Path, week: &Arc<WeekOf>) -> Option<Found> {
         let sought = Sought::of(week);
         let there = |state: &Groups| {
             state.found.iter().find(|(of, _)| *of == sought).map(|(_, groups)| groups.clone())
@@ -155,8 +158,10 @@ impl Grouping {
     fn find(&self, folder: &Path, week: &WeekOf, sought: Sought) {
         let find = || week.known.find_groups(folder, &week.plant, &week.loops);
         let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(find));
-        // What cannot be read is told by the page; here it gives no groups.
-        let groups = found.ok().and_then(Result::ok).unwrap_or_default();
+        let groups = match found {
+            Ok(found) => found.map_err(|e| e.to_string()),
+            Err(_) => Err("the search failed, which it should not; please report it".to_owned()),
+        };
         let mut state = locked(&self.state);
         state.found.insert(0, (sought, groups));
         state.found.truncate(KEPT);
@@ -362,8 +367,10 @@ pub struct Page {
     sparks: Vec<Spark>,
     /// Size of a small history, px.
     spark_size: [f64; 2],
-    /// Loops that swing together; none while they are looked for.
+    /// Loops that swing together; null while they are looked for, or if they cannot be told.
     groups: Option<Vec<Group>>,
+    /// Why they cannot be told.
+    groups_wrong: Option<String>,
     /// Work orders.
     orders: Vec<Order>,
     /// The plant on a map: for a large screen, and for a small one.
@@ -391,7 +398,10 @@ pub fn page(lab: &Lab, asked: PageAsked) -> Answer<Page> {
     let week = asked.week.map(|week| week.parse::<Week>()).transpose().map_err(Wrong::asked)?;
     let room = &lab.plant;
     let of = room.week(week)?;
-    let groups = room.groups.of(room.folder()?, &of);
+    let (groups, groups_wrong) = match room.groups.of(room.folder()?, &of) {
+        Some(Err(wrong)) => (None, Some(wrong)),
+        found => (found.and_then(Result::ok), None),
+    };
     let ranking = of.known.ranking_with(&of.plant, groups.as_deref().unwrap_or_default());
     let orders = orders(&ranking);
     let map = |(width, least, each, most): (f64, f64, f64, f64)| {
@@ -411,6 +421,7 @@ pub fn page(lab: &Lab, asked: PageAsked) -> Answer<Page> {
         spark_size: SPARK.into(),
         loops: ranking.loops.into_iter().map(|ranked| ranked.row).collect(),
         groups,
+        groups_wrong,
         orders,
     })
 }

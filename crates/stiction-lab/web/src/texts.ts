@@ -363,6 +363,7 @@ export const t = {
     },
     groups: {
       none: "No loops were found to swing together this week.",
+      wrong: (why: string) => `Which loops swing together cannot be told: ${why}`,
       title: (id: number, time: string) => `Group ${id}, every ${time}`,
       notRecorded: "The source is not among the recorded loops.",
       candidates: "Candidates for the source, in this order:",

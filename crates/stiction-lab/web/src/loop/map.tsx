@@ -39,7 +39,10 @@ export function LoopMap(props: { locked: boolean }) {
       shown.value = { map, pair: ask.x.parameter === "S" ? "bands" : "tuning" };
       wrong.value = "";
     },
-    (error) => (wrong.value = error.message),
+    (error) => {
+      shown.value = null;
+      wrong.value = error.message;
+    },
   );
 
   const of = (id: string): Knob | undefined => knobs.value.find((each) => each.id === id);
@@ -66,9 +69,8 @@ export function LoopMap(props: { locked: boolean }) {
   const draw = () => {
     const at = canvas.current;
     const now = shown.peek();
-    if (!at || !now) return;
-    const got = cleared(at);
-    if (!got) return;
+    const got = at && cleared(at);
+    if (!got || !now) return;
     const [c, w, h] = got;
     const { map } = now;
     const [xs, ys] = [map.x.values, map.y.values];

@@ -39,6 +39,8 @@ export function Verdict(props: { hidden: boolean }) {
       wrong.value = "";
     },
     (error) => {
+      // The verdict on other settings is none on these.
+      found.value = null;
       wrong.value = error.message;
       old.value = false;
     },

@@ -166,7 +166,10 @@ export function LoopRoom() {
       cycles.value = got;
       wrong.value = "";
     },
-    (error) => (wrong.value = error.message),
+    (error) => {
+      cycles.value = null;
+      wrong.value = error.message;
+    },
   );
   useEffect(() => {
     if (!k.isLoop.value) return;

@@ -150,7 +150,7 @@ export function Plant() {
         </p>
       ) : null}
       {now.weeks.length === 0 && !now.wrong ? <p>{w.unscanned}</p> : null}
-      {of && !of.groups ? <p class="soft">{w.seeking}</p> : null}
+      {of && !of.groups && !of.groups_wrong ? <p class="soft">{w.seeking}</p> : null}
       {of ? (
         <div class="plant-body">
           <div class="plant-view">

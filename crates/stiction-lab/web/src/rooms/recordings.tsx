@@ -79,7 +79,7 @@ export function Recordings() {
         .then((judgement) =>
           setKept((now) => (now.some((k) => JSON.stringify(k.place) === JSON.stringify(each)) ? now : [...now, { place: each, judgement }])),
         )
-        .catch(() => undefined);
+        .catch((error: Wrong) => setWrong(error.message));
     }
   }, []);
 
@@ -339,6 +339,8 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
       if (JSON.stringify(ask) === wanted.current) setBusy(false);
     },
     (error) => {
+      // The verdict on another stretch is none on this one.
+      setJudged(null);
       setWrong(error.message);
       setBusy(false);
     },
@@ -422,11 +424,13 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
     return `/api/recordings/report?${query}`;
   };
   const all: Span = samples ? ends(samples) : [0, 1];
-  const [a, b] = stretch ?? [all[0], Infinity];
-  const inStretch = samples ? place(samples.time, b) - place(samples.time, a) : 0;
-  const where = stretch
-    ? w.stretchOf(clock.span(stretch[0], stretch[1]), lasting(stretch[1] - stretch[0]), inStretch)
-    : w.wholeOf(samples?.time.length ?? 0, lasting(all[1] - all[0]));
+  // What was judged, which while a stretch is dragged is not yet what is selected.
+  const [a, b] = [judged?.place.from ?? null, judged?.place.to ?? null];
+  const inStretch = samples && a !== null && b !== null ? place(samples.time, b) - place(samples.time, a) : 0;
+  const where =
+    a !== null && b !== null
+      ? w.stretchOf(clock.span(a, b), lasting(b - a), inStretch)
+      : w.wholeOf(samples?.time.length ?? 0, lasting(all[1] - all[0]));
   // Which clock the plant has, the verdict tells.
   const waits = !samples || (start !== null && !plantTime && !wrong);
 

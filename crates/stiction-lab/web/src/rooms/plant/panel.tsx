@@ -12,6 +12,21 @@ const w = t.plant;
 type History = Answer<"plant/loop">;
 type Explained = Answer<"plant/diagnose">;
 
+/** Lines that are shown on demand. */
+function Fold(props: { title: string; lines: string[] }) {
+  if (props.lines.length === 0) return null;
+  return (
+    <details>
+      <summary>{props.title}</summary>
+      <ul>
+        {props.lines.map((line) => (
+          <li key={line}>{line}</li>
+        ))}
+      </ul>
+    </details>
+  );
+}
+
 function range(value?: number | null, low?: number | null, high?: number | null): string {
   if (value == null) return "–";
   return `${rough(value)} %${low != null && high != null ? ` (${rough(low)} to ${rough(high)})` : ""}`;
@@ -76,26 +91,8 @@ function Verdict(props: { loop: string; day: string; days: number }) {
       <p>{of.sentence}</p>
       {of.why ? <p>{of.why}</p> : null}
       {found.answer ? <p>{found.answer}</p> : null}
-      {verdict.reasons.length > 0 ? (
-        <details>
-          <summary>{w.loop.reasons}</summary>
-          <ul>
-            {verdict.reasons.map((reason) => (
-              <li key={reason}>{reason}</li>
-            ))}
-          </ul>
-        </details>
-      ) : null}
-      {verdict.contradictions.length > 0 ? (
-        <details>
-          <summary>{w.loop.against}</summary>
-          <ul>
-            {verdict.contradictions.map((reason) => (
-              <li key={reason}>{reason}</li>
-            ))}
-          </ul>
-        </details>
-      ) : null}
+      <Fold title={w.loop.reasons} lines={verdict.reasons} />
+      <Fold title={w.loop.against} lines={verdict.contradictions} />
       {verdict.alternatives.length > 0 ? (
         <details>
           <summary>{w.loop.other}</summary>

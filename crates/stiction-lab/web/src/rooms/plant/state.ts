@@ -120,7 +120,7 @@ export function watch(): () => void {
         const now = await call("plant/status", {});
         if (ended) return;
         status.value = now;
-        if (now.scan.running || (page.value && !page.value.groups)) next = 700;
+        if (now.scan.running || (page.value && !page.value.groups && !page.value.groups_wrong)) next = 700;
       }
     } catch (error) {
       if (error instanceof Wrong && !ended) wrong.value = error.message;

@@ -81,6 +81,7 @@ export function Areas() {
 
 export function Groups() {
   const groups = page.value?.groups;
+  if (page.value?.groups_wrong) return <p class="wrong">{w.groups.wrong(page.value.groups_wrong)}</p>;
   if (!groups) return <p role="status">{w.seeking}</p>;
   if (groups.length === 0) return <p>{w.groups.none}</p>;
   return (
