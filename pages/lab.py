@@ -20,6 +20,12 @@ PROJECTOR = {"width": 1920, "height": 1080}
 LOOKS = [("", WIDE, "light"), ("-phone", PHONE, "light"), ("-projector", PROJECTOR, "dark")]
 
 
+#: Notes how long each frame takes from now on, in `window.times`, ms.
+FRAMES = """() => { window.times = []; let last = performance.now();
+    const step = now => { window.times.push(now - last); last = now; requestAnimationFrame(step); };
+    requestAnimationFrame(step); }"""
+
+
 class Lab:
     """A lab that runs, with the address that it has printed."""
 

@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from lab import CHROMIUM, LOOKS, Lab, opened, running, sound, until
+from lab import CHROMIUM, FRAMES, LOOKS, Lab, opened, running, sound, until
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 #: Frames while S is dragged, with trend and map: the longest of 95 %, ms, of a machine that is idle; and what a loaded
@@ -123,11 +123,7 @@ def frames(browser: Browser, lab: Lab) -> None:
     page.wait_for_timeout(1500)
     slider = page.locator("input[data-knob=S]")
     box = slider.bounding_box()
-    page.evaluate(
-        """() => { window.times = []; let last = performance.now();
-        const step = now => { window.times.push(now - last); last = now; requestAnimationFrame(step); };
-        requestAnimationFrame(step); }"""
-    )
+    page.evaluate(FRAMES)
     cpu, begun = lab.cpu_s(), time.perf_counter()
     page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + box["height"] / 2)
     page.mouse.down()

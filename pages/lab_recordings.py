@@ -14,7 +14,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from lab import CHROMIUM, LOOKS, ROOT, WIDE, Lab, opened, running, sound, until
+from lab import CHROMIUM, FRAMES, LOOKS, ROOT, WIDE, Lab, opened, running, sound, until
 from playwright.sync_api import Browser, Page, sync_playwright
 
 SAMPLES = sorted(path for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
@@ -181,6 +181,47 @@ def nothing_open(browser: Browser, command: Path, kept: Path) -> None:
         page.close()
 
 
+def large(browser: Browser, command: Path) -> None:
+    """A million samples: how long until their trend is there, how it zooms, and what a stretch of 2,000 takes."""
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "FIC900.csv"
+        rows = list(csv.reader(SAMPLES[0].open()))
+        period = [",".join(row[1:]) for row in rows[1:]]
+        with path.open("w") as file:
+            file.write(",".join(rows[0]) + "\n")
+            for k in range(1_000_000):
+                file.write(f"{k},{period[k % len(period)]}\n")
+        with running(command, str(path)) as lab:
+            began = time.monotonic()
+            room = Room(browser, lab)
+            page = room.page
+            page.locator(".canvases").wait_for()
+            print(f"1,000,000 samples, {path.stat().st_size / 1e6:.0f} MB: trend after {time.monotonic() - began:.1f} s")
+            room.verdict()
+            print(f"verdict on all of them after {time.monotonic() - began:.1f} s")
+            # From here on nothing is loaded for a zoom.
+            asked: list[str] = []
+            page.on("request", lambda request: asked.append(request.url))
+            page.evaluate(FRAMES)
+            page.locator(".over").hover()
+            for _ in range(40):
+                page.mouse.wheel(0, -120)
+                page.wait_for_timeout(30)
+            times = sorted(page.evaluate("window.times"))
+            print(f"zooming: {len(times)} frames, median {times[len(times) // 2]:.1f} ms, longest {times[-1]:.0f} ms")
+            assert not asked, asked
+            question = {"file": str(path), "loop": "FIC900", "from": 400_000, "to": 402_000}
+            took = page.evaluate(
+                """async question => { const took = []; for (let k = 0; k < 5; k++) { const began = performance.now();
+                    const body = JSON.stringify({...question, from: question.from + k, to: question.to + k});
+                    await (await fetch('/api/recordings/diagnose', {method: 'POST', body})).json();
+                    took.push(performance.now() - began); } return took; }""",
+                question,
+            )
+            print(f"verdict on a stretch of 2,000: {min(took):.0f} to {max(took):.0f} ms")
+            assert not page.faults, page.faults
+
+
 def written(browser: Browser, command: Path) -> None:
     """What is written: an override and a mapping, beside the recording."""
     with tempfile.TemporaryDirectory() as name:
@@ -220,6 +261,7 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         samples(browser, command, kept)
         nothing_open(browser, command, kept)
+        large(browser, command)
         written(browser, command)
         browser.close()
     print("the room of recordings holds")

@@ -1,49 +1,22 @@
 //! The room of a plant, over HTTP, on a small plant of which all is known.
 
+use super::Open;
 use serde_json::{Value, json};
-use std::net::SocketAddr;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use stiction_lab::{Options, bind};
+use stiction_lab::Options;
 use stiction_plant::log::{Kind, Log};
 use stiction_plant::orders::orders;
 use stiction_plant::plant_file::Plant;
 use stiction_plant::report::Known;
 use stiction_plant::{ScanOptions, Store, demo, scan};
 
-struct Open {
-    at: SocketAddr,
-    token: String,
-}
-
 fn open(plant: Option<&Path>) -> Open {
-    let options = Options { plant: plant.map(Path::to_path_buf), ..Options::new("test") };
-    let server = bind(&options).unwrap();
-    let open = Open { at: server.listens(), token: server.token().to_owned() };
-    std::thread::spawn(|| server.serve(std::future::pending()).unwrap());
-    open
+    super::open(&Options { plant: plant.map(Path::to_path_buf), ..Options::new("test") })
 }
 
 impl Open {
-    fn call(&self, name: &str, ask: &Value) -> (u16, Value) {
-        let agent: ureq::Agent =
-            ureq::Agent::config_builder().http_status_as_error(false).build().into();
-        let mut answer = agent
-            .post(format!("http://{}/api/{name}", self.at))
-            .header("authorization", format!("Bearer {}", self.token))
-            .send(ask.to_string())
-            .unwrap();
-        let text = answer.body_mut().with_config().limit(1 << 28).read_to_string().unwrap();
-        (answer.status().as_u16(), serde_json::from_str(&text).unwrap())
-    }
-
-    fn good(&self, name: &str, ask: &Value) -> Value {
-        let (status, answer) = self.call(name, ask);
-        assert_eq!(status, 200, "{name} {ask}: {answer}");
-        answer
-    }
-
     /// Waits until no scan runs, and gives how it ended, and how far it was seen to be.
     fn scanned(&self) -> (Value, Vec<u64>) {
         let end = Instant::now() + Duration::from_secs(120);

@@ -1,40 +1,9 @@
 //! The lab as its page and others ask it: over HTTP.
 
+use super::{agent, open};
 use serde_json::{Value, json};
-use std::net::SocketAddr;
 use stiction_io::scenario::{Scenario, System};
-use stiction_lab::{Options, bind};
-
-/// A lab that runs, and what its page knows.
-struct Open {
-    at: SocketAddr,
-    token: String,
-}
-
-/// Opens a lab that is there until the tests end.
-fn open(options: &Options) -> Open {
-    let server = bind(options).unwrap();
-    let open = Open { at: server.listens(), token: server.token().to_owned() };
-    std::thread::spawn(|| server.serve(std::future::pending()).unwrap());
-    open
-}
-
-/// Who asks without a name of its own.
-fn agent() -> ureq::Agent {
-    ureq::Agent::config_builder().http_status_as_error(false).max_redirects(0).build().into()
-}
-
-impl Open {
-    fn call(&self, name: &str, ask: &Value) -> (u16, Value) {
-        let mut answer = agent()
-            .post(format!("http://{}/api/{name}", self.at))
-            .header("authorization", format!("Bearer {}", self.token))
-            .send(ask.to_string())
-            .unwrap();
-        let text = answer.body_mut().read_to_string().unwrap();
-        (answer.status().as_u16(), serde_json::from_str(&text).unwrap_or(Value::String(text)))
-    }
-}
+use stiction_lab::Options;
 
 fn numbers(of: &Value) -> Vec<f64> {
     of.as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()

@@ -1,28 +1,15 @@
 //! The room of recordings as its page asks it: over HTTP, with recordings of our own.
 
+use super::{Open, agent};
 use serde_json::{Value, json};
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, diagnose};
 use stiction_io::{ReadOptions, reading};
-use stiction_lab::{Options, bind};
-
-/// A lab that runs, and what its page knows.
-struct Open {
-    at: SocketAddr,
-    token: String,
-}
+use stiction_lab::Options;
 
 /// A lab with these files and folders.
 fn open(files: &[PathBuf]) -> Open {
-    let server = bind(&Options { files: files.to_vec(), ..Options::new("test 1.0") }).unwrap();
-    let open = Open { at: server.listens(), token: server.token().to_owned() };
-    std::thread::spawn(|| server.serve(std::future::pending()).unwrap());
-    open
-}
-
-fn agent() -> ureq::Agent {
-    ureq::Agent::config_builder().http_status_as_error(false).max_redirects(0).build().into()
+    super::open(&Options { files: files.to_vec(), ..Options::new("test 1.0") })
 }
 
 fn samples() -> PathBuf {
@@ -42,22 +29,6 @@ fn folder(name: &str) -> PathBuf {
 }
 
 impl Open {
-    fn post(&self, path: &str, body: &[u8]) -> (u16, Value) {
-        let mut answer = agent()
-            .post(format!("http://{}/api/{path}", self.at))
-            .header("authorization", format!("Bearer {}", self.token))
-            .send(body)
-            .unwrap();
-        let text = answer.body_mut().with_config().limit(1 << 28).read_to_string().unwrap();
-        (answer.status().as_u16(), serde_json::from_str(&text).unwrap_or(Value::String(text)))
-    }
-
-    fn call(&self, name: &str, ask: &Value) -> Value {
-        let (status, answer) = self.post(name, ask.to_string().as_bytes());
-        assert_eq!(status, 200, "{name}: {answer}");
-        answer
-    }
-
     fn refused(&self, name: &str, ask: &Value) -> (u16, String) {
         let (status, answer) = self.post(name, ask.to_string().as_bytes());
         (status, answer["error"].as_str().unwrap_or_else(|| panic!("{answer}")).to_owned())
@@ -100,7 +71,7 @@ fn the_verdict_on_a_recording_and_on_a_stretch_is_that_of_diagnose_to_the_last_d
             if let Some((from, to)) = stretch {
                 (ask["from"], ask["to"]) = (from.into(), to.into());
             }
-            let answer = lab.call("recordings/diagnose", &ask);
+            let answer = lab.good("recordings/diagnose", &ask);
             let expected = serde_json::to_value(said(&path, stretch)).unwrap();
             assert_eq!(answer["diagnosis"], expected, "{name} {stretch:?}");
             assert_eq!(answer["source"]["sha256"].as_str().unwrap().len(), 64);
@@ -122,7 +93,7 @@ fn a_stretch_is_judged_as_a_file_that_holds_its_rows_alone() {
     std::fs::write(&alone, format!("{head}\n{}\n", rows.join("\n"))).unwrap();
     let lab = open(&[sample("FIC101-sticky.csv"), alone.clone()]);
     let file = sample("FIC101-sticky.csv").display().to_string();
-    let part = lab.call(
+    let part = lab.good(
         "recordings/diagnose",
         &json!({ "file": file, "loop": "FIC101-sticky", "from": from, "to": to }),
     );
@@ -141,12 +112,12 @@ fn a_stretch_is_judged_as_a_file_that_holds_its_rows_alone() {
 #[test]
 fn folders_are_looked_through_and_files_read_when_asked_for() {
     let lab = open(&[samples()]);
-    let list = lab.call("recordings", &json!({}));
+    let list = lab.good("recordings", &json!({}));
     let files = list["files"].as_array().unwrap();
     assert_eq!(files.len(), 6);
     assert!(files.iter().all(|file| file["loops"].is_null()));
     let id = sample("FIC105-cascade.csv").display().to_string();
-    let opened = lab.call("recordings/open", &json!({ "file": id }));
+    let opened = lab.good("recordings/open", &json!({ "file": id }));
     let loops = opened["summary"]["loops"].as_array().unwrap();
     assert!(
         !loops.is_empty() && opened["command"].as_str().unwrap().starts_with("stiction diagnose")
@@ -155,7 +126,7 @@ fn folders_are_looked_through_and_files_read_when_asked_for() {
         opened["roles"].as_array().unwrap().len(),
         opened["columns"].as_array().unwrap().len()
     );
-    let list = lab.call("recordings", &json!({}));
+    let list = lab.good("recordings", &json!({}));
     let entry = list["files"].as_array().unwrap().iter().find(|file| file["id"] == *id).unwrap();
     assert_eq!(entry["loops"].as_array().unwrap().len(), loops.len());
 }
@@ -202,7 +173,7 @@ fn a_link_in_a_folder_leads_nowhere() {
     let folder = folder("link");
     std::os::unix::fs::symlink(sample("FIC101-sticky.csv"), folder.join("link.csv")).unwrap();
     std::os::unix::fs::symlink(samples(), folder.join("more")).unwrap();
-    let list = open(&[folder]).call("recordings", &json!({}));
+    let list = open(&[folder]).good("recordings", &json!({}));
     assert_eq!(list["files"], json!([]));
 }
 
@@ -214,14 +185,14 @@ fn what_is_dropped_is_read_and_closed_again() {
     assert_eq!((status, &entry["name"]), (200, &json!("FIC101-sticky.csv")));
     let file = &entry["id"];
     let ask = json!({ "file": file, "loop": "FIC101-sticky" });
-    let answer = lab.call("recordings/diagnose", &ask);
+    let answer = lab.good("recordings/diagnose", &ask);
     let expected = serde_json::to_value(said(&sample("FIC101-sticky.csv"), None)).unwrap();
     assert_eq!(answer["diagnosis"], expected);
     // It has no place for what is said of it.
     let conclude =
         json!({ "file": file, "loop": "FIC101-sticky", "verdict": "sticks", "reason": "seen" });
     assert!(lab.refused("recordings/override", &conclude).1.contains("has no place"));
-    let list = lab.call("recordings/close", &json!({ "file": file }));
+    let list = lab.good("recordings/close", &json!({ "file": file }));
     assert_eq!(list["files"], json!([]));
     assert_eq!(lab.refused("recordings/diagnose", &ask).0, 404);
 }
@@ -270,7 +241,7 @@ fn a_mapping_is_tried_saved_and_read_again() {
     std::fs::write(&path, format!("time,a,b,c\n{rows}")).unwrap();
     let file = path.display().to_string();
     let lab = open(std::slice::from_ref(&folder));
-    let opened = lab.call("recordings/open", &json!({ "file": file }));
+    let opened = lab.good("recordings/open", &json!({ "file": file }));
     assert_eq!(opened["columns"], json!(["time", "a", "b", "c"]));
     assert!(opened["summary"].is_null());
     assert!(
@@ -285,12 +256,12 @@ fn a_mapping_is_tried_saved_and_read_again() {
     let columns = json!({ "a": names[1], "b": names[2], "c": names[3] });
     let mapping = json!({ "columns": columns, "loop": { "strange": { "type": "flow" } } });
     let mut say = json!({ "file": file, "mapping": mapping });
-    let tried = lab.call("recordings/mapping", &say);
+    let tried = lab.good("recordings/mapping", &say);
     let beside = folder.join("strange.csv.mapping.toml");
     assert!(tried["is_saved"] == false && !beside.exists());
-    let verdict = lab.call("recordings/diagnose", &json!({ "file": file, "loop": "strange" }));
+    let verdict = lab.good("recordings/diagnose", &json!({ "file": file, "loop": "strange" }));
     say["save"] = true.into();
-    let saved = lab.call("recordings/mapping", &say);
+    let saved = lab.good("recordings/mapping", &say);
     assert_eq!(saved["is_saved"], true);
     assert!(saved["command"].as_str().unwrap().contains("--mapping"), "{saved}");
 
@@ -300,10 +271,10 @@ fn a_mapping_is_tried_saved_and_read_again() {
     assert_eq!(serde_json::to_value(own.verdict).unwrap(), verdict["diagnosis"]["verdict"]);
     assert_eq!(verdict["diagnosis"]["type"], "flow");
     let next = open(std::slice::from_ref(&folder));
-    let opened = next.call("recordings/open", &json!({ "file": file }));
+    let opened = next.good("recordings/open", &json!({ "file": file }));
     assert_eq!(opened["mapping"], mapping);
     assert_eq!(
-        next.call("recordings/diagnose", &json!({ "file": file, "loop": "strange" })),
+        next.good("recordings/diagnose", &json!({ "file": file, "loop": "strange" })),
         verdict
     );
 
@@ -314,7 +285,7 @@ fn a_mapping_is_tried_saved_and_read_again() {
     )
     .unwrap();
     let third = open(std::slice::from_ref(&folder));
-    let opened = third.call("recordings/open", &json!({ "file": file }));
+    let opened = third.good("recordings/open", &json!({ "file": file }));
     assert!(opened["fixed"].as_str().unwrap().contains("in an editor"), "{opened}");
     assert!(third.refused("recordings/mapping", &say).1.contains("in an editor"));
 }
@@ -334,14 +305,14 @@ fn an_override_is_kept_where_the_command_keeps_it() {
     ask["all_recordings"] = true.into();
     assert!(lab.refused("recordings/override", &ask).1.contains("needs a last day"));
     ask["all_recordings"] = false.into();
-    lab.call("recordings/override", &ask);
+    lab.good("recordings/override", &ask);
     let kept = std::fs::read_to_string(folder.join("stiction-overrides.toml")).unwrap();
     assert!(kept.contains("new packing") && kept.contains("test 1.0"), "{kept}");
-    let judged = lab.call("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
+    let judged = lab.good("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
     assert_eq!(judged["diagnosis"]["verdict"]["override"]["by"], "J. Miller");
     assert!(judged["told"]["overruled"].as_str().unwrap().contains("new packing"));
-    lab.call("recordings/override", &json!({ "file": file, "loop": "FIC101" }));
-    let judged = lab.call("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
+    lab.good("recordings/override", &json!({ "file": file, "loop": "FIC101" }));
+    let judged = lab.good("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
     assert!(judged["diagnosis"]["verdict"]["override"].is_null());
 }
 
@@ -351,11 +322,11 @@ fn a_report_and_its_parts_come_on_demand() {
     let lab = open(std::slice::from_ref(&path));
     let file = path.display().to_string();
     let of = json!({ "file": file, "loop": "FIC101-sticky" });
-    let folds = lab.call("recordings/details", &json!({ "of": of }));
+    let folds = lab.good("recordings/details", &json!({ "of": of }));
     let names: Vec<&str> =
         folds["folds"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
     let methods = names.iter().position(|name| name.starts_with("Every method")).unwrap();
-    let told = lab.call("recordings/details", &json!({ "of": of, "fold": methods }));
+    let told = lab.good("recordings/details", &json!({ "of": of, "fold": methods }));
     assert!(told["pieces"].to_string().contains("<svg"));
     assert_eq!(lab.refused("recordings/details", &json!({ "of": of, "fold": 99 })).0, 404);
     let query = format!("file={}&loop=FIC101-sticky&save=true", encoded(&file));

@@ -1,28 +1,17 @@
 //! What is tried against the lab's server: no crash, nothing read outside, memory bounded, and its user still served.
 //!
-//! The long one is ignored; `STICTION_FUZZ_S=600 cargo test -p stiction-lab --test attacks -- --ignored --nocapture` mutates
+//! The long one is ignored; `STICTION_FUZZ_S=600 cargo test -p stiction-lab --test lab -- --ignored --nocapture` mutates
 //! valid questions of all calls for ten minutes, from the seed in `STICTION_FUZZ_SEED`.
 
+use super::{Open, open};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::net::{Shutdown, TcpStream};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use stiction_lab::{Options, bind, calls};
+use stiction_lab::{Options, calls};
 use stiction_plant::demo;
-
-struct Open {
-    at: SocketAddr,
-    token: String,
-}
-
-fn open(options: &Options) -> Open {
-    let server = bind(options).unwrap();
-    let open = Open { at: server.listens(), token: server.token().to_owned() };
-    std::thread::spawn(|| server.serve(std::future::pending()).unwrap());
-    open
-}
 
 impl Open {
     fn connect(&self) -> TcpStream {
