@@ -2,9 +2,10 @@
 
     pip install ".[spark]" && python python/benchmarks/spark.py --loops 50 --days 3
 
-A demo plant is scanned by the local engine in one thread, then by Spark on one machine with one and with two workers of
-one core. CPU seconds are those of processes, sampled from /proc: the virtual machines of Java, and the workers of Python,
-which read the tables and diagnose. It runs on Linux.
+A demo plant is scanned by the local engine in one thread, then by Spark on one machine with one and with two workers, each
+held to a CPU of its own; driver and master run where there is room. CPU seconds are those of processes, sampled from
+/proc: the driver, the virtual machines of Java that work, and their Python, which reads tables and diagnoses. It
+runs on Linux.
 """
 
 import argparse
@@ -20,12 +21,15 @@ from pathlib import Path
 
 import stiction.plant
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "spark"))
+from cluster import Cluster, environment  # noqa: E402
+
 TICK = os.sysconf("SC_CLK_TCK")
 PAGE = os.sysconf("SC_PAGE_SIZE")
 
 
 def below(root):
-    """CPU s, memory in bytes and the command of all processes below one, by number."""
+    """CPU s, memory in bytes and the command of a process and all below it, by number."""
     parents, found = {}, {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -36,7 +40,7 @@ def below(root):
         pid = int(folder.name)
         parents[pid] = int(stat[1])
         found[pid] = ((int(stat[11]) + int(stat[12])) / TICK, int(stat[21]) * PAGE, command)
-    own, reached = [root], {}
+    own, reached = [root], {root: found[root]} if root in found else {}
     while own:
         parent = own.pop()
         for pid in [pid for pid, of in parents.items() if of == parent]:
@@ -45,35 +49,42 @@ def below(root):
     return reached
 
 
-def on_spark(folder, workers, ended):
-    """CPU s of Java and of the workers of Python, the most memory of one of these, and s on the clock of the job."""
-    output = folder / f"rows-{workers}"
-    command = [sys.executable, "-m", "stiction.plant.spark", "--plant", str(folder), "--output", str(output)]
-    command += ["--again", "--master", f"local-cluster[{workers},1,1024]", "--conf", "spark.ui.enabled=false"]
+def on_spark(folder, workers, made):
+    """What a scan by so many workers takes, each on a CPU of its own: CPU s of the driver, of the Java of the workers, and of
+    their Python, the most memory of one of these in bytes, and s on the clock."""
+    made.mkdir()
+    cluster = Cluster(made, workers, sorted(os.sched_getaffinity(0)))
+    command = [sys.executable, "-m", "stiction.plant.spark", "--plant", str(folder), "--output", str(made / "rows")]
+    command += ["--input", str(folder / "data"), "--again", "--master", cluster.url, "--conf", "spark.ui.enabled=false"]
     # What reads and judges is on the path of the executors already.
-    home = str(Path(__import__("pyspark").__file__).parent)
-    environment = {**os.environ, "PYSPARK_PYTHON": sys.executable, "SPARK_HOME": home, "SPARK_SCALA_VERSION": "2.13"}
+    own = environment(PYSPARK_PYTHON=sys.executable)
     most = {}
     begin = time.monotonic()
-    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, env=own, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    ended = threading.Event()
 
     def sample():
-        while process.poll() is None:
-            for pid, (cpu, memory, line) in below(process.pid).items():
-                before = most.get(pid, (0.0, 0, ""))
-                # A process that ends has no command any more.
-                most[pid] = (max(cpu, before[0]), max(memory, before[1]), line or before[2])
-            time.sleep(0.1)
+        while not ended.wait(0.1):
+            for root in [process, *cluster.workers]:
+                for pid, (cpu, memory, line) in below(root.pid).items():
+                    before = most.get(pid, (0.0, 0, "", root))
+                    # A process that ends has no command any more.
+                    most[pid] = (max(cpu, before[0]), max(memory, before[1]), line or before[2], root)
 
     sampling = threading.Thread(target=sample)
     sampling.start()
     out, err = process.communicate()
+    clock = time.monotonic() - begin
+    ended.set()
     sampling.join()
-    if process.returncode != ended:
+    cluster.end()
+    if process.returncode != 0:
         raise SystemExit(err[-3000:])
-    java = sum(cpu for cpu, _, line in most.values() if "java" in line.split(" ")[0])
-    python = [(cpu, memory) for cpu, memory, line in most.values() if "daemon" in line]
-    return java, sum(cpu for cpu, _ in python), max(memory for _, memory in python), time.monotonic() - begin, out
+    driver = sum(cpu for cpu, _, _, root in most.values() if root is process)
+    python = [(cpu, memory) for cpu, memory, line, root in most.values() if root is not process and "daemon" in line]
+    java = sum(cpu for cpu, _, line, root in most.values() if root is not process and "daemon" not in line)
+    print(out.strip())
+    return driver, java, sum(cpu for cpu, _ in python), max(memory for _, memory in python), clock
 
 
 def main():
@@ -92,11 +103,10 @@ def main():
         print(f"{of.loops} loops x {of.days} days; CPU s a loop-day")
         print(f"local, reading and judging  {local / days:.3f}")
         for workers in (1, 2):
-            java, python, memory, clock, told = on_spark(folder, workers, 0)
-            print(told.strip())
+            driver, java, python, memory, clock = on_spark(folder, workers, folder / f"cluster-{workers}")
             print(
-                f"Spark, {workers} workers: Java {java / days:.3f}, Python {python / days:.3f}; "
-                f"a worker of Python takes {memory / 1e6:.0f} MB at most; {clock:.0f} s on the clock"
+                f"Spark, {workers} workers: driver {driver / days:.3f}, Java of the workers {java / days:.3f}, Python "
+                f"{python / days:.3f}; a worker of Python takes {memory / 1e6:.0f} MB at most; {clock:.0f} s on the clock"
             )
     finally:
         shutil.rmtree(folder)

@@ -37,8 +37,11 @@ TAKEN_TOGETHER = 20_000
 """Rows that the driver takes into the store of a plant at a time."""
 WINDOWS_A_TASK = 16
 """Windows that a task judges, some seconds of work: what a lost worker loses."""
+WINDOWS_A_CORE = 4_000
+"""Windows for each core that the command judges before it writes them, some minutes of work: what a lost driver loses."""
 DAY_US = 86_400_000_000
-KEYS = ["loop_id", "first_day", "days"]
+DAY_BITS, LENGTH_BITS = 28, 4
+"""A window is one number, of its loop, first day, and length: Spark sorts numbers in the time of a few looks at each."""
 TRACE = ["trace_start", "trace_signal", "trace_unit", "trace_values"]
 """What is kept of a window's signal, behind the columns of its row."""
 TRACE_DDL = "trace_start BIGINT, trace_signal STRING, trace_unit DOUBLE, trace_values BINARY"
@@ -89,7 +92,7 @@ class Scan(Result):
         Rows.
     errors : int
         Of these, windows that could not be judged.
-    loops_in_error : int
+    loops_in_error : frozenset of str
         Loops that have such windows.
     """
 
@@ -97,11 +100,21 @@ class Scan(Result):
     plan: Plan
     windows: int
     errors: int
-    loops_in_error: int
+    loops_in_error: frozenset[str]
 
 
 Window: TypeAlias = tuple[int, int, int]
 """Loop, first day, number of days."""
+
+
+def _number(window: Window) -> int:
+    loop, day, days = window
+    return (loop << DAY_BITS | day + (1 << DAY_BITS - 1)) << LENGTH_BITS | days
+
+
+def _window(number: int) -> Window:
+    rest, days = number >> LENGTH_BITS, number & (1 << LENGTH_BITS) - 1
+    return rest >> DAY_BITS, (rest & (1 << DAY_BITS) - 1) - (1 << DAY_BITS - 1), days
 
 
 def _frame(spark: Any, rows: Sequence[tuple[Any, ...]], columns: str) -> Any:
@@ -197,12 +210,22 @@ class _Input:
         moment = F.col(f"`{self.time}`")
         if kind == "timestamp":
             local = F.unix_micros(F.from_utc_timestamp(moment, plant.zone))
-            day = ((local - F.pmod(local, F.lit(DAY_US))) / F.lit(DAY_US)).cast("bigint")
+            day = ((local - F.pmod(local, F.lit(DAY_US))) / F.lit(DAY_US)).cast("int")
         else:
-            day = F.datediff(F.to_date(moment), F.lit("1970-01-01").cast("date")).cast("bigint")
+            day = F.datediff(F.to_date(moment), F.lit("1970-01-01").cast("date"))
         self.kind = kind
-        self.samples = (self._long if self.tag else self._wide)(df, moment, day, [op for _, _, op in fits], names)
+        ops = [op for _, _, op in fits]
+        self._cut = lambda df: (self._long if self.tag else self._wide)(df, moment, day, ops, names)
+        self._df = df
+        self.samples = self._cut(df)
         self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
+
+    def samples_of(self, loops: set[int]) -> Any:
+        """The samples of some loops at least: where they are few, of no others."""
+        if self.tag is None or 2 * len(loops) > len(self.names):
+            return self.samples
+        tags = sorted({tag for loop in loops for tag in self.tags[loop]})
+        return self._cut(self._df.where(F.col(f"`{self.tag}`").isin(tags)))
 
     def _long(self, df: Any, moment: Any, day: Any, ops: list[int], names: list[str]) -> Any:
         """The samples of a long table: loop, number of the tag within it, time, and what else is said."""
@@ -322,6 +345,18 @@ class _Chain:
         days = self.plant.day(start + seconds - 1.0) + 1 - day
         return days if settings == self.hashes[loop] and made_of == self.fingerprint(loop, day, days) else 0
 
+    def until(self, most: int | None) -> int:
+        """The day before which some `most` windows are still to be judged, or all."""
+        per_day: dict[int, int] = {}
+        for _, day, _ in self.walk()[1]:
+            per_day[day] = per_day.get(day, 0) + 1
+        number = 0
+        for day in sorted(per_day):
+            if most is not None and number and number + per_day[day] > most:
+                return day
+            number += per_day[day]
+        return 1 << 62
+
     def walk(self) -> tuple[list[Window], list[Window], int]:
         """Windows that are judged and count, those still to be judged, and how many were done before."""
         there: list[Window] = []
@@ -350,21 +385,21 @@ def _partitions(windows: int, cores: int) -> int:
 def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Window]) -> Any:
     """The rows of windows, with how many days each should have."""
     words = chain.plant.text
-    spread = [(loop, day, days, day + k) for loop, day, days in windows for k in range(days)]
-    of_days = "loop_id INT, first_day BIGINT, days BIGINT, day BIGINT"
-    within = _frame(spark, spread, of_days)
-    before = _frame(spark, [(*window, window[1] - 1) for window in windows], of_days)
-    columns = [*KEYS, "time", *(["tag"] if of.tag else []), *of.payload]
-    samples = of.samples
+    spread = [(loop, day + k, _number((loop, day, days))) for loop, day, days in windows for k in range(days)]
+    held_from = [(loop, day - 1, _number((loop, day, days))) for loop, day, days in windows]
+    # Both numbers of 4 bytes, so that Spark looks them up as one of 8.
+    of_days = "loop_id INT, day INT, window BIGINT"
+    columns = ["window", "time", *(["tag"] if of.tag else []), *of.payload]
+    samples = of.samples_of({loop for loop, _, _ in windows})
     if of.kind == "timestamp":
         # What no window needs is not read, where files tell the times of their rows.
         begin = chain.begin(min(day for _, day, _ in windows))
         end = chain.begin(max(day + days for _, day, days in windows))
         time = F.col("time")
         samples = samples.where((time >= F.timestamp_seconds(F.lit(begin))) & (time < F.timestamp_seconds(F.lit(end))))
-    samples = samples.join(F.broadcast(within), ["loop_id", "day"]).select(*columns)
-    held = marks.join(F.broadcast(before), ["loop_id", "day"]).select(*columns)
-    rows = samples.unionByName(held).repartition(_partitions(len(windows), _cores(spark)), *KEYS)
+    samples = samples.join(F.broadcast(_frame(spark, spread, of_days)), ["loop_id", "day"]).select(*columns)
+    held = marks.join(F.broadcast(_frame(spark, held_from, of_days)), ["loop_id", "day"]).select(*columns)
+    rows = samples.unionByName(held).repartition(_partitions(len(windows), _cores(spark)), "window")
     expected, names, table_of = (_core.__version__, model_version()), of.names, of.table_of()
 
     def judge(batches: Iterator[Any]) -> Iterator[Any]:
@@ -376,7 +411,8 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
         found = (_core.__version__, model_version())
         if found != expected:
             raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
-        for (loop, day, days), group in _groups(batches):
+        for number, group in _groups(batches):
+            loop, day, days = _window(number)
             row, trace, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
             table = pa.table(row)
             if len(table) == 0:
@@ -393,38 +429,34 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
             ):
                 table = table.append_column(name, pa.array(value or [None], kind))
             for name, value, kind in [
-                ("loop_id", loop, pa.int32()),
-                ("first_day", day, pa.int64()),
-                ("days", days, pa.int64()),
+                ("window", number, pa.int64()),
                 ("wanted", wanted, pa.int64()),
             ]:
                 table = table.append_column(name, pa.array([value], kind))
             yield from table.to_batches()
 
     # Spark 3.5 has no groupBy().applyInArrow(); this is the same, and a group is never in Java's memory whole.
-    return rows.sortWithinPartitions(*KEYS).mapInArrow(
-        judge, f"{ddl()}, {TRACE_DDL}, loop_id INT, first_day BIGINT, days BIGINT, wanted BIGINT"
-    )
+    return rows.sortWithinPartitions("window").mapInArrow(judge, f"{ddl()}, {TRACE_DDL}, window BIGINT, wanted BIGINT")
 
 
-def _groups(batches: Iterator[Any]) -> Iterator[tuple[Window, Any]]:
+def _groups(batches: Iterator[Any]) -> Iterator[tuple[int, Any]]:
     """Tables of the rows of one window each, from batches that are sorted by it."""
     import numpy as np
     import pyarrow as pa
 
-    window: Window = (-1, 0, 0)
+    window = -1
     parts: list[Any] = []
     for batch in batches:
         if len(batch) == 0:
             continue
-        keys = np.array([batch.column(batch.schema.get_field_index(name)).to_numpy() for name in KEYS])
-        changes = (np.flatnonzero((keys[:, 1:] != keys[:, :-1]).any(axis=0)) + 1).tolist()
+        of_each = batch.column(batch.schema.get_field_index("window")).to_numpy()
+        changes = (np.flatnonzero(np.diff(of_each)) + 1).tolist()
         for begin, end in zip([0, *changes], [*changes, len(batch)]):
-            loop, day, days = keys[:, begin].tolist()
-            if parts and window != (loop, day, days):
+            own = int(of_each[begin])
+            if parts and window != own:
                 yield window, pa.Table.from_batches(parts)
                 parts = []
-            window = (loop, day, days)
+            window = own
             parts.append(batch.slice(begin, end - begin))
     if parts:
         yield window, pa.Table.from_batches(parts)
@@ -515,34 +547,52 @@ def scan(
     ValueError
         If the columns tell no times or loops, or the settings cannot be.
     """
+    (done,) = _scans(df, settings, since, loops, known, None)
+    return done
+
+
+def _scans(
+    df: Any, settings: Settings, since: str | None, loops: str | None, known: Any, most: int | None
+) -> Iterator[Scan]:
+    """Scans of some `most` windows each, of one day after the other; one scan if nothing is new. Its rows hold until the next."""
     spark = df.sparkSession
     probe(spark)
     of, marks, chain = _begun(df, settings, since, loops, known)
     plan = _plan(spark, of, chain)
-    rounds: list[Any] = []
-    there, windows, _ = chain.walk()
-    while windows:
-        found = _judge(spark, of, marks, chain, windows).persist()
-        rounds.append(found)
-        chain.judged.update(windows)
-        for row in found.select(*KEYS, "wanted").collect():
-            if row.days == 1:
-                chain.wanted[row.loop_id, row.first_day] = row.wanted
-        there, windows, _ = chain.walk()
     names = [*(field.name for field in spark.createDataFrame([], ddl()).schema), *TRACE]
-    counts = [(*window, chain.fingerprint(*window)) for window in there]
-    final = _frame(spark, counts, "loop_id INT, first_day BIGINT, days BIGINT, input_fingerprint STRING")
-    if rounds:
-        all_rows = functools.reduce(lambda a, b: a.unionByName(b), rounds).drop("input_fingerprint")
-        rows = all_rows.join(F.broadcast(final), KEYS).where(F.col("loop").isNotNull()).select(*names)
-    else:
-        rows = spark.createDataFrame([], f"{ddl()}, {TRACE_DDL}")
-    rows = rows.persist()
-    failed = F.when(F.col("error").isNotNull(), F.col("loop"))
-    counted = rows.agg(F.count(F.lit(1)), F.count("error"), F.countDistinct(failed)).collect()[0]
-    for each in [marks, *rounds]:
-        each.unpersist()
-    return Scan(rows=rows, plan=plan, windows=counted[0], errors=counted[1], loops_in_error=counted[2])
+    told: set[Window] = set()
+    while True:
+        until = chain.until(most)
+        rounds: list[Any] = []
+        while windows := [window for window in chain.walk()[1] if window[1] < until]:
+            found = _judge(spark, of, marks, chain, windows).persist()
+            rounds.append(found)
+            chain.judged.update(windows)
+            for row in found.select("window", "wanted").collect():
+                loop, day, days = _window(row.window)
+                if days == 1:
+                    chain.wanted[loop, day] = row.wanted
+        there, open_, _ = chain.walk()
+        new = [window for window in there if window not in told]
+        told.update(new)
+        if rounds:
+            counts = [(_number(window), chain.fingerprint(*window)) for window in new]
+            final = _frame(spark, counts, "window BIGINT, input_fingerprint STRING")
+            all_rows = functools.reduce(lambda a, b: a.unionByName(b), rounds).drop("input_fingerprint")
+            rows = all_rows.join(F.broadcast(final), "window").where(F.col("loop").isNotNull()).select(*names)
+        else:
+            rows = spark.createDataFrame([], f"{ddl()}, {TRACE_DDL}")
+        rows = rows.persist()
+        failed = F.when(F.col("error").isNotNull(), F.col("loop"))
+        counted = rows.agg(F.count(F.lit(1)), F.count("error"), F.collect_set(failed)).collect()[0]
+        for each in rounds:
+            each.unpersist()
+        if not open_:
+            marks.unpersist()
+        yield Scan(rows=rows, plan=plan, windows=counted[0], errors=counted[1], loops_in_error=frozenset(counted[2]))
+        if not open_:
+            return
+        rows.unpersist()
 
 
 def _known(spark: Any, output: str) -> Any:
@@ -614,6 +664,9 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--table", metavar="NAME", help="a table of the catalog in place of data")
     parser.add_argument("--since", metavar="DAY", help="judge windows from this day on, such as 2026-03-01")
     parser.add_argument("--loops", metavar="GLOB", help='judge loops whose names fit this pattern, such as "FIC*"')
+    parser.add_argument(
+        "--windows", type=int, metavar="N", help=f"write after some N windows [default: {WINDOWS_A_CORE} a core]"
+    )
     parser.add_argument("--again", action="store_true", help="judge all again, not only what is new")
     parser.add_argument("--explain", action="store_true", help="tell windows, partitions and bytes, and judge nothing")
     parser.add_argument("--most-errors", type=float, default=MOST_ERRORS, metavar="SHARE", help="of loops [default: 0.05]")
@@ -659,18 +712,21 @@ def _run(of: argparse.Namespace) -> int:
                 f"{plan.partitions} partitions, {plan.samples} samples, {plan.bytes / 1e6:.0f} MB"
             )
             return 0
-        done = scan(df, folder, since=of.since, loops=of.loops, known=known)
-        last = 0 if before is None else before.agg(F.max(F.col("run").cast("bigint"))).collect()[0][0] or 0
-        if done.windows:
-            # The store first: what is in the output is not judged again, so nothing could put it there later.
-            _taken(of.plant, done.rows)
-            done.rows.write.parquet(f"{of.output.rstrip('/')}/run={last + 1:04}")
+        run = 1 if before is None else 1 + (before.agg(F.max(F.col("run").cast("bigint"))).collect()[0][0] or 0)
+        windows, errors, wrong = 0, 0, set()
+        for done in _scans(df, folder, of.since, of.loops, known, of.windows or WINDOWS_A_CORE * _cores(spark)):
+            if done.windows:
+                # The store first: what is in the output is not judged again, so nothing could put it there later.
+                _taken(of.plant, done.rows)
+                done.rows.write.mode("append").parquet(f"{of.output.rstrip('/')}/run={run:04}")
+            windows, errors, wrong = windows + done.windows, errors + done.errors, wrong | done.loops_in_error
+            print(f"{windows} of at most {done.plan.windows} windows are judged and written", file=sys.stderr)
         print(
-            f"{done.windows} windows judged, {done.errors} of them with an error; {done.plan.loops} loops; "
-            + (f"run {last + 1:04}" if done.windows else "nothing was new")
+            f"{windows} windows judged, {errors} of them with an error; {done.plan.loops} loops; "
+            + (f"run {run:04}" if windows else "nothing was new")
         )
-        if done.loops_in_error > of.most_errors * done.plan.loops:
-            words = f"{done.loops_in_error} of {done.plan.loops} loops have an error, more than {of.most_errors:.0%}"
+        if len(wrong) > of.most_errors * done.plan.loops:
+            words = f"{len(wrong)} of {done.plan.loops} loops have an error, more than {of.most_errors:.0%}"
             raise RuntimeError(f"{words}; the rows are written, see their column error")
         return 0
     finally:

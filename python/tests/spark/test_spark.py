@@ -6,7 +6,6 @@ It is skipped, saying so, where PySpark or Java is absent.
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -20,9 +19,11 @@ import pyarrow.parquet as pq
 import pytest
 import stiction.plant
 
-pyspark = pytest.importorskip("pyspark", reason="PySpark is not installed")
+pytest.importorskip("pyspark", reason="PySpark is not installed")
 if shutil.which("java") is None and "JAVA_HOME" not in os.environ:
     pytest.skip("there is no Java", allow_module_level=True)
+
+from cluster import SPARK, Cluster, environment, kill  # noqa: E402
 
 # PySpark warns of newer packages than it knows.
 pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning", "ignore::DeprecationWarning", "ignore::ResourceWarning")
@@ -30,70 +31,6 @@ pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning", "ignore::Deprec
 #: Loops and days of the demo plant; set both for a larger trial.
 LOOPS = int(os.environ.get("STICTION_SPARK_LOOPS", "6"))
 DAYS = int(os.environ.get("STICTION_SPARK_DAYS", "3"))
-SPARK = Path(pyspark.__file__).parent
-
-
-def environment(**more):
-    # What starts the executors does not know the package: it comes with the wheel.
-    own = {name: value for name, value in os.environ.items() if not name.startswith(("SPARK_", "PYSPARK_"))}
-    own.pop("PYTHONPATH", None)
-    return {**own, "SPARK_HOME": str(SPARK), "SPARK_LOCAL_IP": "127.0.0.1", **more}
-
-
-def port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
-
-
-def class_of(name, *arguments, cwd):
-    command = [str(SPARK / "bin" / "spark-class"), f"org.apache.spark.deploy.{name}", *map(str, arguments)]
-    with open(cwd / f"{arguments[1]}.log" if arguments else "log", "w") as log:
-        return subprocess.Popen(command, cwd=cwd, env=environment(), stdout=log, stderr=log, start_new_session=True)
-
-
-class Cluster:
-    """A master and two workers of one core each, whose Python has pyarrow and NumPy but not this package."""
-
-    def __init__(self, folder):
-        self.folder = folder
-        self.port = port()
-        self.url = f"spark://127.0.0.1:{self.port}"
-        self.master = class_of(
-            "master.Master", "--host", "127.0.0.1", "--port", self.port, "--webui-port", 0, cwd=folder
-        )
-        self.workers = []
-        deadline = time.monotonic() + 60
-        while True:
-            try:
-                socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
-                break
-            except OSError:
-                assert time.monotonic() < deadline, "the master does not answer"
-                time.sleep(0.2)
-        for _ in range(2):
-            self.work()
-
-    def work(self):
-        own = self.folder / f"worker-{len(self.workers)}"
-        own.mkdir()
-        arguments = ["--host", "127.0.0.1", "--cores", 1, "--memory", "1g", "--webui-port", 0, "--work-dir", own]
-        self.workers.append(class_of("worker.Worker", *arguments, self.url, cwd=own))
-
-    def end(self):
-        for process in [*self.workers, self.master]:
-            kill(process)
-
-
-def kill(process):
-    """Ends a process and its own children, as a machine that fails does: without a word."""
-    try:
-        os.killpg(process.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
-    process.wait()
-
-
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
     cluster = Cluster(tmp_path_factory.mktemp("cluster"))
@@ -159,12 +96,17 @@ def bare(tmp_path_factory):
     return path
 
 
+SIZES = [
+    *("--conf", "spark.executor.memory=700m"),
+    *("--conf", "spark.ui.enabled=false"),
+    *("--conf", "spark.sql.shuffle.partitions=4"),
+]
+
+
 def command(cluster, bare, plant, output, *more):
     arguments = ["--plant", plant, "--output", output, "--input", plant / "data", "--master", cluster.url, *more]
-    sizes = ["--conf", "spark.executor.memory=700m", "--conf", "spark.ui.enabled=false"]
-    sizes += ["--conf", "spark.sql.shuffle.partitions=4"]
     return subprocess.Popen(
-        [sys.executable, "-m", "stiction.plant.spark", *map(str, arguments), *sizes],
+        [sys.executable, "-m", "stiction.plant.spark", *map(str, arguments), *SIZES],
         env=environment(PYSPARK_PYTHON=str(bare), PYSPARK_DRIVER_PYTHON=sys.executable),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -176,6 +118,18 @@ def ran(*arguments, timeout=600):
     process = command(*arguments)
     out, err = process.communicate(timeout=timeout)
     return process.returncode, out, err
+
+
+def submitted(cluster, bare, wheel, folder, arguments):
+    """The job of docs/spark.md, as `spark-submit` starts it."""
+    job = folder / "job.py"
+    words = [str(each) for each in arguments]
+    job.write_text(f"import sys\n\nfrom stiction.plant.spark import main\n\nsys.exit(main({words!r}))\n")
+    command = [SPARK / "bin" / "spark-submit", "--master", cluster.url, "--archives", f"{wheel}#deps"]
+    command += ["--conf", "spark.executorEnv.PYTHONPATH=./deps", *SIZES, job]
+    own = environment(PYSPARK_PYTHON=str(bare), PYSPARK_DRIVER_PYTHON=sys.executable)
+    process = subprocess.run(list(map(str, command)), env=own, capture_output=True, text=True, timeout=600)
+    return process.returncode, process.stdout, process.stderr
 
 
 #: What a local scan has otherwise, for it fingerprints files; and what it keeps beside its rows.
@@ -216,10 +170,23 @@ def test_without_the_wheel_the_job_ends_with_an_error(cluster, bare, apart, tmp_
     assert "ship it with" in err and time.monotonic() - begin < 180
 
 
-def test_the_rows_are_those_of_the_local_scan_though_a_worker_is_killed(cluster, bare, plant, apart, wheel, tmp_path):
+def test_the_rows_are_those_of_the_local_scan_though_driver_and_worker_are_killed(
+    cluster, bare, plant, apart, wheel, tmp_path
+):
     expected = rows(stiction.plant.windows(plant))
     assert {row["loop"] for row in expected if row["error"]} == {"FIC9002", "FIC9003"}
     out = tmp_path / "out"
+    # The driver dies when some of it is written; what is, is whole, and is not judged again.
+    process = command(cluster, bare, apart, out, "--wheel", wheel, "--windows", LOOPS)
+    err = ""
+    while "are judged and written" not in err:
+        line = process.stderr.readline()
+        assert line, err[-3000:]
+        err += line
+    process.kill()
+    process.communicate()
+    first = rows(written(out / "run=0001"))
+    assert 0 < len(first) < len(expected)
     process = command(cluster, bare, apart, out, "--wheel", wheel, "--most-errors", "0.5")
     killed = threading.Event()
 
@@ -246,7 +213,8 @@ def test_the_rows_are_those_of_the_local_scan_though_a_worker_is_killed(cluster,
     failing.join()
     assert process.returncode == 0, err[-3000:]
     assert killed.is_set()
-    assert rows(written(out / "run=0001")) == expected, told
+    second = rows(written(out / "run=0002"))
+    assert sorted(first + second, key=key) == expected, told
     # The store of the plant has them, too, with the traces by which a report finds loops that swing together.
     assert rows(stiction.plant.windows(apart)) == expected
     assert traces(apart) == traces(plant)
@@ -259,11 +227,9 @@ def test_the_rows_are_those_of_the_local_scan_though_a_worker_is_killed(cluster,
     tag = next(tag for tag in pc.unique(table["tag"]).to_pylist() if tag.endswith(".OP"))
     more = pc.add(table["value"], pc.multiply(0.25, pc.cast(pc.equal(table["tag"], tag), pa.float64())))
     pq.write_table(table.set_column(table.column_names.index("value"), "value", more), last)
-    code, told, err = ran(
-        cluster, bare, apart, out, "--wheel", wheel, "--most-errors", "0.5", "--input", data
-    )
+    code, told, err = submitted(cluster, bare, wheel, tmp_path, ["--plant", apart, "--output", out, "--input", data])
     assert code == 0, err[-3000:]
-    assert {row["loop"] for row in rows(written(out / "run=0002"))} == {tag.removesuffix(".OP")}
+    assert {row["loop"] for row in rows(written(out / "run=0003"))} == {tag.removesuffix(".OP")}
     code, told, err = ran(cluster, bare, apart, out, "--wheel", wheel, "--input", data, "--explain")
     assert code == 0 and ", 0 windows to be judged" in told, (told, err[-3000:])
 
