@@ -227,7 +227,7 @@ pub fn find_all(
     loops: &[String],
     reading: &Reading,
 ) -> Result<(Vec<Found>, Vec<anyhow::Error>)> {
-    let options = reading.options()?;
+    let options = reading.options_of(files)?;
     // What people concluded is read beside the files.
     for file in files.iter().filter(|file| !file.is_standard()) {
         In::also(Overrides::path_beside(file))?;
@@ -235,8 +235,9 @@ pub fn find_all(
     let progress = progress::bar("reading", files.len());
     let readings: Vec<_> = files
         .par_iter()
-        .map(|file| {
-            let reading = input::recordings(file, &options);
+        .zip(options)
+        .map(|(file, options)| {
+            let reading = options.and_then(|own| Ok(input::recordings(file, &own)?));
             progress.inc(1);
             reading
         })
@@ -250,7 +251,7 @@ pub fn find_all(
         let reading = match reading {
             Ok(reading) => reading,
             Err(error) => {
-                failures.push(error.into());
+                failures.push(error);
                 continue;
             }
         };

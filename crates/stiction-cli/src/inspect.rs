@@ -60,10 +60,10 @@ pub struct Document {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let options = args.reading.options()?;
+    let options = args.reading.options_of(&args.files)?;
     let mut shown = vec![];
-    for file in &args.files {
-        let summary = Summary::from(&input::recordings(file, &options)?);
+    for (file, options) in args.files.iter().zip(options) {
+        let summary = Summary::from(&input::recordings(file, &options?)?);
         if args.json {
             shown.push(summary);
         } else {

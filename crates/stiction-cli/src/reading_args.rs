@@ -19,7 +19,8 @@ pub struct Reading {
     /// and so on, or ignore; FIC101.op is that of one loop. May be given several times
     #[arg(long, value_name = "ROLE=COLUMN")]
     map: Vec<Mapped>,
-    /// Read more of what the files hold from this TOML file [default: stiction.toml, if it is there]
+    /// Read more of what the files hold from this TOML file [default: of each file the one that is kept beside it,
+    /// such as FIC101.csv.mapping.toml; else stiction.toml, if it is there]
     #[arg(long, value_name = "FILE")]
     mapping: Option<In>,
     /// Time zone of times without one, such as Europe/Berlin or +01:00
@@ -59,15 +60,41 @@ impl Reading {
 
     /// The options, those of the command line before those of the mapping file.
     pub fn options(&self) -> Result<ReadOptions> {
-        let given = self.clone();
-        let mapping = match given.mapping.clone() {
+        let mapping = match &self.mapping {
             None => settings().map(In::also).transpose()?,
-            given => given,
+            given => given.clone(),
         };
-        let mut options = match mapping {
-            Some(file) => input::mapping(&file)?,
-            None => ReadOptions::default(),
+        self.over(mapping.as_ref())
+    }
+
+    /// The options of each file: what is kept beside one holds in place of settings that nobody named.
+    pub fn options_of(&self, files: &[In]) -> Result<Vec<Result<ReadOptions>>> {
+        let of_all = self.options()?;
+        let of_one = |file: &In| match self.own_mapping(file)? {
+            Some(own) => self.over(Some(&own)),
+            None => Ok(of_all.clone()),
         };
+        Ok(files.iter().map(of_one).collect())
+    }
+
+    /// The mapping that is kept beside a file, if it is wanted.
+    fn own_mapping(&self, file: &In) -> Result<Option<In>> {
+        if self.mapping.is_some() || file.is_standard() || IGNORED.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let own = ReadOptions::mapping_beside(file);
+        if !own.is_file() {
+            return Ok(None);
+        }
+        let path = own.display();
+        crate::output::note(format!("{path} holds (--no-config leaves it out)"));
+        In::also(own).map(Some)
+    }
+
+    /// What the command line says, and of what it leaves open what a mapping file says.
+    fn over(&self, mapping: Option<&In>) -> Result<ReadOptions> {
+        let given = self.clone();
+        let mut options = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
         options.map.extend(given.map);
         options.bad_text.extend(given.bad_text);
         options.zone = given.zone.or(options.zone);

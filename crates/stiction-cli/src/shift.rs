@@ -37,11 +37,11 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let options = args.reading.options()?;
+    let options = args.reading.options_of(&args.files)?;
     let mut recordings = vec![];
     let progress = progress::bar("reading", args.files.len());
-    for file in &args.files {
-        recordings.extend(input::recordings(file, &options)?.recordings);
+    for (file, options) in args.files.iter().zip(options) {
+        recordings.extend(input::recordings(file, &options?)?.recordings);
         progress.inc(1);
     }
     progress.finish_and_clear();

@@ -126,13 +126,9 @@ fn told(file: &File) -> Opened {
         true => format!("'{}'", text.replace('\'', "'\\''")),
         false => text.to_owned(),
     };
-    let command = file.path().map(|path| {
-        let mut command = format!("stiction diagnose {}", quoted(&path.display().to_string()));
-        if let Some(mapping) = file.mapping_path().filter(|_| own.is_saved && !own.is_empty()) {
-            command += &format!(" --mapping {}", quoted(&mapping.display().to_string()));
-        }
-        command
-    });
+    let command = file
+        .path()
+        .map(|path| format!("stiction diagnose {}", quoted(&path.display().to_string())));
     Opened {
         id: file.id.clone(),
         summary: None,

@@ -79,6 +79,23 @@ fn what_is_taken_wrongly_can_be_said() {
                    vp = \"stellung\"\n";
     write(&folder, "map.toml", mapping);
     assert_eq!(run(&folder, &["inspect", "odd.csv", "--mapping", "map.toml"]).quiet_success(), out);
+    // Beside the recording it need not be named; what is named holds in its place, and it can be left out.
+    write(&folder, "odd.csv.mapping.toml", mapping);
+    let beside = run(&folder, &["inspect", "odd.csv"]);
+    assert_eq!((beside.code, &beside.out), (0, &out));
+    assert!(
+        beside.err.contains("odd.csv.mapping.toml holds (--no-config leaves it out)"),
+        "{}",
+        beside.err
+    );
+    assert_eq!(run(&folder, &["inspect", "odd.csv", "--mapping", "map.toml"]).quiet_success(), out);
+    assert_ne!(run(&folder, &["inspect", "odd.csv", "--no-config"]).code, 0);
+    // A mapping that is damaged stops the file it is of, and no other.
+    write(&folder, "odd.csv.mapping.toml", "zon = 1");
+    write(&folder, "even.csv", "t,op,pv\n0,1,2\n1,2,3\n2,1,2\n");
+    let judged = run(&folder, &["diagnose", "odd.csv", "even.csv"]);
+    assert!(judged.err.contains("odd.csv.mapping.toml, line 1"), "{}", judged.err);
+    assert!(judged.out.contains("even"), "{}", judged.out);
 }
 
 #[test]

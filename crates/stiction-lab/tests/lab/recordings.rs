@@ -263,7 +263,8 @@ fn a_mapping_is_tried_saved_and_read_again() {
     say["save"] = true.into();
     let saved = lab.good("recordings/mapping", &say);
     assert_eq!(saved["is_saved"], true);
-    assert!(saved["command"].as_str().unwrap().contains("--mapping"), "{saved}");
+    assert_eq!(saved["mapping_file"], beside.display().to_string());
+    assert_eq!(saved["command"], format!("stiction diagnose {}", path.display()));
 
     // The command reads it so, and so does the next lab.
     let read = reading::read(&path, &ReadOptions::read(&beside).unwrap()).unwrap();
