@@ -71,7 +71,7 @@ pub enum Change {
     Worse,
     /// It sticks less.
     Better,
-    /// It sticks no longer.
+    /// It stuck, and is not seen to any more.
     Gone,
     /// Nothing.
     #[default]

@@ -88,7 +88,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
     html! {
         section.box aria-labelledby="changed" {
             h2 #changed { "Changed since last time" }
-            p.soft { "New: sticks and did not. Returned: sticks again. Worse, better: sticks more, less. Gone: sticks no longer." }
+            p.soft { "New: sticks and did not. Returned: sticks again. Worse, better: sticks more, less. Gone: stuck, and is not seen to any more." }
             @if changed.is_empty() { p { "Nothing changed beyond what merely shook." } }
             @else {
                 ul.changes {

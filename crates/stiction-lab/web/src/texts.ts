@@ -373,7 +373,7 @@ export const t = {
     },
     changes: {
       none: "Nothing changed beyond what merely shook.",
-      hint: "New: sticks and did not. Returned: sticks again. Worse, better: sticks more, less. Gone: sticks no longer.",
+      hint: "New: sticks and did not. Returned: sticks again. Worse, better: sticks more, less. Gone: stuck, and is not seen to any more.",
       since: (day: string) => `since ${day}`,
       told: (before: string, now: string) => `before: ${before}, now: ${now}`,
     },
