@@ -215,9 +215,12 @@ class _Input:
             day = F.datediff(F.to_date(moment), F.lit("1970-01-01").cast("date"))
         self.kind = kind
         ops = [op for _, _, op in fits]
-        self._cut = lambda df: (self._long if self.tag else self._wide)(df, moment, day, ops, names)
-        self._df = df
-        self.samples = self._cut(df)
+
+        def cut(df: Any) -> Any:
+            return (self._long if self.tag else self._wide)(df, moment, day, ops, names)
+
+        self._df, self._cut = df, cut
+        self.samples = cut(df)
         self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
 
     def samples_of(self, loops: set[int]) -> Any:
@@ -713,7 +716,8 @@ def _run(of: argparse.Namespace) -> int:
             )
             return 0
         run = 1 if before is None else 1 + (before.agg(F.max(F.col("run").cast("bigint"))).collect()[0][0] or 0)
-        windows, errors, wrong = 0, 0, set()
+        windows, errors = 0, 0
+        wrong: frozenset[str] = frozenset()
         for done in _scans(df, folder, of.since, of.loops, known, of.windows or WINDOWS_A_CORE * _cores(spark)):
             if done.windows:
                 # The store first: what is in the output is not judged again, so nothing could put it there later.
