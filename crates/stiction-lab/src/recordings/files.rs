@@ -98,7 +98,7 @@ pub(crate) struct Own {
     pub mapping: Mapping,
     /// What the reader takes it for; `None` where nothing is said.
     options: Option<ReadOptions>,
-    /// Whether it is what the mapping file says.
+    /// Whether it is what the mapping file says; nothing, where there is none.
     pub is_saved: bool,
     /// Why it cannot be changed here.
     pub fixed: Option<String>,
@@ -194,7 +194,7 @@ impl File {
     /// What its mapping file says.
     fn kept(&self) -> Own {
         let Some(path) = self.mapping_path().filter(|path| path.exists()) else {
-            return Own::default();
+            return Own { is_saved: true, ..Own::default() };
         };
         let shown = path.display().to_string();
         let wrong = |why: String| Own { fixed: Some(why), ..Own::default() };
@@ -381,14 +381,17 @@ impl Room {
         let mut held = lock(&file.held);
         let stamp = file.stamp()?;
         let read = file.parse(options.as_ref().unwrap_or(&self.options))?;
-        let mut own = Own { mapping, options, is_saved: false, fixed: before.fixed };
+        let kept = file.kept();
+        let is_saved = kept.is_saved && kept.fixed.is_none() && kept.mapping == mapping;
+        let mut own = Own { mapping, options, is_saved, fixed: before.fixed };
         if save {
             let path = file.mapping_path().ok_or_else(|| {
                 Wrong::asked(
                     "what was dropped has no place for a mapping file; save it as a file of yours",
                 )
             })?;
-            own.is_saved = write(&path, &own)?;
+            write(&path, &own)?;
+            own.is_saved = true;
         }
         *lock(&file.own) = Some(own);
         (held.asked, held.stamp, held.failure) = (asked, stamp, None);
@@ -450,8 +453,8 @@ impl Room {
     }
 }
 
-/// Writes the mapping file, or removes it where nothing is said any more; whether it says what holds.
-fn write(path: &Path, own: &Own) -> Answer<bool> {
+/// Writes the mapping file, or removes it where nothing is said any more.
+fn write(path: &Path, own: &Own) -> Answer<()> {
     let about = std::fs::symlink_metadata(path).ok();
     if about.as_ref().is_some_and(|about| !about.is_file()) {
         return Err(Wrong::asked(format!(
@@ -461,11 +464,10 @@ fn write(path: &Path, own: &Own) -> Answer<bool> {
     }
     let failed = |error| Wrong::own(format!("{}: {error}", path.display()));
     match own.is_empty() {
-        true if about.is_some() => std::fs::remove_file(path).map_err(failed)?,
-        true => {}
-        false => whole::write(path, own.text().as_bytes()).map_err(failed)?,
+        true if about.is_some() => std::fs::remove_file(path).map_err(failed),
+        true => Ok(()),
+        false => whole::write(path, own.text().as_bytes()).map_err(failed),
     }
-    Ok(true)
 }
 
 /// The files of recordings in a folder and those in it, in the order of their names.

@@ -292,6 +292,30 @@ fn a_mapping_is_tried_saved_and_read_again() {
 }
 
 #[test]
+fn a_mapping_is_saved_again_or_taken_back() {
+    let folder = folder("mapping-back");
+    let path = folder.join("FIC101.csv");
+    std::fs::copy(sample("FIC101-sticky.csv"), &path).unwrap();
+    let lab = open(std::slice::from_ref(&folder));
+    let file = path.display().to_string();
+    let beside = folder.join("FIC101.csv.mapping.toml");
+    let say = |mapping: &Value, save: bool| {
+        let ask = json!({ "file": file, "mapping": mapping, "save": save });
+        lab.good("recordings/mapping", &ask)["is_saved"] == true
+    };
+    let level = json!({ "loop": { "FIC101": { "type": "level" } } });
+    let nothing = json!({});
+
+    assert_eq!(lab.good("recordings/open", &json!({ "file": file }))["is_saved"], true);
+    assert!(!say(&level, false) && !beside.exists());
+    assert!(say(&nothing, false));
+    assert!(say(&level, true) && beside.exists());
+    assert!(!say(&nothing, false) && beside.exists());
+    assert!(say(&level, false));
+    assert!(say(&nothing, true) && !beside.exists());
+}
+
+#[test]
 fn an_override_is_kept_where_the_command_keeps_it() {
     let folder = folder("override");
     let path = folder.join("FIC101.csv");

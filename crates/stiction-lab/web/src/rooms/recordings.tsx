@@ -270,6 +270,7 @@ function OfFile(props: FileProps) {
   const { file, list } = props;
   const [opened, setOpened] = useState<Opened | null>(null);
   const [wrong, setWrong] = useState("");
+  const [said, setSaid] = useState("");
   const [version, setVersion] = useState(0);
   useEffect(() => {
     call("recordings/open", { file })
@@ -296,9 +297,10 @@ function OfFile(props: FileProps) {
       opened={opened}
       roles={list.roles}
       types={list.loop_types}
-      open={opened.summary === null}
-      onRead={(read) => {
+      said={said}
+      onRead={(read, then) => {
         setOpened(read);
+        setSaid(then);
         setVersion(version + 1);
         props.onRead();
       }}

@@ -30,18 +30,25 @@ function RangeInput(props: { label: string; value: Range; onValue(value: Range):
   );
 }
 
+/** What is told of a mapping that a file was read by. */
+function outcome(read: Opened, save: boolean): string {
+  const path = read.mapping_file ?? "";
+  if (!save) return read.is_saved ? w.readSo : w.notSaved;
+  return read.mapping_toml === "" ? w.removed(path) : w.saved(path);
+}
+
 export function Columns(props: {
   opened: Opened;
   roles: string[];
   types: string[];
-  open: boolean;
-  onRead(opened: Opened): void;
+  /** What came of the last mapping: reading by it makes these columns anew. */
+  said: string;
+  onRead(opened: Opened, said: string): void;
 }) {
   const { opened } = props;
   const { summary } = opened;
   const [mapping, setMapping] = useState<Mapping>(opened.mapping);
   const [wrong, setWrong] = useState("");
-  const [said, setSaid] = useState("");
   const [busy, setBusy] = useState(false);
   const loops = summary?.loops.map((each) => each.name) ?? [];
   const changed = JSON.stringify(mapping) !== JSON.stringify(opened.mapping);
@@ -60,12 +67,10 @@ export function Columns(props: {
   const send = async (wanted: Mapping, save: boolean) => {
     setBusy(true);
     setWrong("");
-    setSaid("");
     try {
       const read = await call("recordings/mapping", { file: opened.id, mapping: wanted, save });
       setMapping(read.mapping);
-      setSaid(save ? w.saved(read.mapping_file ?? "") : w.readSo);
-      props.onRead(read);
+      props.onRead(read, outcome(read, save));
     } catch (error) {
       setWrong((error as Wrong).message);
     }
@@ -91,7 +96,7 @@ export function Columns(props: {
   );
 
   return (
-    <details class="card columns" open={props.open}>
+    <details class="card columns" open={summary === null || props.said !== ""}>
       <summary>
         {w.title}
         {summary && <span class="soft"> {summary.layout}; {summary.times.format}, {summary.times.zone}</span>}
@@ -206,7 +211,7 @@ export function Columns(props: {
         {opened.mapping_file ? (
           <button
             type="button"
-            disabled={busy || !!opened.fixed || (opened.is_saved && !changed) || (!changed && opened.mapping_toml === "")}
+            disabled={busy || !!opened.fixed || (opened.is_saved && !changed)}
             onClick={() => void send(mapping, true)}
           >
             {w.save}
@@ -219,7 +224,7 @@ export function Columns(props: {
         <button type="button" disabled={busy || !!opened.fixed || (opened.mapping_toml === "" && !changed)} onClick={() => void send({}, false)}>
           {w.forget}
         </button>
-        <span role="status">{said}</span>
+        <span role="status">{changed ? "" : props.said}</span>
         {wrong && (
           <span class="wrong" role="alert">
             {wrong}
