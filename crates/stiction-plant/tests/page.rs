@@ -1,7 +1,11 @@
 //! The ranking and the page of a week, of rows that are made up.
 
+mod made_up;
+
+use made_up::MadeUp;
 use stiction_plant::action::Action;
 use stiction_plant::change::Change;
+use stiction_plant::demo;
 use stiction_plant::groups::{Group, Member, Source};
 use stiction_plant::health::Health;
 use stiction_plant::log::Log;
@@ -10,112 +14,18 @@ use stiction_plant::page::page;
 use stiction_plant::plant_file::Plant;
 use stiction_plant::ranking::{LoopRow, Ranking, rank};
 use stiction_plant::week::Week;
-use stiction_plant::{WindowRow, demo};
 
-const DAYS: i64 = 28;
-
-/// A number from 0 to 1 that looks like chance, the same for the same `k`.
-fn chance(k: usize) -> f64 {
-    let mixed = (k as u64)
-        .wrapping_mul(0x9e37_79b9_7f4a_7c15)
-        .rotate_left(29)
-        .wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    (mixed >> 11) as f64 / (1u64 << 53) as f64
+fn made_up(loops: usize) -> MadeUp {
+    MadeUp { loops, first_number: 1001, first_day: demo::FIRST_DAY, late_days: 4 }
 }
 
 fn name(k: usize) -> String {
-    format!("{}IC{}", ["F", "L", "P", "T"][k % 4], 1001 + k)
-}
-
-/// Rows of `loops` loops: a seventh sticks, some of them from the last week on, some no longer.
-fn rows(loops: usize) -> Vec<WindowRow> {
-    let mut rows = vec![];
-    for k in (0..loops).filter(|k| k % 97 != 5) {
-        for day in 0..DAYS {
-            let late = day >= DAYS - 4;
-            let sticks = match k % 14 {
-                0 | 1 => true,
-                2 if k % 5 == 0 => late,
-                3 if k % 5 == 0 => !late,
-                _ => false,
-            };
-            let chance = |n: usize| chance(1000 * k + 10 * day as usize + n);
-            let p = if sticks { 0.9 + 0.09 * chance(0) } else { 0.05 + 0.2 * chance(0) };
-            let class = match p {
-                p if p > 0.9 => "sticks",
-                p if p < 0.1 => "does not stick",
-                _ => "cannot tell",
-            };
-            let s = sticks.then(|| {
-                (1.0 + (k % 9) as f64) * (1.0 + 0.008 * day as f64) * (1.0 + 0.05 * chance(1))
-            });
-            let refused = k % 97 == 11;
-            let start = (demo::FIRST_DAY + day) * 86_400;
-            let identity = WindowRow {
-                name: name(k),
-                loop_type: ["flow", "level", "pressure", "temperature"][k % 4].to_owned(),
-                window_start: start,
-                window_s: 86_400,
-                error: refused.then(|| "its PV has no sample that can be used".to_owned()),
-                ..WindowRow::default()
-            };
-            if refused {
-                rows.push(identity);
-                continue;
-            }
-            rows.push(WindowRow {
-                samples: Some(8640),
-                good_share: Some(100.0),
-                auto_share: Some(if k % 89 == 7 { 0.0 } else { 100.0 - 9.0 * chance(2) }),
-                stretch_start_s: Some(0.0),
-                stretch_s: Some(86_400.0),
-                fitness: Some("fit".to_owned()),
-                oscillates: Some(k % 3 != 0 || sticks),
-                period_s: Some(60.0 + (k % 50) as f64 * 17.0),
-                amplitude: Some(1.0 + chance(3)),
-                travel_per_hour: Some(30.0 + 300.0 * chance(4)),
-                reversals_per_hour: Some(20.0 + 80.0 * chance(5)),
-                at_limit_share: Some(3.0 * chance(6)),
-                verdict: Some(class.to_owned()),
-                probability: Some(p),
-                evidence_windows: Some(4.0),
-                s,
-                s_low: s.map(|s| 0.9 * s),
-                s_high: s.map(|s| 1.1 * s),
-                j: s.map(|s| 0.4 * s),
-                j_low: s.map(|s| 0.2 * s),
-                j_high: s.map(|s| 0.6 * s),
-                s_below: (!sticks).then_some(1.2),
-                alternative: Some(
-                    ["aggressive tuning", "external oscillation", "normal operation"][k % 3]
-                        .to_owned(),
-                ),
-                alternative_likelihood: Some(0.4 + 0.3 * chance(7)),
-                no_response: (k % 83 == 9).then(|| "PV frozen".to_owned()),
-                ..identity
-            });
-        }
-    }
-    rows.sort_by(|a, b| (&a.name, a.window_start).cmp(&(&b.name, b.window_start)));
-    rows
+    made_up(0).name(k)
 }
 
 fn plant(loops: usize) -> Plant {
-    let mut text = "name = \"North refinery\"\nzone = \"UTC\"\ndata = [\"*.csv\"]\n".to_owned();
-    for (k, area) in ["Crude", "Vacuum", "Reformer", "Utilities", "Tank farm"].iter().enumerate() {
-        text += &format!("[area.\"{area}\"]\nweight = {}\n", 1 + k % 3);
-    }
-    for k in 0..loops {
-        let area = ["Crude", "Vacuum", "Reformer", "Utilities", "Tank farm"][k * 7 % 31 % 5];
-        text += &format!(
-            "[loop.{}]\narea = \"{area}\"\nunit = \"C-{}\"\nweight = {}\nwatch = {}\n",
-            name(k),
-            100 + k % 6,
-            1 + k % 5,
-            k % 50 == 3
-        );
-    }
-    Plant::parse(&text, "plant.toml").unwrap()
+    let head = "name = \"North refinery\"\nzone = \"UTC\"\ndata = [\"*.csv\"]\n";
+    Plant::parse(&(head.to_owned() + &made_up(loops).plant_toml()), "plant.toml").unwrap()
 }
 
 fn log() -> Log {
@@ -163,7 +73,7 @@ fn of<'a>(ranking: &'a Ranking<'_>, k: usize) -> &'a LoopRow {
 
 #[test]
 fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
-    let (plant, rows, log, groups) = (plant(1000), rows(1000), log(), groups());
+    let (plant, rows, log, groups) = (plant(1000), made_up(1000).rows(), log(), groups());
     let week: Week = "2026-W13".parse().unwrap();
     let ranking = rank(&plant, &log, &rows, &groups, week);
     assert_eq!(ranking.loops.len(), 1000);
@@ -235,7 +145,7 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
 
 #[test]
 fn windows_of_a_week_are_combined_as_a_history_does() {
-    let (plant, rows) = (plant(30), rows(30));
+    let (plant, rows) = (plant(30), made_up(30).rows());
     let week: Week = "2026-W13".parse().unwrap();
     let ranking = rank(&plant, &Log::default(), &rows, &[], week);
     let row = of(&ranking, 17);

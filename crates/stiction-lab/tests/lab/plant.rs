@@ -10,7 +10,7 @@ use stiction_plant::log::{Kind, Log};
 use stiction_plant::orders::orders;
 use stiction_plant::plant_file::Plant;
 use stiction_plant::report::Known;
-use stiction_plant::{ScanOptions, Store, demo, scan};
+use stiction_plant::{ScanOptions, Store, WindowRow, demo, scan};
 
 fn open(plant: Option<&Path>) -> Open {
     super::open(&Options { plant: plant.map(Path::to_path_buf), ..Options::new("test") })
@@ -41,9 +41,13 @@ fn plant(name: &str) -> PathBuf {
     folder
 }
 
-fn scan_all(folder: &Path) {
-    let plant = Plant::read(folder).unwrap();
-    scan(folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(())).unwrap();
+/// The demo plant, its windows judged, and their rows.
+fn scanned(name: &str) -> (PathBuf, Vec<WindowRow>) {
+    let folder = plant(name);
+    let of = Plant::read(&folder).unwrap();
+    scan(&folder, &of, &ScanOptions::default(), |_| ControlFlow::Continue(())).unwrap();
+    let rows = Store::of(&folder).rows().unwrap();
+    (folder, rows)
 }
 
 #[test]
@@ -58,8 +62,7 @@ fn without_a_plant_the_room_says_so() {
 
 #[test]
 fn a_week_is_what_the_report_of_it_says() {
-    let folder = plant("week");
-    scan_all(&folder);
+    let (folder, _) = scanned("week");
     let lab = open(Some(&folder));
     let now = lab.good("plant/status", &json!({}));
     assert_eq!(now["weeks"], json!(["2026-W10"]));
@@ -105,10 +108,8 @@ fn a_week_is_what_the_report_of_it_says() {
 
 #[test]
 fn the_trend_and_the_verdict_of_a_day_are_those_of_its_files() {
-    let folder = plant("trend");
-    scan_all(&folder);
+    let (folder, rows) = scanned("trend");
     let lab = open(Some(&folder));
-    let rows = Store::of(&folder).rows().unwrap();
     let row = rows.iter().find(|row| row.probability.is_some()).unwrap();
     let of = Plant::read(&folder).unwrap();
     let recording =
@@ -149,10 +150,8 @@ fn the_trend_and_the_verdict_of_a_day_are_those_of_its_files() {
 
 #[test]
 fn what_is_entered_is_written_as_the_command_writes_it() {
-    let folder = plant("entered");
-    scan_all(&folder);
+    let (folder, rows) = scanned("entered");
     let lab = open(Some(&folder));
-    let rows = Store::of(&folder).rows().unwrap();
     let name = &rows[0].name;
     let by_hand = "# By hand.\n";
     std::fs::write(folder.join("log.toml"), by_hand).unwrap();
@@ -193,10 +192,9 @@ fn what_is_entered_is_written_as_the_command_writes_it() {
 
 #[test]
 fn two_windows_and_the_command_at_once_lose_nothing() {
-    let folder = plant("at-once");
-    scan_all(&folder);
+    let (folder, rows) = scanned("at-once");
     let (one, two) = (open(Some(&folder)), open(Some(&folder)));
-    let name = Store::of(&folder).rows().unwrap()[0].name.clone();
+    let name = rows[0].name.clone();
     std::thread::scope(|threads| {
         for (who, lab) in [("a", &one), ("b", &one), ("c", &two)] {
             let name = &name;
@@ -233,8 +231,7 @@ fn two_windows_and_the_command_at_once_lose_nothing() {
 
 #[test]
 fn a_scan_of_the_lab_ends_with_the_rows_of_the_command() {
-    let (folder, other) = (plant("scan"), plant("scanned"));
-    scan_all(&other);
+    let (folder, (_, by_command)) = (plant("scan"), scanned("scanned"));
     let lab = open(Some(&folder));
     assert_eq!(lab.good("plant/status", &json!({}))["weeks"], json!([]));
     let (status, answer) = lab.call("plant/page", &json!({}));
@@ -246,11 +243,8 @@ fn a_scan_of_the_lab_ends_with_the_rows_of_the_command() {
     assert_eq!(scan["failed"], Value::Null);
     assert_eq!(scan["ended"]["windows"], 12);
     assert!(seen.is_sorted(), "{seen:?}");
-    let rows = |of: &Path| {
-        let rows = Store::of(of).rows().unwrap().into_iter();
-        rows.map(|row| serde_json::to_value(row).unwrap()).collect::<Vec<_>>()
-    };
-    assert_eq!(rows(&folder), rows(&other));
+    let told = |rows: &[WindowRow]| serde_json::to_value(rows).unwrap();
+    assert_eq!(told(&Store::of(&folder).rows().unwrap()), told(&by_command));
     assert_eq!(lab.good("plant/page", &json!({}))["loops"].as_array().unwrap().len(), 6);
     // Nothing is new then.
     lab.good("plant/scan", &json!({}));
@@ -265,5 +259,5 @@ fn a_scan_of_the_lab_ends_with_the_rows_of_the_command() {
     lab.good("plant/scan", &json!({ "again": true }));
     lab.good("plant/stop", &json!({}));
     lab.scanned();
-    assert_eq!(rows(&folder), rows(&other));
+    assert_eq!(told(&Store::of(&folder).rows().unwrap()), told(&by_command));
 }
