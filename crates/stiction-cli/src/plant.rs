@@ -11,6 +11,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 use stiction::diagnose::VerdictClass;
+use stiction::spoken::counted;
 use stiction_io::overrides;
 use stiction_plant::inputs::{self, Problem};
 use stiction_plant::log::{self, Entry, Kind};
@@ -393,16 +394,21 @@ fn status(folder: &Path, json: bool) -> Result<()> {
         _ => String::new(),
     };
     let mut text = format!(
-        "{}: {} loops, {} days{span}, {} windows, {} with an error, {} runs\n",
-        status.plant, status.loops, status.days, status.windows, status.errors, status.runs
+        "{}: {}, {}{span}, {}, {} with an error, {}\n",
+        status.plant,
+        counted(status.loops, "loop"),
+        counted(status.days, "day"),
+        counted(status.windows, "window"),
+        status.errors,
+        counted(status.runs, "run")
     );
     for each in status.grades.iter().filter(|each| each.windows > 0) {
         text += &format!("{:7} {}\n", each.windows, each.grade);
     }
     if status.cut_short > 0 {
         text += &format!(
-            "{} runs did not come to their end; scan again judges what they left\n",
-            status.cut_short
+            "{} did not come to the end; another scan judges what was left\n",
+            counted(status.cut_short, "run")
         );
     }
     output::write(None, text.as_bytes())
@@ -429,7 +435,7 @@ fn reported(folder: &Path, of: &Report) -> Result<ExitCode> {
             text += &format!("{}: {}{day}\n", output::name(&each.name), each.change.name());
         }
         let page = folder.join(&done.folder).join(stiction_plant::page::INDEX);
-        let orders = stiction::spoken::counted(done.orders, "work order");
+        let orders = counted(done.orders, "work order");
         text += &format!("{orders}; see {}\n", page.display());
         output::text(&text)?;
     }
@@ -476,7 +482,7 @@ fn ordered(folder: &Path, of: &Orders) -> Result<()> {
             text += &format!("  {}\n", output::name(note));
         }
     }
-    let orders = stiction::spoken::counted(document.orders.len(), "order");
+    let orders = counted(document.orders.len(), "order");
     output::text(&format!("{text}{orders}, {}, week {}\n", document.plant, document.week))
 }
 

@@ -15,6 +15,7 @@ import functools
 import hashlib
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
@@ -653,7 +654,19 @@ def _session(of: argparse.Namespace) -> Any:
     for setting in of.conf:
         name, _, value = setting.partition("=")
         builder = builder.config(name, value)
-    return builder.getOrCreate()
+    # No pandas is on the way.
+    warnings.filterwarnings("ignore", message="PySpark does not yet fully support pandas")
+    spark = builder.getOrCreate()
+    _quiet(spark)
+    return spark
+
+
+def _quiet(spark: Any) -> None:
+    """Keeps Spark 4 from logging a stack trace for each path that is a pattern, or that is not there yet: neither is a fault."""
+    jvm = getattr(spark, "_jvm", None)
+    if jvm is not None:
+        log4j = jvm.org.apache.logging.log4j
+        log4j.core.config.Configurator.setLevel("org.apache.spark.sql.execution.streaming", log4j.Level.ERROR)
 
 
 def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
