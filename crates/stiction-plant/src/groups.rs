@@ -1,7 +1,7 @@
 //! Loops that swing together, and which of them may be the source.
 //!
 //! ```text
-//! traces of a week ──> bands (bank) ──> peaks of each loop ──> coherence of each pair there ──> p
+//! traces of a week ──> bands (bank) ──> peaks of each loop ──> coherence of each pair there (pairs) ──> p
 //!     p of all pairs, at a false discovery rate ──> edges ──> groups of one period ──> their common swing
 //!     probability, shape, upstream ──> candidates for the source, in their order
 //! ```
@@ -10,11 +10,12 @@
 
 mod bank;
 pub mod coherence;
+pub mod pairs;
 
 use crate::trace::Trace;
 use bank::{BANDS, Pieces, Series};
-use coherence::{coherence, threshold};
-use rayon::prelude::*;
+use coherence::threshold;
+use pairs::{Edge, Pair, Swings, all_pairs, span};
 use realfft::num_complex::Complex;
 use std::collections::{BTreeMap, BTreeSet};
 use stiction_diagnose::spoken;
@@ -93,15 +94,6 @@ impl Default for GroupOptions {
     }
 }
 
-/// Two loops that swing in step in a band.
-#[derive(Debug, Clone, Copy)]
-struct Edge {
-    band: usize,
-    pair: (usize, usize),
-    p: f64,
-    squared: f64,
-}
-
 /// The groups of some traces, the largest first. `loops` is what else is known of them, and `upstream` names for a loop
 /// those whose swing would reach it. Traces may have gaps; what is not known is left out. The same on any number of threads.
 pub fn find(
@@ -110,30 +102,44 @@ pub fn find(
     upstream: &BTreeMap<String, Vec<String>>,
     options: &GroupOptions,
 ) -> Vec<Group> {
-    let series = bank::series(traces);
-    let known: BTreeMap<&str, &LoopOfWeek> = loops.iter().map(|own| (&*own.name, own)).collect();
-    let powers: Vec<Vec<f64>> = series.par_iter().map(Series::powers).collect();
-    let peaks: Vec<BTreeSet<usize>> = series
-        .iter()
-        .zip(&powers)
-        .map(|(series, powers)| {
-            let told = known.get(&*series.name).and_then(|own| bank::band_of(1.0 / own.period_s?));
-            bank::peaks(powers).into_iter().chain(told).collect()
-        })
-        .collect();
-    let (edges, tests) = edges(&series, &peaks);
-    // Of several bands in which a pair was looked at, the best counts, as many times as likely by chance.
+    let swings = Swings::of(traces, loops, &span(traces));
+    let edges = swings.edges(|_, _| true);
+    find_among(&swings, edges, loops, upstream, options)
+}
+
+/// The same where the pairs were found before; none of those that count may be missing.
+///
+/// `None` if one is of a loop that has no trace.
+pub fn find_of(
+    pairs: &[Pair],
+    traces: &[Trace],
+    loops: &[LoopOfWeek],
+    upstream: &BTreeMap<String, Vec<String>>,
+    options: &GroupOptions,
+) -> Option<Vec<Group>> {
+    let swings = Swings::of(traces, loops, &span(traces));
+    let edges = swings.edges_of(pairs)?;
+    Some(find_among(&swings, edges, loops, upstream, options))
+}
+
+fn find_among(
+    swings: &Swings,
+    mut edges: Vec<Edge>,
+    loops: &[LoopOfWeek],
+    upstream: &BTreeMap<String, Vec<String>>,
+    options: &GroupOptions,
+) -> Vec<Group> {
     let mut best: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     for edge in &edges {
         let p = best.entry(edge.pair).or_insert(1.0);
-        *p = p.min(edge.p * tests(edge.pair));
+        *p = p.min(edge.p);
     }
-    let n = series.len();
-    let all = n * n.saturating_sub(1) / 2;
-    let limit = threshold(best.values().copied().collect(), all, options.false_discovery_rate);
-    let counts = |e: &Edge| e.p * tests(e.pair) <= limit && e.squared >= options.least_coherence;
-    let edges: Vec<Edge> = edges.iter().copied().filter(counts).collect();
-    let context = Context { series: &series, powers: &powers, known, upstream, options };
+    let all = all_pairs(swings.series.len());
+    let limit = threshold(best.into_values().collect(), all, options.false_discovery_rate);
+    edges.retain(|edge| edge.p <= limit && edge.squared >= options.least_coherence);
+    let known = loops.iter().map(|own| (&*own.name, own)).collect();
+    let context =
+        Context { series: &swings.series, powers: &swings.powers, known, upstream, options };
     let mut groups: Vec<Group> = one_a_swing(components(&edges))
         .into_iter()
         .filter_map(|part| context.group(&part))
@@ -143,39 +149,6 @@ pub fn find(
     });
     groups.iter_mut().enumerate().for_each(|(k, group)| group.id = k + 1);
     groups
-}
-
-/// What every pair has in common in the bands in which one of them swings, and in how many bands a pair was looked at.
-fn edges<'a>(
-    series: &[Series],
-    peaks: &'a [BTreeSet<usize>],
-) -> (Vec<Edge>, impl Fn((usize, usize)) -> f64 + 'a) {
-    let wanted: BTreeSet<usize> = peaks.iter().flatten().copied().collect();
-    let mut edges = vec![];
-    // A level at a time, so that few pieces are in memory.
-    for level in bank::levels(&wanted) {
-        let pieces: Vec<Vec<Pieces>> = series.par_iter().map(|own| own.pieces(&level)).collect();
-        for (at, band) in level.iter().enumerate() {
-            let swings = |k: usize| peaks[k].contains(band);
-            let found: Vec<Vec<Edge>> = (0..series.len())
-                .into_par_iter()
-                .map(|b| {
-                    let others = (0..b).filter(|a| swings(*a) || swings(b));
-                    let edge = |a: usize| {
-                        let cycles = bank::frequency(*band) * series[a].seconds();
-                        let found = coherence(&pieces[a][at], &pieces[b][at], cycles)?;
-                        let (p, squared) = (found.p, found.squared);
-                        (p < 1.0).then_some(Edge { band: *band, pair: (a, b), p, squared })
-                    };
-                    others.filter_map(edge).collect()
-                })
-                .collect();
-            // Most pairs have nothing in common; what cannot count is not kept.
-            edges.extend(found.into_iter().flatten().filter(|edge| edge.p < 0.05));
-        }
-    }
-    let tests = |(a, b): (usize, usize)| peaks[a].union(&peaks[b]).count() as f64;
-    (edges, tests)
 }
 
 /// Loops in bands, with the edges between them.

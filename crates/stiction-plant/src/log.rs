@@ -377,5 +377,6 @@ day = "2026-03-01"
         std::fs::write(folder.join(NAME), "[[entry]]\nkind = 1\n").unwrap();
         assert!(enter(&folder, &entry).unwrap_err().to_string().contains("line 2"));
         assert_eq!(std::fs::read_to_string(folder.join(NAME)).unwrap(), "[[entry]]\nkind = 1\n");
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -14,6 +14,7 @@ use crate::action::Action;
 use crate::change::Change;
 use crate::day;
 use crate::error::{Error, Result, store};
+use crate::groups::pairs::{self, Pair};
 use crate::groups::{self, Group, GroupOptions, LoopOfWeek};
 use crate::log::Log;
 use crate::orders::{Order, orders};
@@ -23,6 +24,7 @@ use crate::ranking::{LoopRow, Ranked, Ranking, rank};
 use crate::scan::recordings_of;
 use crate::store::{Store, write_whole};
 use crate::table::{columns, parquet};
+use crate::trace::Trace;
 use crate::week::Week;
 use crate::window::{ENGINE_VERSION, WindowRow};
 use rayon::prelude::*;
@@ -193,7 +195,8 @@ impl Known {
         ranking.loops.iter().map(of_week).collect()
     }
 
-    /// The loops that swing together in the week, of which so much is known.
+    /// The loops that swing together in the week, of which so much is known; of pairs that were found elsewhere, if they are of
+    /// the same traces.
     ///
     /// # Errors
     /// If a file of the store cannot be read.
@@ -203,12 +206,51 @@ impl Known {
         plant: &Plant,
         loops: &[LoopOfWeek],
     ) -> Result<Vec<Group>> {
-        let begin = |day: i64| day::begin(day, &plant.zone) as i64;
-        let (first, end) = (begin(*self.week.days().start()), begin(self.week.days().end() + 1));
         let upstream =
             plant.file.loops.iter().map(|(name, facts)| (name.clone(), facts.upstream.clone()));
-        let traces = Store::of(folder).traces(first, end)?;
-        Ok(groups::find(&traces, loops, &upstream.collect(), &GroupOptions::default()))
+        let (upstream, options) = (upstream.collect(), GroupOptions::default());
+        let traces = self.traces(folder, plant)?;
+        let kept = Store::of(folder).pairs(self.week, || pairs::made_of(&traces, loops))?;
+        let of = |pairs: Vec<Pair>| groups::find_of(&pairs, &traces, loops, &upstream, &options);
+        let found = kept.and_then(of);
+        Ok(found.unwrap_or_else(|| groups::find(&traces, loops, &upstream, &options)))
+    }
+
+    /// When the week begins and ends, s since 1970-01-01 UTC.
+    pub fn span(&self, plant: &Plant) -> (i64, i64) {
+        let begin = |day: i64| day::begin(day, &plant.zone) as i64;
+        (begin(*self.week.days().start()), begin(self.week.days().end() + 1))
+    }
+
+    fn traces(&self, folder: &Path, plant: &Plant) -> Result<Vec<Trace>> {
+        let (first, end) = self.span(plant);
+        Store::of(folder).traces(first, end)
+    }
+
+    /// Keeps pairs of loops that were found elsewhere, for the groups of the week. `compared` tells of which traces: loop, start, the
+    /// bits of the unit, and [digest](Trace::digest).
+    ///
+    /// # Errors
+    /// If these are not the traces of the store, or the store cannot be read or written.
+    pub fn keep_pairs(
+        &self,
+        folder: &Path,
+        plant: &Plant,
+        pairs: &[Pair],
+        compared: &BTreeSet<(String, i64, u64, String)>,
+    ) -> Result<()> {
+        let traces = self.traces(folder, plant)?;
+        let told = |of: &Trace| (of.name.clone(), of.start, of.unit().to_bits(), of.digest());
+        let own: BTreeSet<_> = traces.iter().map(told).collect();
+        if let Some((name, start, ..)) = own.symmetric_difference(compared).next() {
+            let day = day::date(day::of(*start as f64, &plant.zone));
+            return Err(Error::Option(format!(
+                "the windows that pairs were found of are not those of the plant, such as that of {name} on {day}; \
+                 judge again with both, and to one output"
+            )));
+        }
+        let made_of = pairs::made_of(&traces, &self.loops_of_week(plant));
+        Store::of(folder).keep_pairs(self.week, &made_of, pairs)
     }
 
     /// The loops of the week, where others say which of them swing together.

@@ -9,12 +9,14 @@
 //! .stiction/runs/0001/manifest.json            how the run ended; none if it was cut short
 //! .stiction/index/02931.parquet                the rows that count of a week, made from the runs
 //! .stiction/index/through                      the last run that is in it
+//! .stiction/pairs/2026-W10-SHA256.parquet      pairs of loops of a week, found elsewhere, and what they were made of
 //! ```
 //!
 //! Every file is written beside its place and renamed into it, so it is there whole or not at all. Rows count
 //! whether or not their run came to its end; which windows are done is asked of them alone.
 
 use crate::error::{Error, Result, file, store};
+use crate::groups::pairs::Pair;
 use crate::table::{self, parquet};
 use crate::trace::Trace;
 use crate::week::Week;
@@ -335,6 +337,55 @@ impl Store {
             }
         }
         Ok(newest.into_values().collect())
+    }
+
+    fn pairs_path(&self, week: Week, made_of: &str) -> PathBuf {
+        self.path("pairs").join(format!("{week}-{made_of}.parquet"))
+    }
+
+    /// The pairs of loops that were found elsewhere of a week, made of what `made_of` tells; `None` if there are none.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is not what the store wrote.
+    pub fn pairs(&self, week: Week, made_of: impl FnOnce() -> String) -> Result<Option<Vec<Pair>>> {
+        // What they should be made of takes long to tell.
+        if self.pairs_of(week)?.is_empty() {
+            return Ok(None);
+        }
+        let path = self.pairs_path(week, &made_of());
+        if !path.exists() {
+            return Ok(None);
+        }
+        let mut pairs = vec![];
+        let take = |batch: &RecordBatch| {
+            pairs.extend(Pair::rows(batch)?);
+            Ok(())
+        };
+        tables(&path, None, |_| true, take)?;
+        Ok(Some(pairs))
+    }
+
+    /// The files of pairs of a week.
+    fn pairs_of(&self, week: Week) -> Result<Vec<String>> {
+        names(&self.path("pairs"), |name| name.starts_with(&format!("{week}-")))
+    }
+
+    /// Keeps the pairs of a week, in place of those that were kept before.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn keep_pairs(&self, week: Week, made_of: &str, pairs: &[Pair]) -> Result<()> {
+        let path = self.pairs_path(week, made_of);
+        let table = Pair::batch(pairs).map_err(|e| store(&path, e))?;
+        let bytes = parquet(&table).map_err(|e| store(&path, e))?;
+        let before = self.pairs_of(week)?;
+        write_whole(&path, &bytes)?;
+        for other in before.iter().map(|name| self.path("pairs").join(name)) {
+            if other != path {
+                fs::remove_file(&other).map_err(file(&other))?;
+            }
+        }
+        Ok(())
     }
 
     /// The manifest of a run, as it was written; `None` if the run did not come to its end.

@@ -10,6 +10,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int16Type, Int64Type};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
+use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use stiction_diagnose::diagnose::Diagnosis;
 use stiction_diagnose::oscillation::Oscillation;
@@ -124,6 +125,17 @@ impl Trace {
     pub fn values(&self) -> impl Iterator<Item = f64> {
         let value = |v: &i16| if *v == MISSING { f64::NAN } else { f64::from(*v) * self.unit };
         self.values.iter().map(value)
+    }
+
+    /// What a step of its values is in the units of the signal.
+    pub fn unit(&self) -> f64 {
+        self.unit
+    }
+
+    /// SHA-256 of its values, whole numbers of two bytes, the low one first.
+    pub fn digest(&self) -> String {
+        let bytes: Vec<u8> = self.values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        format!("{:x}", Sha256::digest(bytes))
     }
 
     /// The end of its last value, s since 1970-01-01 UTC.

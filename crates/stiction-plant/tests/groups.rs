@@ -1,20 +1,21 @@
 //! Loops that swing together: on networks whose truth is known, and from a demo plant to its groups.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use stiction_diagnose::recording::Recording;
 use stiction_model::closed_loop::NormalStream;
+use stiction_plant::groups::pairs::Pair;
 use stiction_plant::groups::{self, GroupOptions, LoopOfWeek, Source};
 use stiction_plant::plant_file::Plant;
+use stiction_plant::report::Known;
 use stiction_plant::trace::{Trace, TraceSignal};
 use stiction_plant::trial::Trial;
-use stiction_plant::{ScanOptions, Store, day, demo, scan};
+use stiction_plant::{ScanOptions, Store, day, demo, scan, take};
 
 fn folder(name: &str) -> PathBuf {
-    let folder =
-        std::env::temp_dir().join(format!("stiction-groups-{name}-{}", std::process::id()));
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("groups-{name}"));
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
@@ -99,6 +100,92 @@ fn loops_of_equal_periods_are_no_group_unless_they_are_in_step() {
     let group = found.iter().find(|g| g.members.iter().any(|m| m.name == "L0000-1")).unwrap();
     let names: Vec<&str> = group.members.iter().map(|member| &*member.name).collect();
     assert_eq!((names[0], names[2]), ("L0000-2", "L0000-1"), "{group:#?}");
+}
+
+#[test]
+fn pairs_of_blocks_give_the_same_groups() {
+    let mut traces = plant(6, 20, 17_280);
+    let loops: Vec<LoopOfWeek> = (0..5)
+        .map(|k| LoopOfWeek {
+            name: format!("L{k:04}-0"),
+            probability: Some(0.8),
+            period_s: Some(310.0),
+        })
+        .collect();
+    let (upstream, options) = (BTreeMap::new(), GroupOptions::default());
+    let expected = groups::find(&traces, &loops, &upstream, &options);
+    assert_eq!(expected.len(), 6);
+    // Three blocks, each with itself and with each other, of traces in another order.
+    let span = groups::pairs::span(&traces);
+    let all = traces.len();
+    traces.reverse();
+    let block = |of: usize| traces.iter().enumerate().filter(move |(k, _)| k % 3 == of);
+    let mut pairs = vec![];
+    for a in 0..3 {
+        let own: Vec<Trace> = block(a).map(|(_, trace)| trace.clone()).collect();
+        pairs.extend(groups::pairs::pairs(&own, &loops, &span, None));
+        let names: BTreeSet<String> = own.iter().map(|trace| trace.name.clone()).collect();
+        for b in 0..a {
+            let both: Vec<Trace> =
+                own.iter().chain(block(b).map(|(_, trace)| trace)).cloned().collect();
+            pairs.extend(groups::pairs::pairs(&both, &loops, &span, Some(&names)));
+        }
+    }
+    traces.reverse();
+    let find = |pairs: &[Pair]| groups::find_of(pairs, &traces, &loops, &upstream, &options);
+    assert_eq!(find(&pairs), Some(expected.clone()));
+    // What cannot count is not needed.
+    let before = pairs.len();
+    loop {
+        let most = groups::pairs::most_that_counts(pairs.len(), all, &options);
+        let count = pairs.len();
+        pairs.retain(|pair| pair.p <= most);
+        if pairs.len() == count {
+            break;
+        }
+    }
+    assert!(pairs.len() < before && find(&pairs) == Some(expected), "{} of {before}", pairs.len());
+    pairs[0].second = "unknown".to_owned();
+    assert_eq!(find(&pairs), None);
+}
+
+#[test]
+fn a_report_takes_pairs_only_of_the_traces_it_has() {
+    let folder = folder("pairs");
+    demo::write(&folder, 6, 2, 1, || {}).unwrap();
+    let plant = Plant::read(&folder).unwrap();
+    scan(&folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(())).unwrap();
+    let known = Known::without_groups(&folder, &plant, None).unwrap();
+    let loops = known.loops_of_week(&plant);
+    let (begin, end) = known.span(&plant);
+    let traces = Store::of(&folder).traces(begin, end).unwrap();
+    let find = || known.find_groups(&folder, &plant, &loops).unwrap();
+    let expected = find();
+    assert!(!expected.is_empty());
+    let compared: BTreeSet<_> = traces
+        .iter()
+        .map(|of| (of.name.clone(), of.start, of.unit().to_bits(), of.digest()))
+        .collect();
+    let pairs = groups::pairs::pairs(&traces, &loops, &groups::pairs::span(&traces), None);
+    known.keep_pairs(&folder, &plant, &pairs, &compared).unwrap();
+    assert_eq!(find(), expected);
+    // That they are taken is seen where they are wrong.
+    known.keep_pairs(&folder, &plant, &[], &compared).unwrap();
+    assert_eq!(find(), []);
+    let others: BTreeSet<_> = compared.iter().skip(1).cloned().collect();
+    let refused = known.keep_pairs(&folder, &plant, &pairs, &others).unwrap_err().to_string();
+    assert!(refused.contains("are not those of the plant, such as that of"), "{refused}");
+    // Of a day more there are other traces.
+    fs::remove_dir_all(folder.join(".stiction/runs")).unwrap();
+    let fewer = &traces[1..];
+    let rows = Store::of(&folder).rows().unwrap();
+    take(&folder, &plant, &rows, fewer).unwrap();
+    assert_eq!(find(), groups_of(fewer, &loops, &plant));
+}
+
+fn groups_of(traces: &[Trace], loops: &[LoopOfWeek], plant: &Plant) -> Vec<groups::Group> {
+    let upstream = plant.file.loops.iter().map(|(name, own)| (name.clone(), own.upstream.clone()));
+    groups::find(traces, loops, &upstream.collect(), &GroupOptions::default())
 }
 
 #[test]

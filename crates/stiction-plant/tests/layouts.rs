@@ -79,8 +79,7 @@ fn write(path: &Path, table: &RecordBatch, group: usize, statistics: EnabledStat
 }
 
 fn plant(name: &str) -> PathBuf {
-    let folder =
-        std::env::temp_dir().join(format!("stiction-layouts-{name}-{}", std::process::id()));
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("layouts-{name}"));
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     let text = "name = \"N\"\nzone = \"UTC\"\ndata = [\"*.parquet\", \"*.csv\"]\n";

@@ -9,7 +9,7 @@ use stiction_plant::{ScanOptions, Store, WindowRow, day, demo, scan};
 use stiction_population::LoopKind;
 
 fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("stiction-plant-{name}-{}", std::process::id()));
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("scan-{name}"));
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder

@@ -9,12 +9,16 @@ use pyo3::prelude::*;
 use pyo3_arrow::PySchema;
 use pyo3_arrow::input::AnyRecordBatch;
 use rayon::ThreadPoolBuilder;
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stiction_io::layout;
+use stiction_plant::groups::pairs::{self, Pair};
+use stiction_plant::groups::{GroupOptions, LoopOfWeek};
+use stiction_plant::report::Known;
 use stiction_plant::scan::Progress;
-use stiction_plant::trace::Trace;
+use stiction_plant::trace::{STEP_S, Trace};
 use stiction_plant::{
     Error, ScanOptions, Store, WindowRow, day, demo, plant_file, samples, scan, summary, take,
     window,
@@ -222,13 +226,8 @@ fn plant_take<'py>(
     table: AnyRecordBatch,
     traces: Option<AnyRecordBatch>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (mut rows, mut kept) = (vec![], vec![]);
-    let batches = traces.map(|table| Ok::<_, PyErr>(table.into_table()?.into_inner().0));
-    for batch in batches.transpose()?.unwrap_or_default() {
-        kept.extend(Trace::of_batch(&batch).map_err(|words| {
-            PyValueError::new_err(format!("the table is none of traces: it {words}"))
-        })?);
-    }
+    let kept = traces.map(traces_of).transpose()?.unwrap_or_default();
+    let mut rows = vec![];
     for batch in table.into_table()?.into_inner().0 {
         rows.extend(WindowRow::rows(&batch).map_err(|words| {
             PyValueError::new_err(format!("the table is none of windows: it {words}"))
@@ -239,6 +238,119 @@ fn plant_take<'py>(
         take(&folder, &plant, &rows, &kept)
     })?;
     plain(py, &done.map_err(refused)?)
+}
+
+/// What pairs of loops of a week are looked for with: the week, its begin and end, and of each loop the period in which it
+/// oscillates, if it does.
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+fn plant_week(
+    py: Python<'_>,
+    folder: PathBuf,
+    week: Option<String>,
+) -> PyResult<(String, i64, i64, Vec<(String, Option<f64>)>)> {
+    let found = long(py, None, move |_| {
+        let (plant, known) = known(&folder, week)?;
+        let (begin, end) = known.span(&plant);
+        let loops = known.loops_of_week(&plant).into_iter().map(|own| (own.name, own.period_s));
+        Ok((known.week().to_string(), begin, end, loops.collect()))
+    })?;
+    found.map_err(refused)
+}
+
+fn known(folder: &Path, week: Option<String>) -> Result<(plant_file::Plant, Known), Error> {
+    let week = week.map(|text| text.parse().map_err(Error::Option)).transpose()?;
+    let plant = plant_file::Plant::read(folder)?;
+    let known = Known::without_groups(folder, &plant, week)?;
+    Ok((plant, known))
+}
+
+/// The traces of a table.
+fn traces_of(table: AnyRecordBatch) -> PyResult<Vec<Trace>> {
+    let mut traces = vec![];
+    for batch in table.into_table()?.into_inner().0 {
+        traces.extend(Trace::of_batch(&batch).map_err(|words| {
+            PyValueError::new_err(format!("the table is none of traces: it {words}"))
+        })?);
+    }
+    Ok(traces)
+}
+
+/// The pairs of loops that may swing in step among those of some traces: all, or those of a loop in `block` and one that is not.
+#[pyfunction]
+fn plant_pairs(
+    py: Python<'_>,
+    traces: AnyRecordBatch,
+    periods: Vec<(String, Option<f64>)>,
+    span: (i64, i64),
+    block: Option<BTreeSet<String>>,
+) -> PyResult<ArrowTable> {
+    let traces = traces_of(traces)?;
+    let of = |(name, period_s)| LoopOfWeek { name, period_s, probability: None };
+    let loops: Vec<LoopOfWeek> = periods.into_iter().map(of).collect();
+    let find = move |_: &_| {
+        on(Some(1), || pairs::pairs(&traces, &loops, &(span.0..span.1), block.as_ref()))
+    };
+    let found = Pair::batch(&long(py, None, find)??);
+    Ok(ArrowTable::new(found.map_err(|e| PyRuntimeError::new_err(e.to_string()))?))
+}
+
+/// The largest probability that may count, if of the pairs of so many loops `count` are as improbable as the last that may.
+#[pyfunction]
+fn plant_most_that_counts(count: usize, loops: usize) -> f64 {
+    pairs::most_that_counts(count, loops, &GroupOptions::default())
+}
+
+/// Keeps the pairs of a week for its report; `compared` tells the traces they were found of.
+#[pyfunction]
+fn plant_keep_pairs(
+    py: Python<'_>,
+    folder: PathBuf,
+    week: String,
+    table: AnyRecordBatch,
+    compared: Vec<(String, i64, f64, String)>,
+) -> PyResult<()> {
+    let mut pairs = vec![];
+    for batch in table.into_table()?.into_inner().0 {
+        pairs.extend(Pair::rows(&batch).map_err(|words| {
+            PyValueError::new_err(format!("the table is none of pairs: it {words}"))
+        })?);
+    }
+    let of = |(name, start, unit, digest): (String, i64, f64, String)| {
+        (name, start, unit.to_bits(), digest)
+    };
+    let compared = compared.into_iter().map(of).collect();
+    let done = long(py, None, move |_| {
+        let (plant, known) = known(&folder, Some(week))?;
+        known.keep_pairs(&folder, &plant, &pairs, &compared)
+    })?;
+    done.map_err(refused)
+}
+
+/// The groups of loops that swing together in a week.
+#[pyfunction]
+fn plant_groups<'py>(
+    py: Python<'py>,
+    folder: PathBuf,
+    week: Option<String>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let found = long(py, None, move |_| {
+        let (plant, known) = known(&folder, week)?;
+        known.find_groups(&folder, &plant, &known.loops_of_week(&plant))
+    })?;
+    plain(py, &found.map_err(refused)?)
+}
+
+/// The schema of a table of pairs.
+#[pyfunction]
+fn plant_pairs_schema() -> PySchema {
+    PySchema::new(Pair::schema())
+}
+
+/// The columns of a table of pairs as Spark declares them.
+#[pyfunction]
+fn plant_pairs_ddl() -> String {
+    Pair::ddl()
 }
 
 /// Writes a plant with known truth.
@@ -273,11 +385,19 @@ fn model_version() -> String {
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Plant>()?;
+    m.add("TRACE_STEP_S", STEP_S)?;
     m.add_function(wrap_pyfunction!(plant_scan, m)?)?;
     m.add_function(wrap_pyfunction!(plant_check, m)?)?;
     m.add_function(wrap_pyfunction!(plant_status, m)?)?;
     m.add_function(wrap_pyfunction!(plant_windows, m)?)?;
     m.add_function(wrap_pyfunction!(plant_take, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_week, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_pairs, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_most_that_counts, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_keep_pairs, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_groups, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_pairs_schema, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_pairs_ddl, m)?)?;
     m.add_function(wrap_pyfunction!(plant_demo, m)?)?;
     m.add_function(wrap_pyfunction!(plant_schema, m)?)?;
     m.add_function(wrap_pyfunction!(plant_ddl, m)?)?;

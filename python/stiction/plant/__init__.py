@@ -19,7 +19,9 @@ from stiction._result import Result, result, result_of
 __all__ = [
     "Checked",
     "Graded",
+    "Group",
     "LoopThere",
+    "Member",
     "Problem",
     "Scanned",
     "Status",
@@ -28,6 +30,7 @@ __all__ = [
     "demo",
     "diagnose_table",
     "diagnose_window",
+    "groups",
     "model_version",
     "scan",
     "schema",
@@ -211,6 +214,53 @@ class Status(Result):
     cut_short: int
 
 
+@result
+class Member(Result):
+    """A loop of a group.
+
+    Attributes
+    ----------
+    loop : str
+        Its tag.
+    coherence : float
+        How much of its swing at the period is that of the group: squared coherence with the common swing, 0 to 1.
+    candidate_rank : int or None
+        Its place among the candidates for the source, from one; None if it is no candidate.
+    reasons : list of str
+        What speaks for and against it as the source, sentences.
+    """
+
+    loop: str
+    coherence: float
+    candidate_rank: int | None
+    reasons: list[str]
+
+
+@result
+class Group(Result):
+    """Loops that swing together, and who of them may be the source.
+
+    Attributes
+    ----------
+    id : int
+        Its number, from one.
+    period_s : float
+        Period of the swing, s.
+    members : list of Member
+        The loops: candidates for the source in their order, then the others by coherence.
+    source : str
+        Whether one of them may be the source: ``"candidates"`` or ``"not-recorded"``.
+    reasons : list of str
+        What the group rests on, sentences.
+    """
+
+    id: int
+    period_s: float
+    members: list[Member]
+    source: str
+    reasons: list[str]
+
+
 def scan(
     folder: Folder,
     *,
@@ -322,6 +372,30 @@ def windows(folder: Folder, *, since: str | None = None, until: str | None = Non
         A row a window, in the columns of `schema`; for any library that speaks Arrow.
     """
     return _core.plant_windows(os.fspath(folder), since, until)
+
+
+def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
+    """Find loops that swing together in a week, as its report does.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of ``plant.toml``.
+    week : str, optional
+        Such as ``"2026-W10"``; the last one with windows without it.
+
+    Returns
+    -------
+    list of Group
+        The largest first.
+
+    Raises
+    ------
+    ValueError
+        If nothing was judged in or before the week.
+    """
+    found = _core.plant_groups(os.fspath(folder), None if week is None else text("week", week))
+    return [result_of(Group, each) for each in found]
 
 
 def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:

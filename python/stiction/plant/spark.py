@@ -30,7 +30,7 @@ try:
 except ImportError:
     raise ImportError("stiction.plant.spark needs PySpark: pip install pyspark") from None
 
-__all__ = ["MOST_ERRORS", "Plan", "Scan", "explain", "main", "probe", "scan"]
+__all__ = ["MOST_ERRORS", "Pairs", "Plan", "Scan", "explain", "main", "pairs", "probe", "scan"]
 
 MOST_ERRORS = 0.05
 """Share of the loops that may have an error before a job ends with one, after writing."""
@@ -40,6 +40,10 @@ WINDOWS_A_TASK = 16
 """Windows that a task judges, some seconds of work: what a lost worker loses."""
 WINDOWS_A_CORE = 4_000
 """Windows for each core that the command judges before it writes them, some minutes of work: what a lost driver loses."""
+LOOPS_A_BLOCK = 250
+"""Loops that a task compares with as many others: their week of traces are some hundred megabytes."""
+PAIRS_TOGETHER = 200_000
+"""Pairs of loops that the driver may take without asking whether fewer can count."""
 DAY_US = 86_400_000_000
 DAY_BITS, LENGTH_BITS = 28, 4
 """A window is one number, of its loop, first day, and length: Spark sorts numbers in the time of a few looks at each."""
@@ -102,6 +106,31 @@ class Scan(Result):
     windows: int
     errors: int
     loops_in_error: frozenset[str]
+
+
+@result
+class Pairs(Result):
+    """Which loops may swing together in a week.
+
+    Attributes
+    ----------
+    week : str
+        The week.
+    loops : int
+        Loops that were compared.
+    blocks : int
+        Blocks that they were cut into; each was compared with each.
+    compared : int
+        Pairs of loops.
+    kept : int
+        What was kept of them for the report: each pair in each band in which it may swing in step.
+    """
+
+    week: str
+    loops: int
+    blocks: int
+    compared: int
+    kept: int
 
 
 Window: TypeAlias = tuple[int, int, int]
@@ -415,7 +444,7 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
         found = (_core.__version__, model_version())
         if found != expected:
             raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
-        for number, group in _groups(batches):
+        for number, group in _groups(batches, "window"):
             loop, day, days = _window(number)
             row, trace, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
             table = pa.table(row)
@@ -443,27 +472,27 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
     return rows.sortWithinPartitions("window").mapInArrow(judge, f"{ddl()}, {TRACE_DDL}, window BIGINT, wanted BIGINT")
 
 
-def _groups(batches: Iterator[Any]) -> Iterator[tuple[int, Any]]:
-    """Tables of the rows of one window each, from batches that are sorted by it."""
+def _groups(batches: Iterator[Any], key: str) -> Iterator[tuple[int, Any]]:
+    """Tables of the rows of one number in the column `key` each, from batches that are sorted by it."""
     import numpy as np
     import pyarrow as pa
 
-    window = -1
+    number = -1
     parts: list[Any] = []
     for batch in batches:
         if len(batch) == 0:
             continue
-        of_each = batch.column(batch.schema.get_field_index("window")).to_numpy()
+        of_each = batch.column(batch.schema.get_field_index(key)).to_numpy()
         changes = (np.flatnonzero(np.diff(of_each)) + 1).tolist()
         for begin, end in zip([0, *changes], [*changes, len(batch)]):
             own = int(of_each[begin])
-            if parts and window != own:
-                yield window, pa.Table.from_batches(parts)
+            if parts and number != own:
+                yield number, pa.Table.from_batches(parts)
                 parts = []
-            window = own
+            number = own
             parts.append(batch.slice(begin, end - begin))
     if parts:
-        yield window, pa.Table.from_batches(parts)
+        yield number, pa.Table.from_batches(parts)
 
 
 def _begun(
@@ -611,24 +640,131 @@ def _known(spark: Any, output: str) -> Any:
         raise
 
 
+def _traces(loops: list[str], starts: list[int], signals: list[str], units: list[float], values: list[bytes]) -> Any:
+    """Traces as the library reads them, of the columns of rows."""
+    import numpy as np
+    import pyarrow as pa
+
+    ends = np.cumsum([0, *(len(each) // 2 for each in values)], dtype=np.int32)
+    columns = {
+        "loop": pa.array(loops, pa.string()),
+        "start": pa.array(starts, pa.int64()),
+        "signal": pa.array(signals, pa.string()),
+        "unit": pa.array(units, pa.float64()),
+        "values": pa.ListArray.from_arrays(pa.array(ends), pa.array(np.frombuffer(b"".join(values), "<i2").astype(np.int16))),
+    }
+    return pa.table(columns)
+
+
+def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
+    """Find pairs of loops that may swing together, in blocks, and keep them in the store of the plant.
+
+    The report of the week takes them from there, and tells the same groups as without them; of thousands of loops this is what
+    takes it long.
+
+    Parameters
+    ----------
+    rows : pyspark.sql.DataFrame
+        Rows with their traces, as `scan` gives them; with a column ``run``, the last run counts. The plant's store must have
+        taken them.
+    folder : path
+        The folder of ``plant.toml``.
+    week : str, optional
+        Such as ``"2026-W10"``; the last one with windows without it.
+
+    Returns
+    -------
+    Pairs
+        How many.
+
+    Raises
+    ------
+    RuntimeError
+        If an executor has no wheel, or that of another version or model.
+    ValueError
+        If nothing was judged in the week, or the rows are not those of the store.
+    """
+    import pyarrow as pa
+
+    spark, name = rows.sparkSession, os.fspath(folder)
+    of_week, begin, end, periods = _core.plant_week(name, week)
+    probe(spark)
+    start = F.col("trace_start")
+    found = rows.where((start >= begin) & (start < end))
+    if "run" in rows.columns:
+        last = F.max_by(F.struct(*TRACE[1:]), F.col("run").cast("bigint")).alias("own")
+        found = found.groupBy("loop", "trace_start").agg(last).select("loop", "trace_start", "own.*")
+    traces = found.select("loop", *TRACE).persist()
+    digest = F.sha2("trace_values", 256).alias("digest")
+    length = F.length("trace_values").alias("length")
+    seen = traces.select("loop", "trace_start", "trace_unit", digest, length).collect()
+    if not seen:
+        raise ValueError(f"the rows have no traces in {of_week}")
+    span = (
+        min(row.trace_start for row in seen),
+        max(row.trace_start + _core.TRACE_STEP_S * (row.length // 2) for row in seen),
+    )
+    loops = sorted({row.loop for row in seen})
+    blocks = _blocks(len(loops), _cores(spark))
+    places = _frame(spark, [(loop, k % blocks) for k, loop in enumerate(loops)], "loop STRING, block INT")
+    both = F.transform(
+        F.sequence(F.lit(0), F.lit(blocks - 1)),
+        lambda other: (F.least("block", other) * F.lit(blocks) + F.greatest("block", other)).cast("bigint"),
+    )
+    sent = traces.join(F.broadcast(places), "loop").withColumn("pair", F.explode(both))
+    tasks = blocks * (blocks + 1) // 2
+    of_block = [set(loops[k::blocks]) for k in range(blocks)]
+
+    def compare(batches: Iterator[Any]) -> Iterator[Any]:
+        import pyarrow as pa
+
+        from stiction import _core
+
+        for number, group in _groups(batches, "pair"):
+            first, second = divmod(number, blocks)
+            own = of_block[first] | of_block[second]
+            columns = [group[column].to_pylist() for column in ["loop", *TRACE]]
+            told = [each for each in periods if each[0] in own]
+            block = None if first == second else of_block[first]
+            yield from pa.table(_core.plant_pairs(_traces(*columns), told, span, block)).to_batches()
+
+    sent = sent.select("pair", "loop", *TRACE).repartition(tasks, "pair").sortWithinPartitions("pair")
+    edges = sent.mapInArrow(compare, _core.plant_pairs_ddl()).persist()
+    # Of all pairs few can count, and which these are at most is known of their number.
+    count = edges.count()
+    while count > PAIRS_TOGETHER:
+        edges_left = edges.where(F.col("p") <= _core.plant_most_that_counts(count, len(loops)))
+        fewer = edges_left.count()
+        if fewer == count:
+            break
+        count = fewer
+    limit = _core.plant_most_that_counts(count, len(loops))
+    kept = [row.asDict() for row in edges.where(F.col("p") <= limit).collect()]
+    edges.unpersist()
+    traces.unpersist()
+    compared = [(row.loop, row.trace_start, row.trace_unit, row.digest) for row in seen]
+    _core.plant_keep_pairs(name, of_week, pa.Table.from_pylist(kept, pa.schema(_core.plant_pairs_schema())), compared)
+    return Pairs(
+        week=of_week, loops=len(loops), blocks=blocks, compared=len(loops) * (len(loops) - 1) // 2, kept=len(kept)
+    )
+
+
+def _blocks(loops: int, cores: int) -> int:
+    """So many blocks that none is too large, and that many loops give work to all cores."""
+    blocks = -(-loops // LOOPS_A_BLOCK)
+    while loops > LOOPS_A_BLOCK // 2 and blocks * (blocks + 1) < 4 * cores:
+        blocks += 1
+    return blocks
+
+
 def _taken(folder: str, rows: Any) -> None:
     """Takes rows and their traces into the store of a plant."""
-    import numpy as np
     import pyarrow as pa
 
     def some(part: list[dict[str, Any]]) -> None:
         own = [row for row in part if row["trace_start"] is not None]
-        values = [np.frombuffer(row["trace_values"], "<i2") for row in own]
-        ends = np.cumsum([0, *map(len, values)], dtype=np.int32)
-        numbers = np.concatenate(values) if own else np.array([], np.int16)
-        columns = {
-            "loop": pa.array([row["loop"] for row in own], pa.string()),
-            "start": pa.array([row["trace_start"] for row in own], pa.int64()),
-            "signal": pa.array([row["trace_signal"] for row in own], pa.string()),
-            "unit": pa.array([row["trace_unit"] for row in own], pa.float64()),
-            "values": pa.ListArray.from_arrays(pa.array(ends), pa.array(numbers.astype(np.int16))),
-        }
-        take(folder, pa.Table.from_pylist(part, schema()), pa.table(columns))
+        traces = _traces([row["loop"] for row in own], *([row[name] for row in own] for name in TRACE))
+        take(folder, pa.Table.from_pylist(part, schema()), traces)
 
     part: list[dict[str, Any]] = []
     for row in rows.orderBy("loop", "window_start").toLocalIterator():
@@ -684,6 +820,13 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
         "--windows", type=int, metavar="N", help=f"write after some N windows [default: {WINDOWS_A_CORE} a core]"
     )
     parser.add_argument("--again", action="store_true", help="judge all again, not only what is new")
+    parser.add_argument(
+        "--groups",
+        nargs="?",
+        const="",
+        metavar="WEEK",
+        help="then compare all loops of a week, such as 2026-W10 [default: the last], for the groups of its report",
+    )
     parser.add_argument("--explain", action="store_true", help="tell windows, partitions and bytes, and judge nothing")
     parser.add_argument("--most-errors", type=float, default=MOST_ERRORS, metavar="SHARE", help="of loops [default: 0.05]")
     parser.add_argument("--master", metavar="URL", help="the cluster, where spark-submit does not name it")
@@ -742,6 +885,15 @@ def _run(of: argparse.Namespace) -> int:
             f"{windows} windows judged, {errors} of them with an error; {done.plan.loops} loops; "
             + (f"run {run:04}" if windows else "nothing was new")
         )
+        if of.groups is not None:
+            rows = _known(spark, of.output)
+            if rows is None:
+                raise ValueError(f"{of.output} has no rows of any run")
+            found = pairs(rows, folder, week=of.groups or None)
+            print(
+                f"{found.compared} pairs of {found.loops} loops compared in {found.week}, "
+                f"{found.kept} kept for the groups of its report"
+            )
         if len(wrong) > of.most_errors * done.plan.loops:
             words = f"{len(wrong)} of {done.plan.loops} loops have an error, more than {of.most_errors:.0%}"
             raise RuntimeError(f"{words}; the rows are written, see their column error")

@@ -24,6 +24,7 @@ if shutil.which("java") is None and "JAVA_HOME" not in os.environ:
     pytest.skip("there is no Java", allow_module_level=True)
 
 from cluster import SPARK, Cluster, environment, kill  # noqa: E402
+from pyspark.sql import functions as F  # noqa: E402
 
 # PySpark warns of newer packages than it knows.
 pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning", "ignore::DeprecationWarning", "ignore::ResourceWarning")
@@ -31,6 +32,8 @@ pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning", "ignore::Deprec
 #: Loops and days of the demo plant; set both for a larger trial.
 LOOPS = int(os.environ.get("STICTION_SPARK_LOOPS", "6"))
 DAYS = int(os.environ.get("STICTION_SPARK_DAYS", "3"))
+
+
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
     cluster = Cluster(tmp_path_factory.mktemp("cluster"))
@@ -227,8 +230,9 @@ def test_the_rows_are_those_of_the_local_scan_though_driver_and_worker_are_kille
     tag = next(tag for tag in pc.unique(table["tag"]).to_pylist() if tag.endswith(".OP"))
     more = pc.add(table["value"], pc.multiply(0.25, pc.cast(pc.equal(table["tag"], tag), pa.float64())))
     pq.write_table(table.set_column(table.column_names.index("value"), "value", more), last)
-    code, told, err = submitted(cluster, bare, wheel, tmp_path, ["--plant", apart, "--output", out, "--input", data])
+    code, told, err = submitted(cluster, bare, wheel, tmp_path, ["--plant", apart, "--output", out, "--input", data, "--groups"])
     assert code == 0, err[-3000:]
+    assert "loops compared in 2026-W10, " in told and list((apart / ".stiction" / "pairs").iterdir())
     assert {row["loop"] for row in rows(written(out / "run=0003"))} == {tag.removesuffix(".OP")}
     code, told, err = ran(cluster, bare, apart, out, "--wheel", wheel, "--input", data, "--explain")
     assert code == 0 and ", 0 windows to be judged" in told, (told, err[-3000:])
@@ -286,6 +290,36 @@ def test_tables_of_every_layout_give_the_same(session, plant):
         spark.explain(df.withColumn("time", df["time"].cast("string")), plant)
     with pytest.raises(ValueError, match="tell no times"):
         spark.explain(df.drop("time"), plant)
+
+
+def groups(folder):
+    return [group.to_dict() for group in stiction.plant.groups(folder)]
+
+
+def test_loops_that_swing_together_are_found_in_blocks(session, plant, tmp_path, monkeypatch):
+    from stiction.plant import spark
+
+    shutil.copy(plant / "plant.toml", tmp_path)
+    done = spark.scan(session.read.parquet(str(plant / "data")), tmp_path)
+    spark._taken(str(tmp_path), done.rows)
+    expected = groups(tmp_path)
+    assert expected and expected == groups(plant)
+    monkeypatch.setattr(spark, "LOOPS_A_BLOCK", 2)
+    # A run before, of other traces, does not count.
+    old = done.rows.withColumn("trace_values", F.substring("trace_values", 1, 400)).withColumn("run", F.lit("0001"))
+    rows = old.unionByName(done.rows.withColumn("run", F.lit("0002")))
+    found = spark.pairs(rows, tmp_path)
+    assert (found.week, found.compared) == ("2026-W10", found.loops * (found.loops - 1) // 2) and found.blocks >= 3
+    assert list((tmp_path / ".stiction" / "pairs").glob("2026-W10-*.parquet"))
+    assert groups(tmp_path) == expected
+    # The report took what is there: nothing, if that is so.
+    monkeypatch.setattr(spark._core, "plant_most_that_counts", lambda count, loops: -1.0)
+    assert spark.pairs(rows, tmp_path, week="2026-W10").kept == 0
+    assert groups(tmp_path) == []
+    with pytest.raises(ValueError, match="are not those of the plant, such as that of"):
+        spark.pairs(rows.where(F.col("loop") != expected[0]["members"][0]["loop"]), tmp_path)
+    with pytest.raises(ValueError, match="nothing was judged in or before"):
+        spark.pairs(rows, tmp_path, week="2020-W10")
 
 
 def key(row):

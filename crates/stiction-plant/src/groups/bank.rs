@@ -6,6 +6,7 @@
 use crate::trace::{STEP_S, Trace, TraceSignal};
 use realfft::num_complex::Complex;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use stiction_diagnose::series::{Transform, median};
 
 /// Periods in a piece, of the first bin that is kept; as many bins are kept.
@@ -60,11 +61,10 @@ pub struct Pieces {
     pub memory: Vec<f32>,
 }
 
-/// The series of each loop, by name. Of a loop whose traces are of two signals, those of the commoner one.
-pub fn series(traces: &[Trace]) -> Vec<Series> {
-    let from = traces.iter().map(|trace| trace.start).min().unwrap_or(0);
-    let until = traces.iter().map(Trace::end).max().unwrap_or(0);
-    let cells = ((until - from) / STEP_S).max(0) as usize;
+/// The series of each loop over a span, by name; a trace that begins before it is left out. Of a loop whose traces are of two signals, those of
+/// the commoner one.
+pub fn series(traces: &[Trace], span: &Range<i64>) -> Vec<Series> {
+    let cells = ((span.end - span.start) / STEP_S).max(0) as usize;
     let mut loops: BTreeMap<&str, Vec<&Trace>> = BTreeMap::new();
     traces.iter().for_each(|trace| loops.entry(&trace.name).or_default().push(trace));
     let one = |(name, own): (&str, Vec<&Trace>)| {
@@ -73,8 +73,9 @@ pub fn series(traces: &[Trace]) -> Vec<Series> {
         let signal = if errors { TraceSignal::Error } else { TraceSignal::Op };
         let mut values = vec![f32::NAN; cells];
         for trace in own.iter().filter(|trace| trace.signal == signal) {
-            let at = ((trace.start - from) / STEP_S) as usize;
-            values[at..].iter_mut().zip(trace.values()).for_each(|(cell, v)| *cell = v as f32);
+            let at = usize::try_from((trace.start - span.start) / STEP_S).ok();
+            let Some(cells) = at.and_then(|at| values.get_mut(at..)) else { continue };
+            cells.iter_mut().zip(trace.values()).for_each(|(cell, v)| *cell = v as f32);
         }
         Series { name: name.to_owned(), values }
     };
