@@ -17,6 +17,7 @@ import sys
 import tempfile
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import stiction.plant
@@ -49,6 +50,26 @@ def below(root):
     return reached
 
 
+@contextmanager
+def sampled(*roots):
+    """By number of each process at or below some, as it is sampled: the most CPU s, the most memory, command, and of which."""
+    most, ended = {}, threading.Event()
+
+    def sample():
+        while not ended.wait(0.1):
+            for root in roots:
+                for pid, (cpu, memory, line) in below(root).items():
+                    before = most.get(pid, (0.0, 0, "", root))
+                    # A process that ends has no command any more.
+                    most[pid] = (max(cpu, before[0]), max(memory, before[1]), line or before[2], root)
+
+    sampling = threading.Thread(target=sample)
+    sampling.start()
+    yield most
+    ended.set()
+    sampling.join()
+
+
 def on_spark(folder, workers, made):
     """What a scan by so many workers takes, each on a CPU of its own: CPU s of the driver, of the Java of the workers, and of
     their Python, the most memory of one of these in bytes, and s on the clock."""
@@ -58,31 +79,18 @@ def on_spark(folder, workers, made):
     command += ["--input", str(folder / "data"), "--again", "--master", cluster.url, "--conf", "spark.ui.enabled=false"]
     # What reads and judges is on the path of the executors already.
     own = environment(PYSPARK_PYTHON=sys.executable)
-    most = {}
     begin = time.monotonic()
     process = subprocess.Popen(command, env=own, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    ended = threading.Event()
-
-    def sample():
-        while not ended.wait(0.1):
-            for root in [process, *cluster.workers]:
-                for pid, (cpu, memory, line) in below(root.pid).items():
-                    before = most.get(pid, (0.0, 0, "", root))
-                    # A process that ends has no command any more.
-                    most[pid] = (max(cpu, before[0]), max(memory, before[1]), line or before[2], root)
-
-    sampling = threading.Thread(target=sample)
-    sampling.start()
-    out, err = process.communicate()
-    clock = time.monotonic() - begin
-    ended.set()
-    sampling.join()
+    with sampled(process.pid, *(worker.pid for worker in cluster.workers)) as most:
+        out, err = process.communicate()
+        clock = time.monotonic() - begin
     cluster.end()
     if process.returncode != 0:
         raise SystemExit(err[-3000:])
-    driver = sum(cpu for cpu, _, _, root in most.values() if root is process)
-    python = [(cpu, memory) for cpu, memory, line, root in most.values() if root is not process and "daemon" in line]
-    java = sum(cpu for cpu, _, line, root in most.values() if root is not process and "daemon" not in line)
+    driver = sum(cpu for cpu, _, _, root in most.values() if root == process.pid)
+    workers = [(cpu, memory, line) for cpu, memory, line, root in most.values() if root != process.pid]
+    python = [(cpu, memory) for cpu, memory, line in workers if "daemon" in line]
+    java = sum(cpu for cpu, _, line in workers if "daemon" not in line)
     print(out.strip())
     return driver, java, sum(cpu for cpu, _ in python), max(memory for _, memory in python), clock
 

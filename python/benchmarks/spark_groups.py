@@ -8,6 +8,7 @@ Traces of loops are made up, a third of them in threes that swing together. Both
 import argparse
 import os
 import shutil
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -19,6 +20,8 @@ import stiction.plant
 from pyspark.sql import SparkSession
 from stiction import _core
 from stiction.plant import spark as plant_spark
+
+from spark import sampled
 
 DAYS = 7
 FIRST = 1_772_409_600
@@ -40,7 +43,7 @@ def values(loop, loops):
 
 def written(folder, loops):
     """The plant, its store, and the same rows as Spark writes them."""
-    (folder / "plant.toml").write_text('name = "Many"\nzone = "UTC"\ndata = []\n')
+    (folder / "plant.toml").write_text('name = "Many"\nzone = "UTC"\ndata = ["*.csv"]\n')
     schema = stiction.plant.schema()
     empty = {"string": "", "int64": 0, "double": 0.0, "bool": False}
     needed = {field.name: empty[str(field.type)] for field in schema if not field.nullable}
@@ -56,11 +59,9 @@ def written(folder, loops):
                 whole = np.rint((x[day] - x[day].mean()) / unit).astype("<i2").tobytes()
                 traces.append((start, "error", unit, whole))
         table = pa.Table.from_pylist(rows, schema)
-        columns = [list(column) for column in zip(*traces)]
-        stiction.plant.take(folder, table, plant_spark._traces([row["loop"] for row in rows], *columns))
-        kinds = [pa.int64(), pa.string(), pa.float64(), pa.binary()]
-        for name, column, kind in zip(plant_spark.TRACE, columns, kinds):
-            table = table.append_column(name, pa.array(column, kind))
+        for field, column in zip(plant_spark._trace_fields(), zip(*traces)):
+            table = table.append_column(field, pa.array(column, field.type))
+        stiction.plant.take(folder, table, plant_spark._traces(table))
         pq.write_table(table, output / f"{begin:05}.parquet")
 
 
@@ -76,12 +77,18 @@ def main():
         told = f"{time.monotonic() - begin:.1f} s, {time.process_time() - cpu:.1f} s of CPU"
         print(f"{of.loops} loops, {len(expected)} groups; here {told}")
         cores = len(os.sched_getaffinity(0))
+        os.environ["PYSPARK_PYTHON"] = sys.executable
         session = SparkSession.builder.master(f"local[{cores}]").config("spark.ui.enabled", "false").getOrCreate()
         rows = session.read.parquet(str(folder / "rows"))
-        for turn in ("first", "second"):
-            begin = time.monotonic()
+        begin = time.monotonic()
+        with sampled(os.getpid()) as most:
             found = plant_spark.pairs(rows, folder)
-            print(f"Spark, {turn} time: {time.monotonic() - begin:.1f} s; {found}")
+        clock = time.monotonic() - begin
+        python = [(cpu, memory) for cpu, memory, line, _ in most.values() if "daemon" in line]
+        print(
+            f"Spark {clock:.1f} s, Python {sum(cpu for cpu, _ in python):.1f} s of CPU, "
+            f"a worker of it {max(memory for _, memory in python) / 1e6:.0f} MB at most; {found}"
+        )
         session.stop()
         begin = time.monotonic()
         same = [group.to_dict() for group in stiction.plant.groups(folder)] == expected

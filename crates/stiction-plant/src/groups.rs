@@ -104,7 +104,7 @@ pub fn find(
 ) -> Vec<Group> {
     let swings = Swings::of(traces, loops, &span(traces));
     let edges = swings.edges(|_, _| true);
-    find_among(&swings, edges, loops, upstream, options)
+    find_among(&swings, edges, swings.series.len(), loops, upstream, options)
 }
 
 /// The same where the pairs were found before; none of those that count may be missing.
@@ -117,14 +117,21 @@ pub fn find_of(
     upstream: &BTreeMap<String, Vec<String>>,
     options: &GroupOptions,
 ) -> Option<Vec<Group>> {
-    let swings = Swings::of(traces, loops, &span(traces));
+    // Of the others only their number counts.
+    let named: BTreeSet<&str> =
+        pairs.iter().flat_map(|pair| [&*pair.first, &*pair.second]).collect();
+    let all: BTreeSet<&str> = traces.iter().map(|trace| &*trace.name).collect();
+    let own = traces.iter().filter(|trace| named.contains(&*trace.name));
+    let swings = Swings::of(own, loops, &span(traces));
     let edges = swings.edges_of(pairs)?;
-    Some(find_among(&swings, edges, loops, upstream, options))
+    Some(find_among(&swings, edges, all.len(), loops, upstream, options))
 }
 
+/// The groups that edges between some of `all` loops make.
 fn find_among(
     swings: &Swings,
     mut edges: Vec<Edge>,
+    all: usize,
     loops: &[LoopOfWeek],
     upstream: &BTreeMap<String, Vec<String>>,
     options: &GroupOptions,
@@ -134,8 +141,8 @@ fn find_among(
         let p = best.entry(edge.pair).or_insert(1.0);
         *p = p.min(edge.p);
     }
-    let all = all_pairs(swings.series.len());
-    let limit = threshold(best.into_values().collect(), all, options.false_discovery_rate);
+    let best = best.into_values().collect();
+    let limit = threshold(best, all_pairs(all), options.false_discovery_rate);
     edges.retain(|edge| edge.p <= limit && edge.squared >= options.least_coherence);
     let known = loops.iter().map(|own| (&*own.name, own)).collect();
     let context =

@@ -180,7 +180,8 @@ impl Trace {
         RecordBatch::try_new(Self::schema(), columns)
     }
 
-    /// The traces of a table.
+    /// The traces of a table. Its values may also be bytes: whole numbers of two, the low one first, the least of them for a
+    /// value that is not known.
     ///
     /// # Errors
     /// If a column is not there, or holds something else.
@@ -197,19 +198,27 @@ impl Trace {
         let units = column("unit")?;
         let units = units.as_primitive_opt::<Float64Type>().ok_or(wrong("unit"))?;
         let values = column("values")?;
-        let values = values.as_list_opt::<i32>().ok_or(wrong("values"))?;
+        let of = |row: usize| -> Option<Vec<i16>> {
+            if let Some(bytes) = values.as_binary_opt::<i32>() {
+                let (whole, rest) = bytes.value(row).as_chunks();
+                return rest
+                    .is_empty()
+                    .then(|| whole.iter().map(|v| i16::from_le_bytes(*v)).collect());
+            }
+            let own = values.as_list_opt::<i32>()?.value(row);
+            let own = own.as_primitive_opt::<Int16Type>()?;
+            Some(own.iter().map(|v| v.unwrap_or(MISSING)).collect())
+        };
         let known = [TraceSignal::Error, TraceSignal::Op];
         (0..batch.num_rows())
             .map(|row| {
                 let signal = known.into_iter().find(|signal| signal.name() == signals.value(row));
-                let own = values.value(row);
-                let own = own.as_primitive_opt::<Int16Type>().ok_or(wrong("values"))?;
                 Ok(Self {
                     name: names.value(row).to_owned(),
                     start: starts.value(row),
                     signal: signal.ok_or(wrong("signal"))?,
                     unit: units.value(row),
-                    values: own.iter().map(|v| v.unwrap_or(MISSING)).collect(),
+                    values: of(row).ok_or(wrong("values"))?,
                 })
             })
             .collect()

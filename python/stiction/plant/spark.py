@@ -40,7 +40,7 @@ WINDOWS_A_TASK = 16
 """Windows that a task judges, some seconds of work: what a lost worker loses."""
 WINDOWS_A_CORE = 4_000
 """Windows for each core that the command judges before it writes them, some minutes of work: what a lost driver loses."""
-LOOPS_A_BLOCK = 250
+LOOPS_A_BLOCK = 200
 """Loops that a task compares with as many others: their week of traces are some hundred megabytes."""
 PAIRS_TOGETHER = 200_000
 """Pairs of loops that the driver may take without asking whether fewer can count."""
@@ -457,10 +457,8 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
             if len(kept):
                 numbers = kept["values"].combine_chunks().flatten().fill_null(UNKNOWN).to_numpy()
                 values = [numbers.astype("<i2").tobytes()]
-            for name, value, kind in zip(
-                TRACE, [start, signal, unit, values], [pa.int64(), pa.string(), pa.float64(), pa.binary()]
-            ):
-                table = table.append_column(name, pa.array(value or [None], kind))
+            for field, value in zip(_trace_fields(), [start, signal, unit, values]):
+                table = table.append_column(field, pa.array(value or [None], field.type))
             for name, value, kind in [
                 ("window", number, pa.int64()),
                 ("wanted", wanted, pa.int64()),
@@ -640,20 +638,19 @@ def _known(spark: Any, output: str) -> Any:
         raise
 
 
-def _traces(loops: list[str], starts: list[int], signals: list[str], units: list[float], values: list[bytes]) -> Any:
-    """Traces as the library reads them, of the columns of rows."""
-    import numpy as np
+def _trace_fields() -> list[Any]:
+    """The columns of `TRACE`, as Arrow declares them."""
     import pyarrow as pa
 
-    ends = np.cumsum([0, *(len(each) // 2 for each in values)], dtype=np.int32)
-    columns = {
-        "loop": pa.array(loops, pa.string()),
-        "start": pa.array(starts, pa.int64()),
-        "signal": pa.array(signals, pa.string()),
-        "unit": pa.array(units, pa.float64()),
-        "values": pa.ListArray.from_arrays(pa.array(ends), pa.array(np.frombuffer(b"".join(values), "<i2").astype(np.int16))),
-    }
-    return pa.table(columns)
+    return list(map(pa.field, TRACE, [pa.int64(), pa.string(), pa.float64(), pa.binary()]))
+
+
+def _traces(rows: Any) -> Any:
+    """Traces as the library reads them, of a table of rows."""
+    import pyarrow.compute as pc
+
+    rows = rows.filter(pc.is_valid(rows["trace_start"]))
+    return rows.select(["loop", *TRACE]).rename_columns(["loop", *(name.removeprefix("trace_") for name in TRACE)])
 
 
 def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
@@ -723,10 +720,9 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
         for number, group in _groups(batches, "pair"):
             first, second = divmod(number, blocks)
             own = of_block[first] | of_block[second]
-            columns = [group[column].to_pylist() for column in ["loop", *TRACE]]
             told = [each for each in periods if each[0] in own]
             block = None if first == second else of_block[first]
-            yield from pa.table(_core.plant_pairs(_traces(*columns), told, span, block)).to_batches()
+            yield from pa.table(_core.plant_pairs(_traces(group), told, span, block)).to_batches()
 
     sent = sent.select("pair", "loop", *TRACE).repartition(tasks, "pair").sortWithinPartitions("pair")
     edges = sent.mapInArrow(compare, _core.plant_pairs_ddl()).persist()
@@ -762,9 +758,8 @@ def _taken(folder: str, rows: Any) -> None:
     import pyarrow as pa
 
     def some(part: list[dict[str, Any]]) -> None:
-        own = [row for row in part if row["trace_start"] is not None]
-        traces = _traces([row["loop"] for row in own], *([row[name] for row in own] for name in TRACE))
-        take(folder, pa.Table.from_pylist(part, schema()), traces)
+        table = pa.Table.from_pylist(part, pa.schema([*schema(), *_trace_fields()]))
+        take(folder, table, _traces(table))
 
     part: list[dict[str, Any]] = []
     for row in rows.orderBy("loop", "window_start").toLocalIterator():

@@ -63,10 +63,10 @@ pub struct Pieces {
 
 /// The series of each loop over a span, by name; a trace that begins before it is left out. Of a loop whose traces are of two signals, those of
 /// the commoner one.
-pub fn series(traces: &[Trace], span: &Range<i64>) -> Vec<Series> {
+pub fn series<'a>(traces: impl IntoIterator<Item = &'a Trace>, span: &Range<i64>) -> Vec<Series> {
     let cells = ((span.end - span.start) / STEP_S).max(0) as usize;
     let mut loops: BTreeMap<&str, Vec<&Trace>> = BTreeMap::new();
-    traces.iter().for_each(|trace| loops.entry(&trace.name).or_default().push(trace));
+    traces.into_iter().for_each(|trace| loops.entry(&trace.name).or_default().push(trace));
     let one = |(name, own): (&str, Vec<&Trace>)| {
         let of = |signal: TraceSignal| own.iter().filter(|t| t.signal == signal).count();
         let errors = of(TraceSignal::Error) >= of(TraceSignal::Op);

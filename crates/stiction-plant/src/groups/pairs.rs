@@ -60,7 +60,11 @@ pub fn span(traces: &[Trace]) -> Range<i64> {
 
 impl Swings {
     /// Of traces within a span, and what else is known of the loops.
-    pub fn of(traces: &[Trace], loops: &[LoopOfWeek], span: &Range<i64>) -> Self {
+    pub fn of<'a>(
+        traces: impl IntoIterator<Item = &'a Trace>,
+        loops: &[LoopOfWeek],
+        span: &Range<i64>,
+    ) -> Self {
         let series = bank::series(traces, span);
         let powers: Vec<Vec<f64>> = series.par_iter().map(Series::powers).collect();
         let told: BTreeMap<&str, f64> =
