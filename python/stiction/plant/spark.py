@@ -42,6 +42,7 @@ WINDOWS_A_CORE = 4_000
 """Windows for each core that the command judges before it writes them, some minutes of work: what a lost driver loses."""
 LOOPS_A_BLOCK = 200
 """Loops that a task compares with as many others: their week of traces are some hundred megabytes."""
+ROWS_A_BATCH = "spark.sql.execution.arrow.maxRecordsPerBatch"
 PAIRS_TOGETHER = 200_000
 """Pairs of loops that the driver may take without asking whether fewer can count."""
 DAY_US = 86_400_000_000
@@ -646,10 +647,7 @@ def _trace_fields() -> list[Any]:
 
 
 def _traces(rows: Any) -> Any:
-    """Traces as the library reads them, of a table of rows."""
-    import pyarrow.compute as pc
-
-    rows = rows.filter(pc.is_valid(rows["trace_start"]))
+    """Traces as the library reads them, of a table of rows that have one."""
     return rows.select(["loop", *TRACE]).rename_columns(["loop", *(name.removeprefix("trace_") for name in TRACE)])
 
 
@@ -726,8 +724,14 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
 
     sent = sent.select("pair", "loop", *TRACE).repartition(tasks, "pair").sortWithinPartitions("pair")
     edges = sent.mapInArrow(compare, _core.plant_pairs_ddl()).persist()
+    before = spark.conf.get(ROWS_A_BATCH)
+    # A row is 17 kB, and a batch would come whole.
+    spark.conf.set(ROWS_A_BATCH, "500")
+    try:
+        count = edges.count()
+    finally:
+        spark.conf.set(ROWS_A_BATCH, before)
     # Of all pairs few can count, and which these are at most is known of their number.
-    count = edges.count()
     while count > PAIRS_TOGETHER:
         edges_left = edges.where(F.col("p") <= _core.plant_most_that_counts(count, len(loops)))
         fewer = edges_left.count()
@@ -756,10 +760,11 @@ def _blocks(loops: int, cores: int) -> int:
 def _taken(folder: str, rows: Any) -> None:
     """Takes rows and their traces into the store of a plant."""
     import pyarrow as pa
+    import pyarrow.compute as pc
 
     def some(part: list[dict[str, Any]]) -> None:
         table = pa.Table.from_pylist(part, pa.schema([*schema(), *_trace_fields()]))
-        take(folder, table, _traces(table))
+        take(folder, table, _traces(table.filter(pc.is_valid(table["trace_start"]))))
 
     part: list[dict[str, Any]] = []
     for row in rows.orderBy("loop", "window_start").toLocalIterator():
