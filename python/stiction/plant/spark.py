@@ -165,7 +165,7 @@ def probe(spark: Any) -> None:
     RuntimeError
         If one has none, or another version or model; it says which, and what to do.
     """
-    expected = (_core.__version__, model_version())
+    expected = _made_by()
 
     def asked(_batches: Any) -> Iterator[Any]:
         import socket
@@ -201,6 +201,17 @@ def probe(spark: Any) -> None:
         if (answer.version, answer.model) != expected:
             words = f"executor {answer.host} has stiction {answer.version} ({answer.model})"
             raise RuntimeError(f"{words}, but the driver {expected[0]} ({expected[1]}); ship the driver's wheel")
+
+
+def _made_by() -> tuple[str, str]:
+    return _core.__version__, model_version()
+
+
+def _same(expected: tuple[str, str]) -> None:
+    """Ends a task on an executor that came later, and has another version or model than the driver."""
+    found = _made_by()
+    if found != expected:
+        raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
 
 
 def _cores(spark: Any) -> int:
@@ -434,17 +445,14 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
     samples = samples.join(F.broadcast(_frame(spark, spread, of_days)), ["loop_id", "day"]).select(*columns)
     held = marks.join(F.broadcast(_frame(spark, held_from, of_days)), ["loop_id", "day"]).select(*columns)
     rows = samples.unionByName(held).repartition(_partitions(len(windows), _cores(spark)), "window")
-    expected, names, table_of = (_core.__version__, model_version()), of.names, of.table_of()
+    expected, names, table_of = _made_by(), of.names, of.table_of()
 
     def judge(batches: Iterator[Any]) -> Iterator[Any]:
         import pyarrow as pa
 
-        from stiction import _core
-        from stiction.plant import diagnose_window, model_version
+        from stiction.plant import diagnose_window
 
-        found = (_core.__version__, model_version())
-        if found != expected:
-            raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
+        _same(expected)
         for number, group in _groups(batches, "window"):
             loop, day, days = _window(number)
             row, trace, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
@@ -710,11 +718,14 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     tasks = blocks * (blocks + 1) // 2
     of_block = [set(loops[k::blocks]) for k in range(blocks)]
 
+    expected = _made_by()
+
     def compare(batches: Iterator[Any]) -> Iterator[Any]:
         import pyarrow as pa
 
         from stiction import _core
 
+        _same(expected)
         for number, group in _groups(batches, "pair"):
             first, second = divmod(number, blocks)
             own = of_block[first] | of_block[second]
