@@ -16,18 +16,33 @@ export const room = signal<Room>(now.room);
 /** Its state, as the address has it; changes when the user follows a link or goes back, not by `remember`. */
 export const state = signal<URLSearchParams>(now.state);
 
-let last = now.state.toString();
+/** The address that was read or written last; another one is of a link that is being followed. */
+let known = location.hash;
 let timer = 0;
+/** What is to be written to the address, if anything. */
+let pending = "";
 
 addEventListener("hashchange", () => {
-  const next = parsed();
-  if (next.room === room.value && next.state.toString() === last) return;
+  if (location.hash === known) return;
   // What was to be written is of where one was.
-  clearTimeout(timer);
-  last = next.state.toString();
+  pending = "";
+  known = location.hash;
+  const next = parsed();
   room.value = next.room;
   state.value = next.state;
 });
+
+/** Writes what is pending, unless one is on the way elsewhere already. */
+function write(): void {
+  clearTimeout(timer);
+  const to = pending;
+  pending = "";
+  if (!to || location.hash !== known) return;
+  history.replaceState(null, "", to);
+  known = location.hash;
+}
+// Before a link is followed, so that the way back leads to what was seen.
+addEventListener("click", write, true);
 
 /** The link to a room in a state. */
 export function link(to: Room, params: Iterable<[string, string]> = []): string {
@@ -35,20 +50,15 @@ export function link(to: Room, params: Iterable<[string, string]> = []): string 
   return `#/${to}${query ? `?${query}` : ""}`;
 }
 
-/** Writes the state of the room that is shown to the address, a moment later. */
+/** Writes the state of the room that is shown to the address, a moment later: browsers count how often it changes. */
 export function remember(params: Iterable<[string, string]>): void {
-  const to = link(room.value, params);
+  pending = link(room.value, params);
   clearTimeout(timer);
-  const written = room.value;
-  timer = window.setTimeout(() => {
-    if (room.value !== written) return;
-    last = new URLSearchParams([...params]).toString();
-    history.replaceState(null, "", to);
-  }, 250);
+  timer = window.setTimeout(write, 250);
 }
 
 /** Goes to a room in a state, as a link does. */
 export function go(to: Room, params: Iterable<[string, string]> = []): void {
-  clearTimeout(timer);
+  write();
   location.hash = link(to, params);
 }
