@@ -717,7 +717,6 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     sent = traces.join(F.broadcast(places), "loop").withColumn("pair", F.explode(both))
     tasks = blocks * (blocks + 1) // 2
     of_block = [set(loops[k::blocks]) for k in range(blocks)]
-
     expected = _made_by()
 
     def compare(batches: Iterator[Any]) -> Iterator[Any]:
