@@ -197,7 +197,8 @@ def probe(spark: Any) -> None:
     for answer in answers:
         if answer.problem:
             words = f"executor {answer.host} cannot use the wheel ({answer.problem})"
-            raise RuntimeError(f"{words}; ship it with --archives stiction.zip#deps and PYTHONPATH=./deps")
+            remedy = "ship it with --archives stiction.zip#deps and PYTHONPATH=./deps, or install it there"
+            raise RuntimeError(f"{words}; {remedy}")
         if (answer.version, answer.model) != expected:
             words = f"executor {answer.host} has stiction {answer.version} ({answer.model})"
             raise RuntimeError(f"{words}, but the driver {expected[0]} ({expected[1]}); ship the driver's wheel")
@@ -640,7 +641,10 @@ def _known(spark: Any, output: str) -> Any:
     from pyspark.errors import AnalysisException
 
     try:
-        return spark.read.parquet(output)
+        found = spark.read.parquet(output)
+        # Spark Connect looks only when something is asked of it.
+        _ = found.schema
+        return found
     except AnalysisException as error:
         if any(word in str(error) for word in ("PATH_NOT_FOUND", "UNABLE_TO_INFER_SCHEMA")):
             return None
@@ -790,7 +794,11 @@ def _session(of: argparse.Namespace) -> Any:
     from pyspark.sql import SparkSession
 
     builder = SparkSession.builder.appName("stiction")
-    if of.master:
+    if of.master and of.master.startswith("sc:"):
+        if of.wheel:
+            raise ValueError("a wheel cannot be sent by Spark Connect; install it in the Python of the server's executors")
+        builder = builder.remote(of.master)
+    elif of.master:
         builder = builder.master(of.master)
         if of.master.startswith("local"):
             # Else Spark takes the first Python of the path, which need not be this one.
@@ -839,7 +847,7 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--explain", action="store_true", help="tell windows, partitions and bytes, and judge nothing")
     parser.add_argument("--most-errors", type=float, default=MOST_ERRORS, metavar="SHARE", help="of loops [default: 0.05]")
-    parser.add_argument("--master", metavar="URL", help="the cluster, where spark-submit does not name it")
+    parser.add_argument("--master", metavar="URL", help="the cluster, where spark-submit does not name it; sc://HOST:PORT is Spark Connect")
     parser.add_argument("--wheel", metavar="FILE.zip", help="the wheel, as a .zip, to be sent to the executors")
     parser.add_argument("--conf", action="append", default=[], metavar="NAME=VALUE", help="a setting of Spark")
     return parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""A cluster of Spark on this machine: a master and workers of one core each, started from PySpark's own files."""
+"""Spark on this machine, started from PySpark's own files: a master and workers of one core each, or a server of Spark Connect."""
 
 import os
 import signal
@@ -25,6 +25,42 @@ def port():
         return free.getsockname()[1]
 
 
+def answers(port):
+    """Waits until something answers there."""
+    deadline = time.monotonic() + 60
+    while True:
+        try:
+            socket.create_connection(("127.0.0.1", port), timeout=1).close()
+            return
+        except OSError:
+            assert time.monotonic() < deadline, "nothing answers"
+            time.sleep(0.2)
+
+
+class Connect:
+    """A server of Spark Connect with two cores, whose Python is `python`."""
+
+    def __init__(self, folder, python):
+        own = port()
+        self.url = f"sc://127.0.0.1:{own}"
+        command = [SPARK / "bin" / "spark-submit", "--class", "org.apache.spark.sql.connect.service.SparkConnectServer"]
+        command += ["--master", "local[2]", "--conf", f"spark.connect.grpc.binding.port={own}"]
+        command += ["--conf", "spark.ui.enabled=false"]
+        with open(folder / "log", "w") as log:
+            self.process = subprocess.Popen(
+                list(map(str, command)),
+                cwd=folder,
+                env=environment(PYSPARK_PYTHON=str(python)),
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+            )
+        answers(own)
+
+    def end(self):
+        kill(self.process)
+
+
 class Cluster:
     """A master and workers of one core each, whose Python has pyarrow and NumPy but not this package.
 
@@ -37,14 +73,7 @@ class Cluster:
         self.url = f"spark://127.0.0.1:{self.port}"
         self.workers = []
         self.master = self._start("master.Master", "--host", "127.0.0.1", "--port", self.port, "--webui-port", 0)
-        deadline = time.monotonic() + 60
-        while True:
-            try:
-                socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
-                break
-            except OSError:
-                assert time.monotonic() < deadline, "the master does not answer"
-                time.sleep(0.2)
+        answers(self.port)
         for _ in range(workers):
             self.work()
 

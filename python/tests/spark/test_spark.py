@@ -23,7 +23,7 @@ pytest.importorskip("pyspark", reason="PySpark is not installed")
 if shutil.which("java") is None and "JAVA_HOME" not in os.environ:
     pytest.skip("there is no Java", allow_module_level=True)
 
-from cluster import SPARK, Cluster, environment, kill  # noqa: E402
+from cluster import SPARK, Cluster, Connect, environment, kill  # noqa: E402
 from pyspark.sql import functions as F  # noqa: E402
 
 # PySpark warns of newer packages than it knows.
@@ -106,10 +106,10 @@ SIZES = [
 ]
 
 
-def command(cluster, bare, plant, output, *more):
+def command(cluster, bare, plant, output, *more, sizes=SIZES):
     arguments = ["--plant", plant, "--output", output, "--input", plant / "data", "--master", cluster.url, *more]
     return subprocess.Popen(
-        [sys.executable, "-m", "stiction.plant.spark", *map(str, arguments), *SIZES],
+        [sys.executable, "-m", "stiction.plant.spark", *map(str, arguments), *sizes],
         env=environment(PYSPARK_PYTHON=str(bare), PYSPARK_DRIVER_PYTHON=sys.executable),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -117,8 +117,8 @@ def command(cluster, bare, plant, output, *more):
     )
 
 
-def ran(*arguments, timeout=600):
-    process = command(*arguments)
+def ran(*arguments, timeout=600, **more):
+    process = command(*arguments, **more)
     out, err = process.communicate(timeout=timeout)
     return process.returncode, out, err
 
@@ -320,6 +320,39 @@ def test_loops_that_swing_together_are_found_in_blocks(session, plant, tmp_path,
         spark.pairs(rows.where(F.col("loop") != expected[0]["members"][0]["loop"]), tmp_path)
     with pytest.raises(ValueError, match="nothing was judged in or before"):
         spark.pairs(rows, tmp_path, week="2020-W10")
+
+
+@pytest.fixture
+def connect(tmp_path):
+    pytest.importorskip("grpc", reason="Spark Connect needs grpcio")
+    if not list((SPARK / "jars").glob("spark-connect_*")):
+        pytest.skip("this PySpark comes without the server of Spark Connect")
+    folder = tmp_path / "connect"
+    folder.mkdir()
+    server = Connect(folder, sys.executable)
+    yield server
+    server.end()
+
+
+def test_spark_connect_gives_the_same(connect, bare, plant, apart, wheel, tmp_path):
+    out = tmp_path / "out"
+
+    def asked(*more):
+        return ran(connect, bare, apart, out, *more, sizes=[])
+
+    code, told, err = asked("--conf", f"spark.sql.execution.pyspark.python={bare}")
+    assert code == 1 and told == "" and not out.exists()
+    assert "cannot use the wheel (ModuleNotFoundError: No module named 'stiction')" in err, err[-2000:]
+    code, _, err = asked("--wheel", wheel)
+    assert code == 1 and "a wheel cannot be sent by Spark Connect" in err, err[-2000:]
+    code, told, err = asked("--groups", "--most-errors", "0.5")
+    assert code == 0 and "loops compared in 2026-W10, " in told, err[-3000:]
+    expected = rows(stiction.plant.windows(plant))
+    assert rows(written(out)) == expected
+    assert rows(stiction.plant.windows(apart)) == expected and traces(apart) == traces(plant)
+    assert list((apart / ".stiction" / "pairs").iterdir()) and groups(apart) == groups(plant)
+    code, told, err = asked("--explain")
+    assert code == 0 and ", 0 windows to be judged" in told, (told, err[-3000:])
 
 
 def key(row):
