@@ -30,6 +30,10 @@ pub struct Truth {
     pub visible: bool,
     /// How often the valve slipped.
     pub slips: u64,
+    /// What an observer who knows the stem gains, nats; see `stiction_population::Truth::gain`.
+    pub nats: f64,
+    /// Range of the OP over the S that the valve has, or would have if it stuck.
+    pub swing: f64,
     /// Percent of span.
     pub s: f64,
     pub j: f64,

@@ -12,8 +12,8 @@ use std::path::Path;
 use stiction_diagnose::fusion::Cause;
 
 /// The columns of truth.
-const TRUTH: [&str; 12] = [
-    "index", "kind", "cause", "visible", "slips", "S", "J", "model", "process", "steps", "op_span",
+const TRUTH: [&str; 14] = [
+    "index", "kind", "cause", "visible", "slips", "nats", "swing", "S", "J", "model", "process", "steps", "op_span",
     "families",
 ];
 
@@ -32,10 +32,10 @@ pub fn write(path: &Path, key: &str, data: &Dataset) -> Result<()> {
     let lines: Vec<String> = (0..data.truth.len())
         .into_par_iter()
         .map(|row| {
-            let Truth { index, kind, cause, visible, slips, s, j, .. } = &data.truth[row];
+            let Truth { index, kind, cause, visible, slips, nats, swing, s, j, .. } = &data.truth[row];
             let Truth { model, process, steps, op_span, families, .. } = &data.truth[row];
             let mut line = format!(
-                "{index},{kind},{},{visible},{slips},{s},{j},{model},{process},{steps},{op_span},{}",
+                "{index},{kind},{},{visible},{slips},{nats},{swing},{s},{j},{model},{process},{steps},{op_span},{}",
                 cause.name(),
                 families.join(";")
             );
@@ -109,13 +109,15 @@ fn row(line: &str, fields: usize) -> Result<(Truth, Vec<f32>)> {
         cause: cause.with_context(|| format!("there is no cause \"{}\"", cells[2]))?,
         visible: cells[3].parse()?,
         slips: cells[4].parse()?,
-        s: cells[5].parse()?,
-        j: cells[6].parse()?,
-        model: cells[7].to_owned(),
-        process: cells[8].to_owned(),
-        steps: cells[9].parse()?,
-        op_span: cells[10].parse()?,
-        families: cells[11].split(';').filter(|name| !name.is_empty()).map(str::to_owned).collect(),
+        nats: cells[5].parse()?,
+        swing: cells[6].parse()?,
+        s: cells[7].parse()?,
+        j: cells[8].parse()?,
+        model: cells[9].to_owned(),
+        process: cells[10].to_owned(),
+        steps: cells[11].parse()?,
+        op_span: cells[12].parse()?,
+        families: cells[13].split(';').filter(|name| !name.is_empty()).map(str::to_owned).collect(),
     };
     let values = cells[TRUTH.len()..].iter().map(|cell| match *cell {
         "" => Ok(f32::NAN),

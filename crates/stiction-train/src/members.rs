@@ -107,6 +107,8 @@ fn mistake(seed: u64, index: u64) -> stiction_model::Result<Row> {
         cause: Cause::NormalOperation,
         visible: false,
         slips: 0,
+        nats: 0.0,
+        swing: 0.0,
         s: 0.0,
         j: 0.0,
         model: String::new(),
@@ -141,6 +143,8 @@ fn member(seed: u64, index: u64) -> stiction_model::Result<[Row; 2]> {
             cause: cause_of(truth.kind),
             visible: truth.visible,
             slips: truth.slips as u64,
+            nats: truth.gain,
+            swing: truth.swing,
             // S and J of a valve in the loop below are of another OP than the one recorded.
             s: if truth.kind == LoopKind::StickyBelow { 0.0 } else { truth.s },
             j: if truth.kind == LoopKind::StickyBelow { 0.0 } else { truth.j },

@@ -52,6 +52,8 @@ pub fn dataset(seed: u64, rows: u64) -> Dataset {
             cause,
             visible: chance.unit() < 0.95,
             slips: 10,
+            nats: 100.0,
+            swing: 2.0,
             s: if sticks { s } else { 0.0 },
             j: if sticks { s * chance.unit() } else { 0.0 },
             model: if !sticks {

@@ -11,9 +11,12 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
 /// What is told of a whole window.
 const OF_ALL: usize = 9;
 
+/// What stems say beside the OP.
+const BESIDE: usize = 14;
+
 /// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort
 /// for every S of the grid.
-pub const FEATURES: [Feature; OF_ALL + 3 * STEPS] = [
+pub const FEATURES: [Feature; OF_ALL + 4 * STEPS + BESIDE] = [
     feature(
         "info_z",
         1,
@@ -62,6 +65,121 @@ pub const FEATURES: [Feature; OF_ALL + 3 * STEPS] = [
     feature("info_power_7", 0, "the same of 0.54"),
     feature("info_power_8", 0, "the same of 0.99"),
     feature("info_power_9", 0, "the same of 1.8"),
+    feature(
+        "stem_gain",
+        1,
+        "nats that the best stem adds to the OP, ln(1 + x)",
+    ),
+    feature(
+        "stem_robust",
+        1,
+        "the same, outliers forgiven, signed ln(1 + x)",
+    ),
+    feature(
+        "stem_z",
+        1,
+        "standard errors of that",
+    ),
+    feature(
+        "stem_s",
+        0,
+        "S of that stem, share of the OP's span, ln",
+    ),
+    feature(
+        "stem_j",
+        0,
+        "J of that stem, share of S",
+    ),
+    feature(
+        "stem_slips",
+        0,
+        "slips of that stem, ln(1 + x)",
+    ),
+    feature(
+        "stem_share",
+        0,
+        "share of the PV's lasting answer that comes from that stem",
+    ),
+    feature(
+        "stem_evidence",
+        1,
+        "log marginal likelihood of a stem beside the OP, signed ln(1 + x)",
+    ),
+    feature(
+        "stem_placebo",
+        0,
+        "nats that the best stem in reversed time adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_over_placebo",
+        1,
+        "nats that the best stem adds beyond it, signed ln(1 + x)",
+    ),
+    feature(
+        "stem_curve",
+        0,
+        "nats that the squared OP adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_beyond_curve",
+        1,
+        "nats that the best stem adds beside the squared OP, ln(1 + x)",
+    ),
+    feature(
+        "stem_over_rival",
+        1,
+        "the lesser of what it adds beyond placebo and squared OP, signed ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_share",
+        0,
+        "nats that the best stem adds, a sample, ln",
+    ),
+    feature(
+        "stem_gain_1",
+        0,
+        "nats that a stem with S of 0.015 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_2",
+        0,
+        "nats that a stem with S of 0.027 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_3",
+        0,
+        "nats that a stem with S of 0.05 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_4",
+        0,
+        "nats that a stem with S of 0.09 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_5",
+        0,
+        "nats that a stem with S of 0.16 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_6",
+        0,
+        "nats that a stem with S of 0.3 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_7",
+        0,
+        "nats that a stem with S of 0.54 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_8",
+        0,
+        "nats that a stem with S of 0.99 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_gain_9",
+        0,
+        "nats that a stem with S of 1.8 of the OP's range adds, ln(1 + x)",
+    ),
 ];
 
 /// What a window of OP and PV can tell; `None` where it is too little.
@@ -93,6 +211,25 @@ pub fn measure(information: Option<&Information>, op_span: f64, out: &mut Vec<f6
     out.extend(told.profile.iter().map(|at| at.z));
     out.extend(told.profile.iter().map(|at| signed(at.gain)));
     out.extend(told.profile.iter().map(|at| signed(at.power)));
+    let stem = &told.beside;
+    let (_, s, j, slips) = stem.best;
+    out.extend([
+        signed(stem.gain),
+        signed(stem.robust),
+        stem.z,
+        s.ln() + range,
+        j,
+        (slips as f64).ln_1p(),
+        stem.share,
+        signed(stem.evidence),
+        signed(stem.placebo),
+        signed(stem.gain - stem.placebo),
+        signed(stem.curve),
+        signed(stem.beyond_curve),
+        signed((stem.gain - stem.placebo).min(stem.beyond_curve)),
+        ((stem.gain + 0.1) / told.independent).ln(),
+    ]);
+    out.extend(stem.profile.iter().map(|gain| signed(*gain)));
 }
 
 #[cfg(test)]

@@ -45,6 +45,10 @@
 //! Q. H. Vuong, "Likelihood ratio tests for model selection and non-nested hypotheses", Econometrica 57
 //! (1989) 307 (recalled, not read). The grid, the floor and the power are ours.
 
+mod beside;
+
+pub use beside::Beside;
+
 use crate::bands::Bands;
 use crate::detect::Abstention;
 use crate::series::{mean, median, quantile, std};
@@ -92,7 +96,7 @@ const MOST_INDEPENDENT: f64 = 500.0;
 /// Instants of a block.
 const BLOCK: usize = 10;
 /// Positions that stay in the first-level cache while all products pass over them.
-const TILE: usize = 96;
+const TILE: usize = 32;
 
 /// The grid of S, shares of the OP's range.
 pub fn grid() -> [f64; STEPS] {
@@ -147,6 +151,8 @@ pub struct Information {
     pub refined: At,
     /// That valve: model, S as a share of the OP's range, J as a share of S, and slips.
     pub best: (Model, f64, f64, usize),
+    /// What stems say beside the OP.
+    pub beside: Beside,
 }
 
 impl Information {
@@ -185,7 +191,7 @@ pub fn information(op: &[f64], pv: &[f64], period: Option<f64>) -> Result<Inform
     }
     let factor = factor_of(pv, period);
     let problem = Problem::of(op, pv, op_range, factor).ok_or_else(still)?;
-    Ok(problem.explored())
+    Ok(problem.explored(op, pv))
 }
 
 /// Recorded samples from one instant to the next: few instants are enough, a period has 40, and a PV that is
@@ -210,6 +216,8 @@ struct Problem {
     /// How many columns are those of all.
     common: usize,
     target: Vec<f64>,
+    /// The square root of how much each row counts; columns and target hold it already.
+    weights: Vec<f64>,
     gram: DMatrix<f64>,
     products: DVector<f64>,
     power: f64,
@@ -260,11 +268,23 @@ struct Tried {
     across: DMatrix<f64>,
     /// Products of the taps with each other.
     own: DMatrix<f64>,
+    /// Products of the taps with the target.
+    target: DVector<f64>,
     stem: Vec<f64>,
 }
 
 impl Problem {
     fn of(op: &[f64], pv: &[f64], op_range: f64, factor: usize) -> Option<Self> {
+        Self::weighted(op, pv, op_range, factor, |samples| vec![1.0; samples])
+    }
+
+    fn weighted(
+        op: &[f64],
+        pv: &[f64],
+        op_range: f64,
+        factor: usize,
+        weights: impl FnOnce(usize) -> Vec<f64>,
+    ) -> Option<Self> {
         let instants = (op.len() - 1) / factor;
         let samples = instants.checked_sub(LONGEST).filter(|n| *n >= FEWEST_SAMPLES)?;
         let (level, deviation) = (mean(pv), std(pv));
@@ -285,7 +305,11 @@ impl Problem {
         let common = columns.len();
         let means = block_means(&op, factor, instants);
         columns.extend(LAGS.iter().map(|lag| shifted(&means, lag - 1)));
-        let target = y[LONGEST..].to_vec();
+        let mut target = y[LONGEST..].to_vec();
+        let weights = weights(samples);
+        for column in columns.iter_mut().chain([&mut target]) {
+            column.iter_mut().zip(&weights).for_each(|(x, w)| *x *= w);
+        }
 
         let all = columns.len();
         let mut gram = DMatrix::from_fn(all, all, |i, j| match i >= j {
@@ -321,6 +345,7 @@ impl Problem {
             columns,
             common,
             target,
+            weights,
             gram,
             products,
             power,
@@ -334,7 +359,7 @@ impl Problem {
         })
     }
 
-    fn explored(&self) -> Information {
+    fn explored(&self, op: &[f64], pv: &[f64]) -> Information {
         let on_grid = |place: f64| -> Vec<Candidate> {
             let of = |(j, model)| grid().map(|s| Candidate { s, j, model, place });
             SHAPES.into_iter().flat_map(of).collect()
@@ -369,6 +394,7 @@ impl Problem {
         let nearby = winner.map_or(vec![], |(winner, _)| self.tried(&winner.candidate.nearby()));
         let winner = self.better(nearby.iter().flatten(), winner);
         let refined = winner.map_or(unknown(SMALLEST), |(winner, _)| self.at(winner));
+        let beside = self.beside(op, pv);
         let best = winner.map_or((Model::TwoPhase, SMALLEST, 0.0, 0), |(winner, _)| {
             let Candidate { s, j, model, .. } = winner.candidate;
             (model, s, j, winner.slips as usize)
@@ -383,6 +409,7 @@ impl Problem {
             profile,
             refined,
             best,
+            beside,
         }
     }
 
@@ -408,6 +435,11 @@ impl Problem {
 
     /// Candidates behind their regressions, in their order; `None` for one whose equations cannot be solved.
     fn tried(&self, asked: &[Candidate]) -> Vec<Option<Tried>> {
+        self.tried_under(asked, &self.op, false)
+    }
+
+    /// The same under another OP, whose stems may be turned back in time.
+    fn tried_under(&self, asked: &[Candidate], op: &[f64], turned: bool) -> Vec<Option<Tried>> {
         let mut tried: Vec<Option<Tried>> = asked.iter().map(|_| None).collect();
         let (he, others): (Vec<usize>, Vec<usize>) =
             (0..asked.len()).partition(|k| asked[*k].model == Model::He);
@@ -417,33 +449,46 @@ impl Problem {
         let of = |block: &[usize]| block.iter().map(|k| asked[*k]).collect::<Vec<Candidate>>();
         others
             .chunks(LANES)
-            .for_each(|block| put(block, self.side_by_side::<TwoPhase>(&of(block))));
-        he.chunks(LANES).for_each(|block| put(block, self.side_by_side::<He>(&of(block))));
+            .for_each(|block| put(block, self.side_by_side::<TwoPhase>(&of(block), op, turned)));
+        he.chunks(LANES).for_each(|block| put(block, self.side_by_side::<He>(&of(block), op, turned)));
         tried
     }
 
     /// Up to as many as there are lanes.
-    fn side_by_side<M: Laned>(&self, block: &[Candidate]) -> Vec<Option<Tried>> {
+    fn side_by_side<M: Laned>(
+        &self,
+        block: &[Candidate],
+        op: &[f64],
+        turned: bool,
+    ) -> Vec<Option<Tried>> {
         let lane = |l: usize| block[l.min(block.len() - 1)];
         let bands: Vec<Bands> = (0..LANES)
             .filter_map(|l| Bands::from_s_j(lane(l).s, lane(l).j * lane(l).s).ok())
             .collect();
         // All of them are sound.
         let Ok(bands) = <[Bands; LANES]>::try_from(bands) else { return vec![] };
-        let op = self.op[0];
+        let first = op[0];
         let starts = std::array::from_fn(|l| Start {
-            op,
-            ..Start::at_rest(op + lane(l).place * bands[l].fs())
+            op: first,
+            ..Start::at_rest(first + lane(l).place * bands[l].fs())
         });
         let width = Width::widest();
-        let (means, slips) = width.run(Stems {
+        let (mut means, slips) = width.run(Stems {
             valves: M::Lanes::starting(&bands, starts),
-            op: &self.op,
+            op,
             factor: self.factor,
             instants: self.instants,
         });
+        if turned {
+            means.reverse();
+        }
         let sums =
-            width.run(Products { columns: &self.columns, target: &self.target, stem: &means });
+            width.run(Products {
+            columns: &self.columns,
+            target: &self.target,
+            weights: &self.weights,
+            stem: &means,
+        });
         let solved = |(l, candidate): (usize, &Candidate)| {
             self.solved(*candidate, slips[l], l, &sums, &means)
         };
@@ -478,7 +523,8 @@ impl Problem {
         (0..TAPS).for_each(|t| products[common + t] = sums.target[t][l]);
         let fit = Fit::of(gram, &products, self.power)?;
         let stem = means.iter().map(|lane| lane[l]).collect();
-        Some(Tried { candidate, slips, fit, across, own, stem })
+        let target = DVector::from_fn(TAPS, |t, _| sums.target[t][l]);
+        Some(Tried { candidate, slips, fit, across, own, target, stem })
     }
 
     fn gain(&self, tried: &Tried) -> f64 {
@@ -518,7 +564,8 @@ impl Problem {
         for (t, lag) in LAGS.iter().enumerate() {
             let b = coefficients[common + t];
             let taps = &tried.stem[LONGEST + 1 - lag..];
-            error.iter_mut().zip(taps).for_each(|(e, v)| *e -= b * v);
+            let taps = taps.iter().zip(&self.weights);
+            error.iter_mut().zip(taps).for_each(|(e, (v, w))| *e -= b * w * v);
         }
         let width = 4.0 * self.scale * self.scale;
         let blocks = self.target.len() / BLOCK;
@@ -607,6 +654,7 @@ impl<L: LaneValve> Kernel for Stems<'_, L> {
 struct Products<'a> {
     columns: &'a [Vec<f64>],
     target: &'a [f64],
+    weights: &'a [f64],
     stem: &'a [Lane],
 }
 
@@ -629,26 +677,33 @@ impl Kernel for Products<'_> {
             own: [zero; TAPS * TAPS],
         };
         let samples = self.target.len();
+        let mut taps = [[zero; TILE]; TAPS];
         for from in (0..samples).step_by(TILE) {
             let to = (from + TILE).min(samples);
-            for (t, lag) in LAGS.iter().enumerate() {
-                let taps = &self.stem[LONGEST + 1 - lag + from..LONGEST + 1 - lag + to];
+            let weights = &self.weights[from..to];
+            for (taps, lag) in taps.iter_mut().zip(LAGS) {
+                let stem = &self.stem[LONGEST + 1 - lag + from..LONGEST + 1 - lag + to];
+                for ((tap, v), w) in taps.iter_mut().zip(stem).zip(weights) {
+                    *tap = Lane::from_fn(|l| w * v[l]);
+                }
+            }
+            for t in 0..TAPS {
+                let of_t = &taps[t][..to - from];
                 for (c, column) in self.columns.iter().enumerate() {
                     let mut sum = sums.across[c * TAPS + t];
-                    for (a, v) in column[from..to].iter().zip(taps) {
+                    for (a, v) in column[from..to].iter().zip(of_t) {
                         sum.add_scaled(v, *a);
                     }
                     sums.across[c * TAPS + t] = sum;
                 }
                 let mut sum = sums.target[t];
-                for (y, v) in self.target[from..to].iter().zip(taps) {
+                for (y, v) in self.target[from..to].iter().zip(of_t) {
                     sum.add_scaled(v, *y);
                 }
                 sums.target[t] = sum;
-                for (other, lag) in LAGS.iter().enumerate().take(t + 1) {
-                    let others = &self.stem[LONGEST + 1 - lag + from..LONGEST + 1 - lag + to];
+                for other in 0..=t {
                     let mut sum = sums.own[t * TAPS + other];
-                    for (a, v) in others.iter().zip(taps) {
+                    for (a, v) in taps[other][..to - from].iter().zip(of_t) {
                         sum.add_product(a, v);
                     }
                     sums.own[t * TAPS + other] = sum;
