@@ -145,6 +145,7 @@ fn serves(kind: LoopKind, design: &Design, plant: &Plant<'_>, played: &Played) -
         LoopKind::Saturation => at_limit >= 0.02,
         LoopKind::Stuck => op_travel >= 2.0,
         LoopKind::StickingNeighbour if played.neighbour_slips < 4 => false,
+        LoopKind::SwitchedNeighbour if played.switches < 2 => false,
         LoopKind::AggressiveTuning => op_travel > 0.0,
         LoopKind::QuantisedPv => {
             at_limit <= 0.4 && clipped <= 0.2 && span(&played.pv) >= plant.quantum
@@ -346,7 +347,7 @@ mod tests {
         let n = 600;
         let sticky = members(n).iter().filter(|m| m.truth.kind == LoopKind::Sticky).count();
         // Four standard deviations.
-        assert!((sticky as f64 / n as f64 - 0.48).abs() < 4.0 * (0.48f64 * 0.52 / n as f64).sqrt());
+        assert!((sticky as f64 / n as f64 - 0.47).abs() < 4.0 * (0.47f64 * 0.53 / n as f64).sqrt());
     }
 
     #[test]
@@ -538,6 +539,7 @@ mod tests {
             LoopKind::ExternalWave,
             LoopKind::ProcessNonlinearity,
             LoopKind::RampAndReset,
+            LoopKind::SwitchedNeighbour,
             LoopKind::LongMemory,
             LoopKind::OneWay,
         ];
@@ -710,6 +712,7 @@ mod tests {
                     op: vec![],
                     selected: None,
                     spells: vec![],
+                    switched: None,
                     kinds: vec![],
                 };
                 design.set_point = SetPointKind::Constant;

@@ -302,7 +302,7 @@ mod tests {
             assert_eq!(one, &mistaken(3, k as u64).unwrap());
         }
         assert_ne!(all[0].1.op, mistaken(4, 0).unwrap().1.op);
-        assert_eq!(VERSION, 4);
+        assert_eq!(VERSION, 5);
     }
 
     #[test]
