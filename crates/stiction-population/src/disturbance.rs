@@ -158,7 +158,7 @@ impl Tapes {
 
     /// What happens to every loop.
     fn everyday(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
-        let (a, step) = (design.activity, design.step());
+        let (a, step) = (design.activity * design.happens, design.step());
         let duration = self.load.len() as f64 * step;
         let load = &mut self.load;
         // A valve at rest at the set point would rest for ever.
@@ -215,7 +215,7 @@ impl Tapes {
 
     /// What happens to some loops.
     fn rarer(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
-        let (a, n) = (design.activity, self.load.len());
+        let (a, n) = (design.activity * design.happens, self.load.len());
         if draw.chance(0.1) {
             self.kinds.push(DisturbanceKind::LongMemory);
             let wave = long_memory(n, n, draw);
@@ -593,7 +593,7 @@ fn set_point(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Vec<f64
     let duration = n as f64 * step;
     let scale = (design.gain * design.activity).abs();
     // Where the set point is the cause, it moves more.
-    let (most, size) = if kind == LoopKind::SetPoint { (16, 1.5) } else { (8, 1.0) };
+    let (most, size) = if kind == LoopKind::SetPoint { (16, 1.5) } else { (8, design.happens) };
     let change = |draw: &mut Draw| size * scale * draw.sign() * draw.log(0.3, 3.0);
     let mut tape = vec![design.pv_rest; n];
     match design.set_point {

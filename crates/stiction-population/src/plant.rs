@@ -312,7 +312,7 @@ impl Master {
         let hasty = if draw.chance(0.35) { draw.log(2.0, 8.0) } else { 1.0 };
         let kc = draw.log(0.3, 1.5) * hasty;
         let ti = tau * draw.uniform(0.5, 1.5);
-        let size = (design.gain * design.activity).abs();
+        let size = (design.gain * design.activity * design.happens).abs();
         let sd = size * draw.log(0.2, 1.5) / hasty;
         let wanders = Signal::Noise { sd, tau_s: tau * draw.log(0.5, 5.0), seed: draw.seed() };
         Ok(Self {
