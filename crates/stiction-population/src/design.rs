@@ -559,7 +559,9 @@ impl Design {
                 ((1.0 - rest) + (rest - keep) * late) / (1.0 - keep * late)
             }
         });
-        for tau in [self.tau2, self.valve_lag, self.pv_filter] {
+        // A loop below takes the place of the valve's lag.
+        let valve_lag = if self.inner.is_some() { 0.0 } else { self.valve_lag };
+        for tau in [self.tau2, valve_lag, self.pv_filter] {
             if tau > 0.0 {
                 times(lag(tau));
             }
@@ -571,8 +573,12 @@ impl Design {
             controller += self.td / (filter + step) * (1.0 - late) / (1.0 - keep * late);
         }
         times(controller);
-        if self.valve_lag > 0.0 {
+        if valve_lag > 0.0 {
             phase -= w * step;
+        }
+        if let Some(inner) = &self.inner {
+            let (late, passes) = inner.phase_and_gain(w, step);
+            (phase, gain) = (phase + late, gain * passes);
         }
         (phase, gain)
     }
