@@ -115,6 +115,8 @@ pub(super) struct Design {
     pub noise: NoiseKind,
     /// Standard deviation of the noise over the activity's effect on the PV.
     pub noise_ratio: f64,
+    /// How much of what happens to every loop happens to this, 0 to 1: little where noise alone moves the OP.
+    pub happens: f64,
     pub non_stationary: bool,
     pub set_point: SetPointKind,
 
@@ -291,9 +293,10 @@ impl Design {
             s,
             noise,
             noise_ratio: draw.log(0.003, 0.5).powf(if near_limit { 1.5 } else { 1.0 }),
+            happens: 1.0,
             non_stationary: draw.chance(0.2),
             set_point: if moves { set_point } else { SetPointKind::Constant },
-            historian: Historian::draw(draw),
+            historian: Historian::draw(near_limit, draw),
             sp_recorded: draw.chance(0.6),
             pv_range: (low, span),
             loop_type: if typed { loop_type } else { LoopType::Unknown },
@@ -330,10 +333,10 @@ impl Design {
     /// What is special about a loop of this kind.
     fn situation(kind: LoopKind, draw: &mut Draw) -> Situation {
         let drawn = draw.weighted([
-            (Situation::Ordinary, 0.42),
+            (Situation::Ordinary, 0.40),
             (Situation::FewEvents, 0.20),
             (Situation::NearLimit, 0.10),
-            (Situation::NoisyControl, 0.06),
+            (Situation::NoisyControl, 0.08),
             (Situation::OuterLoop, 0.05),
             (Situation::Coupled, 0.05),
             (Situation::Feedforward, 0.02),
@@ -364,6 +367,9 @@ impl Design {
                 let inner = Inner::draw(self, draw);
                 self.valve_lag = inner.lambda;
                 self.inner = Some(inner);
+                if draw.chance(0.3) {
+                    self.gain_margin = draw.log(1.02, 1.4);
+                }
             }
             Situation::Coupled => self.neighbour = Some(Neighbour::draw(self, draw)),
             Situation::SlowActuator => {
@@ -395,10 +401,18 @@ impl Design {
         }
     }
 
-    /// Gives the OP its noise: up to four times the band, from the PV or of the controller's own.
+    /// Gives the OP its noise: up to four times the band, from the PV or of the controller's own. In two of five the
+    /// noise of the PV is all that moves the OP: little else happens, and integral action is slow for the record.
     fn make_noisy(&mut self, draw: &mut Draw) {
         let sd = self.s * draw.log(0.2, 4.0);
         let by_pv = if draw.chance(0.5) { draw.unit() } else { 1.0 };
+        let (alone, little) = (draw.chance(0.4), draw.log(0.02, 0.3));
+        let long = self.drawn() * draw.log(0.3, 3.0);
+        let by_pv = if alone { 1.0 } else { by_pv };
+        if alone {
+            self.happens = (little * sd / self.activity).min(1.0);
+            self.ti = self.ti.max(long);
+        }
         self.own_noise = sd * (1.0 - by_pv * by_pv).sqrt();
         self.noise_ratio = by_pv * sd / (self.kc * self.gain * self.activity).abs();
     }
@@ -545,7 +559,9 @@ impl Design {
                 ((1.0 - rest) + (rest - keep) * late) / (1.0 - keep * late)
             }
         });
-        for tau in [self.tau2, self.valve_lag, self.pv_filter] {
+        // A loop below takes the place of the valve's lag.
+        let valve_lag = if self.inner.is_some() { 0.0 } else { self.valve_lag };
+        for tau in [self.tau2, valve_lag, self.pv_filter] {
             if tau > 0.0 {
                 times(lag(tau));
             }
@@ -557,8 +573,12 @@ impl Design {
             controller += self.td / (filter + step) * (1.0 - late) / (1.0 - keep * late);
         }
         times(controller);
-        if self.valve_lag > 0.0 {
+        if valve_lag > 0.0 {
             phase -= w * step;
+        }
+        if let Some(inner) = &self.inner {
+            let (late, passes) = inner.phase_and_gain(w, step);
+            (phase, gain) = (phase + late, gain * passes);
         }
         (phase, gain)
     }

@@ -5,6 +5,7 @@ use super::LoopKind;
 use super::design::Design;
 use super::draw::Draw;
 use super::families::{DisturbanceKind, NoiseKind, ProcessKind, SetPointKind, Situation};
+use super::switched::Switched;
 use stiction_model::closed_loop::{NormalStream, Signal, Wave};
 use stiction_model::error::Result;
 
@@ -24,6 +25,8 @@ pub(super) struct Tapes {
     pub selected: Option<Selected>,
     /// When somebody else has the OP.
     pub spells: Vec<Spell>,
+    /// A neighbour that is switched.
+    pub switched: Option<Switched>,
     /// What happens, but for the cause.
     pub kinds: Vec<DisturbanceKind>,
 }
@@ -79,6 +82,9 @@ impl Tapes {
             LoopKind::Irregular => tapes.oscillation(design, &mut cause, narrow_band)?,
             LoopKind::ExternalWave => tapes.oscillation(design, &mut cause, slip_wave)?,
             LoopKind::RampAndReset => tapes.resets(design, &mut cause)?,
+            LoopKind::SwitchedNeighbour => {
+                tapes.switched = Some(Switched::draw(design, &mut cause))
+            }
             LoopKind::LongMemory => {
                 let wave = long_memory(design.all_steps(), design.drawn_steps, &mut cause);
                 add(&mut tapes.load, &wave, design.activity * cause.log(0.7, 3.0));
@@ -118,6 +124,7 @@ impl Tapes {
             op: vec![],
             selected: None,
             spells: vec![],
+            switched: None,
             kinds: vec![],
         };
         let mut special = draw.fork();
@@ -151,7 +158,7 @@ impl Tapes {
 
     /// What happens to every loop.
     fn everyday(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
-        let (a, step) = (design.activity, design.step());
+        let (a, step) = (design.activity * design.happens, design.step());
         let duration = self.load.len() as f64 * step;
         let load = &mut self.load;
         // A valve at rest at the set point would rest for ever.
@@ -208,7 +215,7 @@ impl Tapes {
 
     /// What happens to some loops.
     fn rarer(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
-        let (a, n) = (design.activity, self.load.len());
+        let (a, n) = (design.activity * design.happens, self.load.len());
         if draw.chance(0.1) {
             self.kinds.push(DisturbanceKind::LongMemory);
             let wave = long_memory(n, n, draw);
@@ -224,7 +231,7 @@ impl Tapes {
             let size = (a * draw.sign() * draw.uniform(1.0, 6.0)).clamp(-50.0, 50.0);
             ramp(&mut self.load, draw.uniform(-0.3, 0.1) * n as f64, n as f64, size);
         }
-        if draw.chance(0.06) {
+        if draw.chance(0.1) {
             self.kinds.push(DisturbanceKind::OnOff);
             let on = design.pace * draw.log(5.0, 200.0);
             let off = on * draw.log(0.3, 3.0);
@@ -586,7 +593,7 @@ fn set_point(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Vec<f64
     let duration = n as f64 * step;
     let scale = (design.gain * design.activity).abs();
     // Where the set point is the cause, it moves more.
-    let (most, size) = if kind == LoopKind::SetPoint { (16, 1.5) } else { (8, 1.0) };
+    let (most, size) = if kind == LoopKind::SetPoint { (16, 1.5) } else { (8, design.happens) };
     let change = |draw: &mut Draw| size * scale * draw.sign() * draw.log(0.3, 3.0);
     let mut tape = vec![design.pv_rest; n];
     match design.set_point {

@@ -23,8 +23,9 @@ pub(super) struct Historian {
 }
 
 impl Historian {
-    /// One of those there are.
-    pub fn draw(draw: &mut Draw) -> Self {
+    /// One of those there are. Loops near their limit are compressed more often.
+    pub fn draw(near_limit: bool, draw: &mut Draw) -> Self {
+        let (compressed, reports) = if near_limit { (0.36, 0.16) } else { (0.22, 0.1) };
         let averaged = draw.chance(0.2);
         let hold = draw.count(2, 6);
         let held = draw.chance(0.12);
@@ -42,8 +43,8 @@ impl Historian {
             hold: if held { hold } else { 1 },
             op_quantum: if op_quantised { op_quantum } else { 0.0 },
             pv_quantum: if pv_quantised { pv_quantum } else { 0.0 },
-            doors: if door < 0.2 { doors } else { [0.0; 2] },
-            exceptions: match exception < 0.08 && door >= 0.2 {
+            doors: if door < compressed { doors } else { [0.0; 2] },
+            exceptions: match exception < reports && door >= compressed {
                 true => [exceptions[0] * reported[0], exceptions[1] * reported[1]],
                 false => [0.0; 2],
             },
@@ -110,9 +111,9 @@ impl Historian {
     }
 }
 
-/// Deviations of the swinging door of OP and PV, each lu(`least`, 1) standard deviations: on both, or one.
+/// Deviations of the swinging door of OP and PV, each lu(`least`, 1.5) standard deviations: on both, or one.
 fn doors(draw: &mut Draw, least: f64) -> [f64; 2] {
-    let deviations = [draw.log(least, 1.0), draw.log(least, 1.0)];
+    let deviations = [draw.log(least, 1.5), draw.log(least, 1.5)];
     match draw.unit() {
         place if place < 0.4 => deviations,
         place if place < 0.6 => [deviations[0], 0.0],

@@ -42,6 +42,9 @@ pub enum LoopKind {
     /// The valve of another loop sticks; its cycle arrives through what couples the loops, and this loop's
     /// controller answers back.
     StickingNeighbour,
+    /// A neighbour is switched on and off, or opens and shuts: what arrives jumps between two or three levels, at
+    /// times of its own or as a vessel that it shares with this loop fills and empties.
+    SwitchedNeighbour,
     /// A load has a long memory: its power falls with a power of the frequency.
     LongMemory,
     /// A load goes one way through all of the record; the OP follows it.
@@ -50,7 +53,7 @@ pub enum LoopKind {
 
 impl LoopKind {
     /// All kinds, those of valves that do not move as they should first.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Sticky,
         Self::StickyBelow,
         Self::Stuck,
@@ -67,6 +70,7 @@ impl LoopKind {
         Self::RampAndReset,
         Self::SwingingDoor,
         Self::StickingNeighbour,
+        Self::SwitchedNeighbour,
         Self::LongMemory,
         Self::OneWay,
     ];
@@ -90,6 +94,7 @@ impl LoopKind {
             Self::RampAndReset => "ramp and reset",
             Self::SwingingDoor => "swinging door",
             Self::StickingNeighbour => "sticking neighbour",
+            Self::SwitchedNeighbour => "switched neighbour",
             Self::LongMemory => "long memory",
             Self::OneWay => "one-way ramp",
         }
@@ -111,24 +116,22 @@ impl LoopKind {
 
     /// Its share of the population.
     pub fn share(self) -> f64 {
-        /// What sticking and stuck valves leave.
-        const HEALTHY: f64 = 0.45;
         match self {
-            Self::Sticky => 0.48,
+            Self::Sticky => 0.47,
             Self::StickyBelow => 0.03,
             Self::Stuck => 0.04,
-            Self::Normal => HEALTHY * 0.20,
-            Self::Irregular => HEALTHY * 0.08,
-            Self::SetPoint | Self::ExternalWave | Self::RampAndReset => HEALTHY * 0.07,
+            Self::Normal => 0.0775,
+            Self::Irregular => 0.036,
+            Self::SetPoint | Self::ExternalWave | Self::RampAndReset => 0.0315,
             Self::DeadZoneElsewhere
             | Self::Sine
             | Self::AggressiveTuning
             | Self::QuantisedPv
             | Self::Saturation
-            | Self::SwingingDoor => HEALTHY * 0.06,
-            Self::ProcessNonlinearity | Self::StickingNeighbour => HEALTHY * 0.05,
-            Self::LongMemory => HEALTHY * 0.03,
-            Self::OneWay => HEALTHY * 0.02,
+            | Self::SwingingDoor => 0.027,
+            Self::ProcessNonlinearity | Self::StickingNeighbour | Self::SwitchedNeighbour => 0.0225,
+            Self::LongMemory => 0.0135,
+            Self::OneWay => 0.009,
         }
     }
 

@@ -11,7 +11,7 @@
 //!                      load, SP)
 //! ```
 //!
-//! Version 4. A change of what a seed gives is a new version and is named in the change log.
+//! Version 5. A change of what a seed gives is a new version and is named in the change log.
 
 mod design;
 mod disturbance;
@@ -27,6 +27,7 @@ pub mod network;
 mod plant;
 pub mod position;
 pub mod scoreboard;
+mod switched;
 mod truth;
 mod visibility;
 
@@ -42,4 +43,4 @@ pub use mistaken::{Mistake, mistaken};
 pub use truth::{Facts, Simulated, Truth};
 
 /// Version of the population: which loop a seed gives.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;

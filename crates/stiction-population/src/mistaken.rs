@@ -1,11 +1,11 @@
 //! Recordings whose columns do not belong together: loops of the population with a mistake made in them.
 //!
-//! They teach what evidence looks like that is none. A column that stands for another keeps its units in one half of
-//! the recordings; in the other it is brought into a range of its own, as an export that scales every column does, so
-//! that ranges do not tell.
+//! They teach what evidence looks like that is none. A column that stands for another keeps its units in some of
+//! the recordings; in others it is brought into a range of its own, as an export that scales every column does, or all
+//! of the recording is in percent, so that ranges do not tell.
 
 use super::draw::Draw;
-use super::member;
+use super::{ControllerKind, Simulated, Situation, member};
 use std::f64::consts::TAU;
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::series::{mean, min, span, std};
@@ -84,10 +84,10 @@ impl Mistake {
         }
     }
 
-    /// Its share: that of exchanged columns, the likeliest mistake of a person, is four times that of others.
+    /// Its share: that of exchanged columns, the likeliest mistake of a person, is a good third of all.
     fn share(self) -> f64 {
         match self {
-            Self::Exchanged => 4.0,
+            Self::Exchanged => 9.0,
             Self::PvNoise | Self::PvShuffled | Self::PvOfAnotherLoop | Self::OpOfAnotherLoop => 2.0,
             _ => 1.0,
         }
@@ -109,6 +109,12 @@ pub fn mistaken(seed: u64, index: u64) -> Result<(Mistake, Recording)> {
     let mut draw = Draw::of(&[seed, index, u64::from(super::VERSION), 0x6d69_7374]);
     let mistake = draw.weighted(Mistake::ALL.map(|mistake| (mistake, mistake.share())));
     let mut of = simulated(seed, &mut draw)?;
+    // Three in ten exchanged columns are those of controllers that pass on noise.
+    if mistake == Mistake::Exchanged && draw.chance(0.3) {
+        while !of.passes_noise {
+            of = simulated(seed, &mut draw)?;
+        }
+    }
     while mistake.needs_sp() && !of.sp.as_ref().is_some_and(|sp| moves(sp)) {
         of = simulated(seed, &mut draw)?;
     }
@@ -133,9 +139,21 @@ struct Signals {
     op: Vec<f64>,
     pv: Vec<f64>,
     sp: Option<Vec<f64>>,
+    /// The PV at 0 % of its span, and the span, in its units.
+    range: (f64, f64),
+    /// Whether its control is noisy, or proportional only.
+    passes_noise: bool,
 }
 
 impl Signals {
+    /// PV and SP in percent of the span.
+    fn in_percent(&mut self) {
+        let (low, span) = self.range;
+        let values = self.pv.iter_mut().chain(self.sp.iter_mut().flatten());
+        values.for_each(|v| *v = 100.0 * (*v - low) / span);
+        self.range = (0.0, 100.0);
+    }
+
     fn shorten(&mut self, n: usize) {
         self.op.truncate(n);
         self.pv.truncate(n);
@@ -145,13 +163,24 @@ impl Signals {
 
 /// Any loop of the population.
 fn simulated(seed: u64, draw: &mut Draw) -> Result<Signals> {
-    let Recording { op, pv, sp, loop_type, .. } = member(seed, draw.seed())?.recording;
+    let Simulated { recording, truth } = member(seed, draw.seed())?;
+    let Recording { op, pv, sp, loop_type, .. } = recording;
+    let facts = truth.facts;
     let step = match op.time[..] {
         [first, second, ..] => second - first,
         _ => 1.0,
     };
     let pv = pv.map_or_else(|| op.values.clone(), |pv| pv.values);
-    Ok(Signals { step, loop_type, op: op.values, pv, sp: sp.map(|sp| sp.values) })
+    Ok(Signals {
+        step,
+        loop_type,
+        op: op.values,
+        pv,
+        sp: sp.map(|sp| sp.values),
+        range: (facts.pv_low, facts.pv_span),
+        passes_noise: facts.situation == Situation::NoisyControl
+            || facts.controller == ControllerKind::P,
+    })
 }
 
 /// Makes the mistake. The other loop is at least as long.
@@ -159,8 +188,15 @@ fn make(mistake: Mistake, of: &mut Signals, other: &Signals, draw: &mut Draw) {
     let n = of.op.len();
     match mistake {
         Mistake::Exchanged => {
+            // In percent both columns lie where an OP may.
+            let percent = draw.chance(0.4);
+            if percent {
+                of.in_percent();
+            }
             std::mem::swap(&mut of.op, &mut of.pv);
-            rescale(of, draw);
+            if !percent {
+                rescale(of, draw);
+            }
         }
         Mistake::PvNoise => of.pv = like(&of.pv, noise(n, draw)),
         Mistake::PvShuffled => of.pv = shuffled(&of.pv, draw),
@@ -302,7 +338,7 @@ mod tests {
             assert_eq!(one, &mistaken(3, k as u64).unwrap());
         }
         assert_ne!(all[0].1.op, mistaken(4, 0).unwrap().1.op);
-        assert_eq!(VERSION, 4);
+        assert_eq!(VERSION, 5);
     }
 
     #[test]
@@ -351,22 +387,43 @@ mod tests {
             loop_type: stiction_diagnose::recording::LoopType::default(),
             op: vec![1.0, 2.0, 4.0],
             pv,
-            sp: None,
+            sp: Some(vec![305.0; 3]),
+            range: (200.0, 400.0),
+            passes_noise: false,
         };
-        let (mut kept, mut moved) = (0, 0);
-        for seed in 0..40 {
+        let (mut kept, mut moved, mut percent) = (0, 0, 0);
+        for seed in 0..80 {
             let mut of = signals(vec![300.0, 310.0, 305.0]);
             make(Mistake::Exchanged, &mut of, &signals(vec![]), &mut Draw::of(&[seed]));
             assert_eq!(of.pv, [1.0, 2.0, 4.0]);
-            match of.op[0] == 300.0 {
-                true => kept += 1,
-                false => {
+            match of.op[0] {
+                300.0 => kept += 1,
+                25.0 if of.op == [25.0, 27.5, 26.25] => {
+                    assert_eq!(of.sp, Some(vec![26.25; 3]));
+                    percent += 1;
+                }
+                _ => {
                     assert!(min(&of.op) >= 0.0 && span(&of.op) <= 40.0);
                     assert!(((of.op[1] - of.op[0]) / (of.op[2] - of.op[0]) - 2.0).abs() < 1e-9);
                     moved += 1;
                 }
             }
         }
-        assert!(kept > 8 && moved > 8, "{kept} {moved}");
+        assert!(kept > 8 && moved > 8 && percent > 16, "{kept} {moved} {percent}");
+    }
+
+    #[test]
+    fn a_third_of_the_mistakes_are_exchanged_columns() {
+        let all: f64 = Mistake::ALL.iter().map(|mistake| mistake.share()).sum();
+        assert!((Mistake::Exchanged.share() / all - 0.35).abs() < 0.01);
+        let (mut with_sp, mut exchanged) = (0, 0);
+        for (mistake, recording) in (0..150).map(|k| mistaken(3, k).unwrap()) {
+            if mistake == Mistake::Exchanged {
+                exchanged += 1;
+                with_sp += usize::from(recording.sp.is_some());
+            }
+        }
+        assert!((30..76).contains(&exchanged), "{exchanged} of 150");
+        assert!(with_sp * 4 > exchanged && with_sp < exchanged, "{with_sp} of {exchanged}");
     }
 }

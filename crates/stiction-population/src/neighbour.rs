@@ -4,6 +4,7 @@ use super::design::Design;
 use super::draw::Draw;
 use super::families::ProcessKind;
 use super::plant::{Fitting, Stem};
+use realfft::num_complex::Complex;
 use stiction_model::bands::Bands;
 use stiction_model::closed_loop::{
     AntiWindup, Controller, DeadTime, DelayLine, Engaged, Handover, NormalStream, PidBank, Process,
@@ -53,6 +54,26 @@ impl Inner {
             drift: design.activity * draw.log(0.2, 3.0),
             seed: draw.seed(),
         }
+    }
+
+    /// Phase, not wrapped, and gain from its set point to its PV at the angular frequency `w`, sampled every `step` s.
+    pub fn phase_and_gain(&self, w: f64, step: f64) -> (f64, f64) {
+        let late = Complex::from_polar(1.0, -w * step);
+        let lag = |tau: f64| {
+            let keep = (-step / tau).exp();
+            (1.0 - keep) / (1.0 - keep * late)
+        };
+        // A lag of the stem answers one step late, as the process does.
+        let (valve, steps) = match self.valve_lag > 0.0 {
+            true => (lag(self.valve_lag), 2.0),
+            false => (Complex::new(1.0, 0.0), 1.0),
+        };
+        let controller = (1.0 + (step / self.tau) / (1.0 - late)) * self.tau / self.lambda;
+        let parts = [controller, valve, lag(self.tau)];
+        let around = parts.iter().product::<Complex<f64>>() * late.powf(steps);
+        let back = 1.0 + around;
+        let phase = parts.iter().map(|part| part.arg()).sum::<f64>() - steps * w * step;
+        (phase - back.arg(), around.norm() / back.norm())
     }
 }
 

@@ -5,6 +5,7 @@ use super::disturbance::Tapes;
 use super::draw::Draw;
 use super::families::{ControllerKind, ProcessKind, SetPointKind};
 use super::neighbour::{InnerRun, NeighbourRun};
+use super::switched::SwitchedRun;
 use std::iter::Peekable;
 use std::vec::IntoIter;
 use stiction_model::closed_loop::{
@@ -66,6 +67,8 @@ pub(super) struct Played {
     pub vp: Vec<f64>,
     /// How often the stem of a neighbour began to move, the steps before the record included.
     pub neighbour_slips: usize,
+    /// How often the level of a switched neighbour changed during the record.
+    pub switches: usize,
 }
 
 /// A valve with its lag and its actuator, and who takes its place when.
@@ -205,6 +208,8 @@ impl<'a> Plant<'a> {
             (Some(one), Some(fitting)) => Some(NeighbourRun::new(one, design, fitting)?),
             _ => None,
         };
+        let mut switched = tapes.switched.as_ref().map(SwitchedRun::new);
+        let mut pushed = [0.0; 2];
         let mut spells = tapes.spells.iter().peekable();
         let mut play = Play::new(self.sensor_play)?;
         play.restart(Start::at_rest(pv_rest));
@@ -221,9 +226,10 @@ impl<'a> Plant<'a> {
             stem: room(),
             vp: room(),
             neighbour_slips: 0,
+            switches: 0,
         };
         for k in 0..n {
-            let value = process.output(0) + pv_rest + tapes.output[k];
+            let value = process.output(0) + pv_rest + tapes.output[k] + pushed[1];
             let sensed = if self.sensor_play > 0.0 { play.step(value) } else { value };
             let sensed = (sensed + tapes.noise[k]).clamp(lowest, highest);
             filtered = keep * filtered + (1.0 - keep) * sensed;
@@ -266,7 +272,7 @@ impl<'a> Plant<'a> {
                     taken.clamp(low, high)
                 }
             };
-            let load = tapes.load[k] + arriving;
+            let load = tapes.load[k] + arriving + pushed[0];
             let (stem, vp, acting) = match &mut actuator {
                 Actuator::Valve(valve) => {
                     let (stem, vp) = valve.step(k, last_op, op)?;
@@ -275,9 +281,12 @@ impl<'a> Plant<'a> {
                 Actuator::Loop(below) => below.step(k, op, load)?,
             };
             last_op = op;
+            let away = (value - pv_rest) / design.gain;
             if let Some(neighbour) = &mut neighbour {
-                let away = (value - pv_rest) / design.gain;
                 arriving = neighbour.step(k, acting - op_rest, away)?;
+            }
+            if let Some(switched) = &mut switched {
+                pushed = switched.step(k, acting - op_rest, away);
             }
             let v = design.curve.at((acting - op_rest) + load);
             process.advance(line.push::<true>(Lane([v])));
@@ -288,6 +297,7 @@ impl<'a> Plant<'a> {
             played.stem.push(stem);
             played.vp.push(vp);
         }
+        played.switches = switched.map_or(0, |one| one.switches);
         played.neighbour_slips = neighbour.map_or(0, |one| one.slips);
         Ok(played)
     }
@@ -302,7 +312,7 @@ impl Master {
         let hasty = if draw.chance(0.35) { draw.log(2.0, 8.0) } else { 1.0 };
         let kc = draw.log(0.3, 1.5) * hasty;
         let ti = tau * draw.uniform(0.5, 1.5);
-        let size = (design.gain * design.activity).abs();
+        let size = (design.gain * design.activity * design.happens).abs();
         let sd = size * draw.log(0.2, 1.5) / hasty;
         let wanders = Signal::Noise { sd, tau_s: tau * draw.log(0.5, 5.0), seed: draw.seed() };
         Ok(Self {

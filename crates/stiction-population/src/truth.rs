@@ -56,6 +56,9 @@ pub struct Truth {
     /// How often the stem of a sticking valve began to move within the record, having been at rest one
     /// step of the controller before. 0 of a healthy or stuck valve.
     pub slips: usize,
+    /// Whether the stem moved at all during the record, by more than 1e-9 % in a step of the controller. True of a
+    /// healthy valve.
+    pub moves: bool,
     /// Valve position at the recorded times, percent.
     pub vp: Vec<f64>,
     /// What else was drawn, and what came of it.
@@ -173,6 +176,8 @@ pub struct Facts {
     pub at_limit: f64,
     /// Units of the recorded PV in 100 percent of its span.
     pub pv_span: f64,
+    /// The recorded PV at 0 % of its span, in its units.
+    pub pv_low: f64,
     /// How many draws were given up before this one.
     pub redrawn: usize,
 }
