@@ -59,7 +59,16 @@ pub(super) fn simulate(kind: LoopKind, draw: &mut Draw, factor: f64) -> Result<O
             let s = design.s * beyond_what_happens(&mut of_valve.beside());
             let s = s.clamp(LEAST_S, MOST_S);
             valve = sticking(&design, s, &healthy[0], &mut of_valve)?;
-            (plant.play(&valve.fittings)?, 0.0)
+            let run = plant.play(&valve.fittings)?;
+            match moves(&run.stem) {
+                true => (run, 0.0),
+                // It is as good as stuck, and shows like one.
+                false => {
+                    let (run, beside) = plant.play_beside(&valve.fittings, &healthy)?;
+                    let missing = std(&differences(&beside, &run.pv));
+                    (run, missing)
+                }
+            }
         }
         LoopKind::StickyBelow | LoopKind::Stuck => {
             valve = match kind {
@@ -108,10 +117,11 @@ pub(super) fn simulate(kind: LoopKind, draw: &mut Draw, factor: f64) -> Result<O
         .gain(),
         _ => 0.0,
     };
+    let moved = !kind.sticks() || moves(&played.stem);
     let visible = match kind {
-        LoopKind::Sticky => slips > 0 && gain >= NATS,
+        LoopKind::Sticky if moved => slips > 0 && gain >= NATS,
         LoopKind::StickyBelow => slips >= 2 && missing >= noise,
-        LoopKind::Stuck => missing >= 3.0 * noise && missing >= 0.5 * std(&played.pv),
+        LoopKind::Sticky | LoopKind::Stuck => missing >= 3.0 * noise && missing >= 0.5 * std(&played.pv),
         _ => false,
     };
     let mut recording = Recording::regular("", design.sample_time, &op, Some(&pv), sp.as_deref())?;
@@ -130,7 +140,7 @@ pub(super) fn simulate(kind: LoopKind, draw: &mut Draw, factor: f64) -> Result<O
         swing: facts.op_travel / band,
         op_noise: design.op_noise() / band,
         slips,
-        moves: !kind.sticks() || moves(&played.stem),
+        moves: moved,
         vp: last(&played.vp),
         facts,
     };

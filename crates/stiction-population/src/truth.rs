@@ -40,7 +40,7 @@ pub struct Truth {
     /// valve, given the same OP, would have made differs from the PV by a standard deviation of at least the noise's:
     /// the OP recorded is not that of the valve, and there is no likelihood of it.
     ///
-    /// Of a stuck valve it is true if the PV that a healthy valve, given the same OP, would have made
+    /// Of a stuck valve, and of a sticking one whose stem never [moves](Self::moves), it is true if the PV that a healthy valve, given the same OP, would have made
     /// differs from the PV by a standard deviation of at least three times the noise's and half the
     /// PV's own.
     pub visible: bool,

@@ -1,7 +1,7 @@
 //! What the verdict must not depend on, and what it must hold to.
 
 use stiction_diagnose::diagnose::{
-    ACCUSED_FROM, Basis, CLEARED_UP_TO, Detectors, DiagnoseOptions, Diagnosis, NAMED_FROM, Ruling,
+    Basis, Detectors, DiagnoseOptions, Diagnosis, NAMED_FROM, Ruling,
     VerdictClass, diagnose,
 };
 use stiction_diagnose::recording::{Channel, Recording};
@@ -46,7 +46,7 @@ fn units_direction_and_clock_do_not_matter() {
             // Trees split in single precision: a value on a threshold may fall to either side.
             (Some(a), Some(b)) => {
                 assert!((a - b).abs() < 0.05, "loop {k}: {a} {b}");
-                let limits = [ACCUSED_FROM, CLEARED_UP_TO];
+                let limits = [thresholds().accuse, thresholds().clear];
                 let near = limits.iter().any(|limit| (a - limit).abs() < 0.05);
                 assert!(near || here.verdict.class == there.verdict.class, "loop {k}: {a} {b}");
             }
@@ -67,14 +67,14 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
         }
         let p = verdict.probability.expect("evidence has a probability");
         match verdict.class {
-            VerdictClass::Sticks => assert!(p >= ACCUSED_FROM),
+            VerdictClass::Sticks => assert!(p >= thresholds().accuse),
             VerdictClass::DoesNotRespond => assert!(p >= NAMED_FROM),
             VerdictClass::DoesNotStick => {
-                assert!(p <= CLEARED_UP_TO && verdict.s_below.is_some());
+                assert!(p <= thresholds().clear && verdict.s_below.is_some());
                 assert!(diagnosis.stiction.s.is_none() && diagnosis.stiction.why_not.is_some());
             }
             // Whatever keeps a decisive probability from deciding is told.
-            _ if p <= CLEARED_UP_TO || p >= ACCUSED_FROM => {
+            _ if p <= thresholds().clear || p >= thresholds().accuse => {
                 assert!(diagnosis.undecided_by().is_some_and(|ruling| ruling != Ruling::Open));
             }
             _ => assert_eq!(diagnosis.undecided_by(), Some(Ruling::Open)),

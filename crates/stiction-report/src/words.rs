@@ -4,8 +4,8 @@ use crate::report::evidence::sentence;
 use crate::report::layout::number;
 use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
-    ACCUSED_FROM, Basis, CLEARED_UP_TO, Diagnosis, Estimate, Fault, FewSlips, Grade, Override,
-    Ruling, Silence, VerdictClass,
+    Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, PATTERN_OF_STICTION,
+    Ruling, Silence, VerdictClass, thresholds,
 };
 use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
@@ -111,8 +111,8 @@ fn band(diagnosis: &Diagnosis) -> String {
 
 fn op_alone(diagnosis: &Diagnosis) -> String {
     let compatible = match diagnosis.verdict.probability {
-        Some(p) if p <= CLEARED_UP_TO => "does not look like that of a sticking valve",
-        Some(p) if p < ACCUSED_FROM => "leaves it open whether the valve sticks",
+        Some(p) if p <= PATTERN_OF_STICTION.1 => "does not look like that of a sticking valve",
+        Some(p) if p < PATTERN_OF_STICTION.0 => "leaves it open whether the valve sticks",
         _ => "is compatible with stiction",
     };
     format!(
@@ -195,8 +195,8 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
         ),
         (_, Some(p)) => {
             let says = match p {
-                p if p <= CLEARED_UP_TO => "makes it {}, but does not clear it",
-                p if p >= ACCUSED_FROM => "makes it {}, but does not accuse it",
+                p if p <= thresholds().clear => "makes it {}, but does not clear it",
+                p if p >= thresholds().accuse => "makes it {}, but does not accuse it",
                 _ => "leaves it at {}",
             };
             let says = says.replace("{}", &percent(p));
@@ -246,7 +246,6 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
                  or a manual step test would answer."
             ));
         }
-        Some(Ruling::Contradicts(..)) => "A recording of another time".to_owned(),
         Some(Ruling::DeadZone) => {
             return Some(format!(
                 "Only the stem tells a valve from play elsewhere in the loop: {position}, or a look at the stem \

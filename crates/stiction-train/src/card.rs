@@ -1,6 +1,7 @@
 //! The model card: what a bundle was trained on and how good it is, in Markdown.
 
 use crate::dataset::{Dataset, Truth};
+use crate::decide;
 use crate::learn::{FEWEST_SLIPS, Learned, at_fault, j_over_s, ln_s};
 use crate::measure::{
     Detection, QUANTIFIED, Share, THRESHOLDS, detection, estimates, estimation, is_quantified,
@@ -84,7 +85,8 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
             out += &families[usize::from(op_only)].table();
         }
     }
-    writeln!(out, "\n## What it looks at\n\nShare of what all splits gained, OP and PV.\n")?;
+    writeln!(out, "\n## Decisions\n\n{}", decide::table(bundle, &test.data.full)?)?;
+    writeln!(out, "## What it looks at\n\nShare of what all splits gained, OP and PV.\n")?;
     writeln!(out, "| fault | | median of S | |\n|---|---|---|---|")?;
     let ranked = |gains: &[f64]| {
         let mut ranked: Vec<(f64, &str)> =

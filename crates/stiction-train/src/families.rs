@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use stiction_diagnose::fusion::{
-    COVERAGE, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, SURE, Side, logit, row,
+    COVERAGE, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, SURE, Side, logit, row, sigmoid,
 };
 use stiction_population::scoreboard::wilson;
 
@@ -426,6 +426,22 @@ fn confidence(families: &[&Left]) -> Confidence {
 }
 
 impl Families {
+    /// Of the decisions on all families that were left out, those that are wrong: up to one probability against a
+    /// fault, from the other on for one.
+    pub fn wrong_beyond(&self, clear: f64, accuse: f64) -> f64 {
+        let mut sure = Sure::default();
+        for each in self.left.iter().filter(|each| each.counted && !each.name.is_empty()) {
+            for (log_odds, hit, weight) in &each.judged {
+                let p = self.confidence.told(sigmoid(*log_odds));
+                if p <= clear || p >= accuse {
+                    sure.all += weight;
+                    sure.wrong += if *hit == (p <= clear) { *weight } else { 0.0 };
+                }
+            }
+        }
+        sure.share()
+    }
+
     /// The table for people, in Markdown. What a family is told rests on thresholds and stretches that
     /// were found on the other families.
     pub fn table(&self) -> String {

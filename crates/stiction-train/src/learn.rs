@@ -3,6 +3,7 @@
 use crate::bins::Bins;
 use crate::boost::{BoostOptions, Loss, Task, boost};
 use crate::calibrate;
+use crate::decide;
 use crate::dataset::{Dataset, Truth};
 use crate::families::{Families, Lesson, families};
 use crate::grow::Limits;
@@ -12,7 +13,7 @@ use crate::reference::reference;
 use anyhow::{Context, Result};
 use stiction_diagnose::evidence::Line;
 use stiction_diagnose::fusion::{
-    Bundle, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, Mismatch, Provenance,
+    Bundle, Calibration, Cause, Confidence, Decision, Ensemble, LIMIT, Limit, Mismatch, Provenance,
     Quantiles, TrainedModel, row,
 };
 
@@ -139,7 +140,11 @@ pub fn learn(
     }
     notes.extend(school.notes);
     let features = full.columns.iter().map(|column| column.name.clone()).collect();
-    let bundle = Bundle { provenance, features, full: of_both, op_only };
+    let rows = full.rows(provenance.trained..u64::MAX);
+    let decision = Decision::CAUTIOUS;
+    let mut bundle = Bundle { provenance, features, decision, full: of_both, op_only };
+    let of_full = families.as_ref().map(|[of_full, _]| of_full);
+    bundle.decision = decide::decision(&bundle, full, &rows, of_full)?;
     Ok(Learned { bundle, notes, fault_gains, s_gains, families })
 }
 

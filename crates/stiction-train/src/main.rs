@@ -4,6 +4,7 @@
 //! population ──> evidence ──> dataset ──> bins ──> boost (grow) ──> learn (calibrate) ──> Bundle
 //!                             (matrix_file)   ├──> families (left out in turn)     measure ──> card
 //!                                             ├──> mistakes (of columns)
+//!                                             ├──> decide (thresholds)
 //!                                             └──> reference (quantiles, distance)
 //! ```
 
@@ -12,6 +13,7 @@ mod boost;
 mod calibrate;
 mod card;
 mod dataset;
+mod decide;
 mod families;
 mod grow;
 mod learn;
@@ -35,14 +37,14 @@ use std::path::PathBuf;
 use stiction_diagnose::fusion::{Bundle, Provenance};
 
 /// The share of the members that calibration and intervals rest on.
-const CALIBRATED: f64 = 0.25;
+const CALIBRATED: f64 = 0.2;
 
 /// Members for each recording with a mistake in its columns.
 const MISTAKEN: u64 = 8;
 
 /// Train the model of the verdict on simulated loops.
 ///
-/// Simulates members of the population, gathers their evidence, learns from three quarters of them,
+/// Simulates members of the population, gathers their evidence, learns from four fifths of them,
 /// calibrates on the rest, leaves out every family of loops in turn to find how much confidence the
 /// verdict may show, measures on members of another seed, and writes verdict.bin and its model card
 /// README.md. The same arguments give the same bytes on any number of threads.
@@ -83,6 +85,11 @@ enum Experiment {
     Mismatch,
     /// Print what becomes of the verdict on every family of loops that is left out of its training
     Families,
+    /// Print what a model decides on the loops to measure on, and what each rule beside its thresholds changes
+    Rules {
+        /// The model, such as crates/stiction-diagnose/model/verdict.bin
+        model: PathBuf,
+    },
     /// Only gather the evidence, into the folder of --cache
     Gather,
     /// Print what a model says of every loop to measure on, as CSV
@@ -98,10 +105,17 @@ fn main() -> Result<()> {
     let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
     let fresh = args.seed.wrapping_add(1);
     let mut test = gather(&args, fresh, members)?;
-    if let Some(Experiment::Judge { model }) = &args.experiment {
+    if let Some(asked @ (Experiment::Judge { model } | Experiment::Rules { model })) =
+        &args.experiment
+    {
         let bytes =
             std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
-        print!("{}", measure::sayings(&Bundle::from_bytes(&bytes)?, &test.full)?);
+        let bundle = Bundle::from_bytes(&bytes)?;
+        let told = match asked {
+            Experiment::Rules { .. } => decide::table(&bundle, &test.full)?,
+            _ => measure::sayings(&bundle, &test.full)?,
+        };
+        print!("{told}");
         return Ok(());
     }
     let mut train = gather(&args, args.seed, args.n)?;
@@ -151,7 +165,7 @@ fn main() -> Result<()> {
             }
             print!("{card}");
         }
-        (Some(Experiment::Judge { .. }), _) => {}
+        (Some(Experiment::Judge { .. } | Experiment::Rules { .. }), _) => {}
         (None, None) => unreachable!("clap asks for --output"),
     }
     Ok(())

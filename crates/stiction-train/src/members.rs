@@ -140,7 +140,7 @@ fn member(seed: u64, index: u64) -> stiction_model::Result<[Row; 2]> {
         let truth = Truth {
             index,
             kind: truth.kind.name().to_owned(),
-            cause: cause_of(truth.kind),
+            cause: cause_of(&truth),
             visible: truth.visible,
             slips: truth.slips as u64,
             nats: truth.gain,
@@ -176,9 +176,10 @@ fn families(truth: &stiction_population::Truth) -> Vec<String> {
     names.into_iter().map(|(axis, name)| format!("{axis}: {name}")).collect()
 }
 
-/// What is the matter with a loop of a kind.
-fn cause_of(kind: LoopKind) -> Cause {
-    match kind {
+/// What is the matter with a loop. A valve that sticks by so much that it never moves does not respond.
+fn cause_of(truth: &stiction_population::Truth) -> Cause {
+    match truth.kind {
+        LoopKind::Sticky if !truth.moves => Cause::NoResponse,
         LoopKind::Sticky | LoopKind::StickyBelow => Cause::StickingValve,
         LoopKind::Stuck => Cause::NoResponse,
         LoopKind::Sine | LoopKind::Irregular => Cause::ExternalOscillation,
@@ -188,7 +189,9 @@ fn cause_of(kind: LoopKind) -> Cause {
         LoopKind::DeadZoneElsewhere => Cause::DeadZoneElsewhere,
         LoopKind::SetPoint => Cause::SetPointChanges,
         LoopKind::ProcessNonlinearity => Cause::ProcessNonlinearity,
-        LoopKind::ExternalWave | LoopKind::StickingNeighbour => Cause::ExternalWave,
+        LoopKind::ExternalWave | LoopKind::StickingNeighbour | LoopKind::SwitchedNeighbour => {
+            Cause::ExternalWave
+        },
         LoopKind::RampAndReset => Cause::ResettingLoad,
         _ => Cause::NormalOperation,
     }

@@ -4,9 +4,9 @@
 //! | grade | where |
 //! |---|---|
 //! | sticks | the verdict accuses the valve |
-//! | probably sticks | the evidence makes it [likely](PROBABLY_FROM), but does not accuse: no line of evidence bears it out alone, or play elsewhere would look the same; or families of published methods say so |
-//! | unclear | the evidence lies between, contradicts itself, or is unlike the training; or there is the OP alone |
-//! | probably fine | the evidence makes sticking as unlikely as where it clears, but the recording would not show a large enough S; or what sticks is too little to be a fault |
+//! | probably sticks | the evidence makes it [likely](PROBABLY_FROM), but does not accuse; or families of published methods say so |
+//! | unclear | the probability lies between, or the recording is unlike the training; or there is the OP alone |
+//! | probably fine | the evidence makes sticking [unlikely](PROBABLY_FINE_UP_TO), but does not clear; or what sticks is too little to be a fault |
 //! | fine | the verdict clears the valve |
 //! | does not respond | the output travels, the flow or the stem does not |
 //! | data cannot answer | the data are unfit, or their columns look mistaken |
@@ -15,12 +15,14 @@
 //! "Probably" is no verdict: [`VerdictClass`] stays "cannot tell" there, and a test is the next step. How often each
 //! grade is right on simulated loops stands in `docs/accuracy.md`.
 
-use super::{Basis, CLEARED_UP_TO, Diagnosis, Ruling, VerdictClass};
+use super::{Basis, Diagnosis, Ruling, VerdictClass};
 use crate::recording::fitness::Class;
 use std::fmt;
 
 /// The probability from which a valve that is not accused probably sticks.
 pub const PROBABLY_FROM: f64 = 0.8;
+/// The probability up to which a valve that is not cleared is probably fine.
+pub const PROBABLY_FINE_UP_TO: f64 = 0.2;
 
 /// The verdict in one graded word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -79,9 +81,16 @@ impl Grade {
             (VerdictClass::DoesNotStick, _) => Self::Fine,
             (VerdictClass::DoesNotRespond, _) => Self::DoesNotRespond,
             (VerdictClass::CannotTell, None) => Self::CannotAnswer,
-            (VerdictClass::CannotTell, Some(p)) if p >= PROBABLY_FROM => Self::ProbablySticks,
-            (VerdictClass::CannotTell, Some(p)) if p <= CLEARED_UP_TO => Self::ProbablyFine,
-            (VerdictClass::CannotTell, Some(_)) => Self::Unclear,
+            (VerdictClass::CannotTell, Some(p)) => Self::undecided(p),
+        }
+    }
+
+    /// What is said of a probability that decides nothing.
+    fn undecided(probability: f64) -> Self {
+        match probability {
+            p if p >= PROBABLY_FROM => Self::ProbablySticks,
+            p if p <= PROBABLY_FINE_UP_TO => Self::ProbablyFine,
+            _ => Self::Unclear,
         }
     }
 
@@ -101,12 +110,10 @@ impl Grade {
             _ if diagnosis.fitness.class == Class::Unfit => Self::CannotAnswer,
             _ => match diagnosis.undecided_by() {
                 Some(Ruling::Mistaken) => Self::CannotAnswer,
-                Some(Ruling::Unsupported | Ruling::DeadZone) => Self::ProbablySticks,
-                Some(Ruling::Open) if verdict.probability >= Some(PROBABLY_FROM) => {
-                    Self::ProbablySticks
-                }
-                Some(Ruling::Blind | Ruling::Harmless) => Self::ProbablyFine,
-                _ => Self::Unclear,
+                // What would stick is too little to be a fault.
+                Some(Ruling::Harmless) => Self::ProbablyFine,
+                Some(Ruling::Strange) => Self::Unclear,
+                _ => verdict.probability.map_or(Self::Unclear, Self::undecided),
             },
         }
     }

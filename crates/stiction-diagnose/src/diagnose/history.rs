@@ -15,7 +15,8 @@
 
 use super::combining::{self, Witness};
 use super::grade::Grade;
-use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO, VerdictClass};
+use super::by_evidence::thresholds;
+use super::verdict::VerdictClass;
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
@@ -117,11 +118,11 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
     let class = match (majority, probability) {
         // Its cause is another one than stiction, whatever the probability of that.
         (Some(VerdictClass::DoesNotRespond), _) => VerdictClass::DoesNotRespond,
-        (_, Some(p)) if p >= ACCUSED_FROM && bear_out(&observations, VerdictClass::Sticks) => {
+        (_, Some(p)) if p >= thresholds().accuse && bear_out(&observations, VerdictClass::Sticks) => {
             VerdictClass::Sticks
         }
         (_, Some(p))
-            if p <= CLEARED_UP_TO && bear_out(&observations, VerdictClass::DoesNotStick) =>
+            if p <= thresholds().clear && bear_out(&observations, VerdictClass::DoesNotStick) =>
         {
             VerdictClass::DoesNotStick
         }
@@ -140,12 +141,12 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
     })
 }
 
-/// Whether most of the observations whose probability would give this class have it themselves: one that was vetoed,
-/// or blind, or borne out by no line of evidence, or unlike all that is known, does not become sure by being repeated.
+/// Whether most of the observations whose probability would give this class have it themselves: one that was
+/// blind, or unlike all that is known, does not become sure by being repeated.
 fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
     let would = |p: f64| match class {
-        VerdictClass::Sticks => p >= ACCUSED_FROM,
-        _ => p <= CLEARED_UP_TO,
+        VerdictClass::Sticks => p >= thresholds().accuse,
+        _ => p <= thresholds().clear,
     };
     let (mut borne_out, mut all) = (0.0, 0.0);
     for each in observations.iter().filter(|o| o.probability.is_some_and(would)) {
@@ -253,8 +254,8 @@ mod tests {
         Observation {
             time: day * DAY,
             class: match probability {
-                Some(p) if p <= CLEARED_UP_TO => VerdictClass::DoesNotStick,
-                Some(p) if p >= ACCUSED_FROM => VerdictClass::Sticks,
+                Some(p) if p <= thresholds().clear => VerdictClass::DoesNotStick,
+                Some(p) if p >= thresholds().accuse => VerdictClass::Sticks,
                 _ => VerdictClass::CannotTell,
             },
             probability,
@@ -358,7 +359,7 @@ mod tests {
         let mut all: Vec<Observation> =
             (0..5).map(|k| seen(f64::from(k), Some(0.05), None)).collect();
         assert_eq!(combine(&all).unwrap().class, VerdictClass::DoesNotStick);
-        // Vetoed, or blind: the probability is low, and nothing was concluded of it.
+        // Blind: the probability is low, and nothing was concluded of it.
         all.iter_mut().take(3).for_each(|each| each.class = VerdictClass::CannotTell);
         assert_eq!(combine(&all).unwrap().class, VerdictClass::CannotTell);
     }

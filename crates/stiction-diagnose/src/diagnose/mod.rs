@@ -28,13 +28,13 @@ mod verdict;
 mod weighing;
 
 pub use crate::fusion::{Cause, Estimate};
-pub use by_evidence::Ruling;
+pub use by_evidence::{Ruling, Signs, thresholds};
 pub use confirm::confirming_test;
 pub use diagnosis::{
     Detectors, DiagnoseOptions, Diagnosis, Judged, Oscillations, Window, diagnose, fitness, subject,
 };
 pub use few_slips::{FewSlips, few_slips};
-pub use grade::{Grade, PROBABLY_FROM};
+pub use grade::{Grade, PROBABLY_FINE_UP_TO, PROBABLY_FROM};
 pub use history::{Drift, History, Observation, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};
@@ -42,8 +42,8 @@ pub use no_response::{Fault, NAMED_FROM, NoResponse, Rest, Silence};
 pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
 pub use verdict::{
-    ACCUSED_FROM, Alternative, Basis, CLEARED_UP_TO, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
-    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Override, Stiction, TestKind, Verdict, VerdictClass,
+    Alternative, Basis, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
+    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Override, PATTERN_OF_STICTION, Stiction, TestKind, Verdict, VerdictClass,
     Votes, preliminary,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};

@@ -19,7 +19,7 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
         }
         _ => {}
     }
-    if weighing.probability <= super::CLEARED_UP_TO {
+    if weighing.probability <= super::grade::PROBABLY_FINE_UP_TO {
         return why_not("the evidence does not speak for a valve that sticks".to_owned());
     }
     if weighing.distance > 1.0 {

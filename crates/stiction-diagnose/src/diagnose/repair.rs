@@ -8,7 +8,7 @@
 
 use super::combining::log_odds;
 use super::history::{Observation, SIGNIFICANT, checked, combined_probability, p_value};
-use super::verdict::{ACCUSED_FROM, CLEARED_UP_TO};
+use super::by_evidence::thresholds;
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
 
@@ -140,9 +140,9 @@ fn outcome(
     let moved =
         |sign: f64| known.iter().any(|c| c.significant && sign * (c.after - c.before) > 0.0);
     match (moved(-1.0), moved(1.0)) {
-        (true, false) if still.is_some_and(|p| p >= ACCUSED_FROM) => RepairOutcome::Helped,
+        (true, false) if still.is_some_and(|p| p >= thresholds().accuse) => RepairOutcome::Helped,
         // An S of half the old one with nothing known of sticking is help, no cure.
-        (true, false) if still.is_none_or(|p| p > CLEARED_UP_TO) && !s.is_some_and(cured) => {
+        (true, false) if still.is_none_or(|p| p > thresholds().clear) && !s.is_some_and(cured) => {
             RepairOutcome::Helped
         }
         (true, false) => RepairOutcome::Worked,

@@ -1,7 +1,7 @@
 //! The verdict on a valve.
 
 use super::belonging::Belonging;
-use super::by_evidence::by_evidence;
+use super::by_evidence::{by_evidence, thresholds};
 use super::grade::Grade;
 use super::reasons::{alternatives, sayings};
 use super::weighing::Weighing;
@@ -315,17 +315,15 @@ pub const MIMICS: [MeasureId; 6] = [
     MeasureId::SetPoint,
 ];
 
-/// The probability of a fault from which a valve is accused.
-pub const ACCUSED_FROM: f64 = 0.9;
 /// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be accused: in
 /// a single loop it looks much like the dead band of a valve, and a mechanic who was sent to a healthy valve
 /// does not come twice.
 pub const DEAD_ZONE_BELOW: f64 = 0.03;
+/// The probability from which the pattern of the OP alone is compatible with stiction, and that up to which it is not.
+pub const PATTERN_OF_STICTION: (f64, f64) = (0.9, 0.2);
 /// S up to this many percent is no fault: healthy valves of the population have dead bands as
 /// wide.
 pub const HARMLESS: f64 = 0.25;
-/// The probability up to which a valve is cleared.
-pub const CLEARED_UP_TO: f64 = 0.2;
 
 /// Measures of fitness on which a loop of the population may fail too. If data are unfit for no other
 /// reason, what their evidence says has a meaning, but it cannot tell whether the valve sticks.
@@ -381,7 +379,7 @@ fn of_unfit(
         return preliminary;
     }
     let weighed = Verdict { probability: Some(weighing.probability), ..preliminary };
-    let idle = weighing.probability >= ACCUSED_FROM
+    let idle = weighing.probability >= thresholds().accuse
         && weighing.mismatch <= 1.0
         && weighing.likelihood(Cause::NoResponse) > weighing.likelihood(Cause::StickingValve);
     if op_only || !idle {
@@ -402,8 +400,8 @@ fn of_unfit(
 fn of_op_alone(weighing: &Weighing, preliminary: Verdict) -> Verdict {
     let probability = weighing.probability;
     let pattern = match probability {
-        p if p >= ACCUSED_FROM => "is compatible with stiction",
-        p if p <= CLEARED_UP_TO => "is not that of a sticking valve",
+        p if p >= PATTERN_OF_STICTION.0 => "is compatible with stiction",
+        p if p <= PATTERN_OF_STICTION.1 => "is not that of a sticking valve",
         _ => "leaves it open whether the valve sticks",
     };
     let says = format!(

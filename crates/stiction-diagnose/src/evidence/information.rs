@@ -12,11 +12,11 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
 const OF_ALL: usize = 9;
 
 /// What stems say beside the OP.
-const BESIDE: usize = 14;
+const BESIDE: usize = 15;
 
 /// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort
 /// for every S of the grid.
-pub const FEATURES: [Feature; OF_ALL + 4 * STEPS + BESIDE] = [
+pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature(
         "info_z",
         1,
@@ -136,6 +136,11 @@ pub const FEATURES: [Feature; OF_ALL + 4 * STEPS + BESIDE] = [
         "nats that the best stem adds, a sample, ln",
     ),
     feature(
+        "stem_lacks",
+        0,
+        "nats that the OP adds to the best stem, ln(1 + x)",
+    ),
+    feature(
         "stem_gain_1",
         0,
         "nats that a stem with S of 0.015 of the OP's range adds, ln(1 + x)",
@@ -179,6 +184,51 @@ pub const FEATURES: [Feature; OF_ALL + 4 * STEPS + BESIDE] = [
         "stem_gain_9",
         0,
         "nats that a stem with S of 1.8 of the OP's range adds, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_1",
+        0,
+        "nats that the OP adds to any stem with S of 0.015 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_2",
+        0,
+        "nats that the OP adds to any stem with S of 0.027 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_3",
+        0,
+        "nats that the OP adds to any stem with S of 0.05 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_4",
+        0,
+        "nats that the OP adds to any stem with S of 0.09 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_5",
+        0,
+        "nats that the OP adds to any stem with S of 0.16 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_6",
+        0,
+        "nats that the OP adds to any stem with S of 0.3 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_7",
+        0,
+        "nats that the OP adds to any stem with S of 0.54 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_8",
+        0,
+        "nats that the OP adds to any stem with S of 0.99 of its range, ln(1 + x)",
+    ),
+    feature(
+        "stem_refuted_9",
+        0,
+        "nats that the OP adds to any stem with S of 1.8 of its range, ln(1 + x)",
     ),
 ];
 
@@ -228,8 +278,10 @@ pub fn measure(information: Option<&Information>, op_span: f64, out: &mut Vec<f6
         signed(stem.beyond_curve),
         signed((stem.gain - stem.placebo).min(stem.beyond_curve)),
         ((stem.gain + 0.1) / told.independent).ln(),
+        signed(stem.lacks),
     ]);
     out.extend(stem.profile.iter().map(|gain| signed(*gain)));
+    out.extend(stem.refuted.iter().map(|nats| signed(*nats)));
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::bytes::{Reader, Writer, damaged};
 use super::calibration::Calibration;
 use super::cause::Cause;
 use super::confidence::{Confidence, Side};
+use super::decision::Decision;
 use super::limit::Limit;
 use super::mismatch::Mismatch;
 use super::packed::Cuts;
@@ -17,7 +18,7 @@ use crate::evidence::Line;
 const MAGIC: [u8; 8] = *b"STICTION";
 
 /// The version of its form.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Everything that is frozen: what the verdict's probabilities and intervals are computed with.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +27,8 @@ pub struct Bundle {
     pub provenance: Provenance,
     /// The names of the features it was trained on, in their order.
     pub features: Vec<String>,
+    /// When a valve is accused or cleared.
+    pub decision: Decision,
     /// For recordings of OP and PV.
     pub full: TrainedModel,
     /// For recordings of the OP alone. Its trees split by features of the OP only.
@@ -109,6 +112,8 @@ impl Bundle {
         out.u32(*population);
         [seed, trained, calibrated].into_iter().for_each(|number| out.u64(*number));
         out.list(self.features.iter(), |out, name| out.text(name));
+        out.f64(self.decision.accuse);
+        out.f64(self.decision.clear);
         self.full.write(&mut out, self.features.len());
         self.op_only.write(&mut out, self.features.len());
         out.0
@@ -137,12 +142,13 @@ impl Bundle {
         if features.len() > MOST_FEATURES {
             return Err(damaged("has too many features"));
         }
+        let decision = Decision { accuse: from.f64()?, clear: from.f64()? }.checked()?;
         let full = TrainedModel::read(&mut from, features.len())?;
         let op_only = TrainedModel::read(&mut from, features.len())?;
         if !from.0.is_empty() {
             return Err(damaged("goes on after its end"));
         }
-        Ok(Self { provenance, features, full, op_only })
+        Ok(Self { provenance, features, decision, full, op_only })
     }
 }
 
@@ -388,6 +394,7 @@ pub(super) mod tests {
                 ..Default::default()
             },
             features: vec!["first".into(), "second".into()],
+            decision: Decision { accuse: 0.9, clear: 0.1 },
             full: model(0.0),
             op_only: TrainedModel {
                 calibration: Calibration::IDENTITY,

@@ -6,7 +6,6 @@ use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
 use super::views::WIDTH;
 use crate::words::{self, percent, rough, spoken};
-use stiction_diagnose::diagnose::by_evidence::VETO;
 use stiction_diagnose::diagnose::{
     Basis, Cause, ConfirmingTest, Diagnosis, Fault, TestKind, VerdictClass, Weighing,
 };
@@ -83,9 +82,7 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
 fn measured(weighing: &Weighing, class: VerdictClass) -> Block {
     let mut facts = vec![
         Fact::new(
-            format!(
-                "standard errors by which sticking predicts the PV better (from {VETO} on not cleared)"
-            ),
+            "standard errors by which sticking predicts the PV better",
             number((10.0 * weighing.z).round() / 10.0),
             "",
         ),

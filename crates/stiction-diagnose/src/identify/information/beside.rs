@@ -10,6 +10,7 @@
 //! ```text
 //! gain     = n/2 ln((SSE + f) / (SSE - r' Q^-1 r + f)),   Q = V'V - V'X (X'X)^-1 X'V,  r = V'e
 //! robust   = n/N sum of l(e with V) - l(e),               l of Student's t with 4 degrees of freedom
+//! lacks    = n/2 ln((SSE of V in the OP's place + f) / (SSE of both + f))
 //! evidence = ln of the mean of exp(gain) over all valves of the grid: the prior is uniform in ln S and in J
 //! placebo  = the largest gain of the same valves under the OP reversed in time, and turned back
 //! curve    = gain of the squared OP, as of a process whose gain changes
@@ -63,6 +64,10 @@ pub struct Beside {
     pub beyond_curve: f64,
     /// The largest gain for each S of the grid, nats.
     pub profile: [f64; STEPS],
+    /// What the OP gains beside the best stem, nats: little if the valve sticks so.
+    pub lacks: f64,
+    /// The least that the OP gains beside any stem of each S of the grid, nats: much refutes that S.
+    pub refuted: [f64; STEPS],
 }
 
 /// Taps beside the columns: their products, once those of the columns are taken out.
@@ -125,6 +130,11 @@ impl Problem {
         for (k, gain) in gains.iter().enumerate() {
             profile[k % STEPS] = gain.max(profile[k % STEPS]);
         }
+        let mut refuted = [f64::INFINITY; STEPS];
+        for (k, tried) in on_grid.iter().enumerate() {
+            let nats = tried.as_ref().map_or(0.0, |t| self.lacks(t));
+            refuted[k % STEPS] = nats.min(refuted[k % STEPS]);
+        }
         let most = gains.iter().copied().fold(0.0, f64::max);
         let sum: f64 = gains.iter().map(|gain| (gain - most).exp()).sum();
         let evidence = most + (sum / gains.len().max(1) as f64).ln();
@@ -177,7 +187,16 @@ impl Problem {
             curve,
             beyond_curve,
             profile,
+            lacks: winner.map_or(0.0, |t| self.lacks(t)),
+            refuted,
         }
+    }
+
+    /// What the OP gains beside a stem, nats.
+    fn lacks(&self, tried: &Tried) -> f64 {
+        let added = self.added(&tried.across, &tried.own, &tried.target);
+        let both = self.follows.sse - added.map_or(0.0, |added| added.drop);
+        self.nats(tried.fit.sse, tried.fit.sse - both)
     }
 
     fn added(&self, across: &DMatrix<f64>, own: &DMatrix<f64>, target: &DVector<f64>) -> Option<Added> {

@@ -1,0 +1,45 @@
+//! From which probability on a valve is accused, and up to which it is cleared.
+
+use crate::error::{Error, Result};
+
+/// The two thresholds of the verdict.
+///
+/// They are chosen by the training on loops that nothing was learned from, as far apart as few wrong decisions
+/// allow and no further: see `stiction-train`, `decide.rs`, for the constraints and the order in which thresholds
+/// are tried. The [model card](https://github.com/stiction/stiction) tells what they came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision {
+    /// The probability of a fault from which a valve is accused.
+    pub accuse: f64,
+    /// The probability of a fault up to which a valve is cleared.
+    pub clear: f64,
+}
+
+impl Decision {
+    /// For models that were given none.
+    pub const CAUTIOUS: Self = Self { accuse: 0.95, clear: 0.05 };
+
+    /// Accepts thresholds between which there is room.
+    ///
+    /// # Errors
+    /// If they are no probabilities, or the one to accuse is not above a half and the one to clear not below.
+    pub fn checked(self) -> Result<Self> {
+        match (0.0..0.5).contains(&self.clear) && self.accuse > 0.5 && self.accuse <= 1.0 {
+            true => Ok(self),
+            false => Err(Error::Bundle("its thresholds decide everything or nothing".into())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_leave_room_between_them() {
+        assert!(Decision::CAUTIOUS.checked().is_ok());
+        for (accuse, clear) in [(0.5, 0.1), (0.9, 0.5), (f64::NAN, 0.1), (0.9, -0.1), (1.1, 0.1)] {
+            assert!(Decision { accuse, clear }.checked().is_err(), "{accuse} {clear}");
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! The thresholds of the verdict, chosen by the risk that they run on loops that nothing was learned from; and what
+//! each rule beside them costs and gives.
+//!
+//! Thresholds are tried from the most cautious on, a hundredth at a time, and the first that breaks a constraint ends
+//! the walk: so the chance that the last one kept breaks one is that of a single test, however many are tried (fixed
+//! sequence testing, as in A. Angelopoulos et al., "Learn then test", 2021; recalled, not read). Each test is exact:
+//! the upper end of a one-sided binomial interval of [`DOUBT`] must lie within the bound. It holds for loops like the
+//! simulated ones; loops of kinds left out of training are a constraint of their own.
+
+use crate::dataset::Dataset;
+use crate::families::Families;
+use crate::learn::fault;
+use crate::measure::Share;
+use anyhow::Result;
+use rayon::prelude::*;
+use statrs::distribution::{Beta, ContinuousCDF};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use stiction_diagnose::diagnose::{Ruling, Signs, VerdictClass};
+use stiction_diagnose::evidence::Line;
+use stiction_diagnose::fusion::{Bundle, Cause, Decision, Weighed};
+
+/// The chance that a bound does not hold.
+const DOUBT: f64 = 0.1;
+/// Of all decisions on loops that are healthy, or visibly at fault, that many may be wrong.
+const WRONG: f64 = 0.04;
+/// Of all healthy loops, and of those of each kind, that many may be accused.
+const ACCUSED: f64 = 0.01;
+const ACCUSED_OF_KIND: f64 = 0.03;
+/// Of the sticking loops that are cleared, so many may stick by more than they are told.
+const BROKEN: f64 = 0.05;
+/// Of the decisions on families that were left out of training, all together, so many may be wrong.
+const LEFT_OUT: f64 = 0.05;
+/// The strictest thresholds, and those at which it ends.
+const ACCUSE: (u32, u32) = (99, 60);
+const CLEAR: (u32, u32) = (1, 40);
+
+/// A loop to decide on.
+struct Case<'a> {
+    says: Weighed,
+    signs: Signs,
+    /// Standard errors by which a sticking valve predicts the PV better.
+    z: f64,
+    kind: &'a str,
+    fault: Option<bool>,
+    /// Of a valve that sticks, percent of span.
+    s: Option<f64>,
+}
+
+/// A rule that keeps a loop from being decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rule {
+    /// Unlike the training.
+    Strange,
+    /// A dead zone elsewhere is likely.
+    DeadZone,
+    /// S is too small to be a fault.
+    Harmless,
+    /// No limit below twice the range of the OP.
+    NoLimit,
+    /// Two lines of evidence that are sure of opposites.
+    Contradiction,
+    /// No line alone gives 80 %.
+    Unsupported,
+    /// A sticking valve predicts the PV better by three standard errors.
+    Veto,
+}
+
+impl Rule {
+    /// Those of the verdict, which can be left out; and those that it no longer has, which can be put in.
+    const KEPT: [Self; 4] = [Self::Strange, Self::DeadZone, Self::Harmless, Self::NoLimit];
+    const DROPPED: [Self; 3] = [Self::Contradiction, Self::Unsupported, Self::Veto];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Strange => "unlike the loops of training",
+            Self::DeadZone => "play or a dead zone elsewhere keeps 3 %",
+            Self::Harmless => "S up to 0.25 % is no fault",
+            Self::NoLimit => "cleared only with a limit up to twice the OP's range",
+            Self::Contradiction => "two lines of evidence are sure of opposites",
+            Self::Unsupported => "accused only if one line alone gives 80 %",
+            Self::Veto => "not cleared if a sticking valve predicts better by 3 standard errors",
+        }
+    }
+
+    /// The signs without what a kept rule looks at.
+    fn silenced(self, signs: Signs) -> Signs {
+        match self {
+            Self::Strange => Signs { distance: 0.0, ..signs },
+            Self::DeadZone => Signs { dead_zone: 0.0, ..signs },
+            Self::Harmless => Signs { s: f64::INFINITY, ..signs },
+            Self::NoLimit => Signs { limit: Some(signs.limit.unwrap_or(f64::INFINITY)), op_range: f64::INFINITY, ..signs },
+            Self::Contradiction | Self::Unsupported | Self::Veto => signs,
+        }
+    }
+
+    /// Whether a dropped rule would keep this decision back.
+    fn forbids(self, case: &Case<'_>, class: VerdictClass) -> bool {
+        let lines = || case.says.lines.iter().map(|(_, p): &(Line, f64)| *p);
+        match self {
+            Self::Contradiction => lines().any(|p| p < 0.05) && lines().any(|p| p > 0.95),
+            Self::Unsupported => class == VerdictClass::Sticks && !lines().any(|p| p >= 0.8),
+            Self::Veto => class == VerdictClass::DoesNotStick && case.z >= 3.0,
+            _ => false,
+        }
+    }
+}
+
+/// What decisions come to.
+#[derive(Debug, Clone, Default)]
+struct Counts {
+    decided: Share,
+    wrong: Share,
+    accused_wrong: Share,
+    found: Share,
+    cleared: Share,
+    accused: Share,
+    of_kinds: BTreeMap<String, Share>,
+    broken: Share,
+}
+
+fn cases<'a>(bundle: &Bundle, data: &'a Dataset, rows: &[u32]) -> Result<Vec<Case<'a>>> {
+    let place = |name: &str| data.columns.iter().position(|column| column.name == name);
+    let (z, range) = (place("info_z"), place("info_range"));
+    let of = |k: &u32| -> Result<Case<'a>> {
+        let (k, truth) = (*k as usize, &data.truth[*k as usize]);
+        let says = bundle.weigh(&data.row(k), truth.op_span, false)?;
+        let value = |place: Option<usize>| place.map_or(f64::NAN, |c| f64::from(data.values[c][k]));
+        let op_range = value(range).exp() * truth.op_span;
+        let signs = Signs {
+            probability: says.probability,
+            distance: says.distance,
+            mismatch: says.mismatch,
+            dead_zone: says.of(Cause::DeadZoneElsewhere),
+            idle: says.of(Cause::NoResponse) > says.of(Cause::StickingValve),
+            s: says.s.value,
+            limit: says.limit,
+            op_range: if op_range.is_nan() { 0.0 } else { op_range },
+        };
+        Ok(Case {
+            signs,
+            z: if value(z).is_nan() { 0.0 } else { value(z) },
+            kind: &truth.kind,
+            fault: fault(truth),
+            s: (truth.cause.is_fault() && truth.s > 0.0).then_some(truth.s),
+            says,
+        })
+    };
+    rows.par_iter().map(of).collect()
+}
+
+fn count(cases: &[Case<'_>], decision: &Decision, left_out: Option<Rule>, put_in: Option<Rule>) -> Counts {
+    let mut counts = Counts::default();
+    let add = |share: &mut Share, hit: bool| {
+        share.n += 1;
+        share.k += usize::from(hit);
+    };
+    for case in cases {
+        let signs = left_out.map_or(case.signs, |rule| rule.silenced(case.signs));
+        let class = match Ruling::of_signs(&signs, decision).class() {
+            class if put_in.is_some_and(|rule| rule.forbids(case, class)) => VerdictClass::CannotTell,
+            class => class,
+        };
+        let clears = class == VerdictClass::DoesNotStick;
+        if let Some(s) = case.s.filter(|_| clears) {
+            add(&mut counts.broken, case.signs.limit.is_none_or(|limit| s > limit));
+        }
+        let Some(fault) = case.fault else { continue };
+        let decided = class != VerdictClass::CannotTell;
+        let accuses = decided && !clears;
+        add(&mut counts.decided, decided);
+        if decided {
+            add(&mut counts.wrong, fault == clears);
+        }
+        if accuses {
+            add(&mut counts.accused_wrong, !fault);
+        }
+        if fault {
+            add(&mut counts.found, accuses);
+        } else {
+            add(&mut counts.accused, accuses);
+            add(&mut counts.cleared, clears);
+            add(counts.of_kinds.entry(case.kind.to_owned()).or_default(), accuses);
+        }
+    }
+    counts
+}
+
+/// The upper end of the exact one-sided interval of a share (C. Clopper, E. Pearson, Biometrika 26 (1934) 404;
+/// recalled, not read).
+fn at_most(share: Share) -> f64 {
+    let (k, n) = (share.k as f64, share.n as f64);
+    match Beta::new(k + 1.0, n - k) {
+        Ok(beta) if share.n > 0 && share.k < share.n => beta.inverse_cdf(1.0 - DOUBT),
+        _ => 1.0,
+    }
+}
+
+/// The thresholds that the constraints allow.
+///
+/// # Errors
+/// If evidence cannot be weighed.
+pub fn decision(
+    bundle: &Bundle,
+    data: &Dataset,
+    rows: &[u32],
+    families: Option<&Families>,
+) -> Result<Decision> {
+    let cases = cases(bundle, data, rows)?;
+    let left_out = |decision: &Decision| {
+        families.map_or(0.0, |known| known.wrong_beyond(decision.clear, decision.accuse))
+    };
+    let percent = |of: u32| f64::from(of) / 100.0;
+    let mut decision = Decision { accuse: percent(ACCUSE.0), clear: 0.0 };
+    for accuse in (ACCUSE.1..=ACCUSE.0).rev() {
+        let next = Decision { accuse: percent(accuse), ..decision };
+        let counts = count(&cases, &next, None, None);
+        let of_kinds = counts.of_kinds.values().filter(|share| share.n >= 200);
+        let holds = at_most(counts.accused) <= ACCUSED
+            && at_most(counts.accused_wrong) <= WRONG
+            && of_kinds.map(|share| share.value()).fold(0.0, f64::max) <= ACCUSED_OF_KIND
+            && left_out(&next) <= LEFT_OUT;
+        if !holds && counts.accused.k > 0 {
+            break;
+        }
+        decision = next;
+    }
+    for clear in CLEAR.0..=CLEAR.1 {
+        let next = Decision { clear: percent(clear), ..decision };
+        let counts = count(&cases, &next, None, None);
+        let holds = at_most(counts.wrong) <= WRONG
+            && (counts.broken.n < 50 || counts.broken.value() <= BROKEN)
+            && left_out(&next) <= LEFT_OUT;
+        if !holds {
+            break;
+        }
+        decision = next;
+    }
+    Ok(decision.checked().unwrap_or(Decision::CAUTIOUS))
+}
+
+/// What the thresholds come to on some loops, and what each rule changes there, as Markdown.
+///
+/// # Errors
+/// If evidence cannot be weighed.
+pub fn table(bundle: &Bundle, data: &Dataset) -> Result<String> {
+    let rows: Vec<u32> = (0..data.truth.len() as u32).collect();
+    let cases = cases(bundle, data, &rows)?;
+    let decision = &bundle.decision;
+    let mut out = format!(
+        "A valve is accused from {:.0} % on and cleared up to {:.0} %.\n\n\
+         | rules | decided | right | faults found | healthy cleared | healthy accused | worst kind | cleared above their limit |\n\
+         |---|---|---|---|---|---|---|---|\n",
+        100.0 * decision.accuse,
+        100.0 * decision.clear
+    );
+    let mut row = |name: &str, counts: &Counts| {
+        let percent = |share: Share| format!("{:.1} %", 100.0 * share.value());
+        let right = Share { k: counts.wrong.n - counts.wrong.k, n: counts.wrong.n };
+        let worst = counts.of_kinds.iter().max_by(|a, b| a.1.value().total_cmp(&b.1.value()));
+        let worst = worst.map_or(String::new(), |(kind, share)| format!("{kind} {}", percent(*share)));
+        let Counts { decided, found, cleared, accused, broken, .. } = counts;
+        let _ = writeln!(
+            out,
+            "| {name} | {} | {} | {} | {} | {} | {worst} | {} of {} |",
+            percent(*decided),
+            percent(right),
+            percent(*found),
+            percent(*cleared),
+            percent(*accused),
+            percent(*broken),
+            broken.n
+        );
+    };
+    row("as they are", &count(&cases, decision, None, None));
+    for rule in Rule::KEPT {
+        row(&format!("without: {}", rule.name()), &count(&cases, decision, Some(rule), None));
+    }
+    for rule in Rule::DROPPED {
+        row(&format!("with: {}", rule.name()), &count(&cases, decision, None, Some(rule)));
+    }
+    Ok(out)
+}
