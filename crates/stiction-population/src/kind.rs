@@ -183,12 +183,24 @@ impl LoopKind {
         const DRAWS: u64 = 100;
         for redrawn in 0..DRAWS {
             let draw = &mut Draw::of(&[seed, redrawn]);
-            if let Some(mut simulated) = super::member::simulate(self, draw, factor)? {
+            if let Some(mut simulated) = super::member::simulate(self, draw, factor, None)? {
                 simulated.truth.facts.redrawn = redrawn as usize;
                 simulated.recording.name = format!("{} {seed}", self.name());
                 return Ok(simulated);
             }
         }
         Err(Error::Inconsistent(format!("{} {seed}: none of {DRAWS} draws serves", self.name())))
+    }
+
+    /// The sticky loop of this seed with another S, percent of span: loops of one seed differ in S and J alone, J/S
+    /// being the same. `None` if a draw would have to be repeated, after which they would no longer be alike.
+    ///
+    /// # Errors
+    /// If S is not above 0 and at most 100 %.
+    pub fn sticky_with_s(seed: u64, s: f64) -> Result<Option<Simulated>> {
+        if !(s > 0.0 && s <= 100.0) {
+            return Err(Error::Inconsistent(format!("S is {s} %, not above 0 and up to 100 %")));
+        }
+        super::member::simulate(Self::Sticky, &mut Draw::of(&[seed, 0]), 1.0, Some(s))
     }
 }

@@ -30,8 +30,13 @@ pub fn member(seed: u64, index: u64) -> Result<Simulated> {
 /// A loop of this kind, if the draw shows what the kind is about and nothing worse.
 ///
 /// What belongs to the valve and to the cause comes from streams of its own, so that the rest does not
-/// depend on the kind.
-pub(super) fn simulate(kind: LoopKind, draw: &mut Draw, factor: f64) -> Result<Option<Simulated>> {
+/// depend on the kind. A sticky valve has the S asked for, percent, or the one that is drawn.
+pub(super) fn simulate(
+    kind: LoopKind,
+    draw: &mut Draw,
+    factor: f64,
+    asked: Option<f64>,
+) -> Result<Option<Simulated>> {
     let (mut of_valve, mut of_cause) = (draw.fork(), draw.fork());
     let mut design = Design::draw(kind, draw);
     design.record_for(factor);
@@ -57,7 +62,7 @@ pub(super) fn simulate(kind: LoopKind, draw: &mut Draw, factor: f64) -> Result<O
     let (played, missing) = match kind {
         LoopKind::Sticky => {
             let s = design.s * beyond_what_happens(&mut of_valve.beside());
-            let s = s.clamp(LEAST_S, MOST_S);
+            let s = asked.unwrap_or(s.clamp(LEAST_S, MOST_S));
             valve = sticking(&design, s, &healthy[0], &mut of_valve)?;
             let run = plant.play(&valve.fittings)?;
             match moves(&run.stem) {

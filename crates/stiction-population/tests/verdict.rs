@@ -2,7 +2,7 @@
 
 use stiction_diagnose::diagnose::{
     Basis, Detectors, DiagnoseOptions, Diagnosis, NAMED_FROM, Ruling,
-    VerdictClass, diagnose,
+    VerdictClass, diagnose, thresholds,
 };
 use stiction_diagnose::recording::{Channel, Recording};
 use stiction_population::LoopKind;

@@ -281,3 +281,51 @@ pub fn table(bundle: &Bundle, data: &Dataset) -> Result<String> {
     }
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learn::tests::learned_from;
+    use crate::members::Both;
+    use crate::synthetic;
+
+    #[test]
+    fn bounds_are_exact() {
+        // None of n: the interval ends where (1 - p)^n = DOUBT.
+        for n in [10, 100, 1000] {
+            let expected = 1.0 - DOUBT.powf(1.0 / n as f64);
+            assert!((at_most(Share { k: 0, n }) - expected).abs() < 1e-9);
+        }
+        assert_eq!(at_most(Share { k: 5, n: 5 }), 1.0);
+        assert_eq!(at_most(Share::default()), 1.0);
+        assert!(at_most(Share { k: 30, n: 1000 }) > 0.03);
+    }
+
+    #[test]
+    fn thresholds_keep_the_constraints_and_go_as_far_as_they_allow() {
+        let data = synthetic::dataset(1, 8000);
+        let both = Both { full: data.clone(), alone: data, mistaken: Dataset::default() };
+        let bundle = learned_from(&both, false).bundle;
+        let fresh = synthetic::dataset(2, 8000);
+        let rows: Vec<u32> = (0..8000).collect();
+        let decision = decision(&bundle, &fresh, &rows, None).unwrap();
+        let cases = cases(&bundle, &fresh, &rows).unwrap();
+        let counts = count(&cases, &decision, None, None);
+        assert!(counts.accused.value() <= ACCUSED && counts.wrong.value() <= WRONG);
+        let further = |of: Decision| {
+            let counts = count(&cases, &of, None, None);
+            at_most(counts.wrong) > WRONG
+                || at_most(counts.accused) > ACCUSED
+                || at_most(counts.accused_wrong) > WRONG
+                || counts.of_kinds.values().any(|share| share.value() > ACCUSED_OF_KIND)
+                || counts.broken.value() > BROKEN
+        };
+        let accuse = Decision { accuse: decision.accuse - 0.01, ..decision };
+        let clear = Decision { clear: decision.clear + 0.01, ..decision };
+        assert!(further(accuse) || decision.accuse <= 0.6);
+        assert!(further(clear) || decision.clear >= 0.4);
+        let told = table(&bundle, &fresh).unwrap();
+        let rules = Rule::KEPT.into_iter().chain(Rule::DROPPED);
+        assert!(rules.into_iter().all(|rule| told.contains(rule.name())));
+    }
+}

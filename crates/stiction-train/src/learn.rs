@@ -20,6 +20,9 @@ use stiction_diagnose::fusion::{
 /// The fewest slips of a valve whose S is learned from: fewer show where it sticks, not how much.
 pub const FEWEST_SLIPS: u64 = 3;
 
+/// The probability from which on loops count for the intervals of S and J/S.
+const LIKELY: f64 = 0.7;
+
 /// Of so many loops to learn from, one is there to stop by.
 const STOP_SHARE: u64 = 8;
 
@@ -166,7 +169,23 @@ pub fn learn_s(
 ) -> Result<Quantiles> {
     let columns: Vec<usize> = (0..data.columns.len()).collect();
     let target = |truth: &Truth| ln_s(truth).filter(|_| is_taught(truth));
-    Ok(School::new(data, trained, report).quantiles("S", &columns, &S, &target)?.0)
+    let mut school = School::new(data, trained, report);
+    let judged = school.calibrated.clone();
+    Ok(school.quantiles("S", &columns, &S, &target, &judged)?.0)
+}
+
+/// Of some columns those that models of a fault may look at.
+pub fn open(data: &Dataset, columns: &[usize]) -> Vec<usize> {
+    let of_op = is_of_op(data, columns);
+    let is_shortcut = |k: &usize| {
+        let name = &data.columns[*k].name[..];
+        SHORTCUTS.contains(&name) || (of_op && SHORTCUTS_OF_OP.contains(&name))
+    };
+    columns.iter().filter(|k| !is_shortcut(k)).copied().collect()
+}
+
+fn is_of_op(data: &Dataset, columns: &[usize]) -> bool {
+    columns.iter().all(|k| data.columns[*k].op_only)
 }
 
 /// What is being learned from.
@@ -195,20 +214,6 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         }
     }
 
-    /// Of some columns those that models of a fault may look at.
-    fn open(&self, columns: &[usize]) -> Vec<usize> {
-        let of_op = self.is_of_op(columns);
-        let is_shortcut = |k: &usize| {
-            let name = &self.data.columns[*k].name[..];
-            SHORTCUTS.contains(&name) || (of_op && SHORTCUTS_OF_OP.contains(&name))
-        };
-        columns.iter().filter(|k| !is_shortcut(k)).copied().collect()
-    }
-
-    fn is_of_op(&self, columns: &[usize]) -> bool {
-        columns.iter().all(|k| self.data.columns[*k].op_only)
-    }
-
     /// Leaves out every family in turn; with the OP alone only to find the confidence of its verdict.
     fn families(&self, columns: &[usize]) -> Result<Families> {
         let lesson = Lesson {
@@ -216,10 +221,10 @@ impl<'a, R: Fn(&str)> School<'a, R> {
             bins: &self.bins,
             monotone: &self.monotone,
             columns,
-            open: &self.open(columns),
+            open: &open(self.data, columns),
             trained: &self.trained,
             calibrated: &self.calibrated,
-            thorough: !self.is_of_op(columns),
+            thorough: !is_of_op(self.data, columns),
         };
         families(&lesson, &self.report)
     }
@@ -234,7 +239,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
 
         let target = |truth: &Truth| fault(truth).map(f64::from);
         let monotone = self.monotone.clone();
-        let open = self.open(columns);
+        let open = open(self.data, columns);
         let (mut trees, fault_gains) =
             self.fit(&named("fault"), Loss::Logistic, &open, &monotone, &FAULT, &target)?;
         let fault_trees = trees.swap_remove(0);
@@ -280,9 +285,20 @@ impl<'a, R: Fn(&str)> School<'a, R> {
             self.fit(&named("causes, given no fault"), loss, columns, &free, &CAUSES, &target)?;
         let causes = others.iter().copied().zip(trees).collect();
 
-        let (s, s_gains) = self.quantiles(&named("S"), columns, &S, &ln_s)?;
-        let (j_over_s, _) = self.quantiles(&named("J/S"), columns, &J_OVER_S, &j_over_s)?;
-        let limit = match self.is_of_op(columns) {
+        // Intervals are for loops of which S is told.
+        let likely: Vec<u32> = self
+            .calibrated
+            .iter()
+            .filter(|k| {
+                let margin = fault_trees.margin(&row(&self.data.row(**k as usize)));
+                calibration.probability(margin) >= LIKELY
+            })
+            .copied()
+            .collect();
+        let (s, s_gains) = self.quantiles(&named("S"), columns, &S, &ln_s, &likely)?;
+        let (j_over_s, _) =
+            self.quantiles(&named("J/S"), columns, &J_OVER_S, &j_over_s, &likely)?;
+        let limit = match is_of_op(self.data, columns) {
             true => None,
             false => Some(self.limit(&named("detection limit"), columns)?),
         };
@@ -323,7 +339,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
             mistaken,
             trained: &self.trained,
             calibrated: &self.calibrated,
-            columns: &self.open(columns),
+            columns: &open(self.data, columns),
             options: &MISMATCH.options,
             probability: &probability,
         };
@@ -355,6 +371,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         columns: &[usize],
         recipe: &Recipe,
         target: &dyn Fn(&Truth) -> Option<f64>,
+        judged: &[u32],
     ) -> Result<(Quantiles, Vec<f64>)> {
         let free = vec![0; self.monotone.len()];
         let mut fitted = vec![];
@@ -372,8 +389,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
             <[Ensemble; 3]>::try_from(fitted).unwrap_or_else(|_| unreachable!());
         let shifts = vec![(f64::INFINITY, 0.0)];
         let mut quantiles = Quantiles { low, middle, high, shifts, stretch: 1.0 };
-        let predicted: Vec<(f64, f64, f64)> = self
-            .calibrated
+        let predicted: Vec<(f64, f64, f64)> = judged
             .iter()
             .filter_map(|k| {
                 let truth = target(&self.data.truth[*k as usize])?;

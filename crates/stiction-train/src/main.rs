@@ -12,6 +12,7 @@ mod bins;
 mod boost;
 mod calibrate;
 mod card;
+mod curve;
 mod dataset;
 mod decide;
 mod families;
@@ -85,6 +86,8 @@ enum Experiment {
     Mismatch,
     /// Print what becomes of the verdict on every family of loops that is left out of its training
     Families,
+    /// Print what more loops to learn from bring, and what an observer who knows the stem would
+    Curve,
     /// Print what a model decides on the loops to measure on, and what each rule beside its thresholds changes
     Rules {
         /// The model, such as crates/stiction-diagnose/model/verdict.bin
@@ -133,6 +136,7 @@ fn main() -> Result<()> {
         (Some(Experiment::Mismatch), _) => {
             print!("{}", mismatch::table(&train.full, trained, &test.full, tell)?);
         }
+        (Some(Experiment::Curve), _) => print!("{}", curve::table(&train.full, &test.full, tell)?),
         (Some(Experiment::Families), _) => {
             print!("{}", learn::leave_out(&train.full, trained, tell)?.table());
         }

@@ -1,0 +1,160 @@
+//! What more loops to learn from bring, and what an observer who knows the stem would: where the verdict could go.
+
+use crate::bins::Bins;
+use crate::boost::{BoostOptions, Loss, Task, boost};
+use crate::dataset::{Column, Dataset, Truth};
+use crate::grow::Limits;
+use crate::learn::{fault, open};
+use crate::measure::auc;
+use anyhow::Result;
+use std::fmt::Write;
+use stiction_diagnose::evidence::Line;
+use stiction_diagnose::fusion::{row, softplus};
+
+/// One recipe for all sizes: that of the families left out, with more rounds.
+const RECIPE: BoostOptions = BoostOptions {
+    rounds: 800,
+    rate: 0.08,
+    limits: Limits { leaves: 31, least_weight: 6.0, l2: 2.0 },
+    rows: 0.7,
+    columns: 0.4,
+    patience: 25,
+    seed: 1,
+};
+
+/// Loops to learn from.
+const SIZES: [usize; 5] = [10_000, 40_000, 110_000, 300_000, 500_000];
+/// Bands of what an observer gains who knows the stem, nats, from which on.
+const BANDS: [f64; 7] = [0.0, 15.6, 25.0, 50.0, 100.0, 200.0, 400.0];
+
+/// AUC and log loss on other loops.
+struct Worth {
+    auc: f64,
+    log_loss: f64,
+}
+
+/// The learning curve, the bound, and how many of an observer's nats the search of stems reaches, as Markdown.
+///
+/// # Errors
+/// If there is too little to learn from.
+pub fn table(train: &Dataset, test: &Dataset, report: impl Fn(&str)) -> Result<String> {
+    let mut out = String::from("| loops to learn from | AUC | log loss |\n|---|---|---|\n");
+    let columns: Vec<usize> = (0..train.columns.len()).collect();
+    let taught = train.truth.iter().filter(|truth| fault(truth).is_some()).count();
+    let largest = SIZES.into_iter().filter(|size| *size < taught).chain([taught]);
+    for size in largest {
+        report(&format!("{size} loops"));
+        let Worth { auc, log_loss } = learned(train, test, &open(train, &columns), size)?;
+        let _ = writeln!(out, "| {size} | {auc:.4} | {log_loss:.4} |");
+    }
+    let (knowing, of_test) = (with_truth(train), with_truth(test));
+    let all: Vec<usize> = (0..knowing.columns.len()).collect();
+    let Worth { auc, log_loss } = learned(&knowing, &of_test, &open(&knowing, &all), taught)?;
+    let _ = writeln!(
+        out,
+        "| {taught}, the true stem's nats among the features: a bound | {auc:.4} | {log_loss:.4} |"
+    );
+    out += &reached(test);
+    Ok(out)
+}
+
+fn learned(train: &Dataset, test: &Dataset, columns: &[usize], size: usize) -> Result<Worth> {
+    let known: Vec<u32> = (0..train.truth.len() as u32)
+        .filter(|k| fault(&train.truth[*k as usize]).is_some())
+        .take(size)
+        .collect();
+    let target: Vec<f64> =
+        train.truth.iter().map(|truth| f64::from(fault(truth) == Some(true))).collect();
+    let weight = vec![1.0; target.len()];
+    let (stop, kept): (Vec<u32>, Vec<u32>) = known.iter().partition(|k| *k % 8 == 0);
+    let bins = Bins::new(&train.values, &kept);
+    let task = Task {
+        loss: Loss::Logistic,
+        target: &target,
+        weight: &weight,
+        train: &kept,
+        stop: &stop,
+        columns,
+        monotone: &train.monotone(),
+    };
+    let trees = boost(&bins, &task, &RECIPE)?.ensembles.swap_remove(0);
+    let scored: Vec<(f64, bool)> = (0..test.truth.len())
+        .filter_map(|k| Some((trees.margin(&row(&test.row(k))), fault(&test.truth[k])?)))
+        .collect();
+    let loss = |(margin, hit): &(f64, bool)| softplus(if *hit { -margin } else { *margin });
+    let log_loss = scored.iter().map(loss).sum::<f64>() / scored.len().max(1) as f64;
+    Ok(Worth { auc: auc(&scored), log_loss })
+}
+
+/// The same loops with what an observer gains who knows the stem; nothing where none sticks.
+fn with_truth(data: &Dataset) -> Dataset {
+    let mut knowing = data.clone();
+    knowing.columns.push(Column {
+        name: "nats_of_the_true_stem".into(),
+        monotone: 1,
+        line: Line::Model,
+        op_only: false,
+    });
+    knowing.values.push(data.truth.iter().map(|truth| truth.nats as f32).collect());
+    knowing
+}
+
+/// How many nats the best stem that is searched gains, where the true one gains so many.
+fn reached(data: &Dataset) -> String {
+    let Some(place) = data.columns.iter().position(|column| column.name == "stem_gain") else {
+        return String::new();
+    };
+    let nats = |k: usize| f64::from(data.values[place][k]).exp_m1();
+    let quantile = |mut values: Vec<f64>, share: f64| {
+        values.retain(|v| v.is_finite());
+        values.sort_by(f64::total_cmp);
+        values.get(((values.len() as f64) * share) as usize).copied().unwrap_or(f64::NAN)
+    };
+    let of = |wanted: &dyn Fn(&Truth) -> bool| -> Vec<f64> {
+        (0..data.truth.len()).filter(|k| wanted(&data.truth[*k])).map(nats).collect()
+    };
+    let healthy = of(&|truth| !truth.cause.is_fault());
+    let mut out = format!(
+        "\nNats of the best stem that is searched, beside the OP. Healthy loops: median {:.0}, 95 % quantile {:.0}.\n\n\
+         | an observer who knows the stem gains | sticky loops | the search: median | recorded every step | \
+         2 to 9 steps a sample | 10 or more |\n|---|---|---|---|---|---|\n",
+        quantile(healthy.clone(), 0.5),
+        quantile(healthy, 0.95)
+    );
+    for (k, from) in BANDS.iter().enumerate() {
+        let to = BANDS.get(k + 1).copied().unwrap_or(f64::INFINITY);
+        let within = |truth: &Truth| truth.kind == "sticky valve" && (*from..to).contains(&truth.nats);
+        let cell = |steps: std::ops::RangeInclusive<u64>| {
+            let found = of(&|truth| within(truth) && steps.contains(&truth.steps));
+            format!("{:.0} of {}", quantile(found.clone(), 0.5), found.len())
+        };
+        let all = of(&within);
+        let _ = writeln!(
+            out,
+            "| from {from} | {} | {:.0} | {} | {} | {} |",
+            all.len(),
+            quantile(all.clone(), 0.5),
+            cell(1..=1),
+            cell(2..=9),
+            cell(10..=u64::MAX)
+        );
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic;
+
+    #[test]
+    fn more_loops_bring_more_and_the_truth_most() {
+        let (train, test) = (synthetic::dataset(1, 6000), synthetic::dataset(2, 2000));
+        let columns: Vec<usize> = (0..train.columns.len()).collect();
+        let few = learned(&train, &test, &columns, 300).unwrap();
+        let many = learned(&train, &test, &columns, 6000).unwrap();
+        assert!(many.auc > few.auc && many.log_loss < few.log_loss);
+        assert_eq!(with_truth(&test).columns.len(), columns.len() + 1);
+        assert!(table(&train, &test, |_| {}).unwrap().contains("a bound"));
+    }
+}
