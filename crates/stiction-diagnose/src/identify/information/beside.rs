@@ -15,7 +15,8 @@
 //! placebo  = the largest gain of the same valves under the OP reversed in time, and turned back
 //! curve    = gain of the squared OP, as of a process whose gain changes
 //! ```
-//! The best valve of the grid is refined in three rounds about the [`KEPT_BEST`] best of it.
+//! A row counts the less the larger the errors of a valve that follows are around it, and the less again if its own is far
+//! larger than those, as by Student's t: bursts and outliers must not choose the stem. The best valve of the grid is refined in three rounds about the [`KEPT_BEST`] best of it.
 //!
 //! # Limits
 //! A load that jumps is explained by some stem, too, and by as many of a placebo.
@@ -34,6 +35,8 @@ const AROUND: usize = 12;
 const FREEDOM: f64 = 4.0;
 /// Valves of the grid about which finer ones are tried.
 const KEPT_BEST: usize = 3;
+/// Where a stem that slips seldom may stand at first, stick bands from the OP, beside at it.
+const OTHER_PLACES: [f64; 2] = [-0.7, 0.7];
 /// Factors of S and steps of J/S about them, round by round.
 const ROUNDS: [([f64; 4], [f64; 4], usize); 3] = [
     ([0.76, 0.88, 1.14, 1.32], [-0.3, -0.1, 0.1, 0.3], KEPT_BEST),
@@ -107,14 +110,14 @@ impl Problem {
         super::SHAPES.into_iter().flat_map(of).collect()
     }
 
-    fn searched(&self) -> Beside {
+    /// The valves of the grid; those that slip seldom with the stem where it fits best at first.
+    fn on_grid(&self) -> Vec<Option<Tried>> {
         let all = self.grid_of(0.0);
         let mut on_grid = self.tried(&all);
-        // A stem that slips seldom stands where it was at first.
         let seldom: Vec<usize> = (0..all.len())
             .filter(|k| on_grid[*k].as_ref().is_some_and(|t| t.slips < super::SELDOM))
             .collect();
-        for place in [-0.7, 0.7] {
+        for place in OTHER_PLACES {
             let asked: Vec<Candidate> =
                 seldom.iter().map(|k| Candidate { place, ..all[*k] }).collect();
             for (k, tried) in seldom.iter().zip(self.tried(&asked)) {
@@ -124,30 +127,17 @@ impl Problem {
                 }
             }
         }
-        let gains: Vec<f64> =
-            on_grid.iter().map(|t| t.as_ref().map_or(0.0, |t| self.gain_beside(t))).collect();
-        let mut profile = [0.0; STEPS];
-        for (k, gain) in gains.iter().enumerate() {
-            profile[k % STEPS] = gain.max(profile[k % STEPS]);
-        }
-        let mut refuted = [f64::INFINITY; STEPS];
-        for (k, tried) in on_grid.iter().enumerate() {
-            let nats = tried.as_ref().map_or(0.0, |t| self.lacks(t));
-            refuted[k % STEPS] = nats.min(refuted[k % STEPS]);
-        }
-        let most = gains.iter().copied().fold(0.0, f64::max);
-        let sum: f64 = gains.iter().map(|gain| (gain - most).exp()).sum();
-        let evidence = most + (sum / gains.len().max(1) as f64).ln();
+        on_grid
+    }
 
+    /// The best stem of the grid, or a finer one about the best of it, and its gain.
+    fn refined(&self, mut on_grid: Vec<Option<Tried>>, gains: &[f64]) -> Option<(Tried, f64)> {
         let mut order: Vec<usize> = (0..gains.len()).filter(|k| on_grid[*k].is_some()).collect();
         order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
-        let mut best: Vec<(Candidate, f64)> = order
-            .iter()
-            .take(KEPT_BEST)
-            .filter_map(|k| on_grid[*k].as_ref().map(|t| (t.candidate, gains[*k])))
-            .collect();
-        let mut winner: Option<Tried> = None;
-        let mut largest = 0.0;
+        let known = |k: &usize| Some((on_grid[*k].as_ref()?.candidate, gains[*k]));
+        let mut best: Vec<(Candidate, f64)> =
+            order.iter().take(KEPT_BEST).filter_map(known).collect();
+        let mut winner: Option<(Tried, f64)> = None;
         for (factors, steps, kept) in ROUNDS {
             best.truncate(kept);
             let asked: Vec<Candidate> =
@@ -155,39 +145,52 @@ impl Problem {
             for tried in self.tried(&asked).into_iter().flatten() {
                 let gain = self.gain_beside(&tried);
                 best.push((tried.candidate, gain));
-                if gain > largest {
-                    largest = gain;
-                    winner = Some(tried);
+                if gain > winner.as_ref().map_or(0.0, |(_, largest)| *largest) {
+                    winner = Some((tried, gain));
                 }
             }
             best.sort_by(|a, b| b.1.total_cmp(&a.1));
         }
-        let first = order.first().and_then(|k| on_grid[*k].as_ref().map(|t| (t, gains[*k])));
-        let winner = match (&winner, first) {
-            (_, Some((grid, gain))) if gain > largest => {
-                largest = gain;
-                Some(grid)
-            }
-            (finer, _) => finer.as_ref(),
+        let first = *order.first()?;
+        match winner {
+            Some((_, largest)) if largest >= gains[first] => winner,
+            _ => on_grid[first].take().map(|tried| (tried, gains[first])),
+        }
+    }
+
+    fn searched(&self) -> Beside {
+        let on_grid = self.on_grid();
+        let of = |tried: &Option<Tried>, f: fn(&Self, &Tried) -> f64| {
+            tried.as_ref().map_or(0.0, |tried| f(self, tried))
         };
-        let (curve, beyond_curve) = self.curve(winner);
-        let (robust, z, share) = winner.map_or((0.0, 0.0, 0.0), |t| self.borne_out(t));
-        let of_best = winner.map_or((Model::TwoPhase, super::SMALLEST, 0.0, 0), |t| {
+        let gains: Vec<f64> = on_grid.iter().map(|t| of(t, Self::gain_beside)).collect();
+        let (mut profile, mut refuted) = ([0.0; STEPS], [f64::INFINITY; STEPS]);
+        for (k, tried) in on_grid.iter().enumerate() {
+            profile[k % STEPS] = gains[k].max(profile[k % STEPS]);
+            refuted[k % STEPS] = of(tried, Self::lacks).min(refuted[k % STEPS]);
+        }
+        let most = gains.iter().copied().fold(0.0, f64::max);
+        let sum: f64 = gains.iter().map(|gain| (gain - most).exp()).sum();
+        let winner = self.refined(on_grid, &gains);
+        let found = winner.as_ref().map(|(tried, _)| tried);
+        let (curve, beyond_curve) = self.curve(found);
+        let (robust, z, share) = found.map_or((0.0, 0.0, 0.0), |t| self.borne_out(t));
+        let best = found.map_or((Model::TwoPhase, super::SMALLEST, 0.0, 0), |t| {
             let Candidate { s, j, model, .. } = t.candidate;
             (model, s, j, t.slips as usize)
         });
         Beside {
-            gain: largest,
+            gain: winner.as_ref().map_or(0.0, |(_, gain)| *gain),
             robust,
             z,
-            best: of_best,
+            best,
             share,
-            evidence,
-            placebo: self.placebo(winner.map(|t| t.candidate)),
+            evidence: most + (sum / gains.len().max(1) as f64).ln(),
+            placebo: self.placebo(found.map(|t| t.candidate)),
             curve,
             beyond_curve,
             profile,
-            lacks: winner.map_or(0.0, |t| self.lacks(t)),
+            lacks: found.map_or(0.0, |t| self.lacks(t)),
             refuted,
         }
     }
@@ -218,7 +221,8 @@ impl Problem {
     fn nats(&self, sse: f64, drop: f64) -> f64 {
         let left = (sse - drop).max(0.0);
         let nats = 0.5 * self.independent * ((sse + self.floor) / (left + self.floor)).ln();
-        if nats.is_finite() { nats.max(0.0) } else { 0.0 }
+        // Stems that move alike gain the same but for rounding; which of them is first must not rest on that.
+        if nats.is_finite() { (nats.max(0.0) * 1e6).round() / 1e6 } else { 0.0 }
     }
 
     /// Robust gain, its standard errors, and the stem's share of the lasting answer.
@@ -329,4 +333,58 @@ fn finer(about: Candidate, factors: [f64; 4], steps: [f64; 4]) -> Vec<Candidate>
         })
     };
     factors.into_iter().flat_map(with).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::information;
+    use crate::bands::Bands;
+    use crate::closed_loop::NormalStream;
+    use crate::valve::{Start, TwoPhase, Valve};
+
+    /// A lag behind a valve under a wandering OP, and noise, some of it in bursts.
+    fn recording(s: f64, j: f64, bursts: bool) -> (Vec<f64>, Vec<f64>) {
+        let mut draws = NormalStream::new(7);
+        let (mut slow, mut y) = (0.0, 0.0);
+        let op: Vec<f64> = (0..1500)
+            .map(|k| {
+                slow = 0.99 * slow + 0.2 * draws.draw();
+                50.0 + slow + 3.0 * (0.07 * k as f64).sin()
+            })
+            .collect();
+        let mut valve = TwoPhase::new(Bands::from_s_j(s, j).unwrap());
+        valve.restart(Start::at_rest(op[0]));
+        let mut before = op[0];
+        let pv = op.iter().enumerate().map(|(k, u)| {
+            y = 0.7 * y + 0.3 * before;
+            before = valve.step(*u);
+            let noise = if bursts && k % 300 < 40 { 0.6 } else { 0.03 };
+            y + noise * draws.draw()
+        });
+        let pv = pv.collect();
+        (op, pv)
+    }
+
+    #[test]
+    fn a_true_stem_is_found_and_leaves_the_op_nothing_to_add() {
+        for bursts in [false, true] {
+            let (op, pv) = recording(1.0, 0.5, bursts);
+            let told = information(&op, &pv, Some(90.0)).unwrap();
+            let stem = &told.beside;
+            assert!(stem.gain > 60.0 && stem.z > 3.0, "{stem:?}");
+            assert!(stem.gain > 2.0 * stem.placebo && stem.gain > 2.0 * stem.lacks, "{stem:?}");
+            assert!(stem.beyond_curve > 0.5 * stem.gain && stem.share > 0.5, "{stem:?}");
+            let found = stem.best.1 * told.op_range;
+            assert!((found / 1.0).ln().abs() < 0.15, "{found}");
+            assert!(stem.gain + 1e-6 >= stem.profile.iter().copied().fold(0.0, f64::max));
+        }
+    }
+
+    #[test]
+    fn behind_a_valve_that_follows_large_bands_are_refuted() {
+        let (op, pv) = recording(0.0, 0.0, false);
+        let stem = information(&op, &pv, Some(90.0)).unwrap().beside;
+        assert!(stem.gain < 25.0 && stem.z < 3.0, "{stem:?}");
+        assert!(stem.refuted[6] > 100.0 && stem.refuted[6] > stem.refuted[1], "{stem:?}");
+    }
 }
