@@ -126,7 +126,9 @@ pub(super) fn simulate(
     let visible = match kind {
         LoopKind::Sticky if moved => slips > 0 && gain >= NATS,
         LoopKind::StickyBelow => slips >= 2 && missing >= noise,
-        LoopKind::Sticky | LoopKind::Stuck => missing >= 3.0 * noise && missing >= 0.5 * std(&played.pv),
+        LoopKind::Sticky | LoopKind::Stuck => {
+            missing >= 3.0 * noise && missing >= 0.5 * std(&played.pv)
+        }
         _ => false,
     };
     let mut recording = Recording::regular("", design.sample_time, &op, Some(&pv), sp.as_deref())?;

@@ -33,9 +33,8 @@ fn counted(seeds: std::ops::Range<u64>) -> [usize; 5] {
     let designs: Vec<_> = seeds.into_par_iter().filter_map(paired).collect();
     let mut counts = [0; 5];
     counts[4] = designs.len();
-    let accused = |class: VerdictClass| {
-        matches!(class, VerdictClass::Sticks | VerdictClass::DoesNotRespond)
-    };
+    let accused =
+        |class: VerdictClass| matches!(class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
     for design in &designs {
         for two in design.windows(2) {
             let [(.., p, a), (truth, q, b)] = two else { continue };
@@ -89,9 +88,13 @@ fn an_unmoved_valve_is_seldom_cleared() {
 #[ignore = "minutes; prints the figures of docs/accuracy.md"]
 fn suspicion_rises_with_s() {
     let [kept, all, gained, lost, designs] = counted(20_000..20_260);
-    println!("{designs} designs, S from 0.5 to 16 %, pairs of neighbouring S whose larger one shows:");
+    println!(
+        "{designs} designs, S from 0.5 to 16 %, pairs of neighbouring S whose larger one shows:"
+    );
     println!("suspicion rises or stays in {kept} of {all}");
     println!("the larger S alone is accused in {gained}, the smaller alone in {lost}");
     let [cleared, named, unmoved] = unmoved(30_000..30_400);
-    println!("valves that never move while the OP does: {cleared} of {unmoved} cleared, {named} named");
+    println!(
+        "valves that never move while the OP does: {cleared} of {unmoved} cleared, {named} named"
+    );
 }

@@ -1,8 +1,8 @@
 //! What the verdict must not depend on, and what it must hold to.
 
 use stiction_diagnose::diagnose::{
-    Basis, Detectors, DiagnoseOptions, Diagnosis, NAMED_FROM, Ruling,
-    VerdictClass, diagnose, thresholds,
+    Basis, Detectors, DiagnoseOptions, Diagnosis, NAMED_FROM, Ruling, VerdictClass, diagnose,
+    thresholds,
 };
 use stiction_diagnose::recording::{Channel, Recording};
 use stiction_population::LoopKind;

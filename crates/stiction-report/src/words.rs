@@ -4,8 +4,8 @@ use crate::report::evidence::sentence;
 use crate::report::layout::number;
 use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
-    Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, PATTERN_OF_STICTION,
-    Ruling, Silence, VerdictClass, thresholds,
+    Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, PATTERN_OF_STICTION, Ruling,
+    Silence, VerdictClass, thresholds,
 };
 use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};

@@ -123,7 +123,8 @@ fn reached(data: &Dataset) -> String {
     );
     for (k, from) in BANDS.iter().enumerate() {
         let to = BANDS.get(k + 1).copied().unwrap_or(f64::INFINITY);
-        let within = |truth: &Truth| truth.kind == "sticky valve" && (*from..to).contains(&truth.nats);
+        let within =
+            |truth: &Truth| truth.kind == "sticky valve" && (*from..to).contains(&truth.nats);
         let cell = |steps: std::ops::RangeInclusive<u64>| {
             let found = of(&|truth| within(truth) && steps.contains(&truth.steps));
             format!("{:.0} of {}", quantile(found.clone(), 0.5), found.len())

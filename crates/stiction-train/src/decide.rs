@@ -89,7 +89,11 @@ impl Rule {
             Self::Strange => Signs { distance: 0.0, ..signs },
             Self::DeadZone => Signs { dead_zone: 0.0, ..signs },
             Self::Harmless => Signs { s: f64::INFINITY, ..signs },
-            Self::NoLimit => Signs { limit: Some(signs.limit.unwrap_or(f64::INFINITY)), op_range: f64::INFINITY, ..signs },
+            Self::NoLimit => Signs {
+                limit: Some(signs.limit.unwrap_or(f64::INFINITY)),
+                op_range: f64::INFINITY,
+                ..signs
+            },
             Self::Contradiction | Self::Unsupported | Self::Veto => signs,
         }
     }
@@ -149,7 +153,12 @@ fn cases<'a>(bundle: &Bundle, data: &'a Dataset, rows: &[u32]) -> Result<Vec<Cas
     rows.par_iter().map(of).collect()
 }
 
-fn count(cases: &[Case<'_>], decision: &Decision, left_out: Option<Rule>, put_in: Option<Rule>) -> Counts {
+fn count(
+    cases: &[Case<'_>],
+    decision: &Decision,
+    left_out: Option<Rule>,
+    put_in: Option<Rule>,
+) -> Counts {
     let mut counts = Counts::default();
     let add = |share: &mut Share, hit: bool| {
         share.n += 1;
@@ -158,7 +167,9 @@ fn count(cases: &[Case<'_>], decision: &Decision, left_out: Option<Rule>, put_in
     for case in cases {
         let signs = left_out.map_or(case.signs, |rule| rule.silenced(case.signs));
         let class = match Ruling::of_signs(&signs, decision).class() {
-            class if put_in.is_some_and(|rule| rule.forbids(case, class)) => VerdictClass::CannotTell,
+            class if put_in.is_some_and(|rule| rule.forbids(case, class)) => {
+                VerdictClass::CannotTell
+            }
             class => class,
         };
         let clears = class == VerdictClass::DoesNotStick;
@@ -258,7 +269,8 @@ pub fn table(bundle: &Bundle, data: &Dataset) -> Result<String> {
         let percent = |share: Share| format!("{:.1} %", 100.0 * share.value());
         let right = Share { k: counts.wrong.n - counts.wrong.k, n: counts.wrong.n };
         let worst = counts.of_kinds.iter().max_by(|a, b| a.1.value().total_cmp(&b.1.value()));
-        let worst = worst.map_or(String::new(), |(kind, share)| format!("{kind} {}", percent(*share)));
+        let worst =
+            worst.map_or(String::new(), |(kind, share)| format!("{kind} {}", percent(*share)));
         let Counts { decided, found, cleared, accused, broken, .. } = counts;
         let _ = writeln!(
             out,

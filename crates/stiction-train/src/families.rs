@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use stiction_diagnose::fusion::{
-    COVERAGE, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, SURE, Side, logit, row, sigmoid,
+    COVERAGE, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, SURE, Side, logit, row,
+    sigmoid,
 };
 use stiction_population::scoreboard::wilson;
 

@@ -3,8 +3,8 @@
 use crate::bins::Bins;
 use crate::boost::{BoostOptions, Loss, Task, boost};
 use crate::calibrate;
-use crate::decide;
 use crate::dataset::{Dataset, Truth};
+use crate::decide;
 use crate::families::{Families, Lesson, families};
 use crate::grow::Limits;
 use crate::members::Both;

@@ -93,6 +93,11 @@ enum Experiment {
         /// The model, such as crates/stiction-diagnose/model/verdict.bin
         model: PathBuf,
     },
+    /// Choose the thresholds of a model anew on the loops of calibration, and write them into its file
+    Thresholds {
+        /// The model, such as crates/stiction-diagnose/model/verdict.bin
+        model: PathBuf,
+    },
     /// Only gather the evidence, into the folder of --cache
     Gather,
     /// Print what a model says of every loop to measure on, as CSV
@@ -132,6 +137,16 @@ fn main() -> Result<()> {
                 args.cache.is_some(),
                 "gather needs --cache DIR, the folder to keep evidence in"
             );
+        }
+        (Some(Experiment::Thresholds { model }), _) => {
+            let bytes =
+                std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
+            let mut bundle = Bundle::from_bytes(&bytes)?;
+            let rows = train.full.rows(trained..u64::MAX);
+            bundle.decision = decide::decision(&bundle, &train.full, &rows, None)?;
+            std::fs::write(model, bundle.to_bytes())
+                .with_context(|| format!("cannot write {}", model.display()))?;
+            print!("{}", decide::table(&bundle, &test.full)?);
         }
         (Some(Experiment::Mismatch), _) => {
             print!("{}", mismatch::table(&train.full, trained, &test.full, tell)?);

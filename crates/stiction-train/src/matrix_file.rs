@@ -13,8 +13,8 @@ use stiction_diagnose::fusion::Cause;
 
 /// The columns of truth.
 const TRUTH: [&str; 14] = [
-    "index", "kind", "cause", "visible", "slips", "nats", "swing", "S", "J", "model", "process", "steps", "op_span",
-    "families",
+    "index", "kind", "cause", "visible", "slips", "nats", "swing", "S", "J", "model", "process",
+    "steps", "op_span", "families",
 ];
 
 /// What a file holds, as its first line says.

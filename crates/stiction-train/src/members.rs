@@ -191,7 +191,7 @@ fn cause_of(truth: &stiction_population::Truth) -> Cause {
         LoopKind::ProcessNonlinearity => Cause::ProcessNonlinearity,
         LoopKind::ExternalWave | LoopKind::StickingNeighbour | LoopKind::SwitchedNeighbour => {
             Cause::ExternalWave
-        },
+        }
         LoopKind::RampAndReset => Cause::ResettingLoad,
         _ => Cause::NormalOperation,
     }

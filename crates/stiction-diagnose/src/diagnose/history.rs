@@ -13,9 +13,9 @@
 //! of all slopes (Theil and Sen) has the same sign. Both tests assume that windows err independently; where
 //! they do not, p-values are too small.
 
+use super::by_evidence::thresholds;
 use super::combining::{self, Witness};
 use super::grade::Grade;
-use super::by_evidence::thresholds;
 use super::verdict::VerdictClass;
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
@@ -118,7 +118,9 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
     let class = match (majority, probability) {
         // Its cause is another one than stiction, whatever the probability of that.
         (Some(VerdictClass::DoesNotRespond), _) => VerdictClass::DoesNotRespond,
-        (_, Some(p)) if p >= thresholds().accuse && bear_out(&observations, VerdictClass::Sticks) => {
+        (_, Some(p))
+            if p >= thresholds().accuse && bear_out(&observations, VerdictClass::Sticks) =>
+        {
             VerdictClass::Sticks
         }
         (_, Some(p))
@@ -369,7 +371,7 @@ mod tests {
         let mut all: Vec<Observation> =
             (0..5).map(|k| seen(f64::from(k), Some(0.95), None)).collect();
         assert_eq!(combine(&all).unwrap().class, VerdictClass::Sticks);
-        // No line of evidence bears it out: the probability is high, and nothing was concluded of it.
+        // A dead zone elsewhere is as likely: the probability is high, and nothing was concluded of it.
         all.iter_mut().take(3).for_each(|each| each.class = VerdictClass::CannotTell);
         let history = combine(&all).unwrap();
         assert_eq!(

@@ -42,8 +42,8 @@ pub use no_response::{Fault, NAMED_FROM, NoResponse, Rest, Silence};
 pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
 pub use verdict::{
-    Alternative, Basis, ConfirmingTest, DEAD_ZONE_BELOW, Definition,
-    FEWEST_VOTES, HARMLESS, Limit, MIMICS, Override, PATTERN_OF_STICTION, Stiction, TestKind, Verdict, VerdictClass,
-    Votes, preliminary,
+    Alternative, Basis, ConfirmingTest, DEAD_ZONE_BELOW, Definition, FEWEST_VOTES, HARMLESS, Limit,
+    MIMICS, Override, PATTERN_OF_STICTION, Stiction, TestKind, Verdict, VerdictClass, Votes,
+    preliminary,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};

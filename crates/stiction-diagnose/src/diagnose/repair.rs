@@ -6,9 +6,9 @@
 //! from a repair. Windows that err alike make p-values too small: let the windows before and after be of
 //! days of like operation.
 
+use super::by_evidence::thresholds;
 use super::combining::log_odds;
 use super::history::{Observation, SIGNIFICANT, checked, combined_probability, p_value};
-use super::by_evidence::thresholds;
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
 

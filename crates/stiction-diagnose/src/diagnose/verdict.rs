@@ -156,8 +156,8 @@ pub struct Verdict {
     pub basis: Basis,
     /// What this very recording would have shown: an S above this is ruled out with this confidence. Told where
     /// the valve is cleared, and where nothing is decided; `None` where the valve is at fault, where S is a number with
-    /// an interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the training,
-    /// lines that contradict each other, a veto), or where no such number is known.
+    /// an interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the
+    /// training), or where no such number is known.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,
     /// How the families of published methods voted.

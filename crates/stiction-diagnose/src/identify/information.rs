@@ -450,7 +450,8 @@ impl Problem {
         others
             .chunks(LANES)
             .for_each(|block| put(block, self.side_by_side::<TwoPhase>(&of(block), op, turned)));
-        he.chunks(LANES).for_each(|block| put(block, self.side_by_side::<He>(&of(block), op, turned)));
+        he.chunks(LANES)
+            .for_each(|block| put(block, self.side_by_side::<He>(&of(block), op, turned)));
         tried
     }
 
@@ -482,8 +483,7 @@ impl Problem {
         if turned {
             means.reverse();
         }
-        let sums =
-            width.run(Products {
+        let sums = width.run(Products {
             columns: &self.columns,
             target: &self.target,
             weights: &self.weights,

@@ -202,7 +202,12 @@ impl Problem {
         self.nats(tried.fit.sse, tried.fit.sse - both)
     }
 
-    fn added(&self, across: &DMatrix<f64>, own: &DMatrix<f64>, target: &DVector<f64>) -> Option<Added> {
+    fn added(
+        &self,
+        across: &DMatrix<f64>,
+        own: &DMatrix<f64>,
+        target: &DVector<f64>,
+    ) -> Option<Added> {
         let mut left = own - across.transpose() * self.follows.factor.solve(across);
         for i in 0..left.nrows() {
             left[(i, i)] += 1e-6 * own[(i, i)] + 1e-10;
