@@ -86,6 +86,12 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         }
     }
     writeln!(out, "\n## Decisions\n\n{}", decide::table(bundle, &test.data.full)?)?;
+    writeln!(
+        out,
+        "How the thresholds were found, on the loops of calibration; shares of decisions and of healthy loops are \
+         the upper ends of their one-sided intervals of 90 %.\n\n{}",
+        learned.choice.table()
+    )?;
     writeln!(out, "## What it looks at\n\nShare of what all splits gained, OP and PV.\n")?;
     writeln!(out, "| fault | | median of S | |\n|---|---|---|---|")?;
     let ranked = |gains: &[f64]| {

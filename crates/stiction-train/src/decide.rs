@@ -1,11 +1,12 @@
 //! The thresholds of the verdict, chosen by the risk that they run on loops that nothing was learned from; and what
 //! each rule beside them costs and gives.
 //!
-//! Thresholds are tried from the most cautious on, a hundredth at a time, and the first that breaks a constraint ends
-//! the walk: so the chance that the last one kept breaks one is that of a single test, however many are tried (fixed
-//! sequence testing, as in A. Angelopoulos et al., "Learn then test", 2021; recalled, not read). Each test is exact:
-//! the upper end of a one-sided binomial interval of [`DOUBT`] must lie within the bound. It holds for loops like the
-//! simulated ones; loops of kinds left out of training are a constraint of their own.
+//! Thresholds are tried from [`Decision::CAUTIOUS`] on, outwards by a hundredth on each side in turn, and a side that
+//! breaks a constraint stays where it was: so the chance that the last ones kept break one is that of a single test,
+//! however many are tried (fixed sequence testing, as in A. Angelopoulos et al., "Learn then test", 2021; recalled, not
+//! read). Tests of shares of all decisions are exact: the upper end of a one-sided binomial interval of [`DOUBT`] must
+//! lie within the bound. They hold for loops like the simulated ones; loops of kinds left out of training are a
+//! constraint of their own.
 
 use crate::dataset::Dataset;
 use crate::families::Families;
@@ -31,9 +32,10 @@ const ACCUSED_OF_KIND: f64 = 0.03;
 const BROKEN: f64 = 0.05;
 /// Of the decisions on families that were left out of training, all together, so many may be wrong.
 const LEFT_OUT: f64 = 0.05;
-/// The strictest thresholds, and those at which it ends.
-const ACCUSE: (u32, u32) = (99, 60);
-const CLEAR: (u32, u32) = (1, 40);
+/// Where it ends.
+const ENDS: Decision = Decision { accuse: 0.6, clear: 0.4 };
+/// Shares of fewer loops than these are no reason to stop.
+const FEWEST: usize = 200;
 
 /// A loop to decide on.
 struct Case<'a> {
@@ -207,47 +209,134 @@ fn at_most(share: Share) -> f64 {
     }
 }
 
+/// What a constraint is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Constraint {
+    Wrong,
+    AccusedWrong,
+    Accused,
+    OfKind,
+    Broken,
+    LeftOut,
+}
+
+impl Constraint {
+    const ALL: [Self; 6] =
+        [Self::Wrong, Self::AccusedWrong, Self::Accused, Self::OfKind, Self::Broken, Self::LeftOut];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Wrong => "wrong decisions",
+            Self::AccusedWrong => "wrong accusations",
+            Self::Accused => "healthy accused",
+            Self::OfKind => "worst kind accused",
+            Self::Broken => "cleared above their limit",
+            Self::LeftOut => "wrong on families left out",
+        }
+    }
+
+    fn bound(self) -> f64 {
+        match self {
+            Self::Wrong | Self::AccusedWrong => WRONG,
+            Self::Accused => ACCUSED,
+            Self::OfKind => ACCUSED_OF_KIND,
+            Self::Broken => BROKEN,
+            Self::LeftOut => LEFT_OUT,
+        }
+    }
+
+    /// What is to stay within the bound.
+    fn value(self, counts: &Counts, left_out: f64) -> f64 {
+        let told = |share: &&Share| share.n >= FEWEST;
+        match self {
+            Self::Wrong => at_most(counts.wrong),
+            Self::AccusedWrong => at_most(counts.accused_wrong),
+            Self::Accused => at_most(counts.accused),
+            Self::OfKind => {
+                counts.of_kinds.values().filter(told).map(|share| share.value()).fold(0.0, f64::max)
+            }
+            Self::Broken => Some(&counts.broken).filter(told).map_or(0.0, |share| share.value()),
+            Self::LeftOut => left_out,
+        }
+    }
+}
+
+/// Thresholds that were tried, and the constraints that they break.
+struct Step {
+    tried: Decision,
+    values: [f64; Constraint::ALL.len()],
+}
+
+impl Step {
+    fn holds(&self) -> bool {
+        Constraint::ALL.into_iter().zip(self.values).all(|(each, value)| value <= each.bound())
+    }
+}
+
+/// The thresholds that constraints allow, and the way there.
+pub struct Choice {
+    pub decision: Decision,
+    steps: Vec<Step>,
+}
+
 /// The thresholds that the constraints allow.
 ///
 /// # Errors
 /// If evidence cannot be weighed.
-pub fn decision(
+pub fn choose(
     bundle: &Bundle,
     data: &Dataset,
     rows: &[u32],
     families: Option<&Families>,
-) -> Result<Decision> {
+) -> Result<Choice> {
     let cases = cases(bundle, data, rows)?;
-    let left_out = |decision: &Decision| {
-        families.map_or(0.0, |known| known.wrong_beyond(decision.clear, decision.accuse))
+    let tried = |tried: Decision| {
+        let counts = count(&cases, &tried, None, None);
+        let left_out = families.map_or(0.0, |known| known.wrong_beyond(tried.clear, tried.accuse));
+        Step { tried, values: Constraint::ALL.map(|each| each.value(&counts, left_out)) }
     };
-    let percent = |of: u32| f64::from(of) / 100.0;
-    let mut decision = Decision { accuse: percent(ACCUSE.0), clear: 0.0 };
-    for accuse in (ACCUSE.1..=ACCUSE.0).rev() {
-        let next = Decision { accuse: percent(accuse), ..decision };
-        let counts = count(&cases, &next, None, None);
-        let of_kinds = counts.of_kinds.values().filter(|share| share.n >= 200);
-        let holds = at_most(counts.accused) <= ACCUSED
-            && at_most(counts.accused_wrong) <= WRONG
-            && of_kinds.map(|share| share.value()).fold(0.0, f64::max) <= ACCUSED_OF_KIND
-            && left_out(&next) <= LEFT_OUT;
-        if !holds && counts.accused.k > 0 {
-            break;
+    // Hundredths, so that what is tried does not depend on how it was reached.
+    let outwards = |value: f64, by: f64| ((value + by) * 100.0).round() / 100.0;
+    let mut decision = Decision::CAUTIOUS;
+    let mut steps = vec![tried(decision)];
+    let (mut accusing, mut clearing) = (steps[0].holds(), steps[0].holds());
+    while accusing || clearing {
+        accusing &= decision.accuse > ENDS.accuse;
+        if accusing {
+            let step = tried(Decision { accuse: outwards(decision.accuse, -0.01), ..decision });
+            accusing = step.holds();
+            decision = if accusing { step.tried } else { decision };
+            steps.push(step);
         }
-        decision = next;
-    }
-    for clear in CLEAR.0..=CLEAR.1 {
-        let next = Decision { clear: percent(clear), ..decision };
-        let counts = count(&cases, &next, None, None);
-        let holds = at_most(counts.wrong) <= WRONG
-            && (counts.broken.n < 50 || counts.broken.value() <= BROKEN)
-            && left_out(&next) <= LEFT_OUT;
-        if !holds {
-            break;
+        clearing &= decision.clear < ENDS.clear;
+        if clearing {
+            let step = tried(Decision { clear: outwards(decision.clear, 0.01), ..decision });
+            clearing = step.holds();
+            decision = if clearing { step.tried } else { decision };
+            steps.push(step);
         }
-        decision = next;
     }
-    Ok(decision.checked().unwrap_or(Decision::CAUTIOUS))
+    Ok(Choice { decision, steps })
+}
+
+impl Choice {
+    /// The way there, as Markdown; a value in bold breaks its bound.
+    pub fn table(&self) -> String {
+        let mut out = String::from("| accused from | cleared up to |");
+        for each in Constraint::ALL {
+            let _ = write!(out, " {} (at most {:.0} %) |", each.name(), 100.0 * each.bound());
+        }
+        let _ = writeln!(out, "\n|---|---|{}", "---|".repeat(Constraint::ALL.len()));
+        for Step { tried, values } in &self.steps {
+            let _ = write!(out, "| {:.0} % | {:.0} % |", 100.0 * tried.accuse, 100.0 * tried.clear);
+            for (each, value) in Constraint::ALL.into_iter().zip(values) {
+                let mark = if *value > each.bound() { "**" } else { "" };
+                let _ = write!(out, " {mark}{:.1} %{mark} |", 100.0 * value);
+            }
+            out.push('\n');
+        }
+        out
+    }
 }
 
 /// What the thresholds come to on some loops, and what each rule changes there, as Markdown.
@@ -320,22 +409,17 @@ mod tests {
         let bundle = learned_from(&both, false).bundle;
         let fresh = synthetic::dataset(2, 8000);
         let rows: Vec<u32> = (0..8000).collect();
-        let decision = decision(&bundle, &fresh, &rows, None).unwrap();
+        let choice = choose(&bundle, &fresh, &rows, None).unwrap();
+        let decision = choice.decision;
         let cases = cases(&bundle, &fresh, &rows).unwrap();
         let counts = count(&cases, &decision, None, None);
         assert!(counts.accused.value() <= ACCUSED && counts.wrong.value() <= WRONG);
-        let further = |of: Decision| {
-            let counts = count(&cases, &of, None, None);
-            at_most(counts.wrong) > WRONG
-                || at_most(counts.accused) > ACCUSED
-                || at_most(counts.accused_wrong) > WRONG
-                || counts.of_kinds.values().any(|share| share.value() > ACCUSED_OF_KIND)
-                || counts.broken.value() > BROKEN
-        };
-        let accuse = Decision { accuse: decision.accuse - 0.01, ..decision };
-        let clear = Decision { clear: decision.clear + 0.01, ..decision };
-        assert!(further(accuse) || decision.accuse <= 0.6);
-        assert!(further(clear) || decision.clear >= 0.4);
+        assert!(choice.steps.iter().any(|step| step.tried == decision && step.holds()));
+        // Each side was pushed until a constraint broke, or to the end.
+        let broken = choice.steps.iter().filter(|step| !step.holds());
+        let ended = usize::from(decision.accuse <= 0.6) + usize::from(decision.clear >= 0.4);
+        assert_eq!(broken.count() + ended, 2);
+        assert_eq!(choice.table().lines().count(), 2 + choice.steps.len());
         let told = table(&bundle, &fresh).unwrap();
         let rules = Rule::KEPT.into_iter().chain(Rule::DROPPED);
         assert!(rules.into_iter().all(|rule| told.contains(rule.name())));

@@ -5,6 +5,7 @@ use crate::boost::{BoostOptions, Loss, Task, boost};
 use crate::calibrate;
 use crate::dataset::{Dataset, Truth};
 use crate::decide;
+use crate::decide::Choice;
 use crate::families::{Families, Lesson, families};
 use crate::grow::Limits;
 use crate::members::Both;
@@ -70,6 +71,8 @@ const SHORTCUTS_OF_OP: [&str; 2] = ["op_still", "op_lines"];
 /// A bundle, and what is to be told of its making.
 pub struct Learned {
     pub bundle: Bundle,
+    /// How its thresholds were chosen.
+    pub choice: Choice,
     /// For each model that was learned: its name, rounds, loss on the loops to stop by.
     pub notes: Vec<(String, usize, f64)>,
     /// What the splits by each column gained in the models of a fault and of the median of S, of OP and
@@ -147,8 +150,9 @@ pub fn learn(
     let decision = Decision::CAUTIOUS;
     let mut bundle = Bundle { provenance, features, decision, full: of_both, op_only };
     let of_full = families.as_ref().map(|[of_full, _]| of_full);
-    bundle.decision = decide::decision(&bundle, full, &rows, of_full)?;
-    Ok(Learned { bundle, notes, fault_gains, s_gains, families })
+    let choice = decide::choose(&bundle, full, &rows, of_full)?;
+    bundle.decision = choice.decision;
+    Ok(Learned { bundle, choice, notes, fault_gains, s_gains, families })
 }
 
 /// Leaves out every family in turn, of the evidence of OP and PV.

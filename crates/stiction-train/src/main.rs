@@ -143,10 +143,15 @@ fn main() -> Result<()> {
                 std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
             let mut bundle = Bundle::from_bytes(&bytes)?;
             let rows = train.full.rows(trained..u64::MAX);
-            bundle.decision = decide::decision(&bundle, &train.full, &rows, None)?;
+            let families = match args.no_families {
+                true => None,
+                false => Some(learn::leave_out(&train.full, trained, tell)?),
+            };
+            let choice = decide::choose(&bundle, &train.full, &rows, families.as_ref())?;
+            bundle.decision = choice.decision;
             std::fs::write(model, bundle.to_bytes())
                 .with_context(|| format!("cannot write {}", model.display()))?;
-            print!("{}", decide::table(&bundle, &test.full)?);
+            print!("{}\n{}", choice.table(), decide::table(&bundle, &test.full)?);
         }
         (Some(Experiment::Mismatch), _) => {
             print!("{}", mismatch::table(&train.full, trained, &test.full, tell)?);
