@@ -17,6 +17,7 @@ mod dataset;
 mod decide;
 mod families;
 mod grow;
+mod hear;
 mod learn;
 mod matrix_file;
 mod measure;
@@ -25,6 +26,7 @@ mod mismatch;
 mod mistakes;
 mod random;
 mod reference;
+mod signals_file;
 #[cfg(test)]
 mod synthetic;
 
@@ -33,8 +35,10 @@ use clap::{Parser, Subcommand};
 use dataset::Dataset;
 use members::Both;
 use sha2::{Digest, Sha256};
+use signals_file::SignalsFile;
 use std::io::IsTerminal;
 use std::path::PathBuf;
+use stiction_diagnose::evidence::raw;
 use stiction_diagnose::fusion::{Bundle, Provenance};
 
 /// The share of the members that calibration and intervals rest on.
@@ -98,8 +102,10 @@ enum Experiment {
         /// The model, such as crates/stiction-diagnose/model/verdict.bin
         model: PathBuf,
     },
-    /// Only gather the evidence, into the folder of --cache
+    /// Only gather the evidence, and what the nets hear, into the folder of --cache
     Gather,
+    /// Put what the nets say, each of loops that it was not trained on, into the evidence in the folder of --cache
+    Hear,
     /// Print what a model says of every loop to measure on, as CSV
     Judge {
         /// The model, such as crates/stiction-diagnose/model/verdict.bin
@@ -127,7 +133,7 @@ fn main() -> Result<()> {
         return Ok(());
     }
     let mut train = gather(&args, args.seed, args.n)?;
-    if args.experiment.is_none() || matches!(args.experiment, Some(Experiment::Gather)) {
+    if args.experiment.is_none() {
         test.mistaken = mistaken(&args, fresh, members / MISTAKEN)?;
         train.mistaken = mistaken(&args, args.seed, args.n / MISTAKEN)?;
     }
@@ -137,6 +143,23 @@ fn main() -> Result<()> {
                 args.cache.is_some(),
                 "gather needs --cache DIR, the folder to keep evidence in"
             );
+        }
+        (Some(Experiment::Hear), _) => {
+            let folder =
+                args.cache.as_ref().context("hear needs --cache DIR, as gather wrote it")?;
+            let net = raw::shipped().context("model/net.bin is no net; train it first")?;
+            for (data, seed, members, trained) in
+                [(&mut test.full, fresh, members, 0), (&mut train.full, args.seed, args.n, trained)]
+            {
+                hear::hear(
+                    data,
+                    &folder.join(format!("signals-{seed}-{members}.bin")),
+                    net,
+                    trained,
+                )?;
+                let key = matrix_file::key(stiction_population::VERSION, seed, members);
+                matrix_file::write(&folder.join(format!("seed-{seed}-{members}.csv")), &key, data)?;
+            }
         }
         (Some(Experiment::Thresholds { model }), _) => {
             let bytes =
@@ -209,11 +232,18 @@ fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
         let mistaken = Dataset::default();
         return Ok(Both { full: read(full)?, alone: read(alone)?, mistaken });
     }
-    let both =
-        members::simulate(seed, members, |done| tell_progress(seed, done, members, "loops"))?;
-    if let (Some(folder), Some([full, alone])) = (&args.cache, &paths) {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make {}", folder.display()))?;
+    let mut signals = match &args.cache {
+        None => None,
+        Some(folder) => {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make {}", folder.display()))?;
+            Some(SignalsFile::create(&folder.join(format!("signals-{seed}-{members}.bin")))?)
+        }
+    };
+    let progress = |done| tell_progress(seed, done, members, "loops");
+    let both = members::simulate(seed, members, signals.as_mut(), progress)?;
+    signals.map_or(Ok(()), SignalsFile::finish)?;
+    if let Some([full, alone]) = &paths {
         matrix_file::write(full, &key, &both.full)?;
         matrix_file::write(alone, &key, &both.alone)?;
     }

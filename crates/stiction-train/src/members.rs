@@ -1,9 +1,11 @@
 //! Members of the simulated population, and the evidence in their recordings.
 
 use crate::dataset::{Column, Dataset, Truth};
+use crate::signals_file::SignalsFile;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use stiction_diagnose::evidence::{self, Evidence};
+use stiction_diagnose::evidence::raw::Input;
+use stiction_diagnose::evidence::{self, Evidence, Prepared};
 use stiction_diagnose::fusion::{Cause, row};
 use stiction_diagnose::recording::{Grid, GridOptions, Recording};
 use stiction_population::{self, LoopKind, Simulated};
@@ -25,6 +27,9 @@ const BATCH: u64 = 512;
 /// The truth of a member, and its evidence if there is any.
 type Row = (Truth, Option<Vec<f32>>);
 
+/// A member: all its signals, its OP alone, and what the net hears of it.
+type Member = ([Row; 2], Option<Input>);
+
 /// The columns of today's evidence.
 pub fn columns() -> Vec<Column> {
     let mut columns: Vec<Column> = evidence::features()
@@ -39,18 +44,26 @@ pub fn columns() -> Vec<Column> {
     columns
 }
 
-/// Simulates members of the population of a seed and gathers their evidence; `progress` is told how
-/// many are done.
+/// Simulates members of the population of a seed and gathers their evidence, and what the net hears of them if
+/// there is a file for it; `progress` is told how many are done.
 ///
 /// # Errors
-/// If a member cannot be simulated or brought onto a grid.
-pub fn simulate(seed: u64, members: u64, progress: impl Fn(u64)) -> anyhow::Result<Both> {
+/// If a member cannot be simulated or brought onto a grid, or the file cannot be written.
+pub fn simulate(
+    seed: u64,
+    members: u64,
+    mut signals: Option<&mut SignalsFile>,
+    progress: impl Fn(u64),
+) -> anyhow::Result<Both> {
     let (mut full, mut alone) = (Gathered::default(), Gathered::default());
     for from in (0..members).step_by(BATCH as usize) {
         let batch = from..(from + BATCH).min(members);
         let batch: Vec<_> = batch.into_par_iter().map(|index| member(seed, index)).collect();
         for each in batch {
-            let [of_all, of_op] = each?;
+            let ([of_all, of_op], heard) = each?;
+            if let Some(file) = signals.as_deref_mut().filter(|_| of_all.1.is_some()) {
+                file.add(of_all.0.index, heard.as_ref())?;
+            }
             full.add(of_all);
             alone.add(of_op);
         }
@@ -100,7 +113,7 @@ impl Gathered {
 /// A mistake, and what the recording says. Of its truth, nothing but number and mistake has a meaning.
 fn mistake(seed: u64, index: u64) -> stiction_model::Result<Row> {
     let (mistake, recording) = stiction_population::mistaken(seed, index)?;
-    let evidence = evidence(&recording)?;
+    let evidence = evidence(&recording)?.map(|(evidence, _)| evidence);
     let truth = Truth {
         index,
         kind: mistake.name().to_owned(),
@@ -120,22 +133,26 @@ fn mistake(seed: u64, index: u64) -> stiction_model::Result<Row> {
     Ok((truth, evidence.map(|evidence| row(&evidence.values))))
 }
 
-/// The evidence in a recording, if there is any.
-fn evidence(recording: &Recording) -> stiction_model::Result<Option<Evidence>> {
+/// The evidence in a recording, if there is any, and what the net hears.
+fn evidence(recording: &Recording) -> stiction_model::Result<Option<(Evidence, Option<Input>)>> {
     let grid = Grid::of(recording, &GridOptions::default())?;
     // As in a diagnosis, a long recording is looked at in windows; one of them is enough to learn from.
     Ok(grid.longest().and_then(|segment| {
         let windows = evidence::windows(segment);
-        Evidence::of(&windows[windows.len() / 2]).ok()
+        let prepared = Prepared::of(&windows[windows.len() / 2]).ok()?;
+        let evidence = Evidence::of_prepared(&prepared);
+        let told = evidence.information.as_ref();
+        let heard = told.and_then(|told| Input::of(&prepared, &told.beside));
+        Some((evidence, heard))
     }))
 }
 
 /// What a member is, and what all its signals and its OP alone say.
-fn member(seed: u64, index: u64) -> stiction_model::Result<[Row; 2]> {
+fn member(seed: u64, index: u64) -> stiction_model::Result<Member> {
     let Simulated { recording, truth } = stiction_population::member(seed, index)?;
     let alone = Recording { pv: None, sp: None, ..recording.clone() };
-    let row_of = |recording: &Recording| -> stiction_model::Result<Row> {
-        let evidence = evidence(recording)?;
+    let row_of = |recording: &Recording| -> stiction_model::Result<(Row, Option<Input>)> {
+        let (evidence, heard) = evidence(recording)?.unzip();
         let families = families(&truth);
         let truth = Truth {
             index,
@@ -154,9 +171,10 @@ fn member(seed: u64, index: u64) -> stiction_model::Result<[Row; 2]> {
             op_span: evidence.as_ref().map_or(f64::NAN, |evidence| evidence.op_span),
             families,
         };
-        Ok((truth, evidence.map(|evidence| row(&evidence.values))))
+        Ok(((truth, evidence.map(|evidence| row(&evidence.values))), heard.flatten()))
     };
-    Ok([row_of(&recording)?, row_of(&alone)?])
+    let ((full, heard), (alone, _)) = (row_of(&recording)?, row_of(&alone)?);
+    Ok(([full, alone], heard))
 }
 
 /// The families that a loop belongs to: what a plant could have that the population has not is asked by leaving

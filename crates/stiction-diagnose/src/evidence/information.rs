@@ -12,7 +12,7 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
 const OF_ALL: usize = 9;
 
 /// What stems say beside the OP.
-const BESIDE: usize = 15;
+const BESIDE: usize = 20;
 
 /// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort
 /// for every S of the grid.
@@ -92,6 +92,19 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     ),
     feature("stem_gain_share", 0, "nats that the best stem adds, a sample, ln"),
     feature("stem_lacks", 0, "nats that the OP adds to the best stem, ln(1 + x)"),
+    feature(
+        "stem_s_mean",
+        0,
+        "S by the likelihood of all stems, share of the OP's span, mean of ln",
+    ),
+    feature("stem_s_spread", 0, "its standard deviation, ln"),
+    feature("stem_j_mean", 0, "J over S by the likelihood of all stems, mean"),
+    feature("stem_j_spread", 0, "its standard deviation"),
+    feature(
+        "stem_least_half",
+        1,
+        "nats that the best stem adds in the half where it adds less, outliers forgiven, signed ln(1 + x)",
+    ),
     feature("stem_gain_1", 0, "nats that a stem with S of 0.015 of the OP's range adds, ln(1 + x)"),
     feature("stem_gain_2", 0, "nats that a stem with S of 0.027 of the OP's range adds, ln(1 + x)"),
     feature("stem_gain_3", 0, "nats that a stem with S of 0.05 of the OP's range adds, ln(1 + x)"),
@@ -195,6 +208,11 @@ pub fn measure(information: Option<&Information>, op_span: f64, out: &mut Vec<f6
         signed((stem.gain - stem.placebo).min(stem.beyond_curve)),
         ((stem.gain + 0.1) / told.independent).ln(),
         signed(stem.lacks),
+        stem.ln_s[0] + range,
+        stem.ln_s[1].max(1e-3).ln(),
+        stem.j_over_s[0],
+        stem.j_over_s[1],
+        signed(stem.least_half),
     ]);
     out.extend(stem.profile.iter().map(|gain| signed(*gain)));
     out.extend(stem.refuted.iter().map(|nats| signed(*nats)));

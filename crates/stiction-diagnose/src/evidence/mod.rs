@@ -24,6 +24,7 @@ pub use windows::windows;
 
 pub mod information;
 pub mod model;
+pub mod raw;
 
 use crate::detect::Abstention;
 use crate::identify::hammerstein::{self, ModelEvidence};
@@ -58,6 +59,8 @@ pub enum Line {
     Response,
     /// What else happens in the loop: set point, limits, resolution, record length.
     Circumstances,
+    /// The raw signals, as a net hears them.
+    Signals,
 }
 
 impl Line {
@@ -78,6 +81,7 @@ impl Line {
             Self::PvShape => "shape of the PV",
             Self::Response => "response",
             Self::Circumstances => "circumstances",
+            Self::Signals => "raw signals",
         }
     }
 }
@@ -93,7 +97,7 @@ struct Part {
 }
 
 /// The parts that are measured one by one, in the order of [`Evidence::values`]; behind them stand
-/// [`model`] and [`information`], whose fits are kept.
+/// [`model`] and [`information`], whose fits are kept, and [`raw`], which listens to these.
 const PARTS: [Part; 6] = [
     Part { features: &patterns::FEATURES, op_only: false, measure: patterns::measure },
     Part { features: &op_shape::FEATURES, op_only: true, measure: op_shape::measure },
@@ -115,6 +119,7 @@ pub fn features() -> impl Iterator<Item = &'static Feature> {
         .chain(model::FEATURES)
         .chain(model::DENSE)
         .chain(&information::FEATURES)
+        .chain(&raw::FEATURES)
 }
 
 /// The places, in [`features`], of those that need the OP only. Recordings without a PV have no others.
@@ -177,6 +182,7 @@ impl Evidence {
             information::of(&prepared.segment.op, pv, period)
         });
         information::measure(information.as_ref(), prepared.op_span(), &mut values);
+        raw::measure(prepared, information.as_ref(), &mut values);
         // A ratio to nothing is no number.
         values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = f64::NAN);
         Self {

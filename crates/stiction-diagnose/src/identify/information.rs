@@ -46,8 +46,10 @@
 //! (1989) 307 (recalled, not read). The grid, the floor and the power are ours.
 
 mod beside;
+mod traces;
 
 pub use beside::Beside;
+pub use traces::{Traces, traces};
 
 use crate::bands::Bands;
 use crate::detect::Abstention;
@@ -259,18 +261,24 @@ impl Candidate {
     }
 }
 
-/// What became of it.
-struct Tried {
+/// How its stem moved.
+struct Stem {
     candidate: Candidate,
     slips: f64,
-    fit: Fit,
     /// Products of the columns with the stem's taps.
     across: DMatrix<f64>,
     /// Products of the taps with each other.
     own: DMatrix<f64>,
     /// Products of the taps with the target.
     target: DVector<f64>,
-    stem: Vec<f64>,
+    /// Means over blocks.
+    path: Vec<f64>,
+}
+
+/// A stem in the place of the OP.
+struct Tried {
+    stem: Stem,
+    fit: Fit,
 }
 
 impl Problem {
@@ -367,7 +375,7 @@ impl Problem {
         let all = on_grid(PLACES[0]);
         let mut best: Vec<Option<Tried>> = self.tried(&all);
         let slips: Vec<f64> =
-            best.iter().map(|tried| tried.as_ref().map_or(0.0, |tried| tried.slips)).collect();
+            best.iter().map(|tried| tried.as_ref().map_or(0.0, |tried| tried.stem.slips)).collect();
         for (seldom, places) in
             [(SELDOM, [PLACES[1], PLACES[2]]), (SELDOM - 1.0, [PLACES[3], PLACES[4]])]
         {
@@ -391,13 +399,14 @@ impl Problem {
             *at = of_step.reduce(At::or).unwrap_or(unknown(at.s));
         }
         let winner = self.better(best.iter().flatten(), None);
-        let nearby = winner.map_or(vec![], |(winner, _)| self.tried(&winner.candidate.nearby()));
+        let nearby =
+            winner.map_or(vec![], |(winner, _)| self.tried(&winner.stem.candidate.nearby()));
         let winner = self.better(nearby.iter().flatten(), winner);
         let refined = winner.map_or(unknown(SMALLEST), |(winner, _)| self.at(winner));
         let beside = self.beside(op, pv);
         let best = winner.map_or((Model::TwoPhase, SMALLEST, 0.0, 0), |(winner, _)| {
-            let Candidate { s, j, model, .. } = winner.candidate;
-            (model, s, j, winner.slips as usize)
+            let Candidate { s, j, model, .. } = winner.stem.candidate;
+            (model, s, j, winner.stem.slips as usize)
         });
         Information {
             op_range: self.op_range,
@@ -430,38 +439,38 @@ impl Problem {
 
     fn at(&self, tried: &Tried) -> At {
         let power = self.power_to_see(tried);
-        At { s: tried.candidate.s, z: self.z(tried), gain: self.gain(tried), power }
+        At { s: tried.stem.candidate.s, z: self.z(tried), gain: self.gain(tried), power }
     }
 
-    /// Candidates behind their regressions, in their order; `None` for one whose equations cannot be solved.
+    /// Stems in the place of the OP, in the order of the candidates; `None` where the equations cannot be solved.
     fn tried(&self, asked: &[Candidate]) -> Vec<Option<Tried>> {
-        self.tried_under(asked, &self.op, false)
+        self.stems(asked).into_iter().map(|stem| self.in_place(stem)).collect()
+    }
+
+    /// How the stems of candidates move under the OP, in their order.
+    fn stems(&self, asked: &[Candidate]) -> Vec<Stem> {
+        self.stems_under(asked, &self.op, false)
     }
 
     /// The same under another OP, whose stems may be turned back in time.
-    fn tried_under(&self, asked: &[Candidate], op: &[f64], turned: bool) -> Vec<Option<Tried>> {
-        let mut tried: Vec<Option<Tried>> = asked.iter().map(|_| None).collect();
+    fn stems_under(&self, asked: &[Candidate], op: &[f64], turned: bool) -> Vec<Stem> {
         let (he, others): (Vec<usize>, Vec<usize>) =
             (0..asked.len()).partition(|k| asked[*k].model == Model::He);
-        let mut put = |block: &[usize], found: Vec<Option<Tried>>| {
-            block.iter().zip(found).for_each(|(k, found)| tried[*k] = found);
-        };
         let of = |block: &[usize]| block.iter().map(|k| asked[*k]).collect::<Vec<Candidate>>();
+        let mut found: Vec<(usize, Stem)> = Vec::with_capacity(asked.len());
+        let mut put =
+            |block: &[usize], stems: Vec<Stem>| found.extend(block.iter().copied().zip(stems));
         others
             .chunks(LANES)
             .for_each(|block| put(block, self.side_by_side::<TwoPhase>(&of(block), op, turned)));
         he.chunks(LANES)
             .for_each(|block| put(block, self.side_by_side::<He>(&of(block), op, turned)));
-        tried
+        found.sort_by_key(|(k, _)| *k);
+        found.into_iter().map(|(_, stem)| stem).collect()
     }
 
     /// Up to as many as there are lanes.
-    fn side_by_side<M: Laned>(
-        &self,
-        block: &[Candidate],
-        op: &[f64],
-        turned: bool,
-    ) -> Vec<Option<Tried>> {
+    fn side_by_side<M: Laned>(&self, block: &[Candidate], op: &[f64], turned: bool) -> Vec<Stem> {
         let lane = |l: usize| block[l.min(block.len() - 1)];
         let bands: Vec<Bands> = (0..LANES)
             .filter_map(|l| Bands::from_s_j(lane(l).s, lane(l).j * lane(l).s).ok())
@@ -483,48 +492,67 @@ impl Problem {
         if turned {
             means.reverse();
         }
-        let sums = width.run(Products {
+        let sums = self.sums(&means);
+        let stem =
+            |(l, candidate): (usize, &Candidate)| self.stem(*candidate, slips[l], l, &sums, &means);
+        block.iter().enumerate().map(stem).collect()
+    }
+
+    fn sums(&self, paths: &[Lane]) -> Sums {
+        Width::widest().run(Products {
             columns: &self.columns,
             target: &self.target,
             weights: &self.weights,
-            stem: &means,
-        });
-        let solved = |(l, candidate): (usize, &Candidate)| {
-            self.solved(*candidate, slips[l], l, &sums, &means)
-        };
-        block.iter().enumerate().map(solved).collect()
+            stem: paths,
+        })
     }
 
-    fn solved(
+    /// What stands in a lane.
+    fn stem(
         &self,
         candidate: Candidate,
         slips: f64,
         l: usize,
         sums: &Sums,
-        means: &[Lane],
-    ) -> Option<Tried> {
-        let (all, common) = (self.columns.len(), self.common);
+        paths: &[Lane],
+    ) -> Stem {
+        let all = self.columns.len();
         let across = DMatrix::from_fn(all, TAPS, |c, t| sums.across[c * TAPS + t][l]);
         let mut own = DMatrix::from_fn(TAPS, TAPS, |i, j| match i >= j {
             true => sums.own[i * TAPS + j][l],
             false => 0.0,
         });
         own.fill_upper_triangle_with_lower_triangle();
+        let target = DVector::from_fn(TAPS, |t, _| sums.target[t][l]);
+        let path = paths.iter().map(|lane| lane[l]).collect();
+        Stem { candidate, slips, across, own, target, path }
+    }
+
+    fn in_place(&self, stem: Stem) -> Option<Tried> {
+        let fit = self.fit_in_place(&stem)?;
+        Some(Tried { stem, fit })
+    }
+
+    /// Sum of squares of a stem in the place of the OP.
+    fn sse_in_place(&self, stem: &Stem) -> Option<f64> {
+        self.fit_in_place(stem).map(|fit| fit.sse)
+    }
+
+    fn fit_in_place(&self, stem: &Stem) -> Option<Fit> {
+        let (all, common) = (self.columns.len(), self.common);
         let mut gram = self.gram.clone();
         let taps = (common, TAPS);
-        gram.view_mut((common, common), (TAPS, TAPS)).copy_from(&own);
-        gram.view_mut((0, common), taps).copy_from(&across.rows(0, common));
-        gram.view_mut((common, 0), (TAPS, common)).copy_from(&across.rows(0, common).transpose());
+        gram.view_mut((common, common), (TAPS, TAPS)).copy_from(&stem.own);
+        gram.view_mut((0, common), taps).copy_from(&stem.across.rows(0, common));
+        gram.view_mut((common, 0), (TAPS, common))
+            .copy_from(&stem.across.rows(0, common).transpose());
         for i in common..all {
             gram[(i, i)] *= 1.0 + RIDGE;
             gram[(i, i)] += 1e-10;
         }
         let mut products = self.products.clone();
-        (0..TAPS).for_each(|t| products[common + t] = sums.target[t][l]);
-        let fit = Fit::of(gram, &products, self.power)?;
-        let stem = means.iter().map(|lane| lane[l]).collect();
-        let target = DVector::from_fn(TAPS, |t, _| sums.target[t][l]);
-        Some(Tried { candidate, slips, fit, across, own, target, stem })
+        products.rows_mut(common, TAPS).copy_from(&stem.target);
+        Fit::of(gram, &products, self.power)
     }
 
     fn gain(&self, tried: &Tried) -> f64 {
@@ -541,14 +569,14 @@ impl Problem {
         let (here, there) = (self.follows.sse + self.floor, tried.fit.sse + self.floor);
         // The effect of the stem that no OP makes: with the process found behind the better of the two.
         let process = if there >= here { &of_op } else { &of_stem };
-        let seen = &tried.across * process;
+        let seen = &tried.stem.across * process;
         let outside =
-            process.dot(&(&tried.own * process)) - seen.dot(&self.follows.factor.solve(&seen));
+            process.dot(&(&tried.stem.own * process)) - seen.dot(&self.follows.factor.solve(&seen));
         // The effect of the OP that no stem makes.
         let own = self.gram.view((common, common), (TAPS, TAPS));
         let mut seen = DVector::zeros(self.columns.len());
         seen.rows_mut(0, common).copy_from(&(self.gram.view((0, common), (common, TAPS)) * &of_op));
-        let between = tried.across.rows(common, TAPS).transpose();
+        let between = tried.stem.across.rows(common, TAPS).transpose();
         seen.rows_mut(common, TAPS).copy_from(&(between * &of_op));
         let back = of_op.dot(&(own * &of_op)) - seen.dot(&tried.fit.factor.solve(&seen));
         let nats = |squares: f64| {
@@ -563,7 +591,7 @@ impl Problem {
         let mut error = residual(&self.columns[..common], coefficients, &self.target);
         for (t, lag) in LAGS.iter().enumerate() {
             let b = coefficients[common + t];
-            let taps = &tried.stem[LONGEST + 1 - lag..];
+            let taps = &tried.stem.path[LONGEST + 1 - lag..];
             let taps = taps.iter().zip(&self.weights);
             error.iter_mut().zip(taps).for_each(|(e, (v, w))| *e -= b * w * v);
         }

@@ -15,15 +15,25 @@
 //! placebo  = the largest gain of the same valves under the OP reversed in time, and turned back
 //! curve    = gain of the squared OP, as of a process whose gain changes
 //! ```
-//! A row counts the less the larger the errors of a valve that follows are around it, and the less again if its own is far
-//! larger than those, as by Student's t: bursts and outliers must not choose the stem. The best valve of the grid is refined in three rounds about the [`KEPT_BEST`] best of it.
+//! A row counts the less the larger the errors of a valve that follows are around it, and the less again if its own is
+//! far larger than those, as by Student's t: bursts and outliers must not choose the stem. The best valves of the grid
+//! are refined round by round, where their stems stood at first too: until its first slips all rests on that. The
+//! posterior of S and J is the share of `exp(gain)` in bins of ln S and of J/S, of all valves tried, each bin by its
+//! best.
+//!
+//! # Parameters
+//! | name | value | unit | source |
+//! |---|---|---|---|
+//! | S | 17 values, 0.015 to 1.8 | range of the OP (0.5 to 99.5 %) | ours |
+//! | J, model | 0.1, 0.5, 1 two-phase; 0.3, 0.7 He | S | ours |
+//! | first place, of a stem that slips less than 12 (6) times | 0, -0.7, 0.7 (and -0.35, 0.35) | stick forces from the OP | ours |
 //!
 //! # Limits
-//! A load that jumps is explained by some stem, too, and by as many of a placebo.
+//! A load that jumps is explained by some stem, too, and by as many of a placebo. Where controllers act between
+//! recorded samples, or the OP is rounded or compressed, the stem of the recorded OP is not the one that moved.
 
 use super::{
-    BLOCK, Candidate, LAGS, LONGEST, Lane, Problem, Products, STEPS, TAPS, Tried, Width,
-    block_means, residual,
+    BLOCK, Candidate, LAGS, LONGEST, Lane, Problem, STEPS, Stem, TAPS, block_means, residual,
 };
 use crate::series::{median, std};
 use crate::valve::Model;
@@ -33,16 +43,48 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 const AROUND: usize = 12;
 /// Degrees of freedom of Student's t, by which a single large error counts less.
 const FREEDOM: f64 = 4.0;
-/// Valves of the grid about which finer ones are tried.
-const KEPT_BEST: usize = 3;
-/// Where a stem that slips seldom may stand at first, stick bands from the OP, beside at it.
-const OTHER_PLACES: [f64; 2] = [-0.7, 0.7];
-/// Factors of S and steps of J/S about them, round by round.
-const ROUNDS: [([f64; 4], [f64; 4], usize); 3] = [
-    ([0.76, 0.88, 1.14, 1.32], [-0.3, -0.1, 0.1, 0.3], KEPT_BEST),
-    ([0.92, 0.97, 1.03, 1.08], [-0.15, -0.05, 0.05, 0.15], 2),
-    ([0.975, 0.99, 1.01, 1.025], [-0.06, -0.02, 0.02, 0.06], 1),
+/// Values of S: those of the grid, and one between two of them.
+const FINE_STEPS: usize = 2 * STEPS - 1;
+/// J over S, and the model.
+const SHAPES: [(f64, Model); 5] = [
+    (0.1, Model::TwoPhase),
+    (0.5, Model::TwoPhase),
+    (1.0, Model::TwoPhase),
+    (0.3, Model::He),
+    (0.7, Model::He),
 ];
+/// Where a stem that slips less often than so may stand at first, stick forces from the OP, beside at it.
+const PLACES: [(f64, [f64; 2]); 2] = [(12.0, [-0.7, 0.7]), (6.0, [-0.35, 0.35])];
+/// Valves about which finer ones are tried, round by round, and how far from them: ln S, J/S, first place.
+const ROUNDS: [(usize, [f64; 3]); 5] = [
+    (4, [0.16, 0.25, 0.3]),
+    (3, [0.08, 0.14, 0.15]),
+    (2, [0.04, 0.08, 0.08]),
+    (1, [0.02, 0.04, 0.04]),
+    (1, [0.01, 0.02, 0.02]),
+];
+/// Steps of a round, in its reach: spread over a cube.
+const SPREAD: [[f64; 3]; 16] = [
+    [-1.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [-0.5, 0.0, 0.0],
+    [0.5, 0.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, -1.0],
+    [0.0, 0.0, 1.0],
+    [-1.0, -1.0, -0.5],
+    [-1.0, 1.0, 0.5],
+    [1.0, -1.0, 0.5],
+    [1.0, 1.0, -0.5],
+    [-0.5, -0.5, 0.5],
+    [-0.5, 0.5, -0.5],
+    [0.5, -0.5, -0.5],
+    [0.5, 0.5, 0.5],
+];
+/// Bins of the posterior: of ln S from that of the smallest S to that of the largest, and of J/S.
+const BINS_OF_S: usize = 60;
+const BINS_OF_J: usize = 10;
 
 /// What stems say of the PV beside the OP.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +97,8 @@ pub struct Beside {
     pub z: f64,
     /// The valve of that stem: model, S as a share of the OP's range, J as a share of S, slips.
     pub best: (Model, f64, f64, usize),
+    /// Where that stem stands at first, stick forces from the OP.
+    pub place: f64,
     /// Share of the PV's answer to a lasting change that comes from the stem; 1 if the OP adds nothing to it.
     pub share: f64,
     /// Log marginal likelihood of a valve of the grid, against one that follows, nats.
@@ -71,11 +115,17 @@ pub struct Beside {
     pub lacks: f64,
     /// The least that the OP gains beside any stem of each S of the grid, nats: much refutes that S.
     pub refuted: [f64; STEPS],
+    /// Posterior of ln S, S as a share of the OP's range: mean and standard deviation.
+    pub ln_s: [f64; 2],
+    /// Posterior of J/S.
+    pub j_over_s: [f64; 2],
+    /// The lesser of the robust gains in the two halves of the record, nats.
+    pub least_half: f64,
 }
 
-/// Taps beside the columns: their products, once those of the columns are taken out.
-struct Added {
-    coefficients: DVector<f64>,
+/// Taps beside the columns: their coefficients, and by how much they lower the sum of squares.
+pub(super) struct Added {
+    pub(super) coefficients: DVector<f64>,
     drop: f64,
 }
 
@@ -105,122 +155,140 @@ impl Problem {
             .collect()
     }
 
-    fn grid_of(&self, place: f64) -> Vec<Candidate> {
-        let of = |(j, model)| super::grid().map(|s| Candidate { s, j, model, place });
-        super::SHAPES.into_iter().flat_map(of).collect()
-    }
-
-    /// The valves of the grid; those that slip seldom with the stem where it fits best at first.
-    fn on_grid(&self) -> Vec<Option<Tried>> {
-        let all = self.grid_of(0.0);
-        let mut on_grid = self.tried(&all);
-        let seldom: Vec<usize> = (0..all.len())
-            .filter(|k| on_grid[*k].as_ref().is_some_and(|t| t.slips < super::SELDOM))
-            .collect();
-        for place in OTHER_PLACES {
-            let asked: Vec<Candidate> =
-                seldom.iter().map(|k| Candidate { place, ..all[*k] }).collect();
-            for (k, tried) in seldom.iter().zip(self.tried(&asked)) {
-                let gain = |of: &Option<Tried>| of.as_ref().map_or(-1.0, |t| self.gain_beside(t));
-                if gain(&tried) > gain(&on_grid[*k]) {
-                    on_grid[*k] = tried;
+    /// The valves of the grid; those that slip seldom with the stem where it fits best at first, and all that were tried.
+    fn on_grid(&self) -> (Vec<(Stem, f64)>, Vec<(Candidate, f64)>) {
+        let with_gain = |stem: Stem| {
+            let gain = self.gain_beside(&stem);
+            (stem, gain)
+        };
+        let mut best: Vec<(Stem, f64)> =
+            self.stems(&grid_at(0.0)).into_iter().map(with_gain).collect();
+        let mut tried: Vec<(Candidate, f64)> =
+            best.iter().map(|(stem, gain)| (stem.candidate, *gain)).collect();
+        let slips: Vec<f64> = best.iter().map(|(stem, _)| stem.slips).collect();
+        for (seldom, places) in PLACES {
+            let which: Vec<usize> = (0..best.len()).filter(|k| slips[*k] < seldom).collect();
+            for place in places {
+                let asked: Vec<Candidate> =
+                    which.iter().map(|k| Candidate { place, ..best[*k].0.candidate }).collect();
+                for (k, stem) in which.iter().zip(self.stems(&asked)) {
+                    let (stem, gain) = with_gain(stem);
+                    tried.push((stem.candidate, gain));
+                    if gain > best[*k].1 {
+                        best[*k] = (stem, gain);
+                    }
                 }
             }
         }
-        on_grid
+        (best, tried)
     }
 
-    /// The best stem of the grid, or a finer one about the best of it, and its gain.
-    fn refined(&self, mut on_grid: Vec<Option<Tried>>, gains: &[f64]) -> Option<(Tried, f64)> {
-        let mut order: Vec<usize> = (0..gains.len()).filter(|k| on_grid[*k].is_some()).collect();
-        order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
-        let known = |k: &usize| Some((on_grid[*k].as_ref()?.candidate, gains[*k]));
+    /// The best stem of the grid, or a finer one about the best of it, and its gain; appends what was tried.
+    fn refined(
+        &self,
+        on_grid: Vec<(Stem, f64)>,
+        tried: &mut Vec<(Candidate, f64)>,
+    ) -> Option<(Stem, f64)> {
         let mut best: Vec<(Candidate, f64)> =
-            order.iter().take(KEPT_BEST).filter_map(known).collect();
-        let mut winner: Option<(Tried, f64)> = None;
-        for (factors, steps, kept) in ROUNDS {
+            on_grid.iter().map(|(stem, gain)| (stem.candidate, *gain)).collect();
+        let mut winner = on_grid.into_iter().fold(None, better);
+        for (kept, reach) in ROUNDS {
+            best.sort_by(|a, b| b.1.total_cmp(&a.1));
             best.truncate(kept);
             let asked: Vec<Candidate> =
-                best.iter().flat_map(|(about, _)| finer(*about, factors, steps)).collect();
-            for tried in self.tried(&asked).into_iter().flatten() {
-                let gain = self.gain_beside(&tried);
-                best.push((tried.candidate, gain));
-                if gain > winner.as_ref().map_or(0.0, |(_, largest)| *largest) {
-                    winner = Some((tried, gain));
-                }
+                best.iter().flat_map(|(about, _)| finer(*about, reach)).collect();
+            for stem in self.stems(&asked) {
+                let gain = self.gain_beside(&stem);
+                best.push((stem.candidate, gain));
+                tried.push((stem.candidate, gain));
+                winner = better(winner, (stem, gain));
             }
-            best.sort_by(|a, b| b.1.total_cmp(&a.1));
         }
-        let first = *order.first()?;
-        match winner {
-            Some((_, largest)) if largest >= gains[first] => winner,
-            _ => on_grid[first].take().map(|tried| (tried, gains[first])),
-        }
+        winner
     }
 
     fn searched(&self) -> Beside {
-        let on_grid = self.on_grid();
-        let of = |tried: &Option<Tried>, f: fn(&Self, &Tried) -> f64| {
-            tried.as_ref().map_or(0.0, |tried| f(self, tried))
-        };
-        let gains: Vec<f64> = on_grid.iter().map(|t| of(t, Self::gain_beside)).collect();
+        let (on_grid, mut tried) = self.on_grid();
         let (mut profile, mut refuted) = ([0.0; STEPS], [f64::INFINITY; STEPS]);
-        for (k, tried) in on_grid.iter().enumerate() {
-            profile[k % STEPS] = gains[k].max(profile[k % STEPS]);
-            refuted[k % STEPS] = of(tried, Self::lacks).min(refuted[k % STEPS]);
+        for (k, (_, gain)) in on_grid.iter().enumerate() {
+            // Those between two values of the coarse grid count for the lower one.
+            let step = k % FINE_STEPS / 2;
+            profile[step] = gain.max(profile[step]);
         }
-        let most = gains.iter().copied().fold(0.0, f64::max);
-        let sum: f64 = gains.iter().map(|gain| (gain - most).exp()).sum();
-        let winner = self.refined(on_grid, &gains);
-        let found = winner.as_ref().map(|(tried, _)| tried);
+        let most = on_grid.iter().map(|(_, gain)| *gain).fold(0.0, f64::max);
+        let sum: f64 = on_grid.iter().map(|(_, gain)| (gain - most).exp()).sum();
+        let evidence = most + (sum / on_grid.len().max(1) as f64).ln();
+        for (k, (stem, _)) in on_grid.iter().enumerate().filter(|(k, _)| k % FINE_STEPS % 2 == 0) {
+            let step = k % FINE_STEPS / 2;
+            refuted[step] = self.lacks(stem).min(refuted[step]);
+        }
+        let winner = self.refined(on_grid, &mut tried);
+        let found = winner.as_ref().map(|(stem, _)| stem);
         let (curve, beyond_curve) = self.curve(found);
-        let (robust, z, share) = found.map_or((0.0, 0.0, 0.0), |t| self.borne_out(t));
-        let best = found.map_or((Model::TwoPhase, super::SMALLEST, 0.0, 0), |t| {
-            let Candidate { s, j, model, .. } = t.candidate;
-            (model, s, j, t.slips as usize)
+        let Borne { robust, z, share, least_half } =
+            found.map_or(Borne::default(), |stem| self.borne_out(stem));
+        let best = found.map_or((Model::TwoPhase, super::SMALLEST, 0.0, 0), |stem| {
+            let Candidate { s, j, model, .. } = stem.candidate;
+            (model, s, j, stem.slips as usize)
         });
+        let (smallest, largest) = (super::SMALLEST.ln() - 0.3, super::LARGEST.ln() + 0.3);
+        let of_s = tried.iter().map(|(candidate, gain)| (candidate.s.ln(), *gain));
+        let of_j = tried.iter().map(|(candidate, gain)| (candidate.j, *gain));
         Beside {
             gain: winner.as_ref().map_or(0.0, |(_, gain)| *gain),
             robust,
             z,
             best,
+            place: found.map_or(0.0, |stem| stem.candidate.place),
             share,
-            evidence: most + (sum / gains.len().max(1) as f64).ln(),
-            placebo: self.placebo(found.map(|t| t.candidate)),
+            evidence,
+            placebo: self.placebo(found.map(|stem| stem.candidate)),
             curve,
             beyond_curve,
             profile,
-            lacks: found.map_or(0.0, |t| self.lacks(t)),
+            lacks: found.map_or(0.0, |stem| self.lacks(stem)),
             refuted,
+            ln_s: posterior::<BINS_OF_S>(of_s, smallest, largest),
+            j_over_s: posterior::<BINS_OF_J>(of_j, 0.0, 1.0),
+            least_half,
         }
     }
 
     /// What the OP gains beside a stem, nats.
-    fn lacks(&self, tried: &Tried) -> f64 {
-        let added = self.added(&tried.across, &tried.own, &tried.target);
-        let both = self.follows.sse - added.map_or(0.0, |added| added.drop);
-        self.nats(tried.fit.sse, tried.fit.sse - both)
+    fn lacks(&self, stem: &Stem) -> f64 {
+        let Some(sse) = self.sse_in_place(stem) else { return 0.0 };
+        let both = self.follows.sse - self.added(stem).map_or(0.0, |added| added.drop);
+        self.nats(sse, sse - both)
     }
 
-    fn added(
+    /// A stem's taps beside the columns; `None` where the equations cannot be solved.
+    pub(super) fn added(&self, stem: &Stem) -> Option<Added> {
+        self.added_taps(&stem.across, &stem.own, &stem.target)
+    }
+
+    fn added_taps(
         &self,
         across: &DMatrix<f64>,
         own: &DMatrix<f64>,
         target: &DVector<f64>,
     ) -> Option<Added> {
-        let mut left = own - across.transpose() * self.follows.factor.solve(across);
+        // Of the factor L, with L L' = X'X, the part of V'V that the columns explain is (L^-1 X'V)' (L^-1 X'V).
+        let mut explained = across.clone();
+        self.follows.factor.l_dirty().solve_lower_triangular_mut(&mut explained);
+        let mut left = own.clone();
+        left.gemm_tr(-1.0, &explained, &explained, 1.0);
         for i in 0..left.nrows() {
             left[(i, i)] += 1e-6 * own[(i, i)] + 1e-10;
         }
-        let products = target - across.transpose() * &self.follows.coefficients;
+        let mut products = target.clone();
+        products.gemv_tr(-1.0, across, &self.follows.coefficients, 1.0);
         let coefficients = Cholesky::new(left)?.solve(&products);
         let drop = products.dot(&coefficients);
         Some(Added { coefficients, drop })
     }
 
-    fn gain_beside(&self, tried: &Tried) -> f64 {
-        let added = self.added(&tried.across, &tried.own, &tried.target);
-        added.map_or(0.0, |added| self.nats(self.follows.sse, added.drop))
+    fn gain_beside(&self, stem: &Stem) -> f64 {
+        self.added(stem).map_or(0.0, |added| self.nats(self.follows.sse, added.drop))
     }
 
     fn nats(&self, sse: f64, drop: f64) -> f64 {
@@ -230,19 +298,29 @@ impl Problem {
         if nats.is_finite() { (nats.max(0.0) * 1e6).round() / 1e6 } else { 0.0 }
     }
 
-    /// Robust gain, its standard errors, and the stem's share of the lasting answer.
-    fn borne_out(&self, tried: &Tried) -> (f64, f64, f64) {
-        let Some(added) = self.added(&tried.across, &tried.own, &tried.target) else {
-            return (0.0, 0.0, 0.0);
-        };
-        let moved = self.follows.factor.solve(&(&tried.across * &added.coefficients));
-        let kept = &self.follows.coefficients - moved;
+    /// What the errors of the columns with a stem beside them are, row by row.
+    pub(super) fn errors_beside(&self, stem: &Stem, added: &Added) -> Vec<f64> {
+        let kept = self.kept(stem, added);
         let mut error = residual(&self.columns, &kept, &self.target);
         for (b, lag) in added.coefficients.iter().zip(LAGS) {
-            let taps = &tried.stem[LONGEST + 1 - lag..];
+            let taps = &stem.path[LONGEST + 1 - lag..];
             let taps = taps.iter().zip(&self.weights);
             error.iter_mut().zip(taps).for_each(|(e, (v, w))| *e -= b * w * v);
         }
+        error
+    }
+
+    /// The coefficients of the columns with a stem beside them.
+    fn kept(&self, stem: &Stem, added: &Added) -> DVector<f64> {
+        &self.follows.coefficients
+            - self.follows.factor.solve(&(&stem.across * &added.coefficients))
+    }
+
+    /// What a likelihood that forgives outliers says of a stem.
+    fn borne_out(&self, stem: &Stem) -> Borne {
+        let Some(added) = self.added(stem) else { return Borne::default() };
+        let kept = self.kept(stem, &added);
+        let error = self.errors_beside(stem, &added);
         let width = 4.0 * self.scale * self.scale;
         let blocks = self.target.len() / BLOCK;
         let sums: Vec<f64> = (0..blocks)
@@ -259,37 +337,25 @@ impl Problem {
         let of_stem: f64 = added.coefficients.iter().sum();
         let of_op: f64 = kept.iter().skip(self.common).take(TAPS).sum();
         let share = of_stem / (of_stem.abs() + of_op.abs()).max(1e-12);
-        (total * self.independent / self.target.len() as f64, z, share)
+        let independent = self.independent / self.target.len() as f64;
+        let half: f64 = sums[..blocks / 2].iter().sum();
+        let least_half = half.min(total - half) * independent;
+        Borne { robust: total * independent, z, share, least_half }
     }
 
     /// Nats that the squared OP gains, and the best stem beside both.
-    fn curve(&self, winner: Option<&Tried>) -> (f64, f64) {
+    fn curve(&self, winner: Option<&Stem>) -> (f64, f64) {
         let means = block_means(&self.op, self.factor, self.instants);
         let squares: Vec<Lane> = means.iter().map(|u| Lane::splat(u * u)).collect();
-        let sums = Width::widest().run(Products {
-            columns: &self.columns,
-            target: &self.target,
-            weights: &self.weights,
-            stem: &squares,
-        });
-        let Some(square) = self.solved(
-            Candidate { s: 0.0, j: 0.0, model: Model::TwoPhase, place: 0.0 },
-            0.0,
-            0,
-            &sums,
-            &squares,
-        ) else {
-            return (0.0, 0.0);
-        };
-        let Some(curved) = self.added(&square.across, &square.own, &square.target) else {
-            return (0.0, 0.0);
-        };
+        let none = Candidate { s: 0.0, j: 0.0, model: Model::TwoPhase, place: 0.0 };
+        let square = self.stem(none, 0.0, 0, &self.sums(&squares), &squares);
+        let Some(curved) = self.added(&square) else { return (0.0, 0.0) };
         let curve = self.nats(self.follows.sse, curved.drop);
-        let Some(tried) = winner else { return (curve, 0.0) };
+        let Some(stem) = winner else { return (curve, 0.0) };
         // Both at once: sixteen taps.
         let between = DMatrix::from_fn(TAPS, TAPS, |i, j| {
-            let a = &square.stem[LONGEST + 1 - LAGS[i]..];
-            let b = &tried.stem[LONGEST + 1 - LAGS[j]..];
+            let a = &square.path[LONGEST + 1 - LAGS[i]..];
+            let b = &stem.path[LONGEST + 1 - LAGS[j]..];
             let samples = self.target.len();
             let products = a[..samples].iter().zip(&b[..samples]).zip(&self.weights);
             products.map(|((a, b), w)| a * b * w * w).sum()
@@ -297,19 +363,19 @@ impl Problem {
         let columns = self.columns.len();
         let across = DMatrix::from_fn(columns, 2 * TAPS, |c, t| match t < TAPS {
             true => square.across[(c, t)],
-            false => tried.across[(c, t - TAPS)],
+            false => stem.across[(c, t - TAPS)],
         });
         let own = DMatrix::from_fn(2 * TAPS, 2 * TAPS, |i, j| match (i < TAPS, j < TAPS) {
             (true, true) => square.own[(i, j)],
             (true, false) => between[(i, j - TAPS)],
             (false, true) => between[(j, i - TAPS)],
-            (false, false) => tried.own[(i - TAPS, j - TAPS)],
+            (false, false) => stem.own[(i - TAPS, j - TAPS)],
         });
         let target = DVector::from_fn(2 * TAPS, |t, _| match t < TAPS {
             true => square.target[t],
-            false => tried.target[t - TAPS],
+            false => stem.target[t - TAPS],
         });
-        let both = self.added(&across, &own, &target);
+        let both = self.added_taps(&across, &own, &target);
         let beyond = both.map_or(0.0, |both| {
             let sse = (self.follows.sse - curved.drop).max(0.0);
             self.nats(sse, both.drop - curved.drop)
@@ -319,25 +385,74 @@ impl Problem {
 
     /// The largest gain of stems that moved in reversed time.
     fn placebo(&self, about: Option<Candidate>) -> f64 {
-        let mut asked = self.grid_of(0.0);
-        asked.extend(about.into_iter().flat_map(|about| finer(about, ROUNDS[0].0, ROUNDS[0].1)));
+        let mut asked: Vec<Candidate> = grid_at(0.0).into_iter().step_by(2).collect();
+        asked.extend(about.into_iter().flat_map(|about| finer(about, ROUNDS[0].1)));
         let mut turned = self.op.clone();
         // What is left over at the end stays there.
         turned[..self.instants * self.factor].reverse();
-        let backwards = self.tried_under(&asked, &turned, true);
-        backwards.iter().flatten().map(|t| self.gain_beside(t)).fold(0.0, f64::max)
+        let backwards = self.stems_under(&asked, &turned, true);
+        backwards.iter().map(|stem| self.gain_beside(stem)).fold(0.0, f64::max)
     }
 }
 
-fn finer(about: Candidate, factors: [f64; 4], steps: [f64; 4]) -> Vec<Candidate> {
-    let with = |factor: f64| {
-        steps.map(|step| Candidate {
-            s: factor * about.s,
-            j: (about.j + step).clamp(0.0, 1.0),
-            ..about
-        })
+/// What a likelihood that forgives outliers says of a stem.
+#[derive(Default)]
+struct Borne {
+    robust: f64,
+    z: f64,
+    share: f64,
+    least_half: f64,
+}
+
+/// The valves that are tried first, with their stems so far from the OP; S changes fastest.
+fn grid_at(place: f64) -> Vec<Candidate> {
+    let coarse = super::grid();
+    let s = |k: usize| match k % 2 {
+        0 => coarse[k / 2],
+        _ => (coarse[k / 2] * coarse[k / 2 + 1]).sqrt(),
     };
-    factors.into_iter().flat_map(with).collect()
+    let of = |(j, model)| (0..FINE_STEPS).map(move |k| Candidate { s: s(k), j, model, place });
+    SHAPES.into_iter().flat_map(of).collect()
+}
+
+fn better(best: Option<(Stem, f64)>, other: (Stem, f64)) -> Option<(Stem, f64)> {
+    match best {
+        Some(best) if best.1 >= other.1 => Some(best),
+        _ => Some(other),
+    }
+}
+
+/// Valves about one, within a reach of ln S, J/S and first place.
+fn finer(about: Candidate, reach: [f64; 3]) -> [Candidate; SPREAD.len()] {
+    SPREAD.map(|step| Candidate {
+        s: about.s * (step[0] * reach[0]).exp(),
+        j: (about.j + step[1] * reach[1]).clamp(0.0, 1.0),
+        place: (about.place + step[2] * reach[2]).clamp(-0.99, 0.99),
+        ..about
+    })
+}
+
+/// Mean and standard deviation of what some values are likely to be, each with its gain in nats; a bin counts as
+/// much as its best.
+fn posterior<const BINS: usize>(
+    tried: impl Iterator<Item = (f64, f64)>,
+    from: f64,
+    to: f64,
+) -> [f64; 2] {
+    let mut bins = [(0.0, f64::NEG_INFINITY); BINS];
+    for (value, gain) in tried {
+        let place = ((value - from) / (to - from) * BINS as f64) as usize;
+        let bin = &mut bins[place.min(BINS - 1)];
+        if gain > bin.1 {
+            *bin = (value, gain);
+        }
+    }
+    let most = bins.iter().map(|(_, gain)| *gain).fold(f64::NEG_INFINITY, f64::max);
+    let weights = bins.map(|(value, gain)| (value, (gain - most).exp()));
+    let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
+    let of = |f: &dyn Fn(f64) -> f64| weights.iter().map(|(v, w)| f(*v) * w).sum::<f64>() / total;
+    let middle = of(&|v| v);
+    [middle, of(&|v| (v - middle).powi(2)).max(0.0).sqrt()]
 }
 
 #[cfg(test)]

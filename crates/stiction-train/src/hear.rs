@@ -1,0 +1,59 @@
+//! What the nets say of loops that they were not trained on, put in the place of what they say of all.
+//!
+//! Of the loops that trees are grown on, each net was trained on those of every [`FOLDS`]th number; the trees are shown
+//! what the others say. Of all other loops they are shown the mean, as in a diagnosis.
+
+use crate::dataset::Dataset;
+use crate::signals_file;
+use anyhow::{Context, Result, ensure};
+use rayon::prelude::*;
+use std::path::Path;
+use stiction_diagnose::evidence::raw::{FEATURES, Net, OUTPUTS, values};
+
+/// Nets, and parts of the loops that trees are grown on.
+pub const FOLDS: u64 = 2;
+
+/// Records that are heard at once.
+const AT_ONCE: usize = 2048;
+
+/// Fills the columns of the nets from the signals of the same loops; those with a number below `trained` are of the
+/// population that the nets were trained on.
+///
+/// # Errors
+/// If there are not as many nets as parts, or the signals are of other loops.
+pub fn hear(data: &mut Dataset, signals: &Path, net: &Net, trained: u64) -> Result<()> {
+    let members: Vec<Net> = net.members().collect();
+    ensure!(members.len() as u64 == FOLDS, "{} nets, but {FOLDS} parts", members.len());
+    let first = data.columns.iter().position(|column| column.name == FEATURES[0].name);
+    let first = first.context("the matrix has no columns of the nets")?;
+    let mut row = 0;
+    signals_file::read(signals, AT_ONCE, |records| {
+        let said: Vec<[f64; FEATURES.len()]> = records
+            .par_iter()
+            .map(|(index, heard)| {
+                let Some(heard) = heard else { return [f64::NAN; FEATURES.len()] };
+                let mut sum = [0.0; OUTPUTS];
+                let mut count = 0.0;
+                for (fold, member) in members.iter().enumerate() {
+                    if *index >= trained || index % FOLDS != fold as u64 {
+                        let said = member.outputs(heard);
+                        sum.iter_mut().zip(said).for_each(|(sum, said)| *sum += said);
+                        count += 1.0;
+                    }
+                }
+                values(&sum.map(|value| value / count))
+            })
+            .collect();
+        for ((index, _), said) in records.iter().zip(said) {
+            let known = data.truth.get(row).map(|truth| truth.index);
+            ensure!(known == Some(*index), "{} is of other loops", signals.display());
+            for (k, value) in said.into_iter().enumerate() {
+                data.values[first + k][row] = value as f32;
+            }
+            row += 1;
+        }
+        Ok(())
+    })?;
+    ensure!(row == data.truth.len(), "{} is of other loops", signals.display());
+    Ok(())
+}
