@@ -192,6 +192,8 @@ fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
     tables.extend(scoreboard::calibration(board));
     tables.extend(scoreboard::quantification(board));
     tables.extend(scoreboard::sureness(board));
+    tables.extend(scoreboard::found(board));
+    tables.extend(scoreboard::undecided(board));
     if !measured.times.is_empty() {
         tables.push(scoreboard::times(&measured.times));
     }

@@ -4,7 +4,7 @@ use super::About;
 use super::measure::{Known, Measured, Plan};
 use anyhow::{Context, Result};
 use stiction::population::{self, Invented, Invention, LoopKind, Simulated};
-use stiction::scoreboard::Truth;
+use stiction::scoreboard::{Member, Truth};
 use stiction_report::document::Source;
 
 /// A loop to be simulated.
@@ -67,6 +67,7 @@ pub fn invented(seed: u64, n: u64, plan: &Plan<'_>) -> Result<(About, Measured)>
             visible,
             s: sticks.then_some(s),
             j: sticks.then_some(j),
+            member: None,
         };
         let source = Source { file: "simulated".to_owned(), sha256: String::new() };
         Ok(Known { recording, source, truth })
@@ -91,6 +92,10 @@ fn load(seed: u64, job: &Job) -> Result<Known> {
     recording.name = name.clone();
     // A valve that is stuck fast has no S that could be measured, one in the loop below none of this OP.
     let known = |value: f64| truth.has_bands().then_some(value);
+    let member = match job {
+        Job::Member(_) => Some(Member { gain: truth.gain, slips: truth.slips }),
+        Job::Of(..) => None,
+    };
     let truth = Truth {
         valve: name,
         kind: truth.kind.name().to_owned(),
@@ -98,6 +103,7 @@ fn load(seed: u64, job: &Job) -> Result<Known> {
         visible: truth.visible,
         s: known(truth.s),
         j: known(truth.j),
+        member,
     };
     let source = Source { file: "simulated".to_owned(), sha256: String::new() };
     Ok(Known { recording, source, truth })
