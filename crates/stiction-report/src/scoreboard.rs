@@ -10,8 +10,8 @@ use stiction_diagnose::detect::Decides;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 use stiction_population::LoopKind;
 use stiction_population::scoreboard::{
-    Auc, Band, Board, Counts, Errors, FoundBand, KindRow, MethodRow, Outcomes, Quantification, Scored,
-    Share,
+    Auc, Band, Board, Counts, Errors, FoundBand, KindRow, MethodRow, Outcomes, Quantification,
+    Scored, Share,
 };
 
 /// What a page is made of.

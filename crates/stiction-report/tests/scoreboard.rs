@@ -117,7 +117,9 @@ fn what_is_not_known_is_not_shown() {
     assert!(text.contains("No loop has a probability"));
     let tags = html::tags(&text);
     assert!(!tags.iter().any(|tag| tag.starts_with("a href") || tag.starts_with("figure ")));
-    for part in ["By kind of loop", "How much it sticks", "What is found", "What stays open", "<h3>Time"] {
+    for part in
+        ["By kind of loop", "How much it sticks", "What is found", "What stays open", "<h3>Time"]
+    {
         assert!(!text.contains(part), "{part}");
     }
     // Nothing at all is a page, too.

@@ -87,7 +87,11 @@ mod tests {
 
     fn sticking(gain: f64, slips: usize, class: VerdictClass, p: Option<f64>) -> Scored {
         let member = Some(Member { gain, slips });
-        scored(crate::scoreboard::Truth { sticks: true, visible: true, member, ..truth() }, class, p)
+        scored(
+            crate::scoreboard::Truth { sticks: true, visible: true, member, ..truth() },
+            class,
+            p,
+        )
     }
 
     #[test]

@@ -44,11 +44,8 @@ impl Undecided {
             .copied()
             .filter(|each| each.verdict == VerdictClass::CannotTell)
             .collect();
-        let bands: Vec<_> = Band::beginning_at(&PROBABILITIES)
-            .into_iter()
-            .map(Some)
-            .chain([None])
-            .collect();
+        let bands: Vec<_> =
+            Band::beginning_at(&PROBABILITIES).into_iter().map(Some).chain([None]).collect();
         let mut rows = vec![];
         for ruling in Ruling::ALL.into_iter().map(Some).chain([None]) {
             for probability in &bands {
