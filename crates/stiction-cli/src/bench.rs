@@ -58,7 +58,8 @@ pub struct Args {
           value_parser = clap::value_parser!(u64).range(2..=100_000))]
     invented: Option<u64>,
     /// Which set of these kinds; the first is that of an earlier training [default: second]
-    #[arg(long, value_name = "SET", requires = "invented")]
+    #[arg(long, value_name = "SET", requires = "invented",
+          conflicts_with_all = ["labels", "simulated", "positions", "networks"])]
     invented_set: Option<InventedSet>,
     /// Simulate this many loops whose valve position is recorded, behind any lag
     #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated", "invented"],
