@@ -17,6 +17,7 @@ use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
 use std::path::Path;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
+use stiction::population::Invention;
 use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
 use stiction_report::scoreboard::{self, Scoreboard};
@@ -36,6 +37,7 @@ use stiction_report::scoreboard::{self, Scoreboard};
   stiction bench --simulated 1000
   stiction bench --simulated 10000 --only verdict --report board.html
   stiction bench --invented 300 --only verdict
+  stiction bench --invented 300 --invented-set first --only verdict
   stiction bench --positions 1000 --only verdict
   stiction bench --networks 300
   stiction bench --labels plant/index.csv --report board.html --reports reports --csv details.csv")]
@@ -55,6 +57,10 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated"],
           value_parser = clap::value_parser!(u64).range(2..=100_000))]
     invented: Option<u64>,
+    /// Which set of these kinds; the first is that of an earlier training [default: second]
+    #[arg(long, value_name = "SET", requires = "invented",
+          conflicts_with_all = ["labels", "simulated", "positions", "networks"])]
+    invented_set: Option<InventedSet>,
     /// Simulate this many loops whose valve position is recorded, behind any lag
     #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated", "invented"],
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -107,6 +113,22 @@ enum Only {
     Verdict,
 }
 
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum InventedSet {
+    First,
+    #[default]
+    Second,
+}
+
+impl InventedSet {
+    fn kinds(self) -> [Invention; 8] {
+        match self {
+            Self::First => Invention::FIRST,
+            Self::Second => Invention::SECOND,
+        }
+    }
+}
+
 pub fn run(args: Args) -> Result<()> {
     if let Some(n) = args.networks {
         return networks::run(args.seed, n, args.days.unwrap_or(3), args.json, args.markdown);
@@ -132,7 +154,10 @@ pub fn run(args: Args) -> Result<()> {
     };
     let (mut about, measured) = match (&args.labels, args.invented, args.positions) {
         (Some(index), ..) => labelled::measure(index, args.allow_outside, &plan)?,
-        (None, Some(n), _) => simulated::invented(args.seed, n, &plan)?,
+        (None, Some(n), _) => {
+            let kinds = args.invented_set.unwrap_or_default().kinds();
+            simulated::invented(kinds, args.seed, n, &plan)?
+        }
         (None, None, Some(n)) => positions::measure(args.seed, n, &plan)?,
         (None, None, None) => {
             simulated::measure(args.seed, args.simulated.unwrap_or(1), args.per_kind, &plan)?
@@ -192,6 +217,8 @@ fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
     tables.extend(scoreboard::calibration(board));
     tables.extend(scoreboard::quantification(board));
     tables.extend(scoreboard::sureness(board));
+    tables.extend(scoreboard::found(board));
+    tables.extend(scoreboard::undecided(board));
     if !measured.times.is_empty() {
         tables.push(scoreboard::times(&measured.times));
     }

@@ -64,6 +64,7 @@ stiction_model::written_by_name!(
     diagnose::Grade,
     diagnose::Mismatch,
     diagnose::RepairOutcome,
+    diagnose::Ruling,
     diagnose::Silence,
     diagnose::TestKind,
     diagnose::VerdictClass,

@@ -10,7 +10,8 @@ use stiction_diagnose::detect::Decides;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 use stiction_population::LoopKind;
 use stiction_population::scoreboard::{
-    Auc, Board, Counts, Errors, KindRow, MethodRow, Outcomes, Quantification, Scored, Share,
+    Auc, Band, Board, Counts, Errors, FoundBand, KindRow, MethodRow, Outcomes, Quantification,
+    Scored, Share,
 };
 
 /// What a page is made of.
@@ -80,6 +81,12 @@ pub fn html(of: &Scoreboard<'_>) -> Result<String, Error> {
     }
     if let Some(table) = sureness(board) {
         report = report.block(Block::Heading("Sure and wrong".to_owned())).block(table);
+    }
+    for (heading, table) in [("What is found", found(board)), ("What stays open", undecided(board))]
+    {
+        if let Some(table) = table {
+            report = report.block(Block::Heading(heading.to_owned())).block(table);
+        }
     }
     if !of.times.is_empty() {
         report = report.block(Block::Heading("Time".to_owned())).block(times(of.times));
@@ -332,6 +339,69 @@ pub fn sureness(board: &Board) -> Option<Table> {
     let table = row(table, "these", "that are wrong", of.wrong);
     let limit = of.limit.map_or(DASH.to_owned(), |limit| format!("{limit:.2} %"));
     Some(table.row(["healthy loops that are cleared".to_owned(), "median limit".to_owned(), limit]))
+}
+
+/// How many sticking valves are found, by how plainly their records show them; `None` where no member of a mixed
+/// population does.
+pub fn found(board: &Board) -> Option<Table> {
+    let of = board.found.as_ref()?;
+    let table = Table::new(
+        "Sticking valves found, of the members of the mixed population that show that their valve slips: by what \
+         an observer who knows the stem gains, and by how often it slips.",
+    )
+    .words("by")
+    .words("from")
+    .words("below")
+    .numbers("loops", "")
+    .numbers("called sticking", "")
+    .numbers("called not sticking", "")
+    .numbers("p from 90 %", "")
+    .numbers("p from 80 %", "");
+    let rows = |table: Table, by: &str, bands: &[FoundBand]| {
+        bands.iter().fold(table, |table, of| {
+            let Band { from, to } = of.band;
+            table.row([
+                by.to_owned(),
+                number(from),
+                to.map_or(DASH.to_owned(), number),
+                of.called.n.to_string(),
+                share(of.called),
+                share(of.cleared),
+                share(of.p90),
+                share(of.p80),
+            ])
+        })
+    };
+    Some(rows(rows(table, "nats", &of.by_gain), "slips", &of.by_slips))
+}
+
+/// What holds decisions back; `None` where no loop is a member of a mixed population.
+pub fn undecided(board: &Board) -> Option<Table> {
+    let of = board.undecided.as_ref()?;
+    let caption = format!(
+        "Undecided loops, {} of {} members of the mixed population, by the rule that holds them back and by their \
+         probability. Those at fault invisibly are left out.",
+        of.all.k, of.all.n
+    );
+    let table = Table::new(caption)
+        .words("held back by")
+        .words("p from")
+        .words("below")
+        .numbers("loops", "")
+        .numbers("of all", "")
+        .numbers("at fault", "")
+        .numbers("of these", "");
+    Some(of.rows.iter().fold(table, |table, held| {
+        table.row([
+            held.ruling.map_or("no evidence", |ruling| ruling.name()).to_owned(),
+            percent(held.probability.map(|band| band.from)),
+            percent(held.probability.and_then(|band| band.to)),
+            held.loops.k.to_string(),
+            held.loops.value().map_or(DASH.to_owned(), |v| format!("{:.1} %", 100.0 * v)),
+            held.at_fault.k.to_string(),
+            share(held.at_fault),
+        ])
+    }))
 }
 
 /// What the diagnosis and its methods take.

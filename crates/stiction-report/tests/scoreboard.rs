@@ -3,9 +3,9 @@
 mod html;
 
 use stiction_diagnose::detect;
-use stiction_diagnose::diagnose::{Estimate, VerdictClass};
+use stiction_diagnose::diagnose::{Estimate, Ruling, VerdictClass};
 use stiction_population::LoopKind;
-use stiction_population::scoreboard::{Board, MethodRow, Said, Scored, Truth};
+use stiction_population::scoreboard::{Board, Member, MethodRow, Said, Scored, Truth};
 use stiction_report::scoreboard::{self, Scoreboard};
 
 /// Loops whose probabilities and statistics rank most of them as they are.
@@ -41,9 +41,11 @@ fn loops() -> Vec<Scored> {
                     visible: k != 0,
                     s: sticks.then_some(3.0),
                     j: sticks.then_some(1.0),
+                    member: (k < 50).then_some(Member { gain: 30.0, slips: 4 }),
                 },
                 methods: vec![said(2, Some(p)), said(25, (k % 2 == 0).then_some(1.0 - p))],
                 verdict: class,
+                undecided_by: (class == VerdictClass::CannotTell && k > 25).then_some(Ruling::Open),
                 probability: Some(p),
                 s: sticks.then_some(Estimate { value: 2.0 + p, low: 2.0, high: 4.0 }),
                 j: None,
@@ -80,6 +82,8 @@ fn the_page_is_sound_and_shows_every_part() {
     assert_eq!(count("a href=\"./r/"), 60);
     assert!(text.contains("href=\"./r/7%22.html\""), "links cannot break out of their attribute");
     for part in [
+        "What is found",
+        "What stays open",
         "60 &lt;loops&gt;",
         "Made &amp; counted.",
         "loop &lt;7&gt;",
@@ -105,6 +109,7 @@ fn what_is_not_known_is_not_shown() {
     for each in &mut loops {
         (each.probability, each.s, each.truth.s, each.truth.j) = (None, None, None, None);
         each.truth.kind.clear();
+        each.truth.member = None;
         each.methods.clear();
     }
     let text = page(&loops, &[], &[]);
@@ -112,7 +117,9 @@ fn what_is_not_known_is_not_shown() {
     assert!(text.contains("No loop has a probability"));
     let tags = html::tags(&text);
     assert!(!tags.iter().any(|tag| tag.starts_with("a href") || tag.starts_with("figure ")));
-    for part in ["By kind of loop", "How much it sticks", "<h3>Time"] {
+    for part in
+        ["By kind of loop", "How much it sticks", "What is found", "What stays open", "<h3>Time"]
+    {
         assert!(!text.contains(part), "{part}");
     }
     // Nothing at all is a page, too.
@@ -134,12 +141,24 @@ fn tables_have_a_cell_for_every_column() {
     tables.extend(scoreboard::calibration(&board));
     tables.extend(scoreboard::quantification(&board));
     tables.extend(scoreboard::sureness(&board));
-    assert_eq!(tables.len(), 8);
+    tables.extend(scoreboard::found(&board));
+    tables.extend(scoreboard::undecided(&board));
+    assert_eq!(tables.len(), 10);
     for table in &tables {
         assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{table:?}");
     }
     // The share of the visible sticking loops that are quantified, and the coverage of what was said.
     let row = &tables[7].rows[0];
     assert!(row[1].starts_with("100 %") && row[6].starts_with("100 %"), "{row:?}");
+    // Every loop is in one band of either row of bands, and every undecided one in one row.
+    let loops: Vec<(&str, usize)> =
+        tables[8].rows.iter().map(|row| (&row[0][..], row[3].parse().unwrap())).collect();
+    for by in ["nats", "slips"] {
+        let of: Vec<usize> = loops.iter().filter(|row| row.0 == by).map(|row| row.1).collect();
+        assert_eq!((of.len(), of.iter().sum::<usize>()), (6, 16), "{by}");
+    }
+    let held: Vec<_> = tables[9].rows.iter().map(|row| (&row[0][..], &row[1][..])).collect();
+    assert!(held.contains(&("probability between", "50 %")), "{held:?}");
+    assert!(held.last().is_some_and(|(by, _)| *by == "no evidence"), "{held:?}");
     assert!(scoreboard::has_valves(&board));
 }

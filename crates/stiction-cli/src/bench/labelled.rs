@@ -136,6 +136,7 @@ fn load(entry: &Entry) -> Result<Known> {
         visible: true,
         s: None,
         j: None,
+        member: None,
     };
     Ok(Known { recording, source, truth })
 }

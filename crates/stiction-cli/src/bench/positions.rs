@@ -46,5 +46,6 @@ fn truth(valve: String, truth: &PositionTruth) -> Truth {
         visible: truth.sticks && truth.slips >= 10 && truth.s >= 3.0 * noise,
         s: known(truth.s),
         j: known(truth.j),
+        member: None,
     }
 }

@@ -34,6 +34,9 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
         "J_low",
         "J_high",
         "S_below",
+        "undecided_by",
+        "gain",
+        "slips",
     ])?;
     let say = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     for each in loops {
@@ -55,6 +58,9 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
             row.extend([of(|e| e.value), of(|e| e.low), of(|e| e.high)]);
         }
         row.push(say(each.s_below));
+        row.push(each.undecided_by.map_or(String::new(), |ruling| ruling.name().to_owned()));
+        row.push(say(truth.member.map(|member| member.gain)));
+        row.push(truth.member.map_or(String::new(), |member| member.slips.to_string()));
         sheet.row(&row)?;
         for said in &each.methods {
             let mut row = known.to_vec();
@@ -64,7 +70,7 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
                 say(said.threshold),
                 said.decision.name().to_owned(),
             ]);
-            row.resize(19, String::new());
+            row.resize(22, String::new());
             sheet.row(&row)?;
         }
     }

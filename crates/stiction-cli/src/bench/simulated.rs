@@ -4,7 +4,7 @@ use super::About;
 use super::measure::{Known, Measured, Plan};
 use anyhow::{Context, Result};
 use stiction::population::{self, Invented, Invention, LoopKind, Simulated};
-use stiction::scoreboard::Truth;
+use stiction::scoreboard::{Member, Truth};
 use stiction_report::document::Source;
 
 /// A loop to be simulated.
@@ -49,10 +49,15 @@ pub fn measure(
     Ok((about, measured.finish(plan)?))
 }
 
-/// Measures `n` loops of each kind that the verdict was never trained on, every other one healthy.
-pub fn invented(seed: u64, n: u64, plan: &Plan<'_>) -> Result<(About, Measured)> {
+/// Measures `n` loops of each of these kinds, every other one healthy.
+pub fn invented(
+    kinds: [Invention; 8],
+    seed: u64,
+    n: u64,
+    plan: &Plan<'_>,
+) -> Result<(About, Measured)> {
     let jobs: Vec<(Invention, u64)> =
-        Invention::ALL.into_iter().flat_map(|what| (0..n).map(move |k| (what, k))).collect();
+        kinds.into_iter().flat_map(|what| (0..n).map(move |k| (what, k))).collect();
     let load = |(what, k): &(Invention, u64)| -> Result<Known> {
         let sticks = k % 2 == 1;
         let state = if sticks { "sticking" } else { "healthy" };
@@ -67,6 +72,7 @@ pub fn invented(seed: u64, n: u64, plan: &Plan<'_>) -> Result<(About, Measured)>
             visible,
             s: sticks.then_some(s),
             j: sticks.then_some(j),
+            member: None,
         };
         let source = Source { file: "simulated".to_owned(), sha256: String::new() };
         Ok(Known { recording, source, truth })
@@ -91,6 +97,10 @@ fn load(seed: u64, job: &Job) -> Result<Known> {
     recording.name = name.clone();
     // A valve that is stuck fast has no S that could be measured, one in the loop below none of this OP.
     let known = |value: f64| truth.has_bands().then_some(value);
+    let member = match job {
+        Job::Member(_) => Some(Member { gain: truth.gain, slips: truth.slips }),
+        Job::Of(..) => None,
+    };
     let truth = Truth {
         valve: name,
         kind: truth.kind.name().to_owned(),
@@ -98,6 +108,7 @@ fn load(seed: u64, job: &Job) -> Result<Known> {
         visible: truth.visible,
         s: known(truth.s),
         j: known(truth.j),
+        member,
     };
     let source = Source { file: "simulated".to_owned(), sha256: String::new() };
     Ok(Known { recording, source, truth })

@@ -196,6 +196,10 @@ fn every_form_of_the_results_has_its_parts() {
     let times = timed["times"].as_array().expect("times");
     assert_eq!((times.len(), &times[0]["name"]), (3, &"whole diagnosis".into()));
     assert!(times[0]["median_us"].as_f64() > Some(0.0));
+    // Members that stick invisibly are hidden; all others are asked whether they are decided.
+    let hidden = timed["hidden"].as_u64().expect("a count");
+    assert_eq!(timed["undecided"]["all"]["n"], 20 - hidden);
+    assert!(text.contains("Undecided loops, "), "{text}");
     // Without the times, nothing differs.
     let mut plain = with(&["--json"]).json();
     assert_eq!(plain["times"], serde_json::json!([]));
@@ -257,6 +261,8 @@ fn what_cannot_be_measured_is_refused_with_the_row_and_the_remedy() {
         ("bench --simulated 0", "--simulated"),
         ("bench --simulated 2 --method nonesuch", "horch"),
         ("bench --simulated 2 --only horch", "verdict"),
+        ("bench --simulated 2 --invented-set first", "--invented"),
+        ("bench --invented 2 --invented-set third", "second"),
         ("bench --labels none.csv", "none.csv"),
         ("bench --labels none.csv --simulated 2", "cannot be used with"),
     ] {

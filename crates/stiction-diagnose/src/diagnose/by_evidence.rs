@@ -130,6 +130,34 @@ pub enum Ruling {
 }
 
 impl Ruling {
+    /// All of them, in the order in which the table asks.
+    pub const ALL: [Self; 9] = [
+        Self::Mistaken,
+        Self::Strange,
+        Self::DeadZone,
+        Self::NoResponse,
+        Self::Harmless,
+        Self::Sticks,
+        Self::Clears,
+        Self::Blind,
+        Self::Open,
+    ];
+
+    /// Its name, as in `unlike the training`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mistaken => "mistaken columns",
+            Self::Strange => "unlike the training",
+            Self::DeadZone => "dead zone elsewhere",
+            Self::NoResponse => "no response",
+            Self::Harmless => "too little to be a fault",
+            Self::Sticks => "sticks",
+            Self::Clears => "does not stick",
+            Self::Blind => "no limit that means something",
+            Self::Open => "probability between",
+        }
+    }
+
     /// What the table says of this evidence.
     pub fn of(weighing: &Weighing) -> Self {
         Self::of_signs(&Signs::of(weighing), &thresholds())

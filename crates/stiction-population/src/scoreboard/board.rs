@@ -1,7 +1,9 @@
 //! All that is counted of some loops.
 
 use super::auc::{Auc, Ranked, auc, by_valve, logit, roc};
-use super::{Calibration, Counts, Outcomes, Quantification, Scored, Share, Sureness};
+use super::{
+    Calibration, Counts, Found, Outcomes, Quantification, Scored, Share, Sureness, Undecided,
+};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use stiction_diagnose::detect::{Decision, Method};
@@ -37,6 +39,10 @@ pub struct Board {
     pub j: Option<Quantification>,
     /// What limits of S and probabilities near 0 and 1 are worth; `None` where nothing is so told.
     pub sureness: Option<Sureness>,
+    /// How many sticking valves are found, by how plainly they show; `None` where no member of a mixed population does.
+    pub found: Option<Found>,
+    /// What holds decisions back; `None` where no loop is a member of a mixed population.
+    pub undecided: Option<Undecided>,
 }
 
 /// How right a method is.
@@ -128,6 +134,8 @@ impl Board {
             s: estimated(|each| (each.truth.s, each.s)),
             j: estimated(|each| (each.truth.j, each.j)),
             sureness: Sureness::of(loops),
+            found: Found::of(loops),
+            undecided: Undecided::of(loops),
             methods,
         }
     }
@@ -225,6 +233,7 @@ mod tests {
                 visible,
                 s: sticks.then_some(2.0),
                 j: None,
+                member: None,
             },
             methods: vec![Said {
                 method: detectors[0].method(),
@@ -233,6 +242,7 @@ mod tests {
                 decision,
             }],
             verdict: class,
+            undecided_by: None,
             probability: p,
             s: p.map(|p| Estimate { value: 2.0 * p, low: p, high: 2.0 }),
             j: None,
@@ -281,6 +291,7 @@ mod tests {
         let board = Board::of(&[]);
         assert_eq!(board.methods.len(), 1);
         assert_eq!((board.methods[0].auc, board.calibration, board.s), (None, None, None));
+        assert_eq!((board.found, board.undecided), (None, None));
         assert!(board.kinds.is_empty());
     }
 }

@@ -1,7 +1,8 @@
 //! A board in a document.
 
 use super::{
-    Auc, Board, Calibration, Counts, KindRow, MethodRow, Outcomes, Quantification, Sureness,
+    Auc, Board, Calibration, Counts, Found, KindRow, MethodRow, Outcomes, Quantification, Sureness,
+    Undecided,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -34,6 +35,10 @@ struct BoardDocument {
     j: Option<Quantification>,
     /// What limits of S and sure probabilities are worth; null where nothing is so told.
     sureness: Option<Sureness>,
+    /// How many sticking valves are found, by how plainly they show; null where no member of a mixed population does.
+    found: Option<Found>,
+    /// What holds decisions back; null where no loop is a member of a mixed population.
+    undecided: Option<Undecided>,
 }
 
 /// How right a method is.
@@ -97,6 +102,8 @@ impl From<&Board> for BoardDocument {
             s: board.s,
             j: board.j,
             sureness: board.sureness,
+            found: board.found.clone(),
+            undecided: board.undecided.clone(),
         }
     }
 }

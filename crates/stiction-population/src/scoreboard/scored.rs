@@ -1,7 +1,7 @@
 //! What is kept of a diagnosis to be counted.
 
 use stiction_diagnose::detect::{Decision, Method};
-use stiction_diagnose::diagnose::{Diagnosis, Estimate, VerdictClass};
+use stiction_diagnose::diagnose::{Diagnosis, Estimate, Ruling, VerdictClass};
 
 /// What is true of a loop, by its label or by its simulation.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +18,18 @@ pub struct Truth {
     pub s: Option<f64>,
     /// Slip jump, percent of span, where it is known.
     pub j: Option<f64>,
+    /// What shows of a member of a mixed population; `None` of other loops: labelled ones, and those that were added
+    /// so that there are enough of their kind.
+    pub member: Option<Member>,
+}
+
+/// What the record of a member of a mixed population shows of its valve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Member {
+    /// What an observer who knows the stem gains, nats, as in [`population::Truth`](crate::Truth::gain).
+    pub gain: f64,
+    /// How often the stem began to move.
+    pub slips: usize,
 }
 
 /// What a method says of a loop.
@@ -44,6 +56,8 @@ pub struct Scored {
     pub methods: Vec<Said>,
     /// The conclusion.
     pub verdict: VerdictClass,
+    /// The rule by which the evidence decided nothing; `None` where something else, or it, decided.
+    pub undecided_by: Option<Ruling>,
     /// The probability that the valve sticks, where there is one.
     pub probability: Option<f64>,
     /// The estimate of S, percent of span.
@@ -76,6 +90,7 @@ impl Scored {
             truth,
             methods: said.collect(),
             verdict: diagnosis.verdict.class,
+            undecided_by: diagnosis.undecided_by(),
             probability: diagnosis.verdict.probability,
             s: diagnosis.stiction.s,
             j: diagnosis.stiction.j,
@@ -89,6 +104,39 @@ impl Scored {
             VerdictClass::Sticks | VerdictClass::DoesNotRespond => Decision::Sticks,
             VerdictClass::DoesNotStick => Decision::DoesNotStick,
             VerdictClass::CannotTell => Decision::Undecided,
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A loop of which nothing is known but that its valve is healthy.
+    pub fn truth() -> Truth {
+        Truth {
+            valve: String::new(),
+            kind: String::new(),
+            sticks: false,
+            visible: false,
+            s: None,
+            j: None,
+            member: None,
+        }
+    }
+
+    /// What is said of a loop, by no method but the verdict.
+    pub fn scored(truth: Truth, verdict: VerdictClass, probability: Option<f64>) -> Scored {
+        Scored {
+            name: String::new(),
+            truth,
+            methods: vec![],
+            verdict,
+            undecided_by: None,
+            probability,
+            s: None,
+            j: None,
+            s_below: None,
         }
     }
 }

@@ -78,31 +78,16 @@ impl Sureness {
 mod tests {
     use super::*;
     use crate::scoreboard::Truth;
+    use crate::scoreboard::scored::tests as blank;
 
     fn scored(s: Option<f64>, visible: bool, p: f64, limit: Option<f64>) -> Scored {
-        let truth = Truth {
-            valve: String::new(),
-            kind: String::new(),
-            sticks: s.is_some(),
-            visible,
-            s,
-            j: None,
-        };
+        let truth = Truth { sticks: s.is_some(), visible, s, ..blank::truth() };
         let verdict = match p {
             p if p >= 0.9 => VerdictClass::Sticks,
             p if p <= 0.2 => VerdictClass::DoesNotStick,
             _ => VerdictClass::CannotTell,
         };
-        Scored {
-            name: String::new(),
-            truth,
-            methods: vec![],
-            verdict,
-            probability: Some(p),
-            s: None,
-            j: None,
-            s_below: limit,
-        }
+        Scored { s_below: limit, ..blank::scored(truth, verdict, Some(p)) }
     }
 
     #[test]

@@ -1,0 +1,59 @@
+//! A transmitter that damps the more, the less happens.
+
+use super::parts::Parts;
+use super::sketch::Sketch;
+
+/// Its time constant is long where the PV is near what it says, and falls to none where the PV is a width away or more:
+/// noise is damped, a step is not, and the controller sees little of what is small.
+pub(super) struct AdaptiveDamping {
+    /// The share of a small difference by which it follows in a step, and the difference from which on it follows at once,
+    /// percent of span.
+    least: f64,
+    width: f64,
+    says: f64,
+}
+
+impl AdaptiveDamping {
+    pub fn of(sketch: &Sketch) -> Self {
+        let draw = &mut sketch.of_kind();
+        Self {
+            least: 1.0 / (sketch.waiting() * draw.log(1.0, 10.0)),
+            width: sketch.gain.abs() * sketch.s * draw.log(0.2, 1.0),
+            says: 0.0,
+        }
+    }
+}
+
+impl Parts for AdaptiveDamping {
+    fn sensed(&mut self, _k: usize, pv: f64, noise: f64) -> f64 {
+        let away = pv + noise - self.says;
+        self.says += away * (self.least + (away / self.width).powi(2)).min(1.0);
+        self.says
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Invention;
+    use super::super::sketch::tests::sketch;
+    use super::*;
+
+    #[test]
+    fn it_follows_a_large_step_at_once_and_a_small_one_late() {
+        for seed in 0..40 {
+            let sketch = sketch(Invention::AdaptiveDamping, seed);
+            let follow = |step: f64, n: usize| {
+                let mut parts = AdaptiveDamping::of(&sketch);
+                let step = step * parts.width;
+                (0..n).map(|k| parts.sensed(k, step, 0.0)).last().unwrap() / step
+            };
+            assert_eq!(follow(-1.0, 1), 1.0);
+            // By its least share, as long as the square of a hundredth is less than that.
+            let small = follow(0.01, 1);
+            let least = AdaptiveDamping::of(&sketch).least;
+            assert!((small - least - 1e-4).abs() < 1e-9 && least < 0.5, "{small} {least}");
+            let waits = (1.0 / least) as usize;
+            assert!((0.5..0.8).contains(&follow(0.01, waits)), "{seed}");
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The parts of a loop, and what is ordinary of them.
+
+use super::sketch::Sketch;
+use std::collections::VecDeque;
+use stiction_model::bands::Bands;
+use stiction_model::error::Result;
+use stiction_model::valve::{AnyModel, Start, Valve};
+
+/// What the parts of a loop do in a step; those that a kind does not name are ordinary. Positions, flows and loads are in
+/// percent from rest, the PV and its set point in percent of span from rest.
+pub(super) trait Parts {
+    /// The largest gain over that of the process, which the tuning must know.
+    fn steepest(&self) -> f64 {
+        1.0
+    }
+
+    /// The set point at step `k`.
+    fn set_point(&mut self, _k: usize) -> f64 {
+        0.0
+    }
+
+    /// What the transmitter says of the PV under this noise.
+    fn sensed(&mut self, _k: usize, pv: f64, noise: f64) -> f64 {
+        pv + noise
+    }
+
+    /// The OP, percent, for this difference of set point and PV.
+    fn op(&mut self, _k: usize, pi: &mut Pi, error: f64) -> f64 {
+        pi.step(error)
+    }
+
+    /// Where the stem is, percent, for this OP.
+    fn stem(&mut self, valve: &mut Friction, op: f64) -> f64 {
+        valve.step(op)
+    }
+
+    /// What a stem at this position lets through.
+    fn flow(&mut self, _k: usize, stem: f64) -> f64 {
+        stem
+    }
+
+    /// What adds to the load because of the PV.
+    fn load(&mut self, _pv: f64) -> f64 {
+        0.0
+    }
+
+    /// What comes out of the dead time when this goes in.
+    fn late(&mut self, line: &mut Line, value: f64) -> f64 {
+        line.step(value)
+    }
+
+    /// The PV, given what has passed the lags.
+    fn pv(&mut self, lagged: f64) -> f64 {
+        lagged
+    }
+
+    /// Whether the record shows what the kind is about, so far.
+    fn shows(&self) -> bool {
+        true
+    }
+}
+
+/// A PI controller, tuned by internal model control.
+pub(super) struct Pi {
+    pub kc: f64,
+    pub ti: f64,
+    /// Without integral action.
+    proportional_only: bool,
+    /// The OP at rest, percent.
+    pub rest: f64,
+    /// What the integral adds to it.
+    pub integral: f64,
+}
+
+impl Pi {
+    /// For a process whose gain is at most `steepest` times that which is drawn.
+    pub fn of(sketch: &Sketch, steepest: f64) -> Self {
+        let slow = sketch.lags[0];
+        let waiting = sketch.waiting();
+        let wanted = sketch.slowness * waiting;
+        Self {
+            kc: slow / (sketch.gain * steepest * (wanted + waiting)),
+            ti: slow.min(4.0 * (wanted + waiting)),
+            proportional_only: sketch.proportional_only,
+            rest: sketch.rest,
+            integral: 0.0,
+        }
+    }
+
+    /// The OP, percent.
+    pub fn step(&mut self, error: f64) -> f64 {
+        if !self.proportional_only {
+            self.integral = (self.integral + self.kc * error / self.ti).clamp(-60.0, 60.0);
+        }
+        (self.rest + self.kc * error + self.integral).clamp(0.0, 100.0)
+    }
+
+    /// Goes on without a bump from an OP that another chose.
+    pub fn track(&mut self, op: f64, error: f64) {
+        self.integral = (op - self.rest - self.kc * error).clamp(-60.0, 60.0);
+    }
+}
+
+/// A valve: it sticks, or its stem is where the OP wants it.
+pub(super) struct Friction {
+    model: Option<AnyModel>,
+    /// Where the stem is, percent.
+    pub stem: f64,
+}
+
+impl Friction {
+    /// At rest.
+    ///
+    /// # Errors
+    /// If the bands are refused.
+    pub fn of(sketch: &Sketch, sticks: bool) -> Result<Self> {
+        let mut model = match sticks {
+            true => Some(sketch.model.build(Bands::from_s_j(sketch.s, sketch.j)?)?),
+            false => None,
+        };
+        if let Some(model) = &mut model {
+            model.restart(Start::at_rest(sketch.rest));
+        }
+        Ok(Self { model, stem: sketch.rest })
+    }
+
+    pub fn sticks(&self) -> bool {
+        self.model.is_some()
+    }
+
+    /// Where the stem is for this OP.
+    pub fn step(&mut self, op: f64) -> f64 {
+        self.stem = self.model.as_mut().map_or(op, |model| model.step(op));
+        self.stem
+    }
+
+    /// Where the stem is if nothing holds it.
+    pub fn slide(&mut self, op: f64) -> f64 {
+        if let Some(model) = &mut self.model {
+            model.restart(Start::at_rest(op));
+        }
+        self.stem = op;
+        op
+    }
+}
+
+/// A dead time.
+pub(super) struct Line(VecDeque<f64>);
+
+impl Line {
+    /// Of so many steps.
+    pub fn of(steps: usize) -> Self {
+        Self(vec![0.0; steps].into())
+    }
+
+    /// What comes out when this goes in.
+    pub fn step(&mut self, value: f64) -> f64 {
+        self.0.push_back(value);
+        self.0.pop_front().unwrap_or(value)
+    }
+}

@@ -1,0 +1,215 @@
+//! A loop as it is drawn, and what it does.
+
+use super::parts::{Friction, Line, Pi};
+use super::{Invented, Invention};
+use crate::draw::Draw;
+use crate::visibility;
+use stiction_diagnose::recording::Recording;
+use stiction_diagnose::series::{max, min, std};
+use stiction_model::closed_loop::NormalStream;
+use stiction_model::error::Result;
+use stiction_model::valve::Model;
+
+/// A loop as it is drawn. One step is the controller's, unless it moves more seldom.
+pub(super) struct Sketch {
+    samples: usize,
+    /// Steps a recorded sample.
+    pub steps: usize,
+    sample_time: f64,
+    pub s: f64,
+    pub j: f64,
+    pub model: Model,
+    /// Process: two lags and a dead time, steps; percent per percent.
+    pub gain: f64,
+    pub lags: [f64; 2],
+    pub dead: usize,
+    /// The closed loop's time constant over the dead time and small lag.
+    pub slowness: f64,
+    pub proportional_only: bool,
+    /// Every so many steps a predictive controller moves, and how wrong its model is.
+    pub every: usize,
+    pub wrong: f64,
+    pub rest: f64,
+    noise: f64,
+    load: f64,
+    load_keep: f64,
+    steps_of_load: usize,
+    /// What belongs to the kind: a size in percent, a period in steps (of a beat, in samples), a share.
+    pub size: f64,
+    pub period: f64,
+    pub share: f64,
+    unit: (f64, f64),
+    seed: u64,
+}
+
+/// What is drawn from other ranges in each set, uniform in the logarithm.
+struct Ranges {
+    slowness: (f64, f64),
+    /// Standard deviation of the noise over gain times S.
+    noise: (f64, f64),
+    /// How long the load lasts, over the large lag.
+    load_lasts: (f64, f64),
+}
+
+const FIRST: Ranges = Ranges { slowness: (0.8, 5.0), noise: (0.01, 0.4), load_lasts: (1.0, 30.0) };
+/// Few sticking valves of the first set showed: loads hid them that changed as fast as the loop.
+const SECOND: Ranges =
+    Ranges { slowness: (0.6, 3.0), noise: (0.003, 0.08), load_lasts: (20.0, 300.0) };
+
+impl Sketch {
+    pub fn draw(what: Invention, draw: &mut Draw) -> Self {
+        let ranges = if Invention::FIRST.contains(&what) { FIRST } else { SECOND };
+        let s = draw.log(0.5, 9.0);
+        let steps = draw.one_of([1, 1, 1, 2, 4]);
+        let slow = draw.log(2.0, 40.0);
+        let period = match what {
+            Invention::RingingPositioner => draw.log(5.0, 25.0),
+            // Beats of 20 to 300 samples.
+            Invention::Aliasing => 1.0 + draw.sign() / draw.log(20.0, 300.0),
+            _ => draw.log(40.0, 400.0),
+        };
+        Self {
+            samples: draw.log(500.0, 4000.0) as usize,
+            steps,
+            sample_time: draw.one_of([0.5, 1.0, 2.0, 5.0, 10.0, 30.0]),
+            s,
+            j: s * match what {
+                // Without a jump it would not be one-sided.
+                Invention::OneSidedFriction => draw.uniform(0.3, 0.9),
+                _ => draw.uniform(0.05, 1.0),
+            },
+            model: draw.weighted([(Model::TwoPhase, 0.6), (Model::He, 0.4)]),
+            gain: draw.log(0.4, 2.5) * draw.sign(),
+            lags: [slow, slow * draw.uniform(0.05, 0.6)],
+            dead: match what {
+                Invention::TransportByFlow => {
+                    draw.count(2 + (0.3 * slow) as usize, 3 + (1.2 * slow) as usize)
+                }
+                _ => draw.count(1, 1 + (0.7 * slow) as usize),
+            },
+            slowness: draw.log(ranges.slowness.0, ranges.slowness.1),
+            proportional_only: draw.chance(0.1),
+            every: draw.count(2, 10) * steps,
+            wrong: draw.log(0.5, 2.0),
+            rest: match what {
+                Invention::NearTheSeat => draw.uniform(6.0, 14.0),
+                // Then moves of S are a part of the flow that counts.
+                Invention::TransportByFlow => (s * draw.uniform(2.5, 8.0)).clamp(6.0, 40.0),
+                Invention::SurgeControl => draw.uniform(15.0, 35.0),
+                _ => draw.uniform(30.0, 70.0),
+            },
+            noise: s * draw.log(ranges.noise.0, ranges.noise.1),
+            load: s * draw.log(0.1, 1.5),
+            load_keep: 1.0 - 1.0 / (slow * draw.log(ranges.load_lasts.0, ranges.load_lasts.1)),
+            steps_of_load: draw.count(0, 4),
+            size: s * draw.log(0.4, 3.0),
+            period,
+            share: draw.uniform(0.15, 0.4),
+            unit: (draw.uniform(-50.0, 300.0), draw.log(0.05, 30.0)),
+            seed: draw.seed(),
+        }
+    }
+
+    /// The stream of what belongs to the kind alone.
+    pub fn of_kind(&self) -> Draw {
+        Draw::of(&[self.seed, 1])
+    }
+
+    /// How long the controller waits for what it does: dead time, small lag and a step of its own.
+    pub fn waiting(&self) -> f64 {
+        self.dead as f64 + self.lags[1] + 1.0
+    }
+
+    /// Steps before the record begins.
+    pub fn warm_up(&self) -> usize {
+        400 + 20 * self.lags[0] as usize
+    }
+
+    /// Steps of the record.
+    pub fn recorded(&self) -> usize {
+        self.samples * self.steps
+    }
+
+    /// The loop as a kind has it, with a valve that sticks or with one that does not.
+    ///
+    /// # Errors
+    /// If a part refuses its settings.
+    pub fn play(&self, what: Invention, sticks: bool) -> Result<Invented> {
+        let warm_up = self.warm_up();
+        let n = warm_up + self.recorded();
+        let mut draws = NormalStream::new(self.seed);
+        let mut events = Draw::of(&[self.seed]);
+        let jumps: Vec<(usize, f64)> = (0..self.steps_of_load)
+            .map(|_| (events.count(warm_up, n - 1), events.sign() * events.uniform(0.3, 1.5)))
+            .collect();
+        let mut parts = what.parts(self);
+        let mut pi = Pi::of(self, parts.steepest());
+        let mut valve = Friction::of(self, sticks)?;
+        let mut line = Line::of(self.dead);
+        let (mut wander, mut y, mut lagged) = (0.0, 0.0, [0.0; 2]);
+        let [mut set_point, mut op, mut pv, mut stem] =
+            [vec![], vec![], vec![], vec![]].map(|v: Vec<f64>| v);
+        for k in 0..n {
+            let sp = parts.set_point(k);
+            let sensed = parts.sensed(k, y, self.gain.abs() * self.noise * draws.draw());
+            let u = parts.op(k, &mut pi, sp - sensed);
+            let x = parts.stem(&mut valve, u);
+            wander = self.load_keep * wander
+                + (1.0 - self.load_keep.powi(2)).sqrt() * self.load * draws.draw();
+            let jump: f64 =
+                jumps.iter().filter(|(at, _)| *at <= k).map(|(_, by)| by * self.load).sum();
+            let flow = parts.flow(k, x - self.rest);
+            let load = wander + jump + parts.load(y);
+            let mut through = parts.late(&mut line, self.gain * (flow + load));
+            for (state, lag) in lagged.iter_mut().zip(self.lags) {
+                *state += (through - *state) * (1.0 - (-1.0 / lag).exp());
+                through = *state;
+            }
+            y = parts.pv(through);
+            if k >= warm_up {
+                set_point.push(sp);
+                op.push(u);
+                pv.push(sensed);
+                stem.push(x);
+            }
+        }
+        let last = |x: &[f64]| -> Vec<f64> {
+            x.chunks_exact(self.steps).map(|sample| sample[self.steps - 1]).collect()
+        };
+        let [recorded_sp, recorded_op, recorded] = [&set_point, &op, &pv].map(|x| last(x));
+        let slips = stem.windows(3).filter(|x| x[0] == x[1] && x[1] != x[2]).count();
+        let gain = visibility::Observed {
+            recorded: &recorded,
+            pv: &pv,
+            op: &op,
+            stem: &stem,
+            steps: self.steps,
+            dead_time: self.dead as f64,
+        }
+        .gain();
+        let at_end = op.iter().filter(|u| **u <= 0.0 || **u >= 100.0).count();
+        let serves = op.iter().chain(&pv).all(|v| v.is_finite())
+            && max(&op) - min(&op) > 0.3 * self.s
+            && at_end < op.len() / 20
+            && std(&pv) > 0.0
+            && parts.shows();
+        let (offset, unit) = self.unit;
+        let [sp, pv] = [recorded_sp, recorded]
+            .map(|x| -> Vec<f64> { x.iter().map(|v| offset + unit * v).collect() });
+        let recording =
+            Recording::regular("", self.sample_time, &recorded_op, Some(&pv), Some(&sp))?;
+        let known = |v: f64| if sticks { v } else { 0.0 };
+        let visible = sticks && slips > 0 && gain >= visibility::NATS;
+        Ok(Invented { recording, sticks, visible, s: known(self.s), j: known(self.j), serves })
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// The first sketch of this kind and seed.
+    pub fn sketch(what: Invention, seed: u64) -> Sketch {
+        Sketch::draw(what, &mut Draw::of(&[what as u64, seed]))
+    }
+}

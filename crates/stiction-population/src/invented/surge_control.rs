@@ -1,0 +1,100 @@
+//! A controller that keeps a compressor from surging.
+
+use super::parts::{Parts, Pi};
+use super::sketch::Sketch;
+
+/// The recycle valve opens as fast as the controller asks and closes by a ramp. Where the flow falls below a second line,
+/// it is thrown open at once by a fixed step.
+pub(super) struct SurgeControl {
+    /// 1 if opening raises the PV, else -1.
+    sign: f64,
+    /// The most that it closes a step, percent.
+    closes: f64,
+    /// How far below the set point the second line is, percent of span, and by how much the valve is thrown open.
+    line: f64,
+    thrown: f64,
+    /// Whether it may be thrown open: it has been at the set point since.
+    armed: bool,
+    /// What the flow lacks, filtered.
+    lack: f64,
+    op: f64,
+    /// Where the record begins, steps; its steps, and those of them at which it closes by the ramp.
+    begins: usize,
+    recorded: usize,
+    ramping: usize,
+}
+
+impl SurgeControl {
+    pub fn of(sketch: &Sketch) -> Self {
+        let draw = &mut sketch.of_kind();
+        Self {
+            sign: sketch.gain.signum(),
+            closes: sketch.size / (sketch.waiting() * draw.log(5.0, 40.0)),
+            line: sketch.gain.abs() * sketch.size * draw.log(0.2, 1.0),
+            thrown: sketch.size * draw.uniform(0.5, 2.0),
+            armed: true,
+            lack: 0.0,
+            op: sketch.rest,
+            begins: sketch.warm_up(),
+            recorded: sketch.recorded(),
+            ramping: 0,
+        }
+    }
+}
+
+impl Parts for SurgeControl {
+    fn op(&mut self, k: usize, pi: &mut Pi, error: f64) -> f64 {
+        let before = self.lack;
+        self.lack += 0.3 * (self.sign * error - self.lack);
+        let moved = pi.kc.abs() * (self.lack - before + self.lack / pi.ti);
+        self.op += moved.max(-self.closes);
+        self.ramping += usize::from(moved < -self.closes && k >= self.begins);
+        if self.armed && self.lack > self.line {
+            self.op += self.thrown;
+        }
+        self.armed = self.lack < 0.0 || self.armed && self.lack <= self.line;
+        self.op = self.op.clamp(0.0, 100.0);
+        self.op
+    }
+
+    fn shows(&self) -> bool {
+        self.ramping as f64 >= 0.05 * self.recorded as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Invention;
+    use super::super::sketch::tests::sketch;
+    use super::*;
+
+    #[test]
+    fn it_opens_at_once_is_thrown_open_once_and_closes_by_a_ramp() {
+        for seed in 0..40 {
+            let sketch = sketch(Invention::SurgeControl, seed);
+            let mut parts = SurgeControl::of(&sketch);
+            let mut pi = Pi::of(&sketch, parts.steepest());
+            let line = parts.line;
+            // From 40 % on, where there is room.
+            parts.op = 40.0;
+            let mut moves = |parts: &mut SurgeControl, lack: f64, n: usize| -> Vec<f64> {
+                let mut before = parts.op;
+                let mut one = |k| {
+                    let op = parts.op(k, &mut pi, parts.sign * lack);
+                    op - std::mem::replace(&mut before, op)
+                };
+                (0..n).map(&mut one).collect()
+            };
+            assert!(moves(&mut parts, 0.0, 20).iter().all(|by| *by == 0.0));
+            let closing = moves(&mut parts, -line, 10);
+            let ramp = -parts.closes - 1e-9;
+            assert!(closing.iter().all(|by| (ramp..0.0).contains(by)), "{closing:?}");
+            // A lack that stays throws it open once, beyond what the controller asks for.
+            parts.op = 40.0;
+            parts.thrown = 30.0;
+            let opening = moves(&mut parts, 1.05 * line, 200);
+            assert_eq!(opening.iter().filter(|by| **by > 29.0).count(), 1, "{seed}: {opening:?}");
+            assert!(opening[20..].iter().all(|by| *by >= 0.0));
+        }
+    }
+}
