@@ -682,8 +682,11 @@ mod tests {
         assert!((4..60).contains(&wide), "{wide} of 800");
         let still: Vec<_> = sticky.iter().filter(|each| !each.truth.moves).collect();
         assert!(still.len() > 16, "{} of 800 never move", still.len());
+        // It shows as a stuck one does: by what a valve that moves would have made of the same OP.
+        let shown = still.iter().filter(|each| each.truth.visible).count();
+        assert!(shown > 0 && shown < still.len(), "{shown} of {} show", still.len());
         for Simulated { recording, truth } in still {
-            assert!(truth.slips == 0 && !truth.visible && truth.has_bands(), "{}", recording.name);
+            assert!(truth.slips == 0 && truth.has_bands(), "{}", recording.name);
             assert!(truth.facts.op_travel > 0.0);
         }
     }

@@ -21,6 +21,7 @@ mod nothing_lost;
 mod overrule;
 mod plant;
 mod population;
+mod schema;
 mod screens;
 mod session;
 mod settings;

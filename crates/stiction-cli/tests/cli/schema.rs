@@ -10,6 +10,7 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
     vec![
         ("diagnosis", vec!["diagnose", file, "--json"]),
         ("history", vec!["history", file, "--window", "5min", "--repair", "1200", "--json"]),
+        ("fit", vec!["fit", file, "--json"]),
         ("inspect", vec!["inspect", file, "--json"]),
         ("bench", vec!["bench", "--simulated", "4", "--only", "verdict", "--time", "--json"]),
         ("bench-networks", vec!["bench", "--networks", "1", "--days", "1", "--json"]),
