@@ -5,11 +5,11 @@ use crate::boost::{BoostOptions, Loss, Task, boost};
 use crate::dataset::{Column, Dataset, Truth};
 use crate::grow::Limits;
 use crate::learn::{fault, open};
-use crate::measure::auc;
+use crate::measure::{Share, auc};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction_diagnose::evidence::Line;
-use stiction_diagnose::fusion::{row, softplus};
+use stiction_diagnose::fusion::{Ensemble, SURE, logit, row, softplus};
 
 /// One recipe for all sizes: that of the families left out, with more rounds.
 const RECIPE: BoostOptions = BoostOptions {
@@ -27,10 +27,13 @@ const SIZES: [usize; 5] = [10_000, 40_000, 110_000, 300_000, 500_000];
 /// Bands of what an observer gains who knows the stem, nats, from which on.
 const BANDS: [f64; 7] = [0.0, 15.6, 25.0, 50.0, 100.0, 200.0, 400.0];
 
-/// AUC and log loss on other loops.
-struct Worth {
-    auc: f64,
-    log_loss: f64,
+/// What trees are worth on loops that they were not grown on.
+pub struct Worth {
+    pub loops: usize,
+    pub auc: f64,
+    pub log_loss: f64,
+    /// Loops told beyond 0.02 and 0.98, and those of them that are wrong.
+    pub sure: Share,
 }
 
 /// The learning curve, the bound, and how many of an observer's nats the search of stems reaches, as Markdown.
@@ -44,12 +47,12 @@ pub fn table(train: &Dataset, test: &Dataset, report: impl Fn(&str)) -> Result<S
     let largest = SIZES.into_iter().filter(|size| *size < taught).chain([taught]);
     for size in largest {
         report(&format!("{size} loops"));
-        let Worth { auc, log_loss } = learned(train, test, &open(train, &columns), size)?;
+        let Worth { auc, log_loss, .. } = learned(train, test, &open(train, &columns), size)?;
         let _ = writeln!(out, "| {size} | {auc:.4} | {log_loss:.4} |");
     }
     let (knowing, of_test) = (with_truth(train), with_truth(test));
     let all: Vec<usize> = (0..knowing.columns.len()).collect();
-    let Worth { auc, log_loss } = learned(&knowing, &of_test, &open(&knowing, &all), taught)?;
+    let Worth { auc, log_loss, .. } = learned(&knowing, &of_test, &open(&knowing, &all), taught)?;
     let _ = writeln!(
         out,
         "| {taught}, the true stem's nats among the features: a bound | {auc:.4} | {log_loss:.4} |"
@@ -63,6 +66,12 @@ fn learned(train: &Dataset, test: &Dataset, columns: &[usize], size: usize) -> R
         .filter(|k| fault(&train.truth[*k as usize]).is_some())
         .take(size)
         .collect();
+    let trees = grown(train, &known, columns)?;
+    Ok(worth(&trees, test, |_| true))
+}
+
+/// Trees that know a fault, grown on some loops and columns.
+pub fn grown(train: &Dataset, known: &[u32], columns: &[usize]) -> Result<Ensemble> {
     let target: Vec<f64> =
         train.truth.iter().map(|truth| f64::from(fault(truth) == Some(true))).collect();
     let weight = vec![1.0; target.len()];
@@ -77,13 +86,26 @@ fn learned(train: &Dataset, test: &Dataset, columns: &[usize], size: usize) -> R
         columns,
         monotone: &train.monotone(),
     };
-    let trees = boost(&bins, &task, &RECIPE)?.ensembles.swap_remove(0);
+    Ok(boost(&bins, &task, &RECIPE)?.ensembles.swap_remove(0))
+}
+
+/// What trees are worth on some loops that are healthy, or visibly at fault.
+pub fn worth(trees: &Ensemble, test: &Dataset, asked: impl Fn(&Truth) -> bool) -> Worth {
     let scored: Vec<(f64, bool)> = (0..test.truth.len())
+        .filter(|k| asked(&test.truth[*k]))
         .filter_map(|k| Some((trees.margin(&row(&test.row(k))), fault(&test.truth[k])?)))
         .collect();
     let loss = |(margin, hit): &(f64, bool)| softplus(if *hit { -margin } else { *margin });
     let log_loss = scored.iter().map(loss).sum::<f64>() / scored.len().max(1) as f64;
-    Ok(Worth { auc: auc(&scored), log_loss })
+    let sure = logit(SURE);
+    let decided = scored.iter().filter(|(margin, _)| margin.abs() >= sure);
+    let wrong = decided.clone().filter(|(margin, hit)| (*margin > 0.0) != *hit).count();
+    Worth {
+        loops: scored.len(),
+        auc: auc(&scored),
+        log_loss,
+        sure: Share { k: wrong, n: decided.count() },
+    }
 }
 
 /// The same loops with what an observer gains who knows the stem; nothing where none sticks.

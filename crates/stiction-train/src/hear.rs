@@ -1,7 +1,7 @@
 //! What the nets say of loops that they were not trained on, put in the place of what they say of all.
 //!
 //! Of the loops that trees are grown on, each net was trained on those of every [`FOLDS`]th number; the trees are shown
-//! what the others say. Of all other loops they are shown the mean, as in a diagnosis.
+//! what the others say, and nothing where there are none. Of all other loops they are shown the mean, as in a diagnosis.
 
 use crate::dataset::Dataset;
 use crate::signals_file;
@@ -20,10 +20,10 @@ const AT_ONCE: usize = 2048;
 /// population that the nets were trained on.
 ///
 /// # Errors
-/// If there are not as many nets as parts, or the signals are of other loops.
+/// If there are more nets than parts, or the signals are of other loops.
 pub fn hear(data: &mut Dataset, signals: &Path, net: &Net, trained: u64) -> Result<()> {
     let members: Vec<Net> = net.members().collect();
-    ensure!(members.len() as u64 == FOLDS, "{} nets, but {FOLDS} parts", members.len());
+    ensure!(members.len() as u64 <= FOLDS, "{} nets, but {FOLDS} parts", members.len());
     let first = data.columns.iter().position(|column| column.name == FEATURES[0].name);
     let first = first.context("the matrix has no columns of the nets")?;
     let mut row = 0;
@@ -41,7 +41,10 @@ pub fn hear(data: &mut Dataset, signals: &Path, net: &Net, trained: u64) -> Resu
                         count += 1.0;
                     }
                 }
-                values(&sum.map(|value| value / count))
+                match count > 0.0 {
+                    true => values(&sum.map(|value| value / count)),
+                    false => [f64::NAN; FEATURES.len()],
+                }
             })
             .collect();
         for ((index, _), said) in records.iter().zip(said) {

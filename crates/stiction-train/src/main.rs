@@ -26,6 +26,7 @@ mod mismatch;
 mod mistakes;
 mod random;
 mod reference;
+mod signals;
 mod signals_file;
 #[cfg(test)]
 mod synthetic;
@@ -38,7 +39,7 @@ use sha2::{Digest, Sha256};
 use signals_file::SignalsFile;
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use stiction_diagnose::evidence::raw;
+use stiction_diagnose::evidence::raw::{self, Net};
 use stiction_diagnose::fusion::{Bundle, Provenance};
 
 /// The share of the members that calibration and intervals rest on.
@@ -97,6 +98,14 @@ enum Experiment {
         /// The model, such as crates/stiction-diagnose/model/verdict.bin
         model: PathBuf,
     },
+    /// Print what a net brings that was trained on every second loop, but for some families
+    Signals {
+        /// The net, of `train.py --half`
+        net: PathBuf,
+        /// A family that the net was not shown, such as "kind: external wave"; may be repeated
+        #[arg(long)]
+        without: Vec<String>,
+    },
     /// Choose the thresholds of a model anew on the loops of calibration, and write them into its file
     Thresholds {
         /// The model, such as crates/stiction-diagnose/model/verdict.bin
@@ -144,19 +153,27 @@ fn main() -> Result<()> {
                 "gather needs --cache DIR, the folder to keep evidence in"
             );
         }
-        (Some(Experiment::Hear), _) => {
+        (Some(asked @ (Experiment::Hear | Experiment::Signals { .. })), _) => {
             let folder =
-                args.cache.as_ref().context("hear needs --cache DIR, as gather wrote it")?;
-            let net = raw::shipped().context("model/net.bin is no net; train it first")?;
-            for (data, seed, members, trained) in
-                [(&mut test.full, fresh, members, 0), (&mut train.full, args.seed, args.n, trained)]
+                args.cache.as_ref().context("hearing needs --cache DIR, as gather wrote it")?;
+            let net = match asked {
+                Experiment::Signals { net, .. } => {
+                    let bytes = std::fs::read(net)
+                        .with_context(|| format!("cannot read {}", net.display()))?;
+                    Net::from_bytes(&bytes)?
+                }
+                _ => raw::shipped().context("model/net.bin is no net; train it first")?.clone(),
+            };
+            let signals = |seed, members| folder.join(format!("signals-{seed}-{members}.bin"));
+            hear::hear(&mut test.full, &signals(fresh, members), &net, 0)?;
+            hear::hear(&mut train.full, &signals(args.seed, args.n), &net, trained)?;
+            if let Experiment::Signals { without, .. } = asked {
+                print!("{}", signals::table(&train.full, &test.full, trained, without)?);
+                return Ok(());
+            }
+            for (data, seed, members) in
+                [(&test.full, fresh, members), (&train.full, args.seed, args.n)]
             {
-                hear::hear(
-                    data,
-                    &folder.join(format!("signals-{seed}-{members}.bin")),
-                    net,
-                    trained,
-                )?;
                 let key = matrix_file::key(stiction_population::VERSION, seed, members);
                 matrix_file::write(&folder.join(format!("seed-{seed}-{members}.csv")), &key, data)?;
             }

@@ -117,3 +117,80 @@ fn at_rest(x: &[f64]) -> f64 {
 fn at_end(x: &[f64], end: f64) -> f64 {
     x.iter().filter(|v| (**v - end).abs() < 1e-9).count() as f64 / x.len().max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::NormalStream;
+    use crate::evidence::information;
+    use crate::recording::Segment;
+
+    /// A wandering OP in short steps, and a PV that lags behind it.
+    fn segment(n: usize) -> Segment {
+        let mut draws = NormalStream::new(3);
+        let (mut slow, mut y) = (0.0, 0.0);
+        let op: Vec<f64> = (0..n)
+            .map(|k| {
+                slow = 0.97 * slow + 0.3 * draws.draw();
+                40.0 + slow + 4.0 * (0.1 * k as f64).sin().powi(3).max(-0.3)
+            })
+            .collect();
+        let pv = op.iter().map(|u| {
+            y += 0.2 * (u - y);
+            y + 0.05 * draws.draw()
+        });
+        let pv: Vec<f64> = pv.collect();
+        Segment {
+            from: 0.0,
+            sample_time: 1.0,
+            sp: Some(vec![38.0; n]),
+            pv: Some(pv),
+            op,
+            vp: None,
+            bridged: 0,
+        }
+    }
+
+    fn heard(segment: &Segment) -> Input {
+        let prepared = Prepared::of(segment).unwrap();
+        let period = prepared.period * prepared.factor as f64;
+        let told = information::of(&segment.op, segment.pv.as_ref().unwrap(), period).unwrap();
+        Input::of(&prepared, &told.beside).unwrap()
+    }
+
+    #[test]
+    fn units_offsets_and_directions_are_not_heard() {
+        let one = segment(900);
+        let turned =
+            |x: &Option<Vec<f64>>| x.as_ref().map(|x| x.iter().map(|v| 7.0 - 3.0 * v).collect());
+        let others = [
+            Segment { pv: turned(&one.pv), sp: turned(&one.sp), ..one.clone() },
+            Segment { op: one.op.iter().map(|u| 100.0 - u).collect(), ..one.clone() },
+            Segment { sample_time: 30.0, ..one.clone() },
+        ];
+        let one = heard(&one);
+        for other in others.iter().map(heard) {
+            for (a, b) in one.values.iter().flatten().zip(other.values.iter().flatten()) {
+                assert!((a - b).abs() < 2e-3 * a.abs().max(1.0), "{a} {b}");
+            }
+            assert!(one.scalars.iter().zip(other.scalars).all(|(a, b)| (a - b).abs() < 1e-3));
+        }
+    }
+
+    #[test]
+    fn long_windows_are_thinned_as_far_as_their_period_allows() {
+        // A period of 63 samples: up to three in one.
+        for (n, factor) in [(900, 1), (1_800, 2), (3_900, 3)] {
+            let heard = heard(&segment(n));
+            assert!(
+                (heard.scalars[6] - (factor as f32).ln()).abs() < 1e-6,
+                "{n}: {:?}",
+                heard.scalars
+            );
+            assert!(
+                heard.values.len() <= LENGTH && heard.values.len() + 2 >= (n / factor).min(LENGTH)
+            );
+            assert!(heard.values.iter().flatten().all(|v| v.abs() <= LARGEST as f32));
+        }
+    }
+}

@@ -295,3 +295,87 @@ fn mixed(x: &[f32], matrix: &Matrix) -> Vec<f32> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights of a net.
+    const WEIGHTS: usize = 181_871;
+
+    fn file(members: u8) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.push(members);
+        for _ in 0..members {
+            for k in 0..WEIGHTS {
+                let weight = ((k * 7919 % 1009) as f64 / 1009.0 - 0.5) * 0.25;
+                bytes.extend(&(weight as f32).to_le_bytes()[2..]);
+            }
+        }
+        bytes
+    }
+
+    fn input(samples: usize) -> Input {
+        let wave =
+            |k: usize| std::array::from_fn(|c| (0.1 * (c + 1) as f64 * k as f64).sin() as f32);
+        Input {
+            values: (0..samples).map(wave).collect(),
+            scalars: std::array::from_fn(|k| 0.25 * k as f32),
+        }
+    }
+
+    /// By a program of its own, in double precision.
+    #[test]
+    fn outputs_are_those_of_plain_convolutions() {
+        let expected = [
+            -0.097837126,
+            -0.106104289,
+            0.099703615,
+            0.034620242,
+            0.051553580,
+            -0.001973625,
+            -0.035313131,
+            -0.079435454,
+            -0.110828655,
+            0.070674759,
+            0.037638876,
+            0.028845324,
+            -0.009961263,
+            -0.066713390,
+            -0.103243115,
+        ];
+        let net = Net::from_bytes(&file(2)).unwrap();
+        let found = net.outputs(&input(101));
+        for (a, b) in found.iter().zip(expected) {
+            assert!((f64::from(*a) - b).abs() < 1e-5, "{found:?}");
+        }
+        assert_eq!(net.members().count(), 2);
+        let [one, other] = [net.members().next(), net.members().last()].map(Option::unwrap);
+        assert_eq!(one.outputs(&input(101)), other.outputs(&input(101)));
+    }
+
+    #[test]
+    fn every_width_gives_the_same() {
+        let net = Net::from_bytes(&file(1)).unwrap();
+        for samples in [1, 64, 333] {
+            let input = input(samples);
+            let member = &net.members[0];
+            let all: Vec<_> = Width::available()
+                .map(|width| width.run(Forward { member, input: &input }))
+                .collect();
+            assert!(all.iter().all(|each| each == &all[0] && each.iter().all(|v| v.is_finite())));
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_refused() {
+        let sound = file(1);
+        assert!(Net::from_bytes(&sound).is_ok());
+        assert!(Net::from_bytes(&sound[..sound.len() - 1]).is_err());
+        assert!(Net::from_bytes(&[&sound[..], &[0]].concat()).is_err());
+        assert!(Net::from_bytes(&[]).is_err() && Net::from_bytes(&file(0)).is_err());
+        let mut infinite = sound.clone();
+        infinite[9..11].copy_from_slice(&[0x80, 0x7f]);
+        assert!(Net::from_bytes(&infinite).is_err());
+    }
+}
