@@ -1,7 +1,6 @@
 //! The shape and correlation detectors against an independent implementation of the same formulas.
 
-#[path = "../../stiction-model/tests/common/mod.rs"]
-mod common;
+use crate::common;
 
 use common::Table;
 use std::collections::BTreeMap;

@@ -1,8 +1,7 @@
 //! What-if on one loop: the positioner's equivalence, rows that agree with plain simulations, the ranking, and
 //! recommendations that a plant engineer could follow.
 
-#[path = "../../stiction-model/tests/common/mod.rs"]
-mod common;
+use crate::common;
 
 use common::valve;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,6 +1,6 @@
 //! Model exchange: a solver from outside finds the events that the library locates itself.
 
-mod common;
+use crate::common;
 
 use common::{Client, Unpacked, reference};
 use stiction_fmu::{Fmi, Fmu};

@@ -1,6 +1,6 @@
 //! The FMU gives what the library gives, in either version of FMI.
 
-mod common;
+use crate::common;
 
 use common::{Client, Unpacked, reference, wandering};
 use stiction_fmu::{Fmi, Fmu};

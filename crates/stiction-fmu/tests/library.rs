@@ -1,11 +1,11 @@
 //! The library's file: loaded as an importer loads it, on whatever system it is for.
 
-mod common;
+use crate::common;
 #[path = "common/library.rs"]
-mod library;
+mod loaded;
 
 use common::{Unpacked, wandering};
-use library::{Importer, Library, Three, Two};
+use loaded::{Importer, Library, Three, Two};
 use stiction_fmu::{Fmu, models};
 
 /// All functions of the standards, without their prefix.

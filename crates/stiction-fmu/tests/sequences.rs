@@ -1,6 +1,6 @@
 //! Any sequence of calls: nothing crashes, and what is refused is logged.
 
-mod common;
+use crate::common;
 
 use common::calls;
 use proptest::prelude::*;

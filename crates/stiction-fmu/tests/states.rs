@@ -1,6 +1,6 @@
 //! States are copied, stored, and restored; instances do not know of each other.
 
-mod common;
+use crate::common;
 
 use common::{Client, Unpacked, wandering};
 use stiction_fmu::{Fmi, Fmu, models};

@@ -1,7 +1,7 @@
 //! Wrong use: each is refused with a status and a sentence, and the instance goes on.
 #![allow(unsafe_code)]
 
-mod common;
+use crate::common;
 
 use common::{Client, Unpacked, reference};
 use stiction_fmu::{Fmi, Fmu, fmi2, fmi3};

@@ -21,6 +21,18 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     let process = fit.process.known().ok_or_else(|| missing("process", fit.process.why_not()))?;
     let valve = fit.valve.known().ok_or_else(|| missing("valve", fit.valve.why_not()))?;
     let likeliest = process.candidates.first().ok_or_else(|| missing("process", None))?;
+    // Medians of S, J, gain and lag, each for itself, would make a loop that nothing bears out.
+    let nearest = fit.cycle.known().and_then(|cycle| cycle.nearest.as_ref());
+    let (s, j) = nearest.map_or((valve.s.value, valve.j.value.min(valve.s.value)), |draw| {
+        (draw.bands.s(), draw.bands.j())
+    });
+    let [gain, lag_s, dead_time_s] =
+        nearest.map_or([likeliest.gain, likeliest.lag_s, likeliest.dead_time_s], |draw| {
+            // First order, or an integrator, whose slope it is.
+            let (above, below) = draw.process.coefficients();
+            let gain = draw.lasting_gain().unwrap_or(above[0] / below[0]);
+            [gain, below[0] / below[1], draw.process.dead_time()]
+        });
     let sample = controller.execution_s.unwrap_or(fit.sample_time_s / 2.0);
     let samples = (duration_s / sample).clamp(100.0, MOST_SAMPLES).round();
 
@@ -88,32 +100,30 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     line(format!("limits = [{}, {}]  # {reached}", float(low), float(high)));
     line("handover = \"bumpless\"".to_owned());
     line(format!("\n[valve]  # by {}", valve.from));
-    line(format!("model = {:?}", valve.model.as_deref().unwrap_or("two-phase")));
-    line(format!("S = {}  # % of span; {}", float(valve.s.value), between(&valve.s)));
-    line(format!(
-        "J = {}  # % of span; {}",
-        float(valve.j.value.min(valve.s.value)),
-        between(&valve.j)
-    ));
-    line("\n[process]  # the likeliest of those that explain the PV, behind that valve".to_owned());
-    if likeliest.lag_s.is_finite() {
+    let model = nearest.map(|draw| draw.model.describe().name);
+    let model = model.or(valve.model.as_deref()).unwrap_or("two-phase");
+    line(format!("model = {model:?}"));
+    line(format!("S = {}  # % of span; {}", float(s), between(&valve.s)));
+    line(format!("J = {}  # % of span; {}", float(j), between(&valve.j)));
+    let which = match nearest {
+        Some(_) => "with that valve the nearest to the recorded swing of those that explain the PV",
+        None => "the likeliest of those that explain the PV, behind that valve",
+    };
+    line(format!("\n[process]  # {which}"));
+    if lag_s.is_finite() {
         let known = process.gain.as_ref().map_or("known with the lag only".to_owned(), between);
-        line(format!("gain = {}  # units of PV per %; {known}", float(likeliest.gain)));
+        line(format!("gain = {}  # units of PV per %; {known}", float(gain)));
         let known = process.lag_s.as_ref().map_or("known with the gain only".to_owned(), between);
-        line(format!("tau = {}  # s; {known}", float(likeliest.lag_s)));
+        line(format!("tau = {}  # s; {known}", float(lag_s)));
     } else {
         line("type = \"integrator\"".to_owned());
         line(format!(
             "gain = {}  # units of PV per % and s; {}",
-            float(likeliest.gain),
+            float(gain),
             between(&process.slope)
         ));
     }
-    line(format!(
-        "delay = {}  # s; {}",
-        float(likeliest.dead_time_s),
-        between(&process.dead_time_s)
-    ));
+    line(format!("delay = {}  # s; {}", float(dead_time_s), between(&process.dead_time_s)));
     line("\n[noise]  # what is new in the PV from sample to sample".to_owned());
     line(format!("sd = {}", float(process.innovation_sd)));
     Ok(out)

@@ -1,6 +1,6 @@
 //! Damaged binary files are refused in a sentence, and never make the readers panic.
 
-mod level5;
+use crate::level5;
 
 use level5::Writer;
 use std::io::Write;

@@ -1,6 +1,6 @@
 //! MATLAB files are read as what they mean, whatever their version and byte order.
 
-mod level5;
+use crate::level5;
 
 use level5::Writer;
 use stiction_io::matlab_file::matlab_sheets;

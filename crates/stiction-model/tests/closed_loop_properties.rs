@@ -1,6 +1,6 @@
 //! The parts of a loop against their closed forms, and the paper's claims about the whole.
 
-mod common;
+use crate::common;
 
 use common::{Input, bits, correlation, deviation, max_difference, mean, valve};
 use stiction_model::Error;

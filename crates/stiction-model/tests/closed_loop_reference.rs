@@ -1,7 +1,7 @@
 //! The paper's loop against an independent simulation of the same recursion, and against its limit
 //! for ever shorter sample times.
 
-mod common;
+use crate::common;
 
 use common::{Table, model_named, valve};
 use stiction_model::closed_loop::{ClosedLoop, Controller, DeadTime, Process, Run};

@@ -1,7 +1,7 @@
 //! Compensators: the reference before and after, what holds of every method on every loop, and the
 //! published reduction of the output variability.
 
-mod common;
+use crate::common;
 
 use common::{bits, mean, valve};
 use std::sync::atomic::{AtomicUsize, Ordering};

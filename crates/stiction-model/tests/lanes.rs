@@ -1,6 +1,6 @@
 //! Many at once gives what one at a time gives, to the bit.
 
-mod common;
+use crate::common;
 
 use common::{Input, KINDS, bits, follow, valve};
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 //! Describing functions and harmonic balance against reference values, closed forms, and simulation.
 
-mod common;
+use crate::common;
 
 use common::Table;
 use nalgebra::Complex;

@@ -1,6 +1,6 @@
 //! Exact limit cycles against closed forms, reference cycles and simulations.
 
-mod common;
+use crate::common;
 
 use common::Table;
 use rayon::prelude::*;

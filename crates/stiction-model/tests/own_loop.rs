@@ -1,6 +1,6 @@
 //! Loops with parts of one's own: the same bits as with the library's, and what only they can do.
 
-mod common;
+use crate::common;
 
 use common::valve;
 use stiction_model::Error;

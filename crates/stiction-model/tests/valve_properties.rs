@@ -1,6 +1,6 @@
 //! What must hold of the valve models for any input: equivalences, symmetries, bounds, and errors.
 
-mod common;
+use crate::common;
 
 use common::{
     Input, KINDS, bits, correlation, follow, max_difference, model_named, positions, valve,

@@ -1,6 +1,6 @@
 //! Every model against an independent implementation, over six inputs.
 
-mod common;
+use crate::common;
 
 use common::{Table, max_difference, model_named, positions};
 

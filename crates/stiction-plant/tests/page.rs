@@ -1,6 +1,6 @@
 //! The ranking and the page of a week, of rows that are made up.
 
-mod made_up;
+use crate::made_up;
 
 use made_up::MadeUp;
 use stiction_plant::action::Action;

@@ -2,7 +2,7 @@
 
 use stiction_diagnose::detect::{self, Decision, MethodId, Subject};
 use stiction_diagnose::diagnose::{
-    Basis, Detectors, DiagnoseOptions, Diagnosis, MIMICS, VerdictClass, diagnose,
+    Basis, Cause, Detectors, DiagnoseOptions, Diagnosis, MIMICS, VerdictClass, diagnose,
 };
 use stiction_diagnose::recording::fitness::Class;
 use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, Range, RangeSource, Recording};
@@ -273,17 +273,19 @@ fn causes_of_oscillations_are_told_only_where_one_was_found() {
 }
 
 #[test]
-fn what_mimics_stiction_is_measured_and_keeps_a_healthy_valve_from_being_accused() {
-    let fitness = of(&sticky()).fitness;
+fn what_mimics_stiction_is_measured_and_counts() {
+    let undisturbed = of(&sticky());
     for id in MIMICS {
-        assert!(fitness.measures.iter().any(|m| m.id == id), "{id:?} is not measured");
+        assert!(undisturbed.fitness.measures.iter().any(|m| m.id == id), "{id:?} is not measured");
     }
+    assert_eq!(undisturbed.verdict.class, VerdictClass::Sticks);
     // A controller that rests at its limit for a tenth of the time.
     let mut recording = sticky();
-    assert_eq!(of(&recording).verdict.class, VerdictClass::Sticks);
     recording.op.values[500..700].fill(100.0);
     let diagnosis = of(&recording);
-    assert_eq!(diagnosis.verdict.class, VerdictClass::CannotTell, "{:?}", diagnosis.verdict);
+    assert!(diagnosis.verdict.probability < undisturbed.verdict.probability);
+    let saturation = diagnosis.verdict.alternatives.iter().find(|a| a.cause == Cause::Saturation);
+    assert!(saturation.is_some(), "{:?}", diagnosis.verdict.alternatives);
 }
 
 #[test]

@@ -35,6 +35,7 @@ fn elsewhere(recording: &Recording) -> Recording {
     let slower = |channel: &mut Channel| channel.time.iter_mut().for_each(|t| *t *= 60.0);
     slower(&mut other.op);
     [&mut other.pv, &mut other.sp].into_iter().flatten().for_each(slower);
+    other.mode.iter_mut().for_each(|mode| mode.time.iter_mut().for_each(|t| *t *= 60.0));
     other
 }
 
@@ -77,7 +78,10 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
             _ if p <= thresholds().clear || p >= thresholds().accuse => {
                 assert!(diagnosis.undecided_by().is_some_and(|ruling| ruling != Ruling::Open));
             }
-            _ => assert_eq!(diagnosis.undecided_by(), Some(Ruling::Open)),
+            _ => {
+                let before = [Ruling::Mistaken, Ruling::Strange, Ruling::Open];
+                assert!(diagnosis.undecided_by().is_some_and(|ruling| before.contains(&ruling)));
+            }
         }
         assert!(!verdict.reasons.is_empty());
         let others: f64 = verdict.alternatives.iter().map(|other| other.likelihood).sum();
@@ -119,7 +123,7 @@ fn what_is_clear_is_said() {
 
 #[test]
 fn the_output_alone_never_accuses() {
-    let mut compatible = 0;
+    let mut probable = 0;
     for mut recording in members(903, 60) {
         (recording.pv, recording.sp) = (None, None);
         let verdict = judged(&recording).verdict;
@@ -127,10 +131,10 @@ fn the_output_alone_never_accuses() {
         if verdict.basis == Basis::OpAlone {
             let said = verdict.reasons.last().unwrap();
             assert!(said.contains("pattern of the OP"), "{said}");
-            compatible += usize::from(said.contains("compatible with stiction"));
+            probable += usize::from(verdict.probability.is_some_and(|p| p >= 0.8));
         }
     }
-    assert!(compatible > 0);
+    assert!(probable > 0);
 }
 
 #[test]

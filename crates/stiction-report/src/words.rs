@@ -4,8 +4,8 @@ use crate::report::evidence::sentence;
 use crate::report::layout::number;
 use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
-    Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, PATTERN_OF_STICTION, Ruling,
-    Silence, VerdictClass, thresholds,
+    Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, Ruling, Silence, VerdictClass,
+    thresholds,
 };
 use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
@@ -110,14 +110,20 @@ fn band(diagnosis: &Diagnosis) -> String {
 }
 
 fn op_alone(diagnosis: &Diagnosis) -> String {
-    let compatible = match diagnosis.verdict.probability {
-        Some(p) if p <= PATTERN_OF_STICTION.1 => "does not look like that of a sticking valve",
-        Some(p) if p < PATTERN_OF_STICTION.0 => "leaves it open whether the valve sticks",
-        _ => "is compatible with stiction",
-    };
-    format!(
-        "The pattern of the controller output {compatible}; without the PV nothing more can be said."
-    )
+    let verdict = &diagnosis.verdict;
+    let alone = "by the pattern of the controller output alone; without the PV nothing proves it";
+    match (verdict.grade, verdict.probability) {
+        (Grade::ProbablySticks, Some(p)) => {
+            format!("The valve probably sticks: {}, {alone}.", percent(p))
+        }
+        (Grade::ProbablyFine, Some(p)) => format!(
+            "The valve is probably fine: the probability that it sticks is {}, {alone}.",
+            percent(p)
+        ),
+        _ => "The pattern of the controller output leaves it open whether the valve sticks; without the PV \
+              nothing more can be said."
+            .to_owned(),
+    }
 }
 
 /// What does not respond, and what that may be.
@@ -244,12 +250,6 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             return Some(format!(
                 "More of the same would not help, because the recording is unlike the simulated loops: {position}, \
                  or a manual step test would answer."
-            ));
-        }
-        Some(Ruling::DeadZone) => {
-            return Some(format!(
-                "Only the stem tells a valve from play elsewhere in the loop: {position}, or a look at the stem \
-                 while the output steps in manual would answer."
             ));
         }
         Some(Ruling::Harmless) => {

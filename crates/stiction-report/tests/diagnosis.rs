@@ -1,6 +1,6 @@
 //! What the report on diagnosed loops must have, and the figure of every method's evidence.
 
-mod html;
+use crate::html;
 
 use html::{data, well_formed};
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! What a report must have, whatever it is about.
 
-mod html;
+use crate::html;
 
 use html::{data, tags, well_formed};
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! The page of the scoreboard.
 
-mod html;
+use crate::html;
 
 use stiction_diagnose::detect;
 use stiction_diagnose::diagnose::{Estimate, Ruling, VerdictClass};

@@ -1,6 +1,6 @@
 //! How verdicts of every class and basis are told, with values made by hand.
 
-mod html;
+use crate::html;
 
 use html::well_formed;
 use stiction_diagnose::diagnose::{
@@ -137,15 +137,50 @@ fn every_class_and_basis_has_its_words() {
     let band = "It stays put until the controller output has moved about 4.1 % (3.4 to 4.9), then jumps about 2 %.";
     for (class, basis, p, expected) in [
         (Sticks, Evidence, Some(0.931), format!("The valve most likely sticks: 93 %. {band}")),
-        (Sticks, ValvePosition, None, format!("The measured position shows that the valve sticks. {band}")),
-        (DoesNotStick, ValvePosition, None, "The measured position shows that the valve follows the controller.".into()),
-        (DoesNotStick, Evidence, Some(0.04), "The valve most likely does not stick: the probability that it does is 4 %.".into()),
+        (
+            Sticks,
+            ValvePosition,
+            None,
+            format!("The measured position shows that the valve sticks. {band}"),
+        ),
+        (
+            DoesNotStick,
+            ValvePosition,
+            None,
+            "The measured position shows that the valve follows the controller.".into(),
+        ),
+        (
+            DoesNotStick,
+            Evidence,
+            Some(0.04),
+            "The valve most likely does not stick: the probability that it does is 4 %.".into(),
+        ),
         (DoesNotRespond, Evidence, Some(0.2), "The valve does not respond: ".into()),
-        (Sticks, OpAlone, Some(0.95), "The pattern of the controller output is compatible with stiction; without the PV nothing more can be said.".into()),
+        (
+            CannotTell,
+            OpAlone,
+            Some(0.95),
+            "The pattern of the controller output leaves it open".into(),
+        ),
         (CannotTell, OpAlone, None, "The pattern of the controller output".into()),
-        (CannotTell, Evidence, Some(0.5), "Whether the valve sticks is unclear: the evidence leaves it at 50 %; ".into()),
-        (CannotTell, Basis::None, None, "Whether the valve sticks is unclear: the PV has corners".into()),
-        (Sticks, Majority, None, "Preliminary: the loop behaves like one with a sticking valve, say 3 of 4".into()),
+        (
+            CannotTell,
+            Evidence,
+            Some(0.5),
+            "Whether the valve sticks is unclear: the evidence leaves it at 50 %; ".into(),
+        ),
+        (
+            CannotTell,
+            Basis::None,
+            None,
+            "Whether the valve sticks is unclear: the PV has corners".into(),
+        ),
+        (
+            Sticks,
+            Majority,
+            None,
+            "Preliminary: the loop behaves like one with a sticking valve, say 3 of 4".into(),
+        ),
         (DoesNotStick, Majority, None, "Preliminary: the loop does not behave".into()),
     ] {
         diagnosis.verdict = verdict(class, basis, p);

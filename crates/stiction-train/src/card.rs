@@ -32,12 +32,13 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         "# The model of the verdict\n\n\
          `verdict.bin` holds the frozen model that turns evidence into probabilities and intervals: sums \
          of boosted trees, their calibration and the shifts of their intervals, the detection limit, and \
-         what the loops of training look like. It was trained on \
-         simulated loops only and has seen no real recording. This card is written by the training.\n"
+         what the loops of training look like. `net.bin` holds the nets whose say on raw signals is part of the \
+         evidence. Both were trained on simulated loops only and have seen no real recording. \
+         `crates/stiction-train/train.sh` does all of it; this card is written by its last step.\n"
     )?;
     writeln!(out, "| | |\n|---|---|")?;
     writeln!(out, "| command | `{}` |", from.command)?;
-    writeln!(out, "| SHA-256 | `{sha256}` |")?;
+    writeln!(out, "| SHA-256 of `verdict.bin` | `{sha256}` |")?;
     writeln!(out, "| population | version {} |", from.population)?;
     writeln!(
         out,

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use stiction_diagnose::diagnose::{Ruling, Signs, VerdictClass};
+use stiction_diagnose::diagnose::{DEAD_ZONE_BELOW, Ruling, Signs, VerdictClass};
 use stiction_diagnose::evidence::Line;
 use stiction_diagnose::fusion::{Bundle, Cause, Decision, Weighed};
 
@@ -30,7 +30,8 @@ const ACCUSED: f64 = 0.01;
 const ACCUSED_OF_KIND: f64 = 0.03;
 /// Of the sticking loops that are cleared, so many may stick by more than they are told.
 const BROKEN: f64 = 0.05;
-/// Of the decisions on families that were left out of training, all together, so many may be wrong.
+/// Of all decisions so many may be wrong on families that training has not seen: the wrong ones, and by how much their
+/// share grows where a family is left out.
 const LEFT_OUT: f64 = 0.05;
 /// Where it ends.
 const ENDS: Decision = Decision { accuse: 0.6, clear: 0.4 };
@@ -70,13 +71,13 @@ enum Rule {
 
 impl Rule {
     /// Those of the verdict, which can be left out; and those that it no longer has, which can be put in.
-    const KEPT: [Self; 4] = [Self::Strange, Self::DeadZone, Self::Harmless, Self::NoLimit];
-    const DROPPED: [Self; 3] = [Self::Contradiction, Self::Unsupported, Self::Veto];
+    const KEPT: [Self; 3] = [Self::Strange, Self::Harmless, Self::NoLimit];
+    const DROPPED: [Self; 4] = [Self::DeadZone, Self::Contradiction, Self::Unsupported, Self::Veto];
 
     fn name(self) -> &'static str {
         match self {
             Self::Strange => "unlike the loops of training",
-            Self::DeadZone => "play or a dead zone elsewhere keeps 3 %",
+            Self::DeadZone => "accused only if play or a dead zone elsewhere is below 3 %",
             Self::Harmless => "S up to 0.25 % is no fault",
             Self::NoLimit => "cleared only with a limit up to twice the OP's range",
             Self::Contradiction => "two lines of evidence are sure of opposites",
@@ -89,14 +90,13 @@ impl Rule {
     fn silenced(self, signs: Signs) -> Signs {
         match self {
             Self::Strange => Signs { distance: 0.0, ..signs },
-            Self::DeadZone => Signs { dead_zone: 0.0, ..signs },
             Self::Harmless => Signs { s: f64::INFINITY, ..signs },
             Self::NoLimit => Signs {
                 limit: Some(signs.limit.unwrap_or(f64::INFINITY)),
                 op_range: f64::INFINITY,
                 ..signs
             },
-            Self::Contradiction | Self::Unsupported | Self::Veto => signs,
+            Self::DeadZone | Self::Contradiction | Self::Unsupported | Self::Veto => signs,
         }
     }
 
@@ -104,6 +104,10 @@ impl Rule {
     fn forbids(self, case: &Case<'_>, class: VerdictClass) -> bool {
         let lines = || case.says.lines.iter().map(|(_, p): &(Line, f64)| *p);
         match self {
+            Self::DeadZone => {
+                let accuses = matches!(class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
+                accuses && case.says.of(Cause::DeadZoneElsewhere) >= DEAD_ZONE_BELOW
+            }
             Self::Contradiction => lines().any(|p| p < 0.05) && lines().any(|p| p > 0.95),
             Self::Unsupported => class == VerdictClass::Sticks && !lines().any(|p| p >= 0.8),
             Self::Veto => class == VerdictClass::DoesNotStick && case.z >= 3.0,
@@ -137,7 +141,6 @@ fn cases<'a>(bundle: &Bundle, data: &'a Dataset, rows: &[u32]) -> Result<Vec<Cas
             probability: says.probability,
             distance: says.distance,
             mismatch: says.mismatch,
-            dead_zone: says.of(Cause::DeadZoneElsewhere),
             idle: says.of(Cause::NoResponse) > says.of(Cause::StickingValve),
             s: says.s.value,
             limit: says.limit,
@@ -256,7 +259,7 @@ impl Constraint {
                 counts.of_kinds.values().filter(told).map(|share| share.value()).fold(0.0, f64::max)
             }
             Self::Broken => Some(&counts.broken).filter(told).map_or(0.0, |share| share.value()),
-            Self::LeftOut => left_out,
+            Self::LeftOut => counts.wrong.value() + left_out,
         }
     }
 }
@@ -268,8 +271,10 @@ struct Step {
 }
 
 impl Step {
+    /// The limit keeps its promise by itself, where the walk ends.
     fn holds(&self) -> bool {
-        Constraint::ALL.into_iter().zip(self.values).all(|(each, value)| value <= each.bound())
+        let mut all = Constraint::ALL.into_iter().zip(self.values);
+        all.all(|(each, value)| each == Constraint::Broken || value <= each.bound())
     }
 }
 
@@ -292,7 +297,7 @@ pub fn choose(
     let cases = cases(bundle, data, rows)?;
     let tried = |tried: Decision| {
         let counts = count(&cases, &tried, None, None);
-        let left_out = families.map_or(0.0, |known| known.wrong_beyond(tried.clear, tried.accuse));
+        let left_out = families.map_or(0.0, |known| known.excess_beyond(tried.clear, tried.accuse));
         Step { tried, values: Constraint::ALL.map(|each| each.value(&counts, left_out)) }
     };
     // Hundredths, so that what is tried does not depend on how it was reached.

@@ -8,6 +8,7 @@ use crate::decide;
 use crate::decide::Choice;
 use crate::families::{Families, Lesson, families};
 use crate::grow::Limits;
+use crate::limit;
 use crate::members::Both;
 use crate::mistakes;
 use crate::reference::reference;
@@ -26,6 +27,9 @@ const LIKELY: f64 = 0.7;
 
 /// Of so many loops to learn from, one is there to stop by.
 const STOP_SHARE: u64 = 8;
+
+/// The probability up to which valves are cleared, at first.
+const FIRST_CLEAR: f64 = 0.2;
 
 /// The quantiles of intervals.
 const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
@@ -150,9 +154,31 @@ pub fn learn(
     let decision = Decision::CAUTIOUS;
     let mut bundle = Bundle { provenance, features, decision, full: of_both, op_only };
     let of_full = families.as_ref().map(|[of_full, _]| of_full);
-    let choice = decide::choose(&bundle, full, &rows, of_full)?;
-    bundle.decision = choice.decision;
+    let choice = decide(&mut bundle, full, &rows, of_full)?;
     Ok(Learned { bundle, choice, notes, fault_gains, s_gains, families })
+}
+
+/// Moves the limit and chooses the thresholds, by loops that nothing was learned from.
+///
+/// # Errors
+/// If evidence cannot be weighed.
+pub fn decide(
+    bundle: &mut Bundle,
+    data: &Dataset,
+    rows: &[u32],
+    families: Option<&Families>,
+) -> Result<Choice> {
+    let mut clear = FIRST_CLEAR;
+    loop {
+        limit::calibrate(bundle, data, rows, clear)?;
+        let choice = decide::choose(bundle, data, rows, families)?;
+        bundle.decision = choice.decision;
+        // What is cleared depends on the limit, and the limit on what is cleared: downwards they meet.
+        if choice.decision.clear >= clear {
+            return Ok(choice);
+        }
+        clear = choice.decision.clear;
+    }
 }
 
 /// Leaves out every family in turn, of the evidence of OP and PV.
@@ -360,12 +386,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         let loss = Loss::Pinball(LIMIT);
         let (mut trees, _) = self.fit(name, loss, columns, &free, &LIMIT_OF_S, &limit_target)?;
         let trees = trees.swap_remove(0);
-        let excess = |k: &u32| {
-            let z = at_fault(&self.data.truth[*k as usize])?;
-            Some(z - trees.margin(&row(&self.data.row(*k as usize))))
-        };
-        let excess = self.calibrated.iter().filter_map(excess).collect();
-        Ok(Limit { shift: calibrate::upper(excess, LIMIT), trees })
+        Ok(Limit { trees, shifts: vec![(1.0, 0.0)] })
     }
 
     /// Quantiles, moved so that their interval covers, and what columns gained in the median.

@@ -19,6 +19,7 @@ mod families;
 mod grow;
 mod hear;
 mod learn;
+mod limit;
 mod matrix_file;
 mod measure;
 mod members;
@@ -53,11 +54,14 @@ const MISTAKEN: u64 = 8;
 /// Simulates members of the population, gathers their evidence, learns from four fifths of them,
 /// calibrates on the rest, leaves out every family of loops in turn to find how much confidence the
 /// verdict may show, measures on members of another seed, and writes verdict.bin and its model card
-/// README.md. The same arguments give the same bytes on any number of threads.
+/// README.md. The same arguments and the same nets give the same bytes on any number of threads. What the nets say of
+/// the loops that they were trained on is no evidence: gather, train the nets and `hear` first.
 #[derive(Parser)]
 #[command(after_help = "Examples:
-  stiction-train --n 40000 --seed 1 -o crates/stiction-diagnose/model
-  stiction-train --n 40000 --cache matrices mismatch")]
+  stiction-train --n 40000 --cache matrices gather
+  stiction-train --n 40000 --cache matrices mismatch
+
+crates/stiction-train/train.sh gathers, trains the nets, lets them be heard, and trains the trees.")]
 struct Args {
     /// Members of the population to learn from and to calibrate on
     #[arg(long, value_name = "N", default_value_t = 40_000, global = true,
@@ -78,7 +82,7 @@ struct Args {
     #[arg(long)]
     no_families: bool,
     /// Folder for verdict.bin and README.md
-    #[arg(short, long, value_name = "DIR", required = true)]
+    #[arg(short, long, value_name = "DIR", required = true, requires = "cache")]
     output: Option<PathBuf>,
     #[command(subcommand)]
     experiment: Option<Experiment>,
@@ -106,7 +110,7 @@ enum Experiment {
         #[arg(long)]
         without: Vec<String>,
     },
-    /// Choose the thresholds of a model anew on the loops of calibration, and write them into its file
+    /// Move the limit of a model and choose its thresholds anew on the loops of calibration, and write them into its file
     Thresholds {
         /// The model, such as crates/stiction-diagnose/model/verdict.bin
         model: PathBuf,
@@ -187,8 +191,7 @@ fn main() -> Result<()> {
                 true => None,
                 false => Some(learn::leave_out(&train.full, trained, tell)?),
             };
-            let choice = decide::choose(&bundle, &train.full, &rows, families.as_ref())?;
-            bundle.decision = choice.decision;
+            let choice = learn::decide(&mut bundle, &train.full, &rows, families.as_ref())?;
             std::fs::write(model, bundle.to_bytes())
                 .with_context(|| format!("cannot write {}", model.display()))?;
             print!("{}\n{}", choice.table(), decide::table(&bundle, &test.full)?);
@@ -203,11 +206,11 @@ fn main() -> Result<()> {
         (None, Some(folder)) => {
             let provenance = Provenance {
                 command: format!(
-                    "cargo run --release -p stiction-train -- --n {} --seed {} --test {members}{} -o {}",
+                    "cargo run --profile dist -p stiction-train -- --n {} --seed {} --test {members}{} --cache \
+                     target/training -o crates/stiction-diagnose/model",
                     args.n,
                     args.seed,
                     if args.no_families { " --no-families" } else { "" },
-                    folder.display()
                 ),
                 population: stiction_population::VERSION,
                 seed: args.seed,

@@ -18,7 +18,7 @@ pub fn table(train: &Dataset, test: &Dataset, trained: u64, without: &[String]) 
     let known: Vec<u32> = (0..train.truth.len() as u32)
         .filter(|k| {
             let truth = &train.truth[*k as usize];
-            let heard = truth.index < trained && truth.index % FOLDS != 0;
+            let heard = truth.index < trained && !truth.index.is_multiple_of(FOLDS);
             heard && fault(truth).is_some() && !left_out(truth)
         })
         .collect();

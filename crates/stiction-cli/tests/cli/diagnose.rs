@@ -38,7 +38,7 @@ fn one_loop_fits_one_screen() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "FIC101-sticky (flow)  FIC101-sticky.csv");
     assert!(
-        lines[1].starts_with("verdict   STICKS: The valve most likely sticks: more than 99 %."),
+        lines[1].starts_with("verdict   STICKS: The valve most likely sticks: 99 %."),
         "{text}"
     );
     for wanted in [

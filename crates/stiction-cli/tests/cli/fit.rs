@@ -80,8 +80,13 @@ fn what_swings_from_outside_is_not_explained() {
     for file in ["FIC102-disturbed.csv", "FIC103-aggressive.csv"] {
         let json = run(&folder, &["fit", &sample(file), "--json"]).json();
         let cycle = &json["loops"][0]["fit"]["cycle"];
-        assert_eq!(cycle["explained"], false, "{file}: {cycle}");
-        assert!(at(cycle, "pv_swing_left/high") > 0.9, "{file}: {cycle}");
+        if cycle["not_identified"].is_null() {
+            assert_eq!(cycle["explained"], false, "{file}: {cycle}");
+            assert!(at(cycle, "pv_swing_left/high") > 0.9, "{file}: {cycle}");
+        } else {
+            // Nothing from outside moves this loop, so its process and its controller cannot be told apart.
+            assert_eq!(file, "FIC103-aggressive.csv");
+        }
     }
 }
 

@@ -27,6 +27,7 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("limit-cycle", paper("limit-cycle", &["--json"])),
         ("limit-cycle", paper("limit-cycle", &map)),
         ("fmu-models", vec!["fmu", "--list", "--json"]),
+        ("prospects", vec!["what-if", file, "--json"]),
         ("fmu-variables", vec!["fmu", "--variables", "--json"]),
     ]
 }

@@ -106,7 +106,7 @@ fn a_line_a_loop() {
     let lines = run(&folder, &["diagnose", &healthy, &sticky, "--brief"]).quiet_success();
     let lines: Vec<&str> = lines.lines().collect();
     assert!(
-        lines.len() == 2 && lines[0].starts_with("FIC101-sticky: sticks (more than 99 %); S "),
+        lines.len() == 2 && lines[0].starts_with("FIC101-sticky: sticks (99 %); S "),
         "{lines:?}"
     );
     assert!(

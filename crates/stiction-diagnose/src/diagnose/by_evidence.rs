@@ -8,7 +8,7 @@
 //! |---|---|
 //! | OP and PV that do not look like those of one loop | cannot tell |
 //! | a recording unlike anything the model was trained on | cannot tell |
-//! | a fault as likely as is needed to accuse, and a dead zone elsewhere below [`DEAD_ZONE_BELOW`] | sticks, or does not respond |
+//! | a fault as likely as is needed to accuse | sticks, or does not respond |
 //! | the same, but an S of [`HARMLESS`] or less | cannot tell: it would be no fault |
 //! | a fault as unlikely as is needed to clear, and a limit of S that means something | does not stick, by more than that |
 //! | the same without such a limit | cannot tell: what lies below could not be seen |
@@ -17,12 +17,12 @@
 //! # Limits
 //! The thresholds hold for loops like the simulated ones; `docs/accuracy.md` tells what verdicts are worth.
 
+use super::HARMLESS;
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, Limit, Verdict, VerdictClass};
 use super::weighing::Weighing;
-use super::{DEAD_ZONE_BELOW, HARMLESS};
 use crate::fusion::{self, Cause, Decision, LIMIT};
-use crate::spoken::{percent, rough};
+use crate::spoken::rough;
 
 /// A limit means something up to so many ranges of the OP: a valve that sticks by more than twice what its OP
 /// travels does not move at all, wherever it stood at first.
@@ -73,8 +73,6 @@ pub struct Signs {
     pub distance: f64,
     /// Whether OP and PV look like those of one loop; above 1 they do not.
     pub mismatch: f64,
-    /// The probability of play or a dead zone elsewhere in the loop.
-    pub dead_zone: f64,
     /// Whether no response is likelier than sticking.
     pub idle: bool,
     /// S if the valve sticks, percent of span.
@@ -91,7 +89,6 @@ impl Signs {
             probability: weighing.probability,
             distance: weighing.distance,
             mismatch: weighing.mismatch,
-            dead_zone: weighing.likelihood(Cause::DeadZoneElsewhere),
             idle: weighing.likelihood(Cause::NoResponse)
                 > weighing.likelihood(Cause::StickingValve),
             s: weighing.s.value,
@@ -117,8 +114,6 @@ pub enum Ruling {
     Sticks,
     /// It does not respond.
     NoResponse,
-    /// Accused, but for a dead zone elsewhere.
-    DeadZone,
     /// Accused, but by so little that it is no fault.
     Harmless,
     /// Cleared, but for a limit.
@@ -131,10 +126,9 @@ pub enum Ruling {
 
 impl Ruling {
     /// All of them, in the order in which the table asks.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::Mistaken,
         Self::Strange,
-        Self::DeadZone,
         Self::NoResponse,
         Self::Harmless,
         Self::Sticks,
@@ -148,7 +142,6 @@ impl Ruling {
         match self {
             Self::Mistaken => "mistaken columns",
             Self::Strange => "unlike the training",
-            Self::DeadZone => "dead zone elsewhere",
             Self::NoResponse => "no response",
             Self::Harmless => "too little to be a fault",
             Self::Sticks => "sticks",
@@ -173,7 +166,6 @@ impl Ruling {
         }
         match signs.probability {
             p if p >= decision.accuse => match () {
-                () if signs.dead_zone >= DEAD_ZONE_BELOW => Self::DeadZone,
                 () if signs.idle => Self::NoResponse,
                 () if signs.s <= HARMLESS => Self::Harmless,
                 () => Self::Sticks,
@@ -192,12 +184,9 @@ impl Ruling {
             Self::Sticks => VerdictClass::Sticks,
             Self::NoResponse => VerdictClass::DoesNotRespond,
             Self::Clears => VerdictClass::DoesNotStick,
-            Self::Mistaken
-            | Self::Strange
-            | Self::DeadZone
-            | Self::Harmless
-            | Self::Blind
-            | Self::Open => VerdictClass::CannotTell,
+            Self::Mistaken | Self::Strange | Self::Harmless | Self::Blind | Self::Open => {
+                VerdictClass::CannotTell
+            }
         }
     }
 
@@ -224,10 +213,6 @@ impl Ruling {
                     some.join("; ")
                 ),
             },
-            Self::DeadZone => format!(
-                "play in the sensor or a dead zone in the controller would look the same and keeps {}",
-                percent(weighing.likelihood(Cause::DeadZoneElsewhere))
-            ),
             Self::Harmless => format!(
                 "if it sticks, then by some {} %, which is no fault: valves in good order have dead bands of up \
                  to {HARMLESS} %",
@@ -261,7 +246,6 @@ mod tests {
             probability,
             distance: 0.2,
             mismatch: 0.1,
-            dead_zone: 0.0,
             idle: false,
             s: 3.0,
             limit: Some(1.5),
@@ -304,13 +288,12 @@ mod tests {
         let accused = signs(0.95);
         assert_eq!(of(Signs { idle: true, ..accused }), Ruling::NoResponse);
         assert_eq!(of(Signs { s: HARMLESS, ..accused }), Ruling::Harmless);
-        assert_eq!(of(Signs { dead_zone: DEAD_ZONE_BELOW, ..accused }), Ruling::DeadZone);
         assert_eq!(of(Signs { limit: None, ..accused }), Ruling::Sticks);
         let cleared = signs(0.01);
         assert_eq!(of(Signs { limit: None, ..cleared }), Ruling::Blind);
         let large = Some(LARGEST_LIMIT * 6.0 + 0.1);
         assert_eq!(of(Signs { limit: large, ..cleared }), Ruling::Blind);
-        assert_eq!(of(Signs { dead_zone: 0.5, s: 0.1, ..cleared }), Ruling::Clears);
+        assert_eq!(of(Signs { s: 0.1, ..cleared }), Ruling::Clears);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | sticks | the verdict accuses the valve |
 //! | probably sticks | the evidence makes it [likely](PROBABLY_FROM), but does not accuse; or families of published methods say so |
-//! | unclear | the probability lies between, or the recording is unlike the training; or there is the OP alone |
+//! | unclear | the probability lies between, or the recording is unlike the training |
 //! | probably fine | the evidence makes sticking [unlikely](PROBABLY_FINE_UP_TO), but does not clear; or what sticks is too little to be a fault |
 //! | fine | the verdict clears the valve |
 //! | does not respond | the output travels, the flow or the stem does not |

@@ -28,7 +28,7 @@ mod verdict;
 mod weighing;
 
 pub use crate::fusion::{Cause, Estimate};
-pub use by_evidence::{Ruling, Signs, thresholds};
+pub use by_evidence::{LARGEST_LIMIT, Ruling, Signs, thresholds};
 pub use confirm::confirming_test;
 pub use diagnosis::{
     Detectors, DiagnoseOptions, Diagnosis, Judged, Oscillations, Window, diagnose, fitness, subject,
@@ -43,7 +43,6 @@ pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
 pub use verdict::{
     Alternative, Basis, ConfirmingTest, DEAD_ZONE_BELOW, Definition, FEWEST_VOTES, HARMLESS, Limit,
-    MIMICS, Override, PATTERN_OF_STICTION, Stiction, TestKind, Verdict, VerdictClass, Votes,
-    preliminary,
+    MIMICS, Override, Stiction, TestKind, Verdict, VerdictClass, Votes, preliminary,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};

@@ -315,12 +315,9 @@ pub const MIMICS: [MeasureId; 6] = [
     MeasureId::SetPoint,
 ];
 
-/// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be accused: in
-/// a single loop it looks much like the dead band of a valve, and a mechanic who was sent to a healthy valve
-/// does not come twice.
+/// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be named as one that
+/// does not respond because of how its PV rests: both keep the PV from answering.
 pub const DEAD_ZONE_BELOW: f64 = 0.03;
-/// The probability from which the pattern of the OP alone is compatible with stiction, and that up to which it is not.
-pub const PATTERN_OF_STICTION: (f64, f64) = (0.9, 0.2);
 /// S up to this many percent is no fault: healthy valves of the population have dead bands as
 /// wide.
 pub const HARMLESS: f64 = 0.25;
@@ -338,8 +335,8 @@ pub const SIMULATED: [MeasureId; 3] =
 ///    does not respond, which needs no cycle to be seen.
 /// 2. A recorded valve position is followed where it can be judged: [`by_position`](super::by_position), in place
 ///    of all that follows here.
-/// 3. Without a PV nothing is concluded: the shape of the OP alone can be compatible with stiction, or
-///    not, and that is all that is said of it.
+/// 3. Without a PV nothing is concluded: the shape of the OP alone gives a probability, and that is all that
+///    is said of it.
 /// 4. Else the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides:
 ///    [`by_evidence`].
 /// 5. Where nothing could be weighed, the published methods vote: [`preliminary`].
@@ -396,16 +393,11 @@ fn of_unfit(
     }
 }
 
-/// What the OP alone says: nothing of the valve, but whether its shape is that of one that sticks.
+/// What the OP alone says: no more than how probable its shape makes it.
 fn of_op_alone(weighing: &Weighing, preliminary: Verdict) -> Verdict {
     let probability = weighing.probability;
-    let pattern = match probability {
-        p if p >= PATTERN_OF_STICTION.0 => "is compatible with stiction",
-        p if p <= PATTERN_OF_STICTION.1 => "is not that of a sticking valve",
-        _ => "leaves it open whether the valve sticks",
-    };
     let says = format!(
-        "the pattern of the OP {pattern} ({}); without the PV nothing more can be said",
+        "the pattern of the OP alone makes it {}; without the PV nothing more can be said",
         percent(probability)
     );
     let said = sayings(weighing).into_iter().map(|saying| saying.sentence);

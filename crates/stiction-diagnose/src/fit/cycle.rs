@@ -30,10 +30,10 @@ pub const LEAST_CYCLING: f64 = 0.5;
 /// grow.
 pub const MOST_LEFT: f64 = 0.7;
 
-/// What was recorded of a swing.
+/// A swing of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct Recorded {
+pub struct Swing {
     /// Its period, s.
     pub period_s: f64,
     /// Half of the OP's typical peak-to-peak value, percent.
@@ -59,7 +59,7 @@ pub struct Predicted {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
     /// What was recorded; `None` where nothing oscillates.
-    pub recorded: Option<Recorded>,
+    pub recorded: Option<Swing>,
     /// What was predicted; `None` where hardly a loop drawn cycles.
     pub predicted: Option<Predicted>,
     /// Share of the loops drawn that cycle at all.
@@ -72,44 +72,65 @@ pub struct Cycle {
     pub explained: Option<bool>,
     /// The same in words.
     pub sentence: String,
+    /// Of the loops drawn that cycle by themselves, and whose S, J and gain lie within their intervals, the one whose
+    /// period and OP are nearest to the recorded ones.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub nearest: Option<Draw>,
 }
 
-/// Tests the explanation.
+/// Tests the explanation; `typical` are draws within the intervals of S, J and gain.
 pub(super) fn tested(
     diagnosis: &Diagnosis,
     segment: &Segment,
     draws: &[Draw],
+    typical: impl Fn(&Draw) -> bool,
 ) -> Result<Cycle, String> {
     if draws.is_empty() {
         return Err("no loop could be drawn from what was identified".to_owned());
     }
     let recorded = recorded(diagnosis, segment);
-    let follow = |draw: &Draw| -> Option<Option<(f64, f64, f64)>> {
+    let follow = |draw: &Draw| -> Option<Option<Swing>> {
         if draw.model == Model::Ideal {
             return Some(None);
         }
         match exact::cycle(&draw.continuous()) {
             Ok(exact::CycleOutcome::Cycles { cycles, .. }) => {
                 let cycle = cycles.into_iter().find(|cycle| cycle.stable);
-                Some(cycle.map(|c| (c.period_s, c.half_pp.op, c.half_pp.pv)))
+                Some(cycle.map(|c| Swing {
+                    period_s: c.period_s,
+                    op: c.half_pp.op,
+                    pv: c.half_pp.pv,
+                }))
             }
             Ok(exact::CycleOutcome::None { .. }) => Some(None),
             _ => None,
         }
     };
-    let all: Vec<Option<(f64, f64, f64)>> = draws.par_iter().filter_map(follow).collect();
+    let followed: Vec<(&Draw, Option<Swing>)> =
+        draws.par_iter().filter_map(|draw| Some((draw, follow(draw)?))).collect();
+    let nearest = recorded.and_then(|recorded| {
+        let apart = |cycle: Swing| {
+            (cycle.period_s / recorded.period_s).ln().abs() + (cycle.op / recorded.op).ln().abs()
+        };
+        let cycling = followed
+            .iter()
+            .filter(|(draw, _)| typical(draw))
+            .filter_map(|(draw, cycle)| Some((*draw, apart((*cycle)?))));
+        cycling.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(draw, _)| draw.clone())
+    });
+    let all: Vec<Option<Swing>> = followed.into_iter().map(|(_, cycle)| cycle).collect();
     if 2 * all.len() < draws.len() {
         return Err("what the fitted loop does by itself could not be computed".to_owned());
     }
-    let cycles: Vec<(f64, f64, f64)> = all.iter().copied().flatten().collect();
+    let cycles: Vec<Swing> = all.iter().copied().flatten().collect();
     let cycling = cycles.len() as f64 / all.len() as f64;
-    let of = |what: fn(&(f64, f64, f64)) -> f64| {
+    let of = |what: fn(&Swing) -> f64| {
         quantiles(&mut cycles.iter().map(|cycle| (what(cycle), 1.0)).collect::<Vec<_>>())
     };
     let predicted = (cycling >= 0.1).then(|| Predicted {
-        period_s: of(|c| c.0),
-        op: of(|c| c.1),
-        pv: of(|c| c.2),
+        period_s: of(|c| c.period_s),
+        op: of(|c| c.op),
+        pv: of(|c| c.pv),
     });
     let pv_swing_left = recorded.and_then(|recorded| left(draws, segment, recorded.period_s));
     let explained = recorded.map(|recorded| {
@@ -123,18 +144,19 @@ pub(super) fn tested(
         (cycling >= LEAST_CYCLING && as_predicted)
             || pv_swing_left.is_some_and(|left| left.value < MOST_LEFT && left.high < 1.0)
     });
+    let sentence = String::new();
     let mut cycle =
-        Cycle { recorded, predicted, cycling, pv_swing_left, explained, sentence: String::new() };
-    cycle.sentence = sentence(&cycle);
+        Cycle { recorded, predicted, cycling, pv_swing_left, explained, sentence, nearest };
+    cycle.sentence = self::sentence(&cycle);
     Ok(cycle)
 }
 
 /// The oscillation that was found, as numbers.
-fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Recorded> {
+fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Swing> {
     let (_, oscillation) = diagnosis.oscillation().filter(|(_, found)| found.found)?;
     let period_s = oscillation.period_s?;
     let swing = |x: &[f64]| swing_of(x, period_s, segment.sample_time);
-    Some(Recorded { period_s, op: swing(&segment.op)?, pv: swing(segment.pv.as_deref()?)? })
+    Some(Swing { period_s, op: swing(&segment.op)?, pv: swing(segment.pv.as_deref()?)? })
 }
 
 /// Half of a signal's typical peak-to-peak value over a period: the median over its periods, smoothed over a tenth of

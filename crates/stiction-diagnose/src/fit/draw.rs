@@ -26,6 +26,13 @@ pub struct Draw {
 }
 
 impl Draw {
+    /// What the PV gains in the end per percent of the stem, in units of the PV; `None` of an integrating process.
+    pub fn lasting_gain(&self) -> Option<f64> {
+        let (above, below) = self.process.coefficients();
+        let (above, below) = (above.last()?, below.last()?);
+        (*below != 0.0).then(|| above / below)
+    }
+
     /// The same in continuous time; a controller that executes now and then answers half that time later.
     pub fn continuous(&self) -> ContinuousLoop {
         let process = self.process.clone().delayed(0.5 * self.execution_s);

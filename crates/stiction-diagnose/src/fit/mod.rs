@@ -22,12 +22,13 @@ pub mod ring;
 pub mod valve;
 pub mod without;
 
-pub use cycle::{Cycle, Recorded};
+pub use cycle::{Cycle, Swing};
 pub use draw::Draw;
 pub use prospects::{Prospect, Prospects, prospects};
 pub use valve::FittedValve;
 
 use crate::diagnose::Diagnosis;
+use crate::fusion::Estimate;
 use crate::identify::controller::{self, FittedController};
 use crate::identify::process::{self, FittedProcess};
 use crate::recording::Segment;
@@ -185,8 +186,17 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
             }
         }
     }
+    let typical = |draw: &Draw| {
+        let within =
+            |of: Option<Estimate>, value: f64| of.is_none_or(|e| e.low <= value && value <= e.high);
+        let valve = chosen.as_ref().ok();
+        let gain = process.as_ref().ok().and_then(|process| process.gain);
+        within(valve.map(|valve| valve.s), draw.bands.s())
+            && within(valve.map(|valve| valve.j), draw.bands.j())
+            && draw.lasting_gain().is_none_or(|value| within(gain, value))
+    };
     let cycle = match (&controller, &process) {
-        (Ok(_), Ok(_)) => cycle::tested(diagnosis, segment, &draws),
+        (Ok(_), Ok(_)) => cycle::tested(diagnosis, segment, &draws, typical),
         (Err(_), _) => {
             Err("the controller is not identified, so what the loop would do is not known"
                 .to_owned())

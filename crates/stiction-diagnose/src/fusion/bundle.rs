@@ -18,7 +18,7 @@ use crate::evidence::Line;
 const MAGIC: [u8; 8] = *b"STICTION";
 
 /// The version of its form.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Everything that is frozen: what the verdict's probabilities and intervals are computed with.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,9 +192,9 @@ impl TrainedModel {
             write_shifts(out, shifts);
             out.f64(*stretch);
         }
-        out.list(self.limit.iter(), |out, Limit { trees, shift }| {
+        out.list(self.limit.iter(), |out, Limit { trees, shifts }| {
             cuts.write_trees(out, trees);
-            out.f64(*shift);
+            write_shifts(out, shifts);
         });
         out.list(self.reference.iter(), write_reference);
         out.list(self.mismatch.iter(), |out, Mismatch { trees, threshold }| {
@@ -215,11 +215,8 @@ impl TrainedModel {
             Quantiles { low, middle, high, shifts, stretch }.checked()
         };
         let limit = |from: &mut Reader<'_>| {
-            let (trees, shift) = (trees(from)?, from.f64()?);
-            match shift.is_finite() {
-                true => Ok(Limit { trees, shift }),
-                false => Err(damaged("has a limit that is moved to infinity")),
-            }
+            let (trees, shifts) = (trees(from)?, read_shifts(from)?);
+            Limit { trees, shifts }.checked()
         };
         let mismatch = |from: &mut Reader<'_>| {
             let (trees, threshold) = (trees(from)?, from.f64()?);
@@ -377,7 +374,7 @@ pub(super) mod tests {
             causes: others.enumerate().map(|(k, c)| (c, stump(1, k as f32, 0.0))).collect(),
             s: quantiles(-0.5),
             j_over_s: quantiles(0.5),
-            limit: Some(Limit { trees: stump(0, 2.0, -1.0), shift: 0.5 }),
+            limit: Some(Limit { trees: stump(0, 2.0, -1.0), shifts: vec![(1.0, 0.5)] }),
             reference: Some(reference()),
             mismatch: Some(Mismatch { trees: stump(1, -3.0, 3.0), threshold: 1.0 }),
         }

@@ -1,6 +1,7 @@
 //! What a recording would have shown: the detection limit.
 
 use super::trees::Ensemble;
+use crate::error::{Error, Result};
 
 /// The share of sticking valves whose S lies at or below the limit.
 pub const LIMIT: f64 = 0.95;
@@ -16,20 +17,24 @@ const RANGE: (f64, f64) = (0.005, 20.0);
 /// A regression of the 95 % quantile of `z = ln(clip(S / OP span, 0.005, 20))` on the evidence, over
 /// healthy valves (S = 0), sticking ones, visible or hidden, and stuck ones (no OP moves them). It is
 /// moved by a conformal shift c, the 95 % quantile of `z - q` over valves at fault that were left out of
-/// its training (only those: healthy ones, half of all, would buy the coverage). So among valves at
-/// fault like the simulated ones, in at most 5 % S lies above
+/// its training (only those: healthy ones, half of all, would buy the coverage). Where a fault is unlikely q
+/// is that of healthy valves, so c is found for each class of the probability apart, and is so large that of
+/// those valves at fault whose limit clears them, too, no more lie above it. So among valves at
+/// fault like the simulated ones, in at most 5 % of each class S lies above
 ///
 /// ```text
-/// limit = span exp(q + c)
+/// limit = span exp(q + c(p))
 /// ```
 ///
-/// Source of the shift: Y. Romano, E. Patterson, E. Candès, NeurIPS 32 (2019) (recalled, not read).
+/// Source of the shift: Y. Romano, E. Patterson, E. Candès, NeurIPS 32 (2019); classes after V. Vovk, "Conditional
+/// validity of inductive conformal predictors", ACML 2012 (both recalled, not read).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
     /// The 95 % quantile of z.
     pub trees: Ensemble,
-    /// c, found on loops left out of training.
-    pub shift: f64,
+    /// The largest probability of a fault of each class, ascending, and its c, found on loops left out of training.
+    /// What is likelier belongs to the last one.
+    pub shifts: Vec<(f64, f64)>,
 }
 
 impl Limit {
@@ -38,9 +43,25 @@ impl Limit {
         (s / op_span).clamp(RANGE.0, RANGE.1).ln()
     }
 
-    /// The limit in spans of the OP; `None` if it is beyond three of them.
-    pub fn spans(&self, row: &[f32]) -> Option<f64> {
-        let spans = (self.trees.margin(row) + self.shift).exp();
+    /// Accepts shifts that are finite and whose probabilities ascend.
+    ///
+    /// # Errors
+    /// If they are not, or there is none.
+    pub fn checked(self) -> Result<Self> {
+        let sound = !self.shifts.is_empty()
+            && self.shifts.iter().all(|(up_to, shift)| !up_to.is_nan() && shift.is_finite())
+            && self.shifts.windows(2).all(|two| two[0].0 < two[1].0);
+        match sound {
+            true => Ok(self),
+            false => Err(Error::Bundle("the shifts of the limit are not sound".into())),
+        }
+    }
+
+    /// The limit in spans of the OP, of a loop with that probability of a fault; `None` if it is beyond three of them.
+    pub fn spans(&self, row: &[f32], probability: f64) -> Option<f64> {
+        let class = self.shifts.iter().find(|(up_to, _)| probability <= *up_to);
+        let shift = class.or(self.shifts.last()).map_or(0.0, |(_, shift)| *shift);
+        let spans = (self.trees.margin(row) + shift).exp();
         (spans <= LARGEST).then_some(spans)
     }
 }
@@ -51,14 +72,21 @@ mod tests {
     use crate::fusion::Node;
 
     #[test]
-    fn a_limit_is_moved_and_ends_at_three_spans() {
-        let of = |q: f32, shift| Limit {
+    fn a_limit_is_moved_by_its_class_and_ends_at_three_spans() {
+        let of = |q: f32, shifts: &[(f64, f64)]| Limit {
             trees: Ensemble::new(0.0, &[vec![Node::Leaf(q)]]).unwrap(),
-            shift,
+            shifts: shifts.to_vec(),
         };
-        let found = of(-1.0, 0.5).spans(&[]).unwrap();
-        assert!((found - (-0.5f64).exp()).abs() < 1e-12, "{found}");
-        assert!(of(1.0, 0.09).spans(&[]).is_some() && of(1.0, 0.1).spans(&[]).is_none());
+        let limit = of(-1.0, &[(0.1, 0.5), (1.0, 0.2)]).checked().unwrap();
+        for (p, moved) in [(0.05, -0.5f64), (0.1, -0.5), (0.11, -0.8), (1.0, -0.8)] {
+            let found = limit.spans(&[], p).unwrap();
+            assert!((found - moved.exp()).abs() < 1e-12, "{found}");
+        }
+        let ends = |shift| of(1.0, &[(1.0, shift)]).spans(&[], 0.3);
+        assert!(ends(0.09).is_some() && ends(0.1).is_none());
+        for wrong in [&[][..], &[(0.5, f64::NAN)], &[(0.5, 0.0), (0.5, 0.0)]] {
+            assert!(of(0.0, wrong).checked().is_err());
+        }
     }
 
     #[test]

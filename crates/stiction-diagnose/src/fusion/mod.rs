@@ -153,7 +153,11 @@ impl Bundle {
                 low: j_over_s.low.max(0.0),
                 high: j_over_s.high.max(0.0),
             },
-            limit: model.limit.as_ref().and_then(|limit| limit.spans(&row)).map(|l| op_span * l),
+            limit: model
+                .limit
+                .as_ref()
+                .and_then(|limit| limit.spans(&row, probability))
+                .map(|spans| op_span * spans),
             distance: model.reference.as_ref().map_or(0.0, |known| known.distance(&row)),
             mismatch: model.mismatch.as_ref().map_or(0.0, |known| known.odds(&row)),
         })

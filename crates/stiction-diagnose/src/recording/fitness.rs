@@ -199,6 +199,8 @@ const OP_LEVELS: Rule = Rule::less(MeasureId::OpLevels, 10.0, None);
 /// A compression factor of 3 is where Thornhill, Choudhury & Shah 2004, J. Process Control 14, 389-398,
 /// found shapes and indices to suffer (recalled, not read).
 const COMPRESSION: Rule = Rule::more(MeasureId::CompressionFactor, 3.0, None);
+/// A PV of fewer straight lines than this shows how its historian draws, and nothing of the loop.
+const FEWEST_LINES: f64 = 4.0;
 /// A PV that stands still for a tenth of the time may be a frozen signal; for more than half of it, it
 /// is one.
 const FROZEN: Rule = Rule::more(MeasureId::LongestFrozenPv, 10.0, Some(50.0)).percent();
@@ -401,7 +403,8 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
         format!("the PV rests at its highest or lowest value {clipped:.1} % of the time"),
     ));
     if let Some(factor) = compression_factor(pv) {
-        measures.push(COMPRESSION.measure(
+        let lines = Rule { unfit: Some(n / FEWEST_LINES), ..COMPRESSION };
+        measures.push(lines.measure(
             Some(factor),
             format!("where the PV moves, {factor:.1} samples lie on one straight line"),
         ));

@@ -102,7 +102,7 @@ mod tests {
             open(false, Some(Ruling::Open), Some(0.2)),
             open(false, Some(Ruling::Blind), Some(0.01)),
             open(true, None, None),
-            open(true, Some(Ruling::DeadZone), Some(1.0)),
+            open(true, Some(Ruling::Harmless), Some(1.0)),
             decided,
             hidden,
             added,
@@ -116,7 +116,7 @@ mod tests {
         assert_eq!(
             found.rows.iter().map(row).collect::<Vec<_>>(),
             [
-                (Some(Ruling::DeadZone), Some(0.9), 1, 1),
+                (Some(Ruling::Harmless), Some(0.9), 1, 1),
                 (Some(Ruling::Blind), Some(0.0), 1, 0),
                 (Some(Ruling::Open), Some(0.2), 1, 0),
                 (Some(Ruling::Open), Some(0.5), 2, 1),

@@ -4,7 +4,7 @@ use super::layout::{Block, Section, Table};
 use super::views::WIDTH;
 use crate::words::rough;
 use stiction_diagnose::diagnose::{Diagnosis, VerdictClass};
-use stiction_diagnose::fit::cycle::{Predicted, Recorded};
+use stiction_diagnose::fit::cycle::{Predicted, Swing};
 use stiction_diagnose::fit::{Fit, FitOptions, Prospects, fit, prospects};
 use stiction_diagnose::fusion::Estimate;
 use stiction_figure::figure::{Annotation, Figure, Panel, Scale, Series, colour};
@@ -107,7 +107,7 @@ fn parts(fit: &Fit) -> Table {
 }
 
 /// What was recorded beside what was predicted, each over what was recorded.
-fn figure(recorded: &Recorded, predicted: &Predicted) -> Figure {
+fn figure(recorded: &Swing, predicted: &Predicted) -> Figure {
     let all = [
         (3.0, recorded.period_s, &predicted.period_s),
         (2.0, recorded.op, &predicted.op),

@@ -86,6 +86,9 @@ const SPREAD: [[f64; 3]; 16] = [
 const BINS_OF_S: usize = 60;
 const BINS_OF_J: usize = 10;
 
+/// Something and what it gains, nats.
+type WithGain<T> = (T, f64);
+
 /// What stems say of the PV beside the OP.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beside {
@@ -156,14 +159,14 @@ impl Problem {
     }
 
     /// The valves of the grid; those that slip seldom with the stem where it fits best at first, and all that were tried.
-    fn on_grid(&self) -> (Vec<(Stem, f64)>, Vec<(Candidate, f64)>) {
+    fn on_grid(&self) -> (Vec<WithGain<Stem>>, Vec<WithGain<Candidate>>) {
         let with_gain = |stem: Stem| {
             let gain = self.gain_beside(&stem);
             (stem, gain)
         };
-        let mut best: Vec<(Stem, f64)> =
+        let mut best: Vec<WithGain<Stem>> =
             self.stems(&grid_at(0.0)).into_iter().map(with_gain).collect();
-        let mut tried: Vec<(Candidate, f64)> =
+        let mut tried: Vec<WithGain<Candidate>> =
             best.iter().map(|(stem, gain)| (stem.candidate, *gain)).collect();
         let slips: Vec<f64> = best.iter().map(|(stem, _)| stem.slips).collect();
         for (seldom, places) in PLACES {
@@ -186,17 +189,17 @@ impl Problem {
     /// The best stem of the grid, or a finer one about the best of it, and its gain; appends what was tried.
     fn refined(
         &self,
-        on_grid: Vec<(Stem, f64)>,
-        tried: &mut Vec<(Candidate, f64)>,
-    ) -> Option<(Stem, f64)> {
-        let mut best: Vec<(Candidate, f64)> =
+        on_grid: Vec<WithGain<Stem>>,
+        tried: &mut Vec<WithGain<Candidate>>,
+    ) -> Option<WithGain<Stem>> {
+        let mut best: Vec<WithGain<Candidate>> =
             on_grid.iter().map(|(stem, gain)| (stem.candidate, *gain)).collect();
         let mut winner = on_grid.into_iter().fold(None, better);
         for (kept, reach) in ROUNDS {
             best.sort_by(|a, b| b.1.total_cmp(&a.1));
             best.truncate(kept);
             let asked: Vec<Candidate> =
-                best.iter().flat_map(|(about, _)| finer(*about, reach)).collect();
+                best.iter().flat_map(|(about, _)| self.finer(*about, reach)).collect();
             for stem in self.stems(&asked) {
                 let gain = self.gain_beside(&stem);
                 best.push((stem.candidate, gain));
@@ -205,6 +208,19 @@ impl Problem {
             }
         }
         winner
+    }
+
+    /// Valves about one. The steps have no mirror image, so they are taken as the OP leans: of a valve that closes on
+    /// a rising OP as of one that opens.
+    fn finer(&self, about: Candidate, reach: [f64; 3]) -> [Candidate; SPREAD.len()] {
+        let skew: f64 = self.op.iter().map(|u| u.powi(3)).sum();
+        let direction = if skew < 0.0 { -1.0 } else { 1.0 };
+        SPREAD.map(|step| Candidate {
+            s: about.s * (step[0] * reach[0]).exp(),
+            j: (about.j + step[1] * reach[1]).clamp(0.0, 1.0),
+            place: (about.place + direction * step[2] * reach[2]).clamp(-0.99, 0.99),
+            ..about
+        })
     }
 
     fn searched(&self) -> Beside {
@@ -218,7 +234,9 @@ impl Problem {
         let most = on_grid.iter().map(|(_, gain)| *gain).fold(0.0, f64::max);
         let sum: f64 = on_grid.iter().map(|(_, gain)| (gain - most).exp()).sum();
         let evidence = most + (sum / on_grid.len().max(1) as f64).ln();
-        for (k, (stem, _)) in on_grid.iter().enumerate().filter(|(k, _)| k % FINE_STEPS % 2 == 0) {
+        for (k, (stem, _)) in
+            on_grid.iter().enumerate().filter(|(k, _)| (k % FINE_STEPS).is_multiple_of(2))
+        {
             let step = k % FINE_STEPS / 2;
             refuted[step] = self.lacks(stem).min(refuted[step]);
         }
@@ -336,7 +354,8 @@ impl Problem {
         let z = total / ((blocks as f64).sqrt() * std(&sums) + 1e-9);
         let of_stem: f64 = added.coefficients.iter().sum();
         let of_op: f64 = kept.iter().skip(self.common).take(TAPS).sum();
-        let share = of_stem / (of_stem.abs() + of_op.abs()).max(1e-12);
+        let gain_sign = if of_stem + of_op < 0.0 { -1.0 } else { 1.0 };
+        let share = gain_sign * of_stem / (of_stem.abs() + of_op.abs()).max(1e-12);
         let independent = self.independent / self.target.len() as f64;
         let half: f64 = sums[..blocks / 2].iter().sum();
         let least_half = half.min(total - half) * independent;
@@ -386,7 +405,7 @@ impl Problem {
     /// The largest gain of stems that moved in reversed time.
     fn placebo(&self, about: Option<Candidate>) -> f64 {
         let mut asked: Vec<Candidate> = grid_at(0.0).into_iter().step_by(2).collect();
-        asked.extend(about.into_iter().flat_map(|about| finer(about, ROUNDS[0].1)));
+        asked.extend(about.into_iter().flat_map(|about| self.finer(about, ROUNDS[0].1)));
         let mut turned = self.op.clone();
         // What is left over at the end stays there.
         turned[..self.instants * self.factor].reverse();
@@ -415,21 +434,11 @@ fn grid_at(place: f64) -> Vec<Candidate> {
     SHAPES.into_iter().flat_map(of).collect()
 }
 
-fn better(best: Option<(Stem, f64)>, other: (Stem, f64)) -> Option<(Stem, f64)> {
+fn better(best: Option<WithGain<Stem>>, other: WithGain<Stem>) -> Option<WithGain<Stem>> {
     match best {
         Some(best) if best.1 >= other.1 => Some(best),
         _ => Some(other),
     }
-}
-
-/// Valves about one, within a reach of ln S, J/S and first place.
-fn finer(about: Candidate, reach: [f64; 3]) -> [Candidate; SPREAD.len()] {
-    SPREAD.map(|step| Candidate {
-        s: about.s * (step[0] * reach[0]).exp(),
-        j: (about.j + step[1] * reach[1]).clamp(0.0, 1.0),
-        place: (about.place + step[2] * reach[2]).clamp(-0.99, 0.99),
-        ..about
-    })
 }
 
 /// Mean and standard deviation of what some values are likely to be, each with its gain in nats; a bin counts as

@@ -1,0 +1,8 @@
+//! The tests of `stiction-plant`, in one program: linking is what takes long.
+
+mod docs;
+mod groups;
+mod layouts;
+mod made_up;
+mod page;
+mod scan;

@@ -1,0 +1,11 @@
+//! The tests of `stiction-population`, in one program: linking is what takes long.
+
+mod diagnose;
+mod few_slips;
+mod fit;
+mod grades;
+mod long_records;
+mod measured_position;
+mod monotone;
+mod relation;
+mod verdict;

@@ -1,0 +1,8 @@
+//! The tests of `stiction-report`, in one program: linking is what takes long.
+
+mod contradictions;
+mod diagnosis;
+mod html;
+mod report;
+mod scoreboard;
+mod verdict;

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Trains the nets and the trees of the verdict, and writes crates/stiction-diagnose/model. With Rust and Python, in an
+# environment in which `pip install -r crates/stiction-train/net/requirements.txt` was done. Some two hours and 6 GB
+# of disk on two cores; the trees are the same to the bit wherever the nets are.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+members=${1:-300000}
+cache=${2:-target/training}
+model=crates/stiction-diagnose/model
+train() { cargo run --profile dist -p stiction-train -- --n "$members" --seed 1 --test 15000 --cache "$cache" "$@"; }
+
+train gather
+python crates/stiction-train/net/train.py "$cache" "$model/net.bin" --n "$members" --seed 1 --test 15000
+# The nets are compiled in.
+train hear
+train -o "$model"
