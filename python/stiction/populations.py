@@ -242,7 +242,7 @@ def population_kinds() -> dict[str, float]:
     --------
     >>> import stiction
     >>> stiction.population_kinds()["sticky valve"]
-    0.48
+    0.47
     """
     return dict(_core.population_kinds())
 

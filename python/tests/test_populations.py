@@ -36,7 +36,7 @@ def test_the_truth_is_a_table():
 
 def test_kinds():
     kinds = stiction.population_kinds()
-    assert len(kinds) == 18 and sum(kinds.values()) == pytest.approx(1)
+    assert len(kinds) == 19 and sum(kinds.values()) == pytest.approx(1)
     for kind in kinds:
         (loop,) = stiction.population(1, seed=5, kind=kind)
         assert loop.truth.kind == kind

@@ -56,7 +56,7 @@ def samples():
 
 def test_a_diagnosis_is_told_in_five_lines(found, samples):
     shown = repr(found)
-    assert shown.startswith("<Diagnosis of FIC101 (flow): sticks (probability of sticking: more than 99 %)")
+    assert shown.startswith("<Diagnosis of FIC101 (flow): sticks (probability of sticking: 99 %)")
     assert f"S {found.stiction.S.value:.2g} % of span (" in shown and "swing: every 73.9 s" in shown
     for each in samples:
         assert len(repr(each).splitlines()) <= 5 and len(repr(each)) <= LONGEST
@@ -91,7 +91,7 @@ def test_small_results_show_their_attributes():
 def test_a_card_tells_verdict_numbers_and_the_first_step(found):
     page = parsed(found._repr_html_())
     text = " ".join(page.texts)
-    for words in ("FIC101 (flow)", "sticks (probability of sticking: more than 99 %)", "every 73.9 s", "First:"):
+    for words in ("FIC101 (flow)", "sticks (probability of sticking: 99 %)", "every 73.9 s", "First:"):
         assert words in text
     assert found.verdict.confirm.instructions[0] in text
     assert f"{found.stiction.S.value:.2g} % of span" in text
