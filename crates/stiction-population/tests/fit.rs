@@ -1,5 +1,5 @@
 //! How well loops are identified from what a plant would have recorded of them. The tables of `docs/accuracy.md` are
-//! what `cargo test --release -p stiction-population --test fit -- --ignored --nocapture` prints.
+//! what `cargo test --release -p stiction-population --test population fit:: -- --ignored --nocapture` prints.
 
 use rayon::prelude::*;
 use std::collections::BTreeMap;

@@ -1,5 +1,5 @@
 //! How often the graded words are right. The table of `docs/accuracy.md` is what
-//! `cargo test --release -p stiction-population --test grades -- --ignored --nocapture` prints.
+//! `cargo test --release -p stiction-population --test population grades:: -- --ignored --nocapture` prints.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Grade, diagnose};

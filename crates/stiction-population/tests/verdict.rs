@@ -183,7 +183,7 @@ fn noisier(recording: &Recording, seed: u64) -> Recording {
 /// How often a decided verdict changes, and how often it turns into its opposite: the figures of
 /// docs/accuracy.md.
 ///
-/// `cargo test --release -p stiction-population --test verdict -- --ignored --nocapture`
+/// `cargo test --release -p stiction-population --test population verdict:: -- --ignored --nocapture`
 #[test]
 #[ignore = "1,000 loops, diagnosed six times"]
 fn decided_verdicts_stay() {
