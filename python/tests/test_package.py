@@ -44,7 +44,8 @@ def _callables():
 
 
 PUBLIC = _public()
-CALLABLES = list({name: value for name, value in _callables()}.items())
+# Sorted, so that several processes collect the same tests.
+CALLABLES = sorted({name: value for name, value in _callables()}.items(), key=lambda item: item[0])
 
 
 def _doc(value):
