@@ -54,7 +54,12 @@ def due(root: Path, name: str) -> bool:
         return True
     stored = root / ".ci" / "slow.json"
     passed = json.loads(stored.read_text()) if stored.exists() else {}
-    return passed.get(name) != fingerprint(root, CHECKS[name])
+    try:
+        return passed.get(name) != fingerprint(root, CHECKS[name])
+    except (OSError, subprocess.CalledProcessError) as error:
+        # Without git nothing is known of the files.
+        print(f"{name} is due: {error}", file=sys.stderr)
+        return True
 
 
 def store(root: Path, names: list[str]) -> None:

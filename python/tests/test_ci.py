@@ -53,6 +53,13 @@ def test_a_check_is_due_until_it_has_passed_and_after_every_change(slow, reposit
     assert slow.due(repository, "notebooks")
 
 
+def test_everything_is_due_where_there_is_no_repository(slow, repository, capsys):
+    slow.store(repository, list(slow.CHECKS))
+    shutil.rmtree(repository / ".git")
+    assert all(slow.due(repository, name) for name in slow.CHECKS)
+    assert "is due" in capsys.readouterr().err
+
+
 def test_wrong_use_is_refused(slow, repository, capsys):
     assert slow.main(repository, ["due", "none-such"]) == slow.main(repository, []) == 2
     assert "Checks: importer" in capsys.readouterr().err
