@@ -23,10 +23,11 @@ CHECKS = {
         "crates/stiction-model/src",
         "importers",
     ],
-    "notebooks": ["crates/stiction-python", "python/notebooks", "python/stiction"],
+    "notebooks": ["crates/stiction-python", "pyproject.toml", "python/notebooks", "python/stiction"],
     "spark": [
         "crates/stiction-plant/src",
         "crates/stiction-python/src/plant.rs",
+        "pyproject.toml",
         "python/stiction/plant",
         "python/tests/spark",
     ],

@@ -26,7 +26,7 @@ def repository(tmp_path, slow, monkeypatch):
     subprocess.run(["git", "init", "--quiet"], cwd=tmp_path, check=True)
     (tmp_path / ".ci").mkdir()
     for name in {each for inputs in slow.CHECKS.values() for each in inputs}:
-        path = tmp_path / name if name.endswith(".rs") else tmp_path / name / "file.txt"
+        path = tmp_path / name if Path(name).suffix else tmp_path / name / "file.txt"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(name)
     subprocess.run(["git", "add", "."], cwd=tmp_path, check=True)

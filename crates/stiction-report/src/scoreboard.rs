@@ -331,10 +331,9 @@ pub fn sureness(board: &Board) -> Option<Table> {
         table.row([of.to_owned(), those.to_owned(), share(is)])
     };
     let sticking = "sticking loops";
-    let table = row(table, "sticking loops told a limit", "that stick by more", of.above);
+    let table = row(table, "sticking loops with a limit", "whose S exceeds it", of.above);
     let table = row(table, sticking, "that are cleared", of.cleared);
-    let table =
-        row(table, "these", "that stick by more than they are told, if anything", of.cleared_above);
+    let table = row(table, "these", "whose S exceeds the reported limit, if any", of.cleared_above);
     let table = row(table, "visible and healthy loops", "with p up to 2 % or from 98 %", of.sure);
     let table = row(table, "these", "that are wrong", of.wrong);
     let limit = of.limit.map_or(DASH.to_owned(), |limit| format!("{limit:.2} %"));

@@ -234,7 +234,7 @@ impl Constraint {
             Self::Accused => "healthy accused",
             Self::OfKind => "worst kind accused",
             Self::Broken => "cleared above their limit",
-            Self::LeftOut => "wrong on families left out",
+            Self::LeftOut => "wrong decisions, plus what leaving out a family adds",
         }
     }
 

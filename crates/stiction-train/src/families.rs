@@ -498,9 +498,10 @@ impl Families {
         };
         let _ = writeln!(
             out,
-            "\nConfidence of {:.0} % is told from calibrated log-odds of {:.2} against a fault{} and {:.2} for \
-             one{}: of {} families {above} are then wrong in more than {:.0} % of at least {COUNTED} such \
-             decisions; over all, {} against and {} for. Intervals of S are stretched by {:.2}.",
+            "\nThe verdict reports {:.0} % confidence only beyond calibrated log-odds of {:.2} against a fault{} and \
+             {:.2} for one{}. There {above} of {} families are wrong in more than {:.0} % of at least {COUNTED} such \
+             decisions. Over all families, decisions against a fault are wrong in {} and decisions for one in {}. \
+             Intervals of S are stretched by {:.2}.",
             100.0 * SURE,
             clearing.reached,
             if clearing.most.is_finite() { " (never)" } else { "" },
@@ -561,6 +562,21 @@ mod tests {
         assert!((found - 1.2 * 0.885 / 0.9).abs() < 0.01, "{found}");
         assert!(poor.covered(found).value() >= 0.88);
         assert_eq!((stretch(&[&fair, &fair]), stretch(&[&worst, &worst])), (1.0, MOST_STRETCH));
+    }
+
+    #[test]
+    fn what_leaving_out_adds_is_counted_beyond_what_a_small_model_misses() {
+        // Decisions of 95 %, so many of a hundred wrong, and as many that decide nothing.
+        let with = |name: &str, wrong: usize| Left {
+            name: name.to_owned(),
+            ..left((0..100).flat_map(|k| [(3.0, k >= wrong, 1.0), (0.0, true, 1.0)]).collect())
+        };
+        let of = |wrong: usize| {
+            let left = vec![with("", 2), with("a", wrong), with("b", wrong)];
+            let confidence = confidence(&left.iter().collect::<Vec<_>>());
+            Families { left, confidence, stretch: 1.0 }.excess_beyond(0.1, 0.9)
+        };
+        assert!((of(10) - 0.08).abs() < 1e-9 && of(2).abs() < 1e-9, "{} {}", of(10), of(2));
     }
 
     #[test]

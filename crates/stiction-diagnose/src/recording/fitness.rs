@@ -574,6 +574,20 @@ mod tests {
     }
 
     #[test]
+    fn a_pv_of_two_straight_lines_is_unfit() {
+        let op: Vec<f64> = (0..800).map(|k| 50.0 + 3.0 * (k as f64 / 9.0).sin()).collect();
+        let class = |lines: usize| {
+            let length = 800 / lines;
+            let pv: Vec<f64> = (0..800)
+                .map(|k| (k % length).abs_diff(length / 2) as f64 + (k / length) as f64)
+                .collect();
+            let found = of(&op, &pv, None, None);
+            found.measures.iter().find(|m| m.id == MeasureId::CompressionFactor).map(|m| m.class)
+        };
+        assert_eq!((class(1), class(20)), (Some(Class::Unfit), Some(Class::Caveats)));
+    }
+
+    #[test]
     fn what_is_missing_doubtful_or_open_is_told() {
         let mut holes = pv();
         (0..N).step_by(8).for_each(|k| holes[k] = f64::NAN);
