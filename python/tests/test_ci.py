@@ -1,6 +1,7 @@
-"""Slow checks of CI run when what they look at has changed, and not otherwise."""
+"""The scripts of CI: slow checks run when what they look at has changed, and budgets of the build hold."""
 
 import importlib.util
+import json
 import shutil
 import subprocess
 from pathlib import Path
@@ -10,12 +11,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.fixture
-def slow():
-    spec = importlib.util.spec_from_file_location("slow", ROOT / ".ci" / "slow.py")
+def script(name):
+    spec = importlib.util.spec_from_file_location(name, ROOT / ".ci" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture
+def slow():
+    return script("slow")
 
 
 @pytest.fixture
@@ -69,3 +74,40 @@ def test_wrong_use_is_refused(slow, repository, capsys):
 def test_what_a_check_looks_at_exists(slow):
     for inputs in slow.CHECKS.values():
         assert all((ROOT / name).exists() for name in inputs)
+
+
+def committed(repository, budgets, message):
+    (repository / ".ci").mkdir(exist_ok=True)
+    (repository / ".ci" / "budget.json").write_text(json.dumps(budgets))
+    who = ["-c", "user.name=A", "-c", "user.email=a@example.org"]
+    subprocess.run(["git", "add", ".ci"], cwd=repository, check=True)
+    subprocess.run(["git", *who, "commit", "--quiet", "-m", message], cwd=repository, check=True)
+
+
+def test_a_budget_is_raised_only_by_a_commit_that_says_why(tmp_path):
+    if shutil.which("git") is None:
+        pytest.skip("git is not installed")
+    budget = script("budget")
+    subprocess.run(["git", "init", "--quiet"], cwd=tmp_path, check=True)
+    assert budget.unexplained(tmp_path) == []
+    committed(tmp_path, {"command": {"crates": 10, "own lines": 100}}, "First")
+    committed(tmp_path, {"command": {"crates": 9, "own lines": 100}}, "Fewer crates")
+    assert budget.unexplained(tmp_path) == []
+    committed(tmp_path, {"command": {"crates": 9, "own lines": 120}}, "A feature")
+    assert budget.unexplained(tmp_path) == ["command: own lines from 100 to 120"]
+    committed(tmp_path, {"command": {"crates": 9, "own lines": 130}}, "A feature\n\nBudget: it needs ten lines.")
+    assert budget.unexplained(tmp_path) == []
+
+
+def test_lines_are_those_that_a_build_may_read(tmp_path):
+    for name, text in {"src/lib.rs": "a\nb\n", "src/deep/c.rs": "c\n", "tests/t.rs": "t\n", "build.rs": "d\n", "src/e.txt": "e\n"}.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert script("budget").lines(tmp_path) == 4
+
+
+def test_what_ships_is_optimised_where_a_light_build_is_not():
+    tomllib = pytest.importorskip("tomllib")
+    profiles = tomllib.loads((ROOT / "Cargo.toml").read_text())["profile"]
+    light = {name for name, of in profiles["release"]["package"].items() if of["opt-level"] < 3}
+    assert light and light <= {name for name, of in profiles["dist"]["package"].items() if of.get("opt-level") == 3}

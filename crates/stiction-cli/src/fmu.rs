@@ -1,14 +1,14 @@
 //! `stiction fmu`: models for Simulink, OpenModelica, Dymola and every other tool that imports FMUs.
 
 use crate::files::{In, Out};
-use crate::{actions, output};
+use crate::{actions, output, progress};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction_fmu::{Fmi, Fmu, ModelEntry, Variable, models};
-use stiction_fmu_export::{Library, of_scenario, write};
+use stiction_fmu_export::{Library, PLATFORMS, Platform, of_scenario, write};
 
 /// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
 ///
@@ -105,10 +105,25 @@ pub fn run(args: Args) -> Result<()> {
         Version::Three => Fmi::V3,
     };
     let further = args.library.iter().map(|given| library(given)).collect::<Result<_>>()?;
-    let libraries = Library::built_in_and(further);
+    let libraries = libraries(further)?;
     let path = args.output.context("no output")?;
     let bytes = write(&fmu, fmi, &libraries, Some(generated_s(args.date)?))?;
     output::write(Some(&path), &bytes)
+}
+
+/// These libraries and those of our own platforms, which a build that does not ship has yet to compile.
+fn libraries(given: Vec<Library>) -> Result<Vec<Library>> {
+    let wait = PLATFORMS.iter().any(Platform::is_compiled_at_export);
+    let spinner = wait.then(|| {
+        progress::spinner(
+            "Compiling the library of FMUs. The first time this takes about a minute.",
+        )
+    });
+    let libraries = Library::own_and(given);
+    if let Some(spinner) = spinner {
+        spinner.finish_and_clear();
+    }
+    Ok(libraries?)
 }
 
 /// When the FMU is generated, seconds after the beginning of 1970 in UTC.
@@ -126,8 +141,8 @@ fn generated_s(date: Option<Timestamp>) -> Result<u64> {
 
 /// Prints the models, and the platforms that an FMU runs on.
 fn list(as_json: bool) -> Result<()> {
-    let platforms = Library::built_in().into_iter().map(|l| format!("{}-{}", l.arch, l.os));
-    let platforms: Vec<_> = platforms.collect();
+    let platforms: Vec<_> =
+        PLATFORMS.iter().map(|own| format!("{}-{}", own.arch, own.os)).collect();
     if as_json {
         return output::json(&List { models: models(), platforms });
     }

@@ -96,7 +96,7 @@ fn main() {
     std::fs::create_dir_all(&resources).unwrap();
     std::fs::write(resources.join("stiction.json"), fmu.json()).unwrap();
     let file = resources.join("library");
-    std::fs::write(&file, &stiction_fmu_export::Library::built_in()[0].bytes).unwrap();
+    std::fs::write(&file, &stiction_fmu_export::Library::own().unwrap()[0].bytes).unwrap();
     let library = Library::open(file);
     let two = black_box(Two::of(&library));
     let three = black_box(Three::of(&library));

@@ -1,23 +1,27 @@
 //! Writes functional mock-up units (FMU): a zip of `modelDescription.xml`, `resources/stiction.json`, a page that
-//! documents the model, its licences, an icon, and the library, which is built along with this crate. Whoever uses the
-//! FMU needs no compiler, and neither does whoever exports it.
+//! documents the model, its licences, an icon, and the library. Whoever uses the FMU needs no compiler, and neither does
+//! whoever exports it with what ships (the profile `dist`): the library is built in. A lighter build compiles it at the
+//! first export.
 //!
 //! ```
 //! use stiction_fmu::{Fmi, Fmu};
 //! use stiction_fmu_export::{Library, write};
 //!
 //! let valve = Fmu::new("valve", "two-phase")?.with("S", 5.0)?.with("J", 3.0)?;
-//! let bytes = write(&valve, Fmi::V2, &Library::built_in(), None)?;  // valve.fmu
+//! let bytes = write(&valve, Fmi::V2, &Library::own()?, None)?;  // valve.fmu
 //! assert!(bytes.starts_with(b"PK"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
 
+mod compile;
 mod equations;
+mod library;
 mod page;
 mod picture;
 mod scenario;
 
+pub use library::{Library, PLATFORMS, Platform};
 pub use scenario::of_scenario;
 
 use std::borrow::Cow;
@@ -43,6 +47,12 @@ pub enum Error {
     /// Two libraries are of one platform.
     #[error("there are two libraries for {0}")]
     Twice(String),
+    /// The library is not built in, and could not be compiled.
+    #[error(
+        "the library of FMUs is not part of this build and could not be compiled: {0}; build with `--profile dist`, \
+         which holds it"
+    )]
+    Compiler(String),
     /// The zip could not be written.
     #[error(transparent)]
     Zip(#[from] zip::result::ZipError),
@@ -50,42 +60,6 @@ pub enum Error {
     #[error(transparent)]
     Io(#[from] std::io::Error),
 }
-
-/// The library of one platform.
-#[derive(Debug, Clone)]
-pub struct Library {
-    /// Processor, as Rust names it, such as `x86_64`.
-    pub arch: String,
-    /// Operating system, as Rust names it, such as `linux`.
-    pub os: String,
-    /// The file.
-    pub bytes: Cow<'static, [u8]>,
-}
-
-impl Library {
-    /// Those built along with this crate: of the platform it is for, and of those that the variable
-    /// `STICTION_FMU_TARGETS` listed when it was built.
-    pub fn built_in() -> Vec<Self> {
-        let library = |&(arch, os, bytes): &(&str, &str, &'static [u8])| Self {
-            arch: arch.to_owned(),
-            os: os.to_owned(),
-            bytes: Cow::Borrowed(bytes),
-        };
-        BUILT_IN.iter().map(library).collect()
-    }
-
-    /// Those built in and these, which come in place of those of the same platform.
-    pub fn built_in_and(further: Vec<Self>) -> Vec<Self> {
-        let mut all = Self::built_in();
-        let alike = |a: &Self, b: &Self| a.arch == b.arch && a.os == b.os;
-        all.retain(|known| !further.iter().any(|given| alike(known, given)));
-        all.extend(further);
-        all
-    }
-}
-
-/// Processor, operating system and file.
-const BUILT_IN: &[(&str, &str, &[u8])] = &include!(concat!(env!("OUT_DIR"), "/libraries.rs"));
 
 /// The icon: `icon.svg` rasterised, 256 by 256 pixels.
 const ICON: &[u8] = include_bytes!("icon.png");

@@ -16,7 +16,7 @@ fn file(bytes: &[u8], name: &str) -> Vec<u8> {
 fn an_fmu_holds_all_that_belongs_to_it() {
     let valve = Fmu::new("valve", "he").unwrap().with("S", 4.0).unwrap();
     for fmi in [Fmi::V2, Fmi::V3] {
-        let libraries = Library::built_in();
+        let libraries = Library::own().unwrap();
         let moment = Some(1_772_323_200);
         let bytes = write(&valve, fmi, &libraries, moment).unwrap();
         assert_eq!(file(&bytes, "modelDescription.xml"), valve.xml(fmi, moment).into_bytes());
@@ -56,7 +56,7 @@ fn an_fmu_holds_all_that_belongs_to_it() {
 /// That of this platform first, then those that `STICTION_FMU_TARGETS` lists.
 #[test]
 fn libraries_are_of_the_platforms_asked_for() {
-    let libraries = Library::built_in();
+    let libraries = Library::own().unwrap();
     let platforms: Vec<_> = libraries.iter().map(|l| (l.arch.as_str(), l.os.as_str())).collect();
     assert_eq!(platforms[0], (std::env::consts::ARCH, std::env::consts::OS));
     let further = option_env!("STICTION_FMU_TARGETS").unwrap_or_default();
@@ -107,7 +107,7 @@ fn pages_say_what_the_model_does() {
 #[test]
 fn libraries_without_a_place_are_refused() {
     let valve = Fmu::new("valve", "he").unwrap();
-    let own = Library::built_in().swap_remove(0);
+    let own = Library::own().unwrap().swap_remove(0);
     let odd = Library { arch: "6502".to_owned(), ..own.clone() };
     assert!(write(&valve, Fmi::V2, &[odd], None).unwrap_err().to_string().contains("6502"));
     let twice = write(&valve, Fmi::V2, &[own.clone(), own], None).unwrap_err();

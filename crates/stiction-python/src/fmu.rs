@@ -14,7 +14,9 @@ pub struct Fmu(stiction_fmu::Fmu);
 
 fn refused(error: Error) -> PyErr {
     match error {
-        Error::Zip(_) | Error::Io(_) => PyRuntimeError::new_err(error.to_string()),
+        Error::Zip(_) | Error::Io(_) | Error::Compiler(_) => {
+            PyRuntimeError::new_err(error.to_string())
+        }
         _ => PyValueError::new_err(error.to_string()),
     }
 }
@@ -64,10 +66,11 @@ impl Fmu {
             .into_iter()
             .map(|(arch, os, bytes)| Library { arch, os, bytes: bytes.into() })
             .collect();
-        let all = Library::built_in_and(further);
-        let bytes = py
-            .detach(|| stiction_fmu_export::write(&self.0, fmi, &all, Some(generated_s)))
-            .map_err(refused)?;
+        let write = || {
+            let all = Library::own_and(further)?;
+            stiction_fmu_export::write(&self.0, fmi, &all, Some(generated_s))
+        };
+        let bytes = py.detach(write).map_err(refused)?;
         Ok(PyBytes::new(py, &bytes))
     }
 }

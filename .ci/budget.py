@@ -1,0 +1,91 @@
+"""Checks what must be compiled before a new user sees anything, against what we allow (`.ci/budget.json`).
+
+    python3 .ci/budget.py    # exit code 1: above the budget, or a budget was raised without a reason
+
+The README's first command compiles the command `stiction`, `pip install .` the Python module. Of each, the check counts the
+crates and the lines of their Rust sources, ours and those of others. A commit that raises a budget says why in a line of its message that begins with
+"Budget:".
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+# What is built, and the package that it is.
+BUILT = {"command": "stiction-cli", "wheel": "stiction-python"}
+# Folders of a package that a build leaves alone.
+LEFT_OUT = {"tests", "benches", "examples", "fuzz", "target", "docs"}
+
+
+def asked(*command: str, root: Path) -> str:
+    """What a program prints."""
+    return subprocess.run(command, cwd=root, capture_output=True, check=True, text=True).stdout
+
+
+def lines(package: Path) -> int:
+    """Lines of the Rust sources of a package that a build may read."""
+    sources = (path for path in package.rglob("*.rs") if not LEFT_OUT & set(path.relative_to(package).parts[:-1]))
+    return sum(path.read_bytes().count(b"\n") for path in sources)
+
+
+def compiled(root: Path, package: str) -> dict[str, tuple[bool, int]]:
+    """The crates that a package is compiled of: whether each is ours, and its lines."""
+    metadata = json.loads(asked("cargo", "metadata", "--format-version", "1", "--locked", root=root))
+    folders = {(each["name"], each["version"]): Path(each["manifest_path"]).parent for each in metadata["packages"]}
+    tree = asked("cargo", "tree", "--locked", "-p", package, "-e", "normal,build", "--prefix", "none", "-f", "{p}", root=root)
+    names = {tuple(line.split()[:2]) for line in tree.splitlines() if line.strip()}
+    packages = {name: folders[name, version.removeprefix("v")] for name, version in names}
+    return {name: (folder.is_relative_to(root), lines(folder)) for name, folder in packages.items()}
+
+
+def raised(before: dict, now: dict) -> list[str]:
+    """The budgets that are higher now than before."""
+    return [
+        f"{built}: {what} from {before[built][what]} to {most}"
+        for built, budget in now.items()
+        for what, most in budget.items()
+        if most > before.get(built, {}).get(what, most)
+    ]
+
+
+def unexplained(root: Path) -> list[str]:
+    """Budgets raised by the last commit that changed them, if its message does not say why; none where git does not answer."""
+    try:
+        commits = asked("git", "log", "-1", "--format=%H", "--", ".ci/budget.json", root=root).split()
+        if not commits:
+            return []
+        message = asked("git", "log", "-1", "--format=%B", commits[0], root=root)
+        now = json.loads(asked("git", "show", f"{commits[0]}:.ci/budget.json", root=root))
+        before = json.loads(asked("git", "show", f"{commits[0]}~:.ci/budget.json", root=root))
+    except (OSError, subprocess.CalledProcessError):
+        return []
+    return [] if any(line.startswith("Budget:") for line in message.splitlines()) else raised(before, now)
+
+
+def main() -> int:
+    root = Path(__file__).resolve().parents[1]
+    budgets = json.loads((root / ".ci" / "budget.json").read_text())
+    too_much = []
+    for built, package in BUILT.items():
+        crates = compiled(root, package)
+        found = {
+            "crates": len(crates),
+            "own lines": sum(count for own, count in crates.values() if own),
+            "other lines": sum(count for own, count in crates.values() if not own),
+        }
+        for what, most in budgets[built].items():
+            print(f"{built}: {found[what]} {what}, {most} allowed")
+            if found[what] > most:
+                largest = sorted(crates.items(), key=lambda item: -item[1][1])[:10]
+                too_much.append(
+                    f"The {built} compiles {found[what]} {what}, {most} are allowed. Largest: "
+                    + ", ".join(f"{name} {count}" for name, (_, count) in largest)
+                )
+    why = [f"Raised without a line \"Budget: ...\" in the message of the commit: {each}" for each in unexplained(root)]
+    print(*too_much, *why, sep="\n", end="\n" if too_much or why else "")
+    return 1 if too_much or why else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

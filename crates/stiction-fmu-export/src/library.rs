@@ -1,0 +1,92 @@
+//! The libraries that FMUs hold, one for each platform.
+
+use crate::Error;
+use crate::compile::Compiler;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// The library of one platform.
+#[derive(Debug, Clone)]
+pub struct Library {
+    /// Processor, as Rust names it, such as `x86_64`.
+    pub arch: String,
+    /// Operating system, as Rust names it, such as `linux`.
+    pub os: String,
+    /// The file.
+    pub bytes: Cow<'static, [u8]>,
+}
+
+/// A platform on which FMUs of this build run.
+#[derive(Debug)]
+pub struct Platform {
+    /// As Rust names it, such as `x86_64-unknown-linux-gnu`.
+    target: &'static str,
+    /// Its processor, such as `x86_64`.
+    pub arch: &'static str,
+    /// Its operating system, such as `linux`.
+    pub os: &'static str,
+    /// Its library, in what ships.
+    library: Option<&'static [u8]>,
+}
+
+/// The platform that this crate is built for, and those that the variable `STICTION_FMU_TARGETS` listed when it was built.
+pub const PLATFORMS: &[Platform] = &include!(concat!(env!("OUT_DIR"), "/platforms.rs"));
+
+impl Platform {
+    /// Whether its library has to be compiled before an FMU can be written. That takes about a minute the first time.
+    pub fn is_compiled_at_export(&self) -> bool {
+        self.library.is_none()
+    }
+
+    /// Its library: that which is built in, or compiled now from the sources of this build.
+    fn library(&self) -> Result<Library, Error> {
+        let bytes = match self.library {
+            Some(bytes) => Cow::Borrowed(bytes),
+            None => Cow::Owned(compiled(self).map_err(Error::Compiler)?),
+        };
+        Ok(Library { arch: self.arch.to_owned(), os: self.os.to_owned(), bytes })
+    }
+}
+
+impl Library {
+    /// Those of all [`PLATFORMS`].
+    ///
+    /// # Errors
+    /// If one is not built in and cannot be compiled: its sources or `cargo` are not there.
+    pub fn own() -> Result<Vec<Self>, Error> {
+        Self::own_and(vec![])
+    }
+
+    /// These, and those of all other [`PLATFORMS`].
+    ///
+    /// # Errors
+    /// As those of [`Library::own`].
+    pub fn own_and(given: Vec<Self>) -> Result<Vec<Self>, Error> {
+        let is_given = |own: &&Platform| given.iter().any(|g| g.arch == own.arch && g.os == own.os);
+        let own = PLATFORMS.iter().filter(|own| !is_given(own)).map(Platform::library);
+        let mut all = own.collect::<Result<Vec<Self>, Error>>()?;
+        all.extend(given);
+        Ok(all)
+    }
+}
+
+/// The library of a platform, compiled from the sources of this build.
+fn compiled(platform: &Platform) -> Result<Vec<u8>, String> {
+    // A build that ships has none of these, and all libraries.
+    let root = Path::new(option_env!("STICTION_FMU_ROOT").unwrap_or_default());
+    if !root.join("crates/stiction-fmu/Cargo.toml").is_file() {
+        return Err(format!("its sources are no longer in {}", root.display()));
+    }
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
+    let compiler = Compiler {
+        cargo: &cargo,
+        rustc: &rustc,
+        own: option_env!("STICTION_FMU_OWN").unwrap_or_default(),
+        flags: option_env!("STICTION_FMU_FLAGS").unwrap_or_default(),
+        root,
+        folder: Path::new(option_env!("STICTION_FMU_FOLDER").unwrap_or_default()),
+    };
+    let file = compiler.library(platform.target, platform.os)?;
+    std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))
+}
