@@ -62,3 +62,49 @@ fn every_crate_is_listed_with_what_it_says_of_itself() {
         assert!(list.lines().any(|line| line == row), "docs/crates.md lacks {row}");
     }
 }
+
+/// Times such as `3 min 44 s`, `7 min` or `45 s`, and sizes such as `46 MB`, in a text.
+fn times_and_sizes(text: &str) -> Vec<String> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let number = |word: &str| word.parse::<f64>().is_ok();
+    let unit = |word: &str| word.trim_end_matches([',', '.', ';', ':', ')']).to_owned();
+    let mut found = vec![];
+    let mut at = 0;
+    while at + 1 < words.len() {
+        let (first, of) = (words[at].trim_start_matches('('), unit(words[at + 1]));
+        at += 1;
+        if !number(first) || !["min", "s", "MB"].contains(&&*of) {
+            continue;
+        }
+        let mut all = format!("{first} {of}");
+        if of == "min" && words.get(at + 2).is_some_and(|word| unit(word) == "s") {
+            all += &format!(" {} s", words[at + 1]);
+            at += 2;
+        }
+        found.push(all);
+    }
+    found
+}
+
+#[test]
+fn what_new_users_are_told_of_times_and_sizes_was_measured() {
+    assert_eq!(
+        times_and_sizes("takes 3 min 44 s (46 MB), or 7 min, on 2 cores; 12 s."),
+        ["3 min 44 s", "46 MB", "7 min", "12 s"]
+    );
+    let read = |name: &str| std::fs::read_to_string(top().join(name)).expect("a document");
+    let benchmarks = read("BENCHMARKS.md");
+    let building = benchmarks.split_once("\n## Building").expect("a part on building").1;
+    let building = building.split("\n## ").next().unwrap_or_default();
+    let measured = times_and_sizes(&building.replace('|', " "));
+    for name in ["README.md", "CONTRIBUTING.md", "docs/start.md", "python/README.md"] {
+        let text = read(name);
+        let of_building = |line: &&str| ["build", "wheel", "clone", "MB"].iter().any(|word| line.contains(word));
+        for told in text.lines().filter(of_building).flat_map(times_and_sizes) {
+            assert!(
+                measured.contains(&told),
+                "{name} says \"{told}\", which is not in the part Building of BENCHMARKS.md"
+            );
+        }
+    }
+}
