@@ -8,6 +8,7 @@
 mod compile;
 
 use compile::{Compiler, answer};
+use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -54,24 +55,39 @@ fn main() {
         );
     }
     std::fs::write(out.join("platforms.rs"), platforms + "]\n").expect("the directory is ours");
-    if ships {
-        for source in [
-            "crates/stiction-model/src",
-            "crates/stiction-model/Cargo.toml",
-            "crates/stiction-fmu/src",
-            "crates/stiction-fmu/Cargo.toml",
-            "Cargo.toml",
-            "Cargo.lock",
-        ] {
-            println!("cargo::rerun-if-changed={}", root.join(source).display());
-        }
-    } else {
+    let sources = [
+        "crates/stiction-model/src",
+        "crates/stiction-model/Cargo.toml",
+        "crates/stiction-fmu/src",
+        "crates/stiction-fmu/Cargo.toml",
+        "Cargo.toml",
+        "Cargo.lock",
+    ]
+    .map(|source| root.join(source));
+    for source in &sources {
+        println!("cargo::rerun-if-changed={}", source.display());
+    }
+    if !ships {
+        let mut hash = DefaultHasher::new();
+        sources.iter().for_each(|source| hashed(source, &mut hash));
         println!("cargo::rerun-if-changed=build.rs");
         println!("cargo::rerun-if-changed=src/compile.rs");
         println!("cargo::rustc-env=STICTION_FMU_OWN={own}");
         println!("cargo::rustc-env=STICTION_FMU_FLAGS={}", compiler.flags);
         println!("cargo::rustc-env=STICTION_FMU_ROOT={}", root.display());
         println!("cargo::rustc-env=STICTION_FMU_FOLDER={}", folder.display());
+        println!("cargo::rustc-env=STICTION_FMU_SOURCES={:016x}", hash.finish());
+    }
+}
+
+/// Adds the contents of a file, or of all files below a folder.
+fn hashed(path: &Path, hash: &mut DefaultHasher) {
+    if let Ok(entries) = std::fs::read_dir(path) {
+        let mut below: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+        below.sort();
+        below.iter().for_each(|path| hashed(path, hash));
+    } else {
+        hash.write(&std::fs::read(path).expect("a source can be read"));
     }
 }
 

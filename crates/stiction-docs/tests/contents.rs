@@ -99,7 +99,8 @@ fn what_new_users_are_told_of_times_and_sizes_was_measured() {
     let measured = times_and_sizes(&building.replace('|', " "));
     for name in ["README.md", "CONTRIBUTING.md", "docs/start.md", "python/README.md"] {
         let text = read(name);
-        let of_building = |line: &&str| ["build", "wheel", "clone", "MB"].iter().any(|word| line.contains(word));
+        let of_building =
+            |line: &&str| ["build", "wheel", "clone", "MB"].iter().any(|word| line.contains(word));
         for told in text.lines().filter(of_building).flat_map(times_and_sizes) {
             assert!(
                 measured.contains(&told),

@@ -33,7 +33,7 @@ pub struct Platform {
 pub const PLATFORMS: &[Platform] = &include!(concat!(env!("OUT_DIR"), "/platforms.rs"));
 
 impl Platform {
-    /// Whether its library has to be compiled before an FMU can be written. That takes about a minute the first time.
+    /// Whether its library may have to be compiled before an FMU can be written. That takes about a minute, once.
     pub fn is_compiled_at_export(&self) -> bool {
         self.library.is_none()
     }
@@ -70,10 +70,16 @@ impl Library {
     }
 }
 
-/// The library of a platform, compiled from the sources of this build.
+/// The library of a platform, compiled from the sources of this build, or as it was when that was done before.
 fn compiled(platform: &Platform) -> Result<Vec<u8>, String> {
     // A build that ships has none of these, and all libraries.
     let root = Path::new(option_env!("STICTION_FMU_ROOT").unwrap_or_default());
+    let folder = Path::new(option_env!("STICTION_FMU_FOLDER").unwrap_or_default());
+    let sources = option_env!("STICTION_FMU_SOURCES").unwrap_or_default();
+    let kept = folder.join(format!("{}-{sources}.bin", platform.target));
+    if let Ok(bytes) = std::fs::read(&kept) {
+        return Ok(bytes);
+    }
     if !root.join("crates/stiction-fmu/Cargo.toml").is_file() {
         return Err(format!("its sources are no longer in {}", root.display()));
     }
@@ -85,8 +91,12 @@ fn compiled(platform: &Platform) -> Result<Vec<u8>, String> {
         own: option_env!("STICTION_FMU_OWN").unwrap_or_default(),
         flags: option_env!("STICTION_FMU_FLAGS").unwrap_or_default(),
         root,
-        folder: Path::new(option_env!("STICTION_FMU_FOLDER").unwrap_or_default()),
+        folder,
     };
     let file = compiler.library(platform.target, platform.os)?;
-    std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))
+    let bytes = std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+    // Renamed into place, so that another export never reads half of it. Where it cannot be kept, it is compiled again.
+    let beside = folder.join(format!("{}-{}.part", platform.target, std::process::id()));
+    let _ = std::fs::write(&beside, &bytes).and_then(|()| std::fs::rename(&beside, &kept));
+    Ok(bytes)
 }
