@@ -18,13 +18,12 @@ use std::fmt::Write;
 
 use kuva::RasterBackend;
 use kuva::backend::svg::SvgBackend;
-use kuva::plot::ColorMap;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor, TextSpan};
 use maud::{PreEscaped, html};
 
 use super::geometry::{Point, Rect};
-use super::palette::{Dash, INK, Marker, Rgb};
+use super::palette::{Dash, Marker, Rgb};
 use super::pixels::Pixels;
 use super::text;
 use crate::error::Error;
@@ -353,11 +352,6 @@ impl Canvas {
         let png = backend.render_scene(&self.scene).map_err(Error::Png)?;
         Pixels::from_png(&png).map_err(|e| Error::Png(e.to_string()))
     }
-}
-
-/// The colour of a value, from 0 (dark) to 1 (bright): Viridis, which colour-blind readers can order too.
-pub(super) fn shade(fraction: f64) -> Rgb {
-    ColorMap::Viridis.map_rgb(fraction).unwrap_or(INK)
 }
 
 fn paint((r, g, b): Rgb) -> Color {
