@@ -134,7 +134,7 @@ impl Heat {
     }
 
     /// Paints the map.
-    pub(super) fn paint_tiles(&self, canvas: &mut Canvas, view: &View) {
+    pub(super) fn paint_tiles(&self, canvas: &mut Canvas<'_>, view: &View) {
         let axis = self.axis(view.frame.h);
         let colour = |tile: &Tile| match (tile, &axis) {
             (Tile::Value(value), Some(axis)) => shade(axis.fraction(*value)),
@@ -160,7 +160,7 @@ impl Heat {
     }
 
     /// Paints the bar and the keys, to the right of the frame.
-    pub(super) fn paint_key(&self, canvas: &mut Canvas, frame: &Rect) {
+    pub(super) fn paint_key(&self, canvas: &mut Canvas<'_>, frame: &Rect) {
         let small = f64::from(TICK_LABEL);
         let left = frame.right() + ASIDE;
         let keys = self.keys();
