@@ -3,7 +3,7 @@
 //! A [`Figure`] is a grid of [`Panel`]s; a panel is a pair of axes with [`Series`] and
 //! [`Annotation`]s in data coordinates. Nothing here knows about pixels: the submodules choose
 //! ranges and ticks (`axis`), reduce long series (`reduce`), place things (`layout`, `legend`,
-//! `annotate`) and draw (`paint`, on a `canvas`, the only file that knows the drawing crate).
+//! `annotate`) and draw (`paint`, on a `canvas`), as text (`svg`) or as `pixels` (`coverage`, `font`).
 //!
 //! Panels of one column that stand directly above each other and share their x label are given
 //! the same x range, and only the lowest carries the tick labels.
@@ -30,7 +30,9 @@ mod annotate;
 mod axis;
 mod canvas;
 mod clock;
+mod coverage;
 mod curve;
+mod font;
 mod geometry;
 mod heat;
 mod layout;
@@ -40,10 +42,13 @@ mod paint;
 mod palette;
 mod pixels;
 mod reduce;
+mod svg;
 mod text;
 
 use crate::error::Error;
-use canvas::Target;
+use paint::paint;
+use pixels::Pixels;
+use svg::Svg;
 
 pub use clock::instant;
 pub use heat::{Heat, Tile};
@@ -342,7 +347,7 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn svg(&self) -> Result<String, Error> {
         self.check()?;
-        Ok(paint::paint(self, Target::Svg).into_svg(&self.title, &self.caption))
+        Ok(self.document(None))
     }
 
     /// The picture as an SVG with what a script needs to read values from it and to zoom.
@@ -354,9 +359,7 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn live(&self, id: &str) -> Result<Live, Error> {
         self.check()?;
-        let target = Target::Page { id: id.to_owned() };
-        let svg = paint::paint(self, target).into_svg(&self.title, &self.caption);
-        Ok(Live { svg, data: live::data(self) })
+        Ok(Live { svg: self.document(Some(id)), data: live::data(self) })
     }
 
     /// The picture as a PNG file with two pixels to the px, lettered in a bundled font.
@@ -367,7 +370,13 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn png(&self) -> Result<Vec<u8>, Error> {
         self.check()?;
-        paint::paint(self, Target::Png).into_png()
+        paint(self, Pixels::new).into_png()
+    }
+
+    /// The picture as SVG; `page` names it on a live page.
+    fn document(&self, page: Option<&str>) -> String {
+        let sheet = |width, height| Svg::new(width, height, page.map(str::to_owned));
+        paint(self, sheet).into_document(&self.title, &self.caption)
     }
 
     /// Whether the figure can be drawn; everything after this may take it for sound.

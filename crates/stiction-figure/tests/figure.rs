@@ -89,6 +89,31 @@ fn a_png_has_two_pixels_to_the_px() {
 }
 
 #[test]
+fn a_png_shows_line_labels_and_title() {
+    let line = Series::line("a", [0.0, 1.0], [0.0, 0.0]);
+    let panel = Panel::new("abscissa", "ordinate").with(line).x_range(0.0, 1.0).y_range(-1.0, 1.0);
+    let png = Figure::new("Title").with(panel).png().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut rgb).unwrap();
+    let (width, height) = (info.width as usize, info.height as usize);
+    let blue = |row: usize| rgb[3 * (row * width + width / 2)..][..3] == [0x00, 0x72, 0xb2];
+    // The line crosses the middle of the sheet once, and is about three pixels wide.
+    let rows: Vec<usize> = (0..height).filter(|row| blue(*row)).collect();
+    assert!((2..=4).contains(&rows.len()) && rows[rows.len() - 1] - rows[0] < 4, "{rows:?}");
+    let dark = |columns: std::ops::Range<usize>, rows: std::ops::Range<usize>| {
+        rows.flat_map(|row| columns.clone().map(move |column| 3 * (row * width + column)))
+            .filter(|at| rgb[*at] < 0x60)
+            .count()
+    };
+    let (middle, line) = (width / 2, rows[0]);
+    assert!(dark(middle - 60..middle + 60, 10..60) > 300, "the title");
+    assert!(dark(middle - 100..middle + 100, height - 50..height) > 200, "the label below");
+    assert!(dark(0..50, line - 90..line + 90) > 200, "the label that reads upwards");
+    assert_eq!(dark(0..50, 0..line - 120), 0, "nothing above it");
+}
+
+#[test]
 fn malformed_figures_are_refused_in_sentences() {
     let panel = |series: Series| Panel::new("x", "y").with(series);
     let sound = || panel(Series::line("a", [0.0, 1.0], [0.0, 1.0]));

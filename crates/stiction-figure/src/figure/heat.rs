@@ -1,12 +1,12 @@
 //! A map: a quantity over the plane, in colours, with a bar that says which colour is which value.
 
 use super::axis::{self, Axis};
-use super::canvas::{Anchor, Canvas, Lettering, shade};
+use super::canvas::{Anchor, Canvas, Lettering};
 use super::curve::edges;
 use super::geometry::{Point, Rect};
 use super::layout::{GAP, LABEL, TICK, TICK_LABEL, View};
 use super::paint::{FRAME, MIDDLE, lettering};
-use super::palette::{EMPTY, Rgb, UNKNOWN};
+use super::palette::{EMPTY, Rgb, STEPS, UNKNOWN, shade};
 use super::{Scale, drawable, text};
 
 /// A quantity over the plane.
@@ -39,8 +39,6 @@ pub enum Tile {
     Unknown,
 }
 
-/// Colours told apart: more than an eye does, and few enough that most neighbours share one.
-const SHADES: f64 = 128.0;
 /// Between frame and bar, px.
 const ASIDE: f64 = 14.0;
 /// Width of the bar, px.
@@ -136,12 +134,10 @@ impl Heat {
     }
 
     /// Paints the map.
-    pub(super) fn paint_tiles(&self, canvas: &mut Canvas, view: &View) {
+    pub(super) fn paint_tiles(&self, canvas: &mut Canvas<'_>, view: &View) {
         let axis = self.axis(view.frame.h);
         let colour = |tile: &Tile| match (tile, &axis) {
-            (Tile::Value(value), Some(axis)) => {
-                shade((axis.fraction(*value) * SHADES).round() / SHADES)
-            }
+            (Tile::Value(value), Some(axis)) => shade(axis.fraction(*value)),
             (Tile::Unknown, _) => UNKNOWN,
             _ => EMPTY,
         };
@@ -164,7 +160,7 @@ impl Heat {
     }
 
     /// Paints the bar and the keys, to the right of the frame.
-    pub(super) fn paint_key(&self, canvas: &mut Canvas, frame: &Rect) {
+    pub(super) fn paint_key(&self, canvas: &mut Canvas<'_>, frame: &Rect) {
         let small = f64::from(TICK_LABEL);
         let left = frame.right() + ASIDE;
         let keys = self.keys();
@@ -179,13 +175,14 @@ impl Heat {
         let below = if keys.is_empty() { 0.0 } else { keys.len() as f64 * KEY_LINE + GAP };
         let bar = Rect::new(left, frame.y, BAR, (frame.h - below).max(40.0));
         let Some(axis) = self.axis(bar.h) else { return };
-        let shades: Vec<(Rect, Rgb)> = (0..=SHADES as usize)
+        let shades: Vec<(Rect, Rgb)> = (0..=STEPS)
             .map(|k| {
                 // A value shows the shade next to it, so that the first and the last are half as high.
-                let at = |k: f64| bar.bottom() - bar.h * (k / SHADES).clamp(0.0, 1.0);
+                let fraction = |k: f64| (k / STEPS as f64).clamp(0.0, 1.0);
+                let at = |k: f64| bar.bottom() - bar.h * fraction(k);
                 let k = k as f64;
                 let (top, bottom) = (at(k + 0.5), at(k - 0.5));
-                (Rect::new(bar.x, top, bar.w, bottom - top), shade(k / SHADES))
+                (Rect::new(bar.x, top, bar.w, bottom - top), shade(fraction(k)))
             })
             .collect();
         canvas.tiles(&shades);

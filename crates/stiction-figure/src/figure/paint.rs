@@ -1,7 +1,7 @@
 //! Draws a laid-out figure.
 
 use super::annotate::{self, Mark};
-use super::canvas::{Anchor, Canvas, Lettering, Stroke, Target};
+use super::canvas::{Anchor, Canvas, Lettering, Stroke, Surface};
 use super::curve::{Curve, RADIUS};
 use super::geometry::{Point, Rect};
 use super::layout::{Cell, GAP, LABEL, PANEL_TITLE, STRIP_TEXT, Sheet, TICK, TICK_LABEL, TITLE};
@@ -27,10 +27,15 @@ const X_TICKS: &str = "x-ticks";
 /// Half the height of a capital letter, in units of the font size.
 pub(super) const MIDDLE: f64 = 0.365;
 
-/// Draws a sound figure.
-pub(super) fn paint(figure: &Figure, target: Target) -> Canvas {
+/// Draws a sound figure on the surface that is made for its width and height.
+pub(super) fn paint<S: Surface>(figure: &Figure, surface: impl FnOnce(f64, f64) -> S) -> S {
     let sheet = Sheet::new(figure);
-    let mut canvas = Canvas::new(target, sheet.width, sheet.height);
+    let mut surface = surface(sheet.width.ceil(), sheet.height.ceil());
+    paint_sheet(&mut Canvas::on(&mut surface), figure, &sheet);
+    surface
+}
+
+fn paint_sheet(canvas: &mut Canvas<'_>, figure: &Figure, sheet: &Sheet) {
     let title = Lettering { bold: true, ..lettering(TITLE, Anchor::Middle) };
     let mut base = 10.0 + f64::from(TITLE);
     for line in &sheet.title {
@@ -40,14 +45,13 @@ pub(super) fn paint(figure: &Figure, target: Target) -> Canvas {
     for (panel, cell) in figure.panels.iter().zip(&sheet.cells) {
         canvas.part("panel", |canvas| paint_panel(canvas, panel, cell));
     }
-    canvas
 }
 
 pub(super) fn lettering(size: u32, anchor: Anchor) -> Lettering {
     Lettering { size, anchor, bold: false, upright: false, colour: INK }
 }
 
-fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
+fn paint_panel(canvas: &mut Canvas<'_>, panel: &Panel, cell: &Cell) {
     let view = &cell.view;
     let frame = &view.frame;
     let series = panel.series.iter().zip(&cell.looks);
@@ -117,7 +121,7 @@ fn paint_panel(canvas: &mut Canvas, panel: &Panel, cell: &Cell) {
 }
 
 /// Paints within `rect` what a reader's zoom moves along x.
-fn paint_moving(canvas: &mut Canvas, rect: &Rect, draw: impl FnOnce(&mut Canvas)) {
+fn paint_moving(canvas: &mut Canvas<'_>, rect: &Rect, draw: impl FnOnce(&mut Canvas<'_>)) {
     if !canvas.is_page() {
         return draw(canvas);
     }
@@ -127,14 +131,18 @@ fn paint_moving(canvas: &mut Canvas, rect: &Rect, draw: impl FnOnce(&mut Canvas)
 }
 
 /// Paints what moves with the anchor of a note.
-fn paint_anchored(canvas: &mut Canvas, note: &annotate::Note, draw: impl FnOnce(&mut Canvas)) {
+fn paint_anchored(
+    canvas: &mut Canvas<'_>,
+    note: &annotate::Note,
+    draw: impl FnOnce(&mut Canvas<'_>),
+) {
     match note.anchor {
         Some(x) => canvas.part_at(NOTE, x, draw),
         None => draw(canvas),
     }
 }
 
-fn paint_curve(canvas: &mut Canvas, curve: &Curve, look: &Look) {
+fn paint_curve(canvas: &mut Canvas<'_>, curve: &Curve, look: &Look) {
     match curve {
         Curve::Lines(runs) => canvas.lines(runs, &pen(look)),
         Curve::Points(points, marker) => canvas.markers(points, *marker, RADIUS, look.colour),
@@ -146,7 +154,7 @@ fn paint_curve(canvas: &mut Canvas, curve: &Curve, look: &Look) {
 }
 
 /// The strip above the frame, with the words that have room.
-fn paint_strip(canvas: &mut Canvas, strip: &Strip, cell: &Cell) {
+fn paint_strip(canvas: &mut Canvas<'_>, strip: &Strip, cell: &Cell) {
     let rect = cell.strip_rect();
     let at = |x: f64| {
         let x = cell.view.place((x, cell.view.y.lo)).x;
@@ -188,7 +196,7 @@ fn pen(look: &Look) -> Stroke {
     Stroke { colour: look.colour, width, dash: look.dash }
 }
 
-fn paint_grid(canvas: &mut Canvas, cell: &Cell) {
+fn paint_grid(canvas: &mut Canvas<'_>, cell: &Cell) {
     let (view, frame) = (&cell.view, &cell.view.frame);
     let vertical = view.x.ticks.iter().map(|tick| {
         let x = view.place((tick.at, view.y.lo)).x;
@@ -207,7 +215,7 @@ fn paint_grid(canvas: &mut Canvas, cell: &Cell) {
     }
 }
 
-fn paint_axes(canvas: &mut Canvas, cell: &Cell) {
+fn paint_axes(canvas: &mut Canvas<'_>, cell: &Cell) {
     let (view, frame) = (&cell.view, &cell.view.frame);
     let small = f64::from(TICK_LABEL);
     let mut ticks = Vec::new();
@@ -259,7 +267,7 @@ fn paint_axes(canvas: &mut Canvas, cell: &Cell) {
     canvas.lines(&ticks, &FRAME);
 }
 
-fn paint_note(canvas: &mut Canvas, note: &annotate::Note) {
+fn paint_note(canvas: &mut Canvas<'_>, note: &annotate::Note) {
     let size = f64::from(annotate::SIZE);
     for (i, line) in note.lines.iter().enumerate() {
         let y = note.rect.y + (i as f64 + 0.5) * size * text::LINE + MIDDLE * size;
@@ -268,7 +276,7 @@ fn paint_note(canvas: &mut Canvas, note: &annotate::Note) {
     }
 }
 
-fn paint_legend(canvas: &mut Canvas, legend: &Placed, cell: &Cell) {
+fn paint_legend(canvas: &mut Canvas<'_>, legend: &Placed, cell: &Cell) {
     let frame = &cell.view.frame;
     let raised = if legend.inside { 0.0 } else { cell.note_height() + cell.strip_height() };
     let corner = Point::new(frame.x + legend.rect.x, frame.y + legend.rect.y - raised);

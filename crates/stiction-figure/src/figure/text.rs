@@ -61,3 +61,10 @@ pub(super) fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
     }
     lines
 }
+
+/// `text` without characters that XML forbids.
+pub(super) fn printable(text: &str) -> String {
+    let clean =
+        |c: char| if c.is_control() || c == '\u{fffe}' || c == '\u{ffff}' { ' ' } else { c };
+    text.chars().map(clean).collect()
+}
