@@ -1,5 +1,6 @@
 //! Whether the data of a loop can answer at all.
 
+use crate::table::{named_cell, written_by_name};
 use crate::window::WindowRow;
 use stiction_diagnose::diagnose::Silence;
 
@@ -23,6 +24,9 @@ pub enum Health {
     #[default]
     Good,
 }
+
+named_cell!(Health);
+written_by_name!(Health);
 
 impl Health {
     /// All of them, the worst first.

@@ -23,6 +23,7 @@ pub mod judge;
 pub mod log;
 pub mod orders;
 pub mod page;
+pub mod parquet_file;
 pub mod plant_file;
 pub mod propose;
 pub mod ranking;

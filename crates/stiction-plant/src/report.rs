@@ -19,11 +19,12 @@ use crate::groups::{self, Group, GroupOptions, LoopOfWeek};
 use crate::log::Log;
 use crate::orders::{Order, orders};
 use crate::page;
+use crate::parquet_file;
 use crate::plant_file::Plant;
 use crate::ranking::{LoopRow, Ranked, Ranking, rank};
 use crate::scan::recordings_of;
 use crate::store::{Store, write_whole};
-use crate::table::{columns, parquet};
+use crate::table::{Row, columns};
 use crate::trace::Trace;
 use crate::week::Week;
 use crate::window::{ENGINE_VERSION, WindowRow};
@@ -420,8 +421,8 @@ fn write_tables(
     let names = LoopRow::columns().into_iter().map(|column| column.name);
     let csv = csv(names, loops.iter().map(LoopRow::cells));
     write("ranking.csv", csv.map_err(|e| refused("ranking.csv", e.to_string()))?.as_bytes())?;
-    let batch = LoopRow::batch(&loops).map_err(|e| refused("ranking.parquet", e.to_string()))?;
-    let bytes = parquet(&batch).map_err(|e| refused("ranking.parquet", e.to_string()))?;
+    let bytes =
+        parquet_file::bytes(&loops).map_err(|e| refused("ranking.parquet", e.to_string()))?;
     write("ranking.parquet", &bytes)?;
     let document = RankingDocument {
         plant: &ranking.plant,
@@ -452,8 +453,7 @@ fn write_tables(
         group.members.iter().map(row).collect::<Vec<_>>()
     };
     let rows: Vec<GroupRow> = groups.iter().flat_map(of_group).collect();
-    let batch = GroupRow::batch(&rows).map_err(|e| refused("groups.parquet", e.to_string()))?;
-    let bytes = parquet(&batch).map_err(|e| refused("groups.parquet", e.to_string()))?;
+    let bytes = parquet_file::bytes(&rows).map_err(|e| refused("groups.parquet", e.to_string()))?;
     write("groups.parquet", &bytes)
 }
 

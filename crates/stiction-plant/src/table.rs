@@ -1,18 +1,6 @@
-//! Tables that are declared once: the struct of a row, its columns in Arrow and Parquet, its JSON and CSV, and the
+//! Tables that are declared once: the struct of a row, its columns in memory and in Parquet, its JSON and CSV, and the
 //! table of documentation come from one declaration.
 
-use crate::action::Action;
-use crate::change::Change;
-use crate::health::Health;
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int64Type};
-use arrow_array::{
-    Array, ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray,
-};
-use arrow_schema::{DataType, Field, Schema};
-use parquet::arrow::ArrowWriter;
-use parquet::basic::Compression;
-use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
 use std::sync::Arc;
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 
@@ -23,54 +11,171 @@ pub struct Column {
     pub name: &'static str,
     /// Its unit; empty for what has none.
     pub unit: &'static str,
-    /// Its type: `text`, `number`, `count` or `flag`.
-    pub kind: &'static str,
+    /// What its cells are.
+    pub kind: Kind,
     /// Whether a cell may be empty.
     pub optional: bool,
     /// What it means.
     pub meaning: String,
 }
 
+/// What the cells of a column are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Text.
+    Text,
+    /// Numbers.
+    Number,
+    /// Whole numbers.
+    Count,
+    /// True or false.
+    Flag,
+    /// Times: whole numbers, ms since 1970-01-01 UTC.
+    Time,
+    /// Lists of steps: small whole numbers, of which some may be missing.
+    Steps,
+}
+
+impl Kind {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Number => "number",
+            Self::Count => "count",
+            Self::Flag => "flag",
+            Self::Time => "time",
+            Self::Steps => "list",
+        }
+    }
+
+    /// Its name in the language of Spark.
+    pub fn sql(self) -> &'static str {
+        match self {
+            Self::Text => "STRING",
+            Self::Number => "DOUBLE",
+            Self::Count => "BIGINT",
+            Self::Flag => "BOOLEAN",
+            Self::Time => "TIMESTAMP",
+            Self::Steps => "ARRAY<SMALLINT>",
+        }
+    }
+}
+
+/// What stands for a step that is missing.
+pub const MISSING: i16 = i16::MIN;
+
+/// The cells of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Text; equal texts that follow each other are best one.
+    Text(Vec<Option<Arc<str>>>),
+    /// Numbers.
+    Number(Vec<Option<f64>>),
+    /// Whole numbers, or times.
+    Count(Vec<Option<i64>>),
+    /// True or false.
+    Flag(Vec<Option<bool>>),
+    /// Lists of steps, [`MISSING`] for one that is.
+    Steps(Vec<Vec<i16>>),
+    /// So many of another kind, which no row holds.
+    Other(usize),
+}
+
+impl Cells {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Text(cells) => cells.len(),
+            Self::Number(cells) => cells.len(),
+            Self::Count(cells) => cells.len(),
+            Self::Flag(cells) => cells.len(),
+            Self::Steps(cells) => cells.len(),
+            Self::Other(cells) => *cells,
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A table, column by column.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Its columns, by name, all of one length.
+    pub columns: Vec<(String, Cells)>,
+}
+
+impl Table {
+    /// How many rows it has.
+    pub fn len(&self) -> usize {
+        self.columns.first().map_or(0, |(_, cells)| cells.len())
+    }
+
+    /// Whether it has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The cells of a column. One whose cells may be empty may be missing: an earlier version did not know it.
+    ///
+    /// # Errors
+    /// If it is not there but must be, is of another type, or lacks a cell that it must have.
+    pub fn column<T: Cell>(&self, name: &str) -> Result<Vec<T>, String> {
+        let Some((_, cells)) = self.columns.iter().find(|(own, _)| own == name) else {
+            let none = T::none().ok_or_else(|| format!("has no column \"{name}\""))?;
+            return Ok(vec![none; self.len()]);
+        };
+        let wrong = |row| format!("row {}, column \"{name}\" is not a {}", row + 1, T::KIND.name());
+        (0..cells.len()).map(|row| T::of(cells, row).ok_or_else(|| wrong(row))).collect()
+    }
+}
+
 /// What a cell of a column can be.
-pub trait Cell: Sized {
-    /// Its type in words, in Arrow, and in the language of Spark.
-    const KIND: (&'static str, DataType, &'static str);
-    /// Whether it may be empty.
-    const OPTIONAL: bool;
+pub trait Cell: Clone {
+    /// What its column is.
+    const KIND: Kind;
+    /// An empty cell, if it may be one.
+    fn none() -> Option<Self>;
     /// Cells as a column.
-    fn array(cells: Vec<Self>) -> ArrayRef;
+    fn cells(cells: Vec<Self>) -> Cells;
     /// The cell of a row; `None` if the column is of another type, or the cell empty that must not be.
-    fn of(array: &dyn Array, row: usize) -> Option<Self>;
+    fn of(cells: &Cells, row: usize) -> Option<Self>;
     /// The cell as text for people's tables; empty for none.
     fn text(&self) -> String;
 }
 
-/// A type of cells that are always there, and the same that may be empty.
+/// Cells that may be empty, of those that are always there.
 macro_rules! cell {
-    ($type:ty, $kind:literal, $sql:literal, $arrow:expr, $array:ty, $cast:expr) => {
+    ($type:ty, $kind:ident, $in:expr, $out:expr) => {
         impl Cell for $type {
-            const KIND: (&'static str, DataType, &'static str) = ($kind, $arrow, $sql);
-            const OPTIONAL: bool = false;
-            fn array(cells: Vec<Self>) -> ArrayRef {
-                Arc::new(<$array>::from(cells))
+            const KIND: Kind = Kind::$kind;
+            fn none() -> Option<Self> {
+                None
             }
-            fn of(array: &dyn Array, row: usize) -> Option<Self> {
-                Option::<$type>::of(array, row)?
+            fn cells(cells: Vec<Self>) -> Cells {
+                Cells::$kind(cells.into_iter().map($in).map(Some).collect())
+            }
+            fn of(cells: &Cells, row: usize) -> Option<Self> {
+                Option::<$type>::of(cells, row)?
             }
             fn text(&self) -> String {
                 self.to_string()
             }
         }
         impl Cell for Option<$type> {
-            const KIND: (&'static str, DataType, &'static str) = ($kind, $arrow, $sql);
-            const OPTIONAL: bool = true;
-            fn array(cells: Vec<Self>) -> ArrayRef {
-                Arc::new(<$array>::from(cells))
+            const KIND: Kind = Kind::$kind;
+            fn none() -> Option<Self> {
+                Some(None)
             }
-            fn of(array: &dyn Array, row: usize) -> Option<Self> {
-                let cast = $cast;
-                let array = cast(array)?;
-                Some(array.is_valid(row).then(|| array.value(row).into()))
+            fn cells(cells: Vec<Self>) -> Cells {
+                Cells::$kind(cells.into_iter().map(|cell| cell.map($in)).collect())
+            }
+            fn of(cells: &Cells, row: usize) -> Option<Self> {
+                let Cells::$kind(cells) = cells else { return None };
+                Some(cells.get(row)?.as_ref().map($out))
             }
             fn text(&self) -> String {
                 self.as_ref().map(ToString::to_string).unwrap_or_default()
@@ -79,49 +184,63 @@ macro_rules! cell {
     };
 }
 
-cell!(
-    String,
-    "text",
-    "STRING",
-    DataType::Utf8,
-    StringArray,
-    |a| <dyn Array>::as_string_opt::<i32>(a)
-);
-cell!(f64, "number", "DOUBLE", DataType::Float64, Float64Array, |a| {
-    <dyn Array>::as_primitive_opt::<Float64Type>(a)
-});
-cell!(i64, "count", "BIGINT", DataType::Int64, Int64Array, |a| {
-    <dyn Array>::as_primitive_opt::<Int64Type>(a)
-});
-cell!(bool, "flag", "BOOLEAN", DataType::Boolean, BooleanArray, |a| <dyn Array>::as_boolean_opt(a));
+cell!(String, Text, Arc::from, |text: &Arc<str>| text.to_string());
+cell!(f64, Number, |number| number, |number| *number);
+cell!(i64, Count, |count| count, |count| *count);
+cell!(bool, Flag, |flag| flag, |flag| *flag);
+
+impl Cell for Vec<i16> {
+    const KIND: Kind = Kind::Steps;
+    fn none() -> Option<Self> {
+        None
+    }
+    fn cells(cells: Vec<Self>) -> Cells {
+        Cells::Steps(cells)
+    }
+    fn of(cells: &Cells, row: usize) -> Option<Self> {
+        let Cells::Steps(cells) = cells else { return None };
+        cells.get(row).cloned()
+    }
+    fn text(&self) -> String {
+        let step = |step: &i16| if *step == MISSING { String::new() } else { step.to_string() };
+        self.iter().map(step).collect::<Vec<_>>().join(" ")
+    }
+}
 
 /// A type of cells that has names for its values, `ALL` of them known, and the same that may be empty.
 macro_rules! named_cell {
     ($type:ty) => {
-        impl Cell for $type {
-            const KIND: (&'static str, DataType, &'static str) = ("text", DataType::Utf8, "STRING");
-            const OPTIONAL: bool = false;
-            fn array(cells: Vec<Self>) -> ArrayRef {
-                Arc::new(cells.iter().map(|cell| Some(cell.name())).collect::<StringArray>())
+        impl $crate::table::Cell for $type {
+            const KIND: $crate::table::Kind = $crate::table::Kind::Text;
+            fn none() -> Option<Self> {
+                None
             }
-            fn of(array: &dyn Array, row: usize) -> Option<Self> {
-                Option::<$type>::of(array, row)?
+            fn cells(cells: Vec<Self>) -> $crate::table::Cells {
+                $crate::table::Cell::cells(cells.into_iter().map(Some).collect::<Vec<_>>())
+            }
+            fn of(cells: &$crate::table::Cells, row: usize) -> Option<Self> {
+                <Option<$type> as $crate::table::Cell>::of(cells, row)?
             }
             fn text(&self) -> String {
                 self.name().to_owned()
             }
         }
-        impl Cell for Option<$type> {
-            const KIND: (&'static str, DataType, &'static str) = ("text", DataType::Utf8, "STRING");
-            const OPTIONAL: bool = true;
-            fn array(cells: Vec<Self>) -> ArrayRef {
-                let name = |cell: &Option<$type>| cell.map(<$type>::name);
-                Arc::new(cells.iter().map(name).collect::<StringArray>())
+        impl $crate::table::Cell for Option<$type> {
+            const KIND: $crate::table::Kind = $crate::table::Kind::Text;
+            fn none() -> Option<Self> {
+                Some(None)
             }
-            fn of(array: &dyn Array, row: usize) -> Option<Self> {
-                match Option::<String>::of(array, row)? {
+            fn cells(cells: Vec<Self>) -> $crate::table::Cells {
+                let name = |cell: Option<$type>| cell.map(|one| one.name().into());
+                $crate::table::Cells::Text(cells.into_iter().map(name).collect())
+            }
+            fn of(cells: &$crate::table::Cells, row: usize) -> Option<Self> {
+                let $crate::table::Cells::Text(cells) = cells else { return None };
+                match cells.get(row)? {
                     None => Some(None),
-                    Some(name) => <$type>::ALL.into_iter().find(|one| one.name() == name).map(Some),
+                    Some(name) => {
+                        <$type>::ALL.into_iter().find(|one| one.name() == &**name).map(Some)
+                    }
                 }
             }
             fn text(&self) -> String {
@@ -130,19 +249,20 @@ macro_rules! named_cell {
         }
     };
 }
+pub(crate) use named_cell;
 
 named_cell!(Grade);
 named_cell!(Cause);
-named_cell!(Action);
-named_cell!(Change);
-named_cell!(Health);
 named_cell!(VerdictClass);
 
 /// What has names is written by them.
 macro_rules! written_by_name {
-    ($($type:ty),+) => {$(
+    ($type:ty) => {
         impl serde::Serialize for $type {
-            fn serialize<S: serde::Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
+            fn serialize<S: serde::Serializer>(
+                &self,
+                to: S,
+            ) -> std::result::Result<S::Ok, S::Error> {
                 to.serialize_str(self.name())
             }
         }
@@ -157,12 +277,35 @@ macro_rules! written_by_name {
                 <str as schemars::JsonSchema>::json_schema(of)
             }
         }
-    )+};
+    };
+}
+pub(crate) use written_by_name;
+
+written_by_name!(Kind);
+
+/// A row of a table.
+pub trait Row: Sized {
+    /// All columns, in their order.
+    fn columns() -> Vec<Column>;
+
+    /// Rows as a table.
+    fn table(rows: &[Self]) -> Table;
+
+    /// The rows of a table; columns are found by name, and others than these are left alone. One whose cells may be
+    /// empty may be missing: an earlier version did not know it.
+    ///
+    /// # Errors
+    /// If another column is not there, one is of another type, or lacks a cell that it must have.
+    fn rows(table: &Table) -> Result<Vec<Self>, String>;
+
+    /// The columns as Spark declares them.
+    fn ddl() -> String {
+        let column = |column: Column| format!("`{}` {}", column.name, column.kind.sql());
+        Self::columns().into_iter().map(column).collect::<Vec<_>>().join(", ")
+    }
 }
 
-written_by_name!(Action, Change, Health);
-
-/// Declares a table: the struct of its rows, with columns in Arrow and Parquet, JSON and documentation.
+/// Declares a table: the struct of its rows, with columns in memory and in Parquet, JSON and documentation.
 macro_rules! columns {
     (
         $(#[$attribute:meta])*
@@ -175,69 +318,38 @@ macro_rules! columns {
             $($(#[doc = $meaning])+ #[serde(rename = $name)] pub $field: $type,)+
         }
 
-        impl $row {
-            /// All columns, in their order.
-            pub fn columns() -> Vec<$crate::table::Column> {
+        impl $crate::table::Row for $row {
+            fn columns() -> Vec<$crate::table::Column> {
                 use $crate::table::{Cell, Column};
                 vec![$(Column {
                     name: $name,
                     unit: $unit,
-                    kind: <$type as Cell>::KIND.0,
-                    optional: <$type as Cell>::OPTIONAL,
+                    kind: <$type as Cell>::KIND,
+                    optional: <$type as Cell>::none().is_some(),
                     meaning: [$($meaning),+].concat().trim().to_owned(),
                 }),+]
             }
 
-            /// The schema of a table of these rows; the metadata of a field tell unit and meaning.
-            pub fn schema() -> std::sync::Arc<arrow_schema::Schema> {
-                use $crate::table::Cell;
-                $crate::table::schema(Self::columns(), &[$(<$type as Cell>::KIND.1),+])
+            fn table(rows: &[Self]) -> $crate::table::Table {
+                let columns = vec![$((
+                    $name.to_owned(),
+                    $crate::table::Cell::cells(
+                        rows.iter().map(|row| row.$field.clone()).collect::<Vec<$type>>()
+                    ),
+                )),+];
+                $crate::table::Table { columns }
             }
 
-            /// The columns as Spark declares them.
-            pub fn ddl() -> String {
-                use $crate::table::Cell;
-                let columns = [$(($name, <$type as Cell>::KIND.2)),+];
-                columns.map(|(name, kind)| format!("`{name}` {kind}")).join(", ")
+            fn rows(table: &$crate::table::Table) -> std::result::Result<Vec<Self>, String> {
+                let mut rows = vec![Self::default(); table.len()];
+                $(for (row, cell) in rows.iter_mut().zip(table.column::<$type>($name)?) {
+                    row.$field = cell;
+                })+
+                Ok(rows)
             }
+        }
 
-            /// Rows as a table.
-            ///
-            /// # Errors
-            /// None is known: all columns are of one length.
-            pub fn batch(
-                rows: &[Self],
-            ) -> std::result::Result<arrow_array::RecordBatch, arrow_schema::ArrowError> {
-                use $crate::table::Cell;
-                let columns: Vec<arrow_array::ArrayRef> =
-                    vec![$(Cell::array(rows.iter().map(|row| row.$field.clone()).collect::<Vec<$type>>())),+];
-                arrow_array::RecordBatch::try_new(Self::schema(), columns)
-            }
-
-            /// The rows of a table; columns are found by name, and others than these are left alone. One whose cells may be
-            /// empty may be missing: an earlier version did not know it.
-            ///
-            /// # Errors
-            /// If another column is not there, one is of another type, or lacks a cell that it must have.
-            pub fn rows(batch: &arrow_array::RecordBatch) -> std::result::Result<Vec<Self>, String> {
-                use $crate::table::Cell;
-                let column = |name: &str, optional: bool| match batch.column_by_name(name) {
-                    None if !optional => Err(format!("has no column \"{name}\"")),
-                    column => Ok(column),
-                };
-                $(let $field = column($name, <$type as Cell>::OPTIONAL)?;)+
-                (0..batch.num_rows())
-                    .map(|row| {
-                        Ok(Self { $($field: match $field {
-                            None => Default::default(),
-                            Some(column) => <$type as Cell>::of(column, row).ok_or_else(|| {
-                                format!("row {}, column \"{}\" is not a {}", row + 1, $name, <$type as Cell>::KIND.0)
-                            })?,
-                        },)+ })
-                    })
-                    .collect()
-            }
-
+        impl $row {
             /// The cells of the row as text, in the order of the columns.
             pub fn cells(&self) -> Vec<String> {
                 use $crate::table::Cell;
@@ -247,42 +359,3 @@ macro_rules! columns {
     };
 }
 pub(crate) use columns;
-
-/// The schema of columns of these types.
-pub fn schema(columns: Vec<Column>, types: &[DataType]) -> Arc<Schema> {
-    let field = |(column, data_type): (Column, &DataType)| {
-        let told = [("unit", column.unit.to_owned()), ("meaning", column.meaning)];
-        let told = told.into_iter().filter(|(_, text)| !text.is_empty());
-        Field::new(column.name, data_type.clone(), column.optional)
-            .with_metadata(told.map(|(key, text)| (key.to_owned(), text)).collect())
-    };
-    Arc::new(Schema::new(columns.into_iter().zip(types).map(field).collect::<Vec<_>>()))
-}
-
-/// How tables are written.
-pub fn properties() -> WriterPropertiesBuilder {
-    WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_created_by("stiction".to_owned())
-}
-
-/// A table as Parquet; equal tables give equal bytes.
-///
-/// # Errors
-/// None is known.
-pub fn parquet(batch: &RecordBatch) -> parquet::errors::Result<Vec<u8>> {
-    parquet_with(batch, properties())
-}
-
-/// A table as Parquet, written so.
-///
-/// # Errors
-/// None is known.
-pub fn parquet_with(
-    batch: &RecordBatch,
-    properties: WriterPropertiesBuilder,
-) -> parquet::errors::Result<Vec<u8>> {
-    let mut writer = ArrowWriter::try_new(vec![], batch.schema(), Some(properties.build()))?;
-    writer.write(batch)?;
-    writer.into_inner()
-}
