@@ -7,11 +7,11 @@
 
 use crate::day;
 use crate::error::{Error, Result, file, store};
-use crate::parquet_file::Writer;
 use crate::plant_file;
 use crate::propose::quoted;
+use crate::store::parquet_file::Writer;
+use crate::store::table::{Cells, Column, Kind, Table};
 use crate::store::write_whole;
-use crate::table::{Cells, Column, Kind, Table};
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;

@@ -210,32 +210,32 @@ impl Cell for Vec<i16> {
 /// A type of cells that has names for its values, `ALL` of them known, and the same that may be empty.
 macro_rules! named_cell {
     ($type:ty) => {
-        impl $crate::table::Cell for $type {
-            const KIND: $crate::table::Kind = $crate::table::Kind::Text;
+        impl $crate::store::table::Cell for $type {
+            const KIND: $crate::store::table::Kind = $crate::store::table::Kind::Text;
             fn none() -> Option<Self> {
                 None
             }
-            fn cells(cells: Vec<Self>) -> $crate::table::Cells {
-                $crate::table::Cell::cells(cells.into_iter().map(Some).collect::<Vec<_>>())
+            fn cells(cells: Vec<Self>) -> $crate::store::table::Cells {
+                $crate::store::table::Cell::cells(cells.into_iter().map(Some).collect::<Vec<_>>())
             }
-            fn of(cells: &$crate::table::Cells, row: usize) -> Option<Self> {
-                <Option<$type> as $crate::table::Cell>::of(cells, row)?
+            fn of(cells: &$crate::store::table::Cells, row: usize) -> Option<Self> {
+                <Option<$type> as $crate::store::table::Cell>::of(cells, row)?
             }
             fn text(&self) -> String {
                 self.name().to_owned()
             }
         }
-        impl $crate::table::Cell for Option<$type> {
-            const KIND: $crate::table::Kind = $crate::table::Kind::Text;
+        impl $crate::store::table::Cell for Option<$type> {
+            const KIND: $crate::store::table::Kind = $crate::store::table::Kind::Text;
             fn none() -> Option<Self> {
                 Some(None)
             }
-            fn cells(cells: Vec<Self>) -> $crate::table::Cells {
+            fn cells(cells: Vec<Self>) -> $crate::store::table::Cells {
                 let name = |cell: Option<$type>| cell.map(|one| one.name().into());
-                $crate::table::Cells::Text(cells.into_iter().map(name).collect())
+                $crate::store::table::Cells::Text(cells.into_iter().map(name).collect())
             }
-            fn of(cells: &$crate::table::Cells, row: usize) -> Option<Self> {
-                let $crate::table::Cells::Text(cells) = cells else { return None };
+            fn of(cells: &$crate::store::table::Cells, row: usize) -> Option<Self> {
+                let $crate::store::table::Cells::Text(cells) = cells else { return None };
                 match cells.get(row)? {
                     None => Some(None),
                     Some(name) => {
@@ -318,9 +318,9 @@ macro_rules! columns {
             $($(#[doc = $meaning])+ #[serde(rename = $name)] pub $field: $type,)+
         }
 
-        impl $crate::table::Row for $row {
-            fn columns() -> Vec<$crate::table::Column> {
-                use $crate::table::{Cell, Column};
+        impl $crate::store::table::Row for $row {
+            fn columns() -> Vec<$crate::store::table::Column> {
+                use $crate::store::table::{Cell, Column};
                 vec![$(Column {
                     name: $name,
                     unit: $unit,
@@ -330,17 +330,17 @@ macro_rules! columns {
                 }),+]
             }
 
-            fn table(rows: &[Self]) -> $crate::table::Table {
+            fn table(rows: &[Self]) -> $crate::store::table::Table {
                 let columns = vec![$((
                     $name.to_owned(),
-                    $crate::table::Cell::cells(
+                    $crate::store::table::Cell::cells(
                         rows.iter().map(|row| row.$field.clone()).collect::<Vec<$type>>()
                     ),
                 )),+];
-                $crate::table::Table { columns }
+                $crate::store::table::Table { columns }
             }
 
-            fn rows(table: &$crate::table::Table) -> std::result::Result<Vec<Self>, String> {
+            fn rows(table: &$crate::store::table::Table) -> std::result::Result<Vec<Self>, String> {
                 let mut rows = vec![Self::default(); table.len()];
                 $(for (row, cell) in rows.iter_mut().zip(table.column::<$type>($name)?) {
                     row.$field = cell;
@@ -352,7 +352,7 @@ macro_rules! columns {
         impl $row {
             /// The cells of the row as text, in the order of the columns.
             pub fn cells(&self) -> Vec<String> {
-                use $crate::table::Cell;
+                use $crate::store::table::Cell;
                 vec![$(Cell::text(&self.$field)),+]
             }
         }

@@ -5,7 +5,7 @@
 //! hundredth of its standard deviation, in some 12 kB a day, and is for spectra, not for looking at: periods below
 //! [`SHORTEST_S`] are lost.
 
-use crate::table::{Cell, Cells, Column, MISSING, Row, Table, named_cell};
+use crate::store::table::{Cell, Cells, Column, MISSING, Row, Table, named_cell};
 use sha2::{Digest, Sha256};
 use stiction_diagnose::diagnose::Diagnosis;
 use stiction_diagnose::oscillation::Oscillation;

@@ -2,7 +2,7 @@
 //!
 //! What a file tells of its columns beside names and types, units and meanings, is the text [`TOLD`] of its metadata.
 
-use crate::table::{Cells, Column, Kind, MISSING, Row, Table};
+use crate::store::table::{Cells, Column, Kind, MISSING, Row, Table};
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, TimeUnit, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{

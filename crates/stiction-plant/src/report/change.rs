@@ -31,8 +31,8 @@
 //! changes unseen.
 
 use crate::log::{Entry, Kind};
-use crate::table::{named_cell, written_by_name};
-use crate::window::WindowRow;
+use crate::store::table::{named_cell, written_by_name};
+use crate::store::window::WindowRow;
 use stiction_diagnose::diagnose::{Estimate, Observation};
 use stiction_diagnose::series::{mean, median};
 

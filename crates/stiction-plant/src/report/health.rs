@@ -1,7 +1,7 @@
 //! Whether the data of a loop can answer at all.
 
-use crate::table::{named_cell, written_by_name};
-use crate::window::WindowRow;
+use crate::store::table::{named_cell, written_by_name};
+use crate::store::window::WindowRow;
 use stiction_diagnose::diagnose::Silence;
 
 /// A service factor below which a loop counts as always in manual, percent.

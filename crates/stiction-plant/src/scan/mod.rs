@@ -16,15 +16,22 @@
 //! first. Other files are read whole, so memory is that of the largest of them, and a batch, whatever the number of
 //! loops and days.
 
+mod files;
+pub mod inputs;
+pub mod judge;
+pub mod samples;
+mod spill;
+pub mod take;
+
 use crate::day;
 use crate::error::{Error, Result, file, store};
-use crate::files::{Files, Loops};
-use crate::inputs::{Inputs, Problem};
-use crate::judge::{Judge, Judged, MOST_DAYS, Parts};
 use crate::plant_file::{self, Plant};
+use crate::store::trace::Trace;
+use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use crate::store::{Done, Store};
-use crate::trace::Trace;
-use crate::window::{ENGINE_VERSION, WindowRow, model_version};
+use files::{Files, Loops};
+use inputs::{Inputs, Problem};
+use judge::{Judge, Judged, MOST_DAYS, Parts};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::ControlFlow;

@@ -18,16 +18,16 @@
 //!
 //! Of data that are to be checked severity and probability are 1.
 
-use crate::action::{Action, Found};
-use crate::change::{self, Change, Seen};
 use crate::day;
 use crate::groups::{Group, Source};
-use crate::health::Health;
 use crate::log::{Entry, Kind, Log};
 use crate::plant_file::Plant;
-use crate::table::columns;
+use crate::report::action::{Action, Found};
+use crate::report::change::{self, Change, Seen};
+use crate::report::health::Health;
+use crate::store::table::columns;
+use crate::store::window::WindowRow;
 use crate::week::Week;
-use crate::window::WindowRow;
 use std::collections::{BTreeMap, BTreeSet};
 use stiction_diagnose::diagnose::{
     Cause, Drift, Estimate, Grade, History, Observation, VerdictClass, combine,

@@ -10,24 +10,31 @@
 //!
 //! Equal stores, files and options give equal bytes; each file is written whole or not at all, the page last.
 
-use crate::action::Action;
-use crate::change::Change;
+pub mod action;
+pub mod change;
+pub mod health;
+pub mod orders;
+pub mod page;
+pub mod ranking;
+pub mod treemap;
+
 use crate::day;
 use crate::error::{Error, Result, store};
 use crate::groups::pairs::{self, Pair};
 use crate::groups::{self, Group, GroupOptions, LoopOfWeek};
 use crate::log::Log;
-use crate::orders::{Order, orders};
-use crate::page;
-use crate::parquet_file;
 use crate::plant_file::Plant;
-use crate::ranking::{LoopRow, Ranked, Ranking, rank};
 use crate::scan::recordings_of;
+use crate::store::parquet_file;
+use crate::store::table::{Row, columns};
+use crate::store::trace::Trace;
+use crate::store::window::{ENGINE_VERSION, WindowRow};
 use crate::store::{Store, write_whole};
-use crate::table::{Row, columns};
-use crate::trace::Trace;
 use crate::week::Week;
-use crate::window::{ENGINE_VERSION, WindowRow};
+use action::Action;
+use change::Change;
+use orders::{Order, orders};
+use ranking::{LoopRow, Ranked, Ranking, rank};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;

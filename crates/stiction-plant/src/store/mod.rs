@@ -15,19 +15,24 @@
 //! Every file is written beside its place and renamed into it, so it is there whole or not at all. Rows count
 //! whether or not their run came to its end; which windows are done is asked of them alone.
 
+pub mod pair;
+pub mod parquet_file;
+pub mod table;
+pub mod trace;
+pub mod window;
+
 use crate::error::{Error, Result, file, store};
-use crate::groups::pairs::Pair;
-use crate::parquet_file;
-use crate::table::{Row, Table};
-use crate::trace::Trace;
 use crate::week::Week;
-use crate::window::WindowRow;
+use pair::Pair;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::statistics::Statistics;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use table::{Row, Table};
+use trace::Trace;
+use window::WindowRow;
 
 /// The store of a plant.
 #[derive(Debug, Clone)]

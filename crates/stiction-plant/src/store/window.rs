@@ -1,6 +1,6 @@
 //! The row of a window: what is kept of one loop on one day.
 
-use crate::table::columns;
+use crate::store::table::columns;
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade, Observation, VerdictClass};
 use stiction_diagnose::fusion;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
@@ -197,7 +197,7 @@ impl WindowRow {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::Row;
+    use crate::store::table::Row;
     use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 
     #[test]

@@ -1,7 +1,7 @@
 //! What to do about a loop.
 
-use crate::health::Health;
-use crate::table::{named_cell, written_by_name};
+use crate::report::health::Health;
+use crate::store::table::{named_cell, written_by_name};
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 
 /// The likelihood from which another cause than stiction is acted on.
