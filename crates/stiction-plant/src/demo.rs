@@ -9,11 +9,9 @@ use crate::day;
 use crate::error::{Error, Result, file, store};
 use crate::plant_file;
 use crate::propose::quoted;
+use crate::store::parquet_file::Writer;
+use crate::store::table::{Cells, Column, Kind, Table};
 use crate::store::write_whole;
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, TimestampMillisecondArray};
-use parquet::arrow::ArrowWriter;
-use parquet::basic::Compression;
-use parquet::file::properties::WriterProperties;
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
@@ -236,13 +234,7 @@ pub fn write(
         units.iter().map(|unit| Ok(unit.network.run(None)?)).collect::<Result<_>>()?;
     for k in 0..days {
         let path = folder.join("data").join(format!("{}.parquet", day::date(FIRST_DAY + k as i64)));
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::SNAPPY)
-            .set_created_by("stiction".to_owned())
-            .build();
-        let schema = batch(&[]).map_err(|e| store(&path, e))?.schema();
-        let writer = ArrowWriter::try_new(vec![], schema, Some(properties));
-        let mut writer = writer.map_err(|e| store(&path, e))?;
+        let mut writer = Writer::begin(vec![], columns()).map_err(|e| store(&path, e))?;
         for (units, runs) in units.chunks(AT_ONCE).zip(runs.chunks_mut(AT_ONCE)) {
             let recorded: Vec<Vec<Samples>> =
                 runs.par_iter_mut().map(|run| Ok(run.record(DAY)?)).collect::<Result<_>>()?;
@@ -253,14 +245,11 @@ pub fn write(
                     let dead = Story::of(unit.first + number) == Story::DeadPv && k + 1 == days;
                     let tags = tags(&unit.name(number), each, own, k, dead);
                     // A row group a loop: who wants one loop can leave out the others.
-                    let written = batch(&tags)
-                        .and_then(|rows| writer.write(&rows))
-                        .and_then(|()| writer.flush());
-                    written.map_err(|e| store(&path, e))?;
+                    writer.write(&table(&tags)).map_err(|e| store(&path, e))?;
                 }
             }
         }
-        let bytes = writer.into_inner().map_err(|e| store(&path, e))?;
+        let bytes = writer.end().map_err(|e| store(&path, e))?;
         write_whole(&path, &bytes)?;
         // Loops are done day by day, all together.
         (loops * k / days..loops * (k + 1) / days).for_each(|_| seen());
@@ -307,15 +296,33 @@ fn tags(name: &str, each: &NetworkLoop, own: &Samples, k: usize, dead: bool) -> 
     tags
 }
 
-fn batch(tags: &[Tag]) -> std::result::Result<RecordBatch, parquet::errors::ParquetError> {
-    let time: Vec<i64> = tags.iter().flat_map(|(_, times, _)| times).copied().collect();
-    let tag = tags.iter().flat_map(|(tag, times, _)| times.iter().map(|_| &**tag));
-    let tag: Vec<&str> = tag.collect();
-    let value: Vec<f64> = tags.iter().flat_map(|(.., values)| values).copied().collect();
-    let columns: [(&str, ArrayRef); 3] = [
-        ("time", Arc::new(TimestampMillisecondArray::from(time).with_timezone("UTC"))),
-        ("tag", Arc::new(StringArray::from(tag))),
-        ("value", Arc::new(Float64Array::from(value))),
+/// The columns of what is recorded.
+fn columns() -> Vec<Column> {
+    let column = |name, kind, meaning: &str| Column {
+        name,
+        unit: "",
+        kind,
+        optional: false,
+        meaning: meaning.to_owned(),
+    };
+    vec![
+        column("time", Kind::Time, "When it was recorded."),
+        column("tag", Kind::Text, "Tag of the loop, and the signal."),
+        column("value", Kind::Number, "Percent of span; of a mode 1 for automatic."),
+    ]
+}
+
+fn table(tags: &[Tag]) -> Table {
+    let times = tags.iter().flat_map(|(_, times, _)| times).copied().map(Some);
+    let names = tags.iter().flat_map(|(tag, times, _)| {
+        let tag: Arc<str> = tag.as_str().into();
+        times.iter().map(move |_| Some(Arc::clone(&tag)))
+    });
+    let values = tags.iter().flat_map(|(.., values)| values).copied().map(Some);
+    let columns = [
+        ("time", Cells::Count(times.collect())),
+        ("tag", Cells::Text(names.collect())),
+        ("value", Cells::Number(values.collect())),
     ];
-    Ok(RecordBatch::try_from_iter(columns)?)
+    Table { columns: columns.map(|(name, cells)| (name.to_owned(), cells)).to_vec() }
 }

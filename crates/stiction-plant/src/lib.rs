@@ -10,39 +10,25 @@
 //! [`store`] of Parquet files; a [`scan()`] judges what is not there yet.
 #![forbid(unsafe_code)]
 
-pub mod action;
-pub mod change;
 pub mod day;
 pub mod demo;
 mod error;
-mod files;
 pub mod groups;
-pub mod health;
-pub mod inputs;
-pub mod judge;
 pub mod log;
-pub mod orders;
-pub mod page;
 pub mod plant_file;
 pub mod propose;
-pub mod ranking;
 pub mod report;
-pub mod samples;
 pub mod scan;
-mod spill;
 pub mod store;
 pub mod summary;
-pub mod table;
-pub mod take;
-pub mod trace;
-pub mod treemap;
 pub mod trial;
 pub mod week;
-pub mod window;
 
 pub use error::{Error, Result};
 pub use plant_file::PlantFile;
-pub use scan::{ScanOptions, scan};
-pub use store::Store;
-pub use take::take;
-pub use window::WindowRow;
+// What others use is found by its own name, in whichever room it is.
+pub use report::{action, change, health, orders, page, ranking, treemap};
+pub use scan::take::take;
+pub use scan::{ScanOptions, inputs, judge, samples, scan};
+pub use store::window::WindowRow;
+pub use store::{Store, parquet_file, table, trace, window};

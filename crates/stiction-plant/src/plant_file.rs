@@ -245,7 +245,7 @@ impl Plant {
         let file = &self.file;
         let facts = self.facts(name);
         let own = facts.map(LoopFacts::of_reading);
-        let model = crate::window::model_version();
+        let model = crate::store::window::model_version();
         hash(&format!("{:?}", (&file.zone, &file.pattern, &file.modes, own, model)))
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::day;
 use crate::error::Result;
-use crate::inputs::{self, Inputs, Problem};
 use crate::plant_file::Plant;
 use crate::propose::{head, tags};
+use crate::scan::inputs::{self, Inputs, Problem};
 use crate::store::Store;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::groups::{self, Group, GroupOptions, LoopOfWeek, Source};
-use crate::trace::{Trace, TraceSignal};
+use crate::store::trace::{Trace, TraceSignal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, diagnose};

@@ -2,7 +2,7 @@
 
 use stiction_plant::WindowRow;
 use stiction_plant::ranking::LoopRow;
-use stiction_plant::table::Column;
+use stiction_plant::table::{Column, Row};
 
 #[test]
 fn the_tables_of_columns_are_those_of_the_declarations() {
@@ -14,7 +14,10 @@ fn the_tables_of_columns_are_those_of_the_declarations() {
             let empty = if column.optional { ", may be empty" } else { "" };
             table += &format!(
                 "| `{}` | {} | {}{empty} | {} |\n",
-                column.name, column.unit, column.kind, column.meaning
+                column.name,
+                column.unit,
+                column.kind.name(),
+                column.meaning
             );
         }
         assert!(text.contains(&table), "docs/plant.md should hold\n{table}");

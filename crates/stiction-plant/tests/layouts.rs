@@ -1,9 +1,11 @@
 //! The same values give the same rows, however they lie in files.
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, TimestampMillisecondArray};
-use parquet::arrow::ArrowWriter;
+use parquet::basic::{LogicalType, Repetition, TimeUnit, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -36,45 +38,76 @@ fn samples() -> Vec<Sample> {
     samples
 }
 
-fn times(of: impl Iterator<Item = i64>, zone: Option<&str>) -> ArrayRef {
-    let array = TimestampMillisecondArray::from(of.collect::<Vec<_>>());
-    match zone {
-        Some(zone) => Arc::new(array.with_timezone(zone)),
-        None => Arc::new(array),
-    }
+/// A column: times, ms since 1970-01-01 and whether UTC, words or numbers.
+enum Column {
+    Times(Vec<i64>, bool),
+    Words(Vec<ByteArray>),
+    Numbers(Vec<f64>),
 }
 
-fn long(samples: &[Sample], zone: Option<&str>) -> RecordBatch {
-    let columns: [(&str, ArrayRef); 3] = [
-        ("time", times(samples.iter().map(|s| s.0), zone)),
-        ("tag", Arc::new(StringArray::from_iter_values(samples.iter().map(|s| &*s.1)))),
-        ("value", Arc::new(Float64Array::from_iter_values(samples.iter().map(|s| s.2)))),
-    ];
-    RecordBatch::try_from_iter(columns).unwrap()
+type Table = Vec<(String, Column)>;
+
+fn long(samples: &[Sample], utc: bool) -> Table {
+    vec![
+        ("time".to_owned(), Column::Times(samples.iter().map(|s| s.0).collect(), utc)),
+        ("tag".to_owned(), Column::Words(samples.iter().map(|s| (&*s.1).into()).collect())),
+        ("value".to_owned(), Column::Numbers(samples.iter().map(|s| s.2).collect())),
+    ]
 }
 
 /// A column a tag; all tags have the same times.
-fn wide(samples: &[Sample]) -> RecordBatch {
+fn wide(samples: &[Sample]) -> Table {
     let mut tags: Vec<&str> = samples.iter().map(|s| &*s.1).collect();
     tags.dedup();
-    let of = |tag: &str| samples.iter().filter(|s| s.1 == tag).collect::<Vec<_>>();
-    let time = times(of(tags[0]).iter().map(|s| s.0), Some("UTC"));
-    let mut columns: Vec<(&str, ArrayRef)> = vec![("time", time)];
+    let of = |tag: &str| samples.iter().filter(|s| s.1 == tag).cloned().collect::<Vec<_>>();
+    let times = of(tags[0]).iter().map(|s| s.0).collect();
+    let mut columns = vec![("time".to_owned(), Column::Times(times, true))];
     for tag in tags {
-        let values = of(tag).into_iter().map(|s| s.2);
-        columns.push((tag, Arc::new(Float64Array::from_iter_values(values))));
+        let values = of(tag).iter().map(|s| s.2).collect();
+        columns.push((tag.to_owned(), Column::Numbers(values)));
     }
-    RecordBatch::try_from_iter(columns).unwrap()
+    columns
 }
 
-fn write(path: &Path, table: &RecordBatch, group: usize, statistics: EnabledStatistics) {
-    let properties = WriterProperties::builder()
-        .set_max_row_group_row_count(Some(group))
-        .set_statistics_enabled(statistics)
-        .build();
+fn write(path: &Path, table: &Table, group: usize, statistics: EnabledStatistics) {
+    let field = |(name, column): &(String, Column)| {
+        let (physical, logical) = match column {
+            Column::Times(_, utc) => {
+                (Physical::INT64, Some(LogicalType::timestamp(*utc, TimeUnit::MILLIS)))
+            }
+            Column::Words(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            Column::Numbers(_) => (Physical::DOUBLE, None),
+        };
+        let field = Type::primitive_type_builder(name, physical).with_logical_type(logical);
+        Arc::new(field.with_repetition(Repetition::REQUIRED).build().unwrap())
+    };
+    let fields = table.iter().map(field).collect();
+    let schema = Type::group_type_builder("schema").with_fields(fields).build().unwrap();
+    let properties = WriterProperties::builder().set_statistics_enabled(statistics).build();
     let file = fs::File::create(path).unwrap();
-    let mut writer = ArrowWriter::try_new(file, table.schema(), Some(properties)).unwrap();
-    writer.write(table).unwrap();
+    let mut writer = SerializedFileWriter::new(file, schema.into(), properties.into()).unwrap();
+    let Column::Times(times, _) = &table[0].1 else { panic!("times come first") };
+    for begin in (0..times.len()).step_by(group) {
+        let rows = begin..times.len().min(begin + group);
+        let mut group = writer.next_row_group().unwrap();
+        for (_, column) in table {
+            let mut out = group.next_column().unwrap().unwrap();
+            match column {
+                Column::Times(all, _) => {
+                    out.typed::<Int64Type>().write_batch(&all[rows.clone()], None, None)
+                }
+                Column::Words(all) => {
+                    out.typed::<ByteArrayType>().write_batch(&all[rows.clone()], None, None)
+                }
+                Column::Numbers(all) => {
+                    out.typed::<DoubleType>().write_batch(&all[rows.clone()], None, None)
+                }
+            }
+            .unwrap();
+            out.close().unwrap();
+        }
+        group.close().unwrap();
+    }
     writer.close().unwrap();
 }
 
@@ -106,26 +139,26 @@ fn layouts_order_cuts_threads_and_memory_change_no_row() {
 
     // A row group a tag.
     let folder = plant("tags");
-    write(&folder.join("a.parquet"), &long(&samples, Some("UTC")), per_tag, all);
+    write(&folder.join("a.parquet"), &long(&samples, true), per_tag, all);
     let expected = rows(&folder, &usual);
     assert!(expected.len() > 20, "all but those of slow loops are of a day: {}", expected.len());
     assert!(expected.iter().all(|row| row.error.is_none() && row.samples > Some(1000)));
 
     // Row groups that end anywhere, without statistics, read in one thread and tiny batches.
     let folder = plant("anywhere");
-    write(&folder.join("a.parquet"), &long(&samples, Some("UTC")), 1000, EnabledStatistics::None);
+    write(&folder.join("a.parquet"), &long(&samples, true), 1000, EnabledStatistics::None);
     let small = ScanOptions { threads: Some(1), memory: Some(1), ..ScanOptions::default() };
     assert_eq!(rows(&folder, &small), expected);
 
     // In order of time, a file a day; local times in the plant's zone.
     let mut ordered = samples.clone();
     ordered.sort_by(|a, b| (a.0, &b.1).cmp(&(b.0, &a.1)));
-    for (name, zone) in [("utc", Some("UTC")), ("local", None)] {
+    for (name, utc) in [("utc", true), ("local", false)] {
         let folder = plant(name);
         for day in 0..DAYS {
             let of = BEGIN + day * 86_400_000..BEGIN + (day + 1) * 86_400_000;
             let own: Vec<Sample> = ordered.iter().filter(|s| of.contains(&s.0)).cloned().collect();
-            write(&folder.join(format!("{day}.parquet")), &long(&own, zone), 4000, all);
+            write(&folder.join(format!("{day}.parquet")), &long(&own, utc), 4000, all);
         }
         // Memory for a loop or two: rows are sorted on disk.
         let small = ScanOptions { memory: Some(4_000_000), ..ScanOptions::default() };
@@ -152,7 +185,7 @@ fn what_is_corrected_of_one_loop_is_judged_again_and_no_other() {
     let mut samples = samples();
     let per_tag = (DAYS * 86_400 / STEP) as usize;
     let path = folder.join("a.parquet");
-    write(&path, &long(&samples, Some("UTC")), per_tag, EnabledStatistics::Chunk);
+    write(&path, &long(&samples, true), per_tag, EnabledStatistics::Chunk);
     let plant = Plant::read(&folder).unwrap();
     let go = || {
         scan(&folder, &plant, &ScanOptions::default(), |_| ControlFlow::Continue(()))
@@ -163,7 +196,7 @@ fn what_is_corrected_of_one_loop_is_judged_again_and_no_other() {
     assert!(all_of_them > 20);
     assert_eq!(go(), 0);
     samples[10].2 += 0.25;
-    write(&path, &long(&samples, Some("UTC")), per_tag, EnabledStatistics::Chunk);
+    write(&path, &long(&samples, true), per_tag, EnabledStatistics::Chunk);
     assert_eq!(go(), DAYS as usize, "all windows of the loop whose row groups have changed");
     fs::remove_dir_all(folder).unwrap();
 }
@@ -183,7 +216,7 @@ fn a_bad_tag_or_a_damaged_part_is_rows_with_an_error_and_stops_no_other() {
         [("bad-tag", &bad, ScanOptions::default()), ("bad-tag-sorted", &ordered, small)]
     {
         let folder = plant(name);
-        write(&folder.join("a.parquet"), &long(table, Some("UTC")), per_tag, all);
+        write(&folder.join("a.parquet"), &long(table, true), per_tag, all);
         let rows = rows(&folder, &options);
         let wrong = |row: &&WindowRow| row.error.is_some();
         assert_eq!(rows.iter().filter(wrong).count(), DAYS as usize);
@@ -198,7 +231,7 @@ fn a_bad_tag_or_a_damaged_part_is_rows_with_an_error_and_stops_no_other() {
         let of = BEGIN + day * 86_400_000..BEGIN + (day + 1) * 86_400_000;
         let own: Vec<Sample> = samples.iter().filter(|s| of.contains(&s.0)).cloned().collect();
         let path = folder.join(format!("{day}.parquet"));
-        write(&path, &long(&own, Some("UTC")), per_tag / DAYS as usize, all);
+        write(&path, &long(&own, true), per_tag / DAYS as usize, all);
         if day == 1 {
             let file = SerializedFileReader::new(fs::File::open(&path).unwrap()).unwrap();
             let values = file.metadata().row_group(4).column(2).byte_range().0 as usize;

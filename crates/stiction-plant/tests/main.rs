@@ -2,6 +2,7 @@
 
 mod docs;
 mod groups;
+mod kept;
 mod layouts;
 mod made_up;
 mod page;

@@ -13,6 +13,7 @@ use stiction_plant::orders::orders;
 use stiction_plant::page::page;
 use stiction_plant::plant_file::Plant;
 use stiction_plant::ranking::{LoopRow, Ranking, rank};
+use stiction_plant::table::Row;
 use stiction_plant::week::Week;
 
 fn made_up(loops: usize) -> MadeUp {
@@ -156,8 +157,7 @@ fn windows_of_a_week_are_combined_as_a_history_does() {
     // An earlier week does not know what came after it.
     let early = rank(&plant, &Log::default(), &rows, &[], "2026-W11".parse().unwrap());
     assert!(early.loops.iter().all(|ranked| ranked.row.change == Change::None));
-    let batch =
-        LoopRow::batch(&ranking.loops.iter().map(|r| r.row.clone()).collect::<Vec<_>>()).unwrap();
-    let back = LoopRow::rows(&batch).unwrap();
+    let loops: Vec<LoopRow> = ranking.loops.iter().map(|r| r.row.clone()).collect();
+    let back = LoopRow::rows(&LoopRow::table(&loops)).unwrap();
     assert!(back.iter().eq(ranking.loops.iter().map(|ranked| &ranked.row)));
 }

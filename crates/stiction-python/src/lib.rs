@@ -20,6 +20,7 @@ mod long;
 mod oscillation;
 mod own;
 mod plant;
+mod plant_table;
 mod pool;
 mod population;
 mod recordings;

@@ -2,6 +2,7 @@
 
 use crate::dict::plain;
 use crate::long::long;
+use crate::plant_table;
 use crate::recordings::sheet_of;
 use crate::table::ArrowTable;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
@@ -18,6 +19,7 @@ use stiction_plant::groups::pairs::{self, Pair};
 use stiction_plant::groups::{GroupOptions, LoopOfWeek};
 use stiction_plant::report::Known;
 use stiction_plant::scan::Progress;
+use stiction_plant::table::Row;
 use stiction_plant::trace::{STEP_S, Trace};
 use stiction_plant::{
     Error, ScanOptions, Store, WindowRow, day, demo, plant_file, samples, scan, summary, take,
@@ -35,12 +37,6 @@ fn refused(error: Error) -> PyErr {
 
 fn day_of(text: &str) -> PyResult<i64> {
     day::parse(text).map_err(PyValueError::new_err)
-}
-
-/// Rows as a table of the one schema.
-fn rows_table(rows: &[WindowRow]) -> PyResult<ArrowTable> {
-    let batch = WindowRow::batch(rows).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-    Ok(ArrowTable::new(batch))
 }
 
 /// Computes on so many threads.
@@ -127,7 +123,7 @@ impl Plant {
         threads: Option<usize>,
     ) -> PyResult<ArrowTable> {
         let (sheet, plant) = (sheet_of(samples::ORIGIN, table)?, Arc::clone(&self.plant));
-        rows_table(&long(py, None, move |_| on(threads, || samples::rows(sheet, &plant)))??)
+        plant_table::arrow(&long(py, None, move |_| on(threads, || samples::rows(sheet, &plant)))??)
     }
 
     /// The row of one window, its trace, and how many days it should have.
@@ -142,9 +138,8 @@ impl Plant {
         let (sheet, plant) = (sheet_of(samples::ORIGIN, table)?, Arc::clone(&self.plant));
         let judge = move |_: &_| on(Some(1), || samples::window(sheet, &plant, &name, day, count));
         let judged = long(py, None, judge)??;
-        let trace = Trace::batch(judged.trace.as_slice())
-            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        Ok((rows_table(judged.row.as_slice())?, ArrowTable::new(trace), judged.days))
+        let row = plant_table::arrow(judged.row.as_slice())?;
+        Ok((row, plant_table::arrow(judged.trace.as_slice())?, judged.days))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {
@@ -215,7 +210,7 @@ fn plant_windows(
         let (from, to) = (since.map_or(i64::MIN, begin), until.map_or(i64::MAX, begin));
         Store::of(&folder).rows_between(from, to)
     })?;
-    rows_table(&rows.map_err(refused)?)
+    plant_table::arrow(&rows.map_err(refused)?)
 }
 
 /// Writes rows that were judged elsewhere, with their traces, to the store of a plant, as a run.
@@ -226,13 +221,11 @@ fn plant_take<'py>(
     table: AnyRecordBatch,
     traces: Option<AnyRecordBatch>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let kept = traces.map(traces_of).transpose()?.unwrap_or_default();
-    let mut rows = vec![];
-    for batch in table.into_table()?.into_inner().0 {
-        rows.extend(WindowRow::rows(&batch).map_err(|words| {
-            PyValueError::new_err(format!("the table is none of windows: it {words}"))
-        })?);
-    }
+    let kept: Vec<Trace> = match traces {
+        Some(traces) => plant_table::rows(traces, "traces")?,
+        None => vec![],
+    };
+    let rows: Vec<WindowRow> = plant_table::rows(table, "windows")?;
     let done = long(py, None, move |_| {
         let plant = plant_file::Plant::read(&folder)?;
         take(&folder, &plant, &rows, &kept)
@@ -265,17 +258,6 @@ fn known(folder: &Path, week: Option<String>) -> Result<(plant_file::Plant, Know
     Ok((plant, known))
 }
 
-/// The traces of a table.
-fn traces_of(table: AnyRecordBatch) -> PyResult<Vec<Trace>> {
-    let mut traces = vec![];
-    for batch in table.into_table()?.into_inner().0 {
-        traces.extend(Trace::of_batch(&batch).map_err(|words| {
-            PyValueError::new_err(format!("the table is none of traces: it {words}"))
-        })?);
-    }
-    Ok(traces)
-}
-
 /// The pairs of loops that may swing in step among those of some traces: all, or those of a loop in `block` and one that is not.
 #[pyfunction]
 fn plant_pairs(
@@ -285,14 +267,13 @@ fn plant_pairs(
     span: (i64, i64),
     block: Option<BTreeSet<String>>,
 ) -> PyResult<ArrowTable> {
-    let traces = traces_of(traces)?;
+    let traces: Vec<Trace> = plant_table::rows(traces, "traces")?;
     let of = |(name, period_s)| LoopOfWeek { name, period_s, probability: None };
     let loops: Vec<LoopOfWeek> = periods.into_iter().map(of).collect();
     let find = move |_: &_| {
         on(Some(1), || pairs::pairs(&traces, &loops, &(span.0..span.1), block.as_ref()))
     };
-    let found = Pair::batch(&long(py, None, find)??);
-    Ok(ArrowTable::new(found.map_err(|e| PyRuntimeError::new_err(e.to_string()))?))
+    plant_table::arrow(&long(py, None, find)??)
 }
 
 /// The largest probability that may count, if of the pairs of so many loops `count` are as improbable as the last that may.
@@ -310,12 +291,7 @@ fn plant_keep_pairs(
     table: AnyRecordBatch,
     compared: Vec<(String, i64, f64, String)>,
 ) -> PyResult<()> {
-    let mut pairs = vec![];
-    for batch in table.into_table()?.into_inner().0 {
-        pairs.extend(Pair::rows(&batch).map_err(|words| {
-            PyValueError::new_err(format!("the table is none of pairs: it {words}"))
-        })?);
-    }
+    let pairs: Vec<Pair> = plant_table::rows(table, "pairs")?;
     let of = |(name, start, unit, digest): (String, i64, f64, String)| {
         (name, start, unit.to_bits(), digest)
     };
@@ -344,7 +320,7 @@ fn plant_groups<'py>(
 /// The schema of a table of pairs.
 #[pyfunction]
 fn plant_pairs_schema() -> PySchema {
-    PySchema::new(Pair::schema())
+    PySchema::new(plant_table::schema::<Pair>())
 }
 
 /// The columns of a table of pairs as Spark declares them.
@@ -368,7 +344,7 @@ fn plant_demo(
 /// The schema of rows.
 #[pyfunction]
 fn plant_schema() -> PySchema {
-    PySchema::new(WindowRow::schema())
+    PySchema::new(plant_table::schema::<WindowRow>())
 }
 
 /// The schema of rows as Spark declares it.

@@ -1,9 +1,9 @@
 //! Spectra of all loops in pieces of six to twelve periods, so that each period is seen by pieces as long as it wants.
 //!
 //! A level takes pieces of `L` values, `L` a power of two, half of each over the next, under a Hann window, and keeps the bins
-//! 6 to 11. The levels side by side are bands an eighth of their frequency wide, from [`SHORTEST_S`](crate::trace::SHORTEST_S) on.
+//! 6 to 11. The levels side by side are bands an eighth of their frequency wide, from [`SHORTEST_S`](crate::store::trace::SHORTEST_S) on.
 
-use crate::trace::{STEP_S, Trace, TraceSignal};
+use crate::store::trace::{STEP_S, Trace, TraceSignal};
 use realfft::num_complex::Complex;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

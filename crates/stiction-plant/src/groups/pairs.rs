@@ -4,28 +4,14 @@
 use super::bank::{self, Pieces, Series};
 use super::coherence::coherence;
 use super::{GroupOptions, LoopOfWeek};
-use crate::table::columns;
-use crate::trace::Trace;
-use crate::window::ENGINE_VERSION;
+use crate::store::trace::Trace;
+use crate::store::window::ENGINE_VERSION;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-columns! {
-    /// Two loops that may swing in step in a band.
-    pub struct Pair;
-    /// Tag of the loop that is the first by name.
-    "loop" [""] first: String;
-    /// Tag of the other.
-    "other" [""] second: String;
-    /// The band, the slowest first.
-    "band" [""] band: i64;
-    /// Probability of as much coherence by chance, in the best of the bands in which the two were compared.
-    "p" [""] p: f64;
-    /// Squared coherence, 0 to 1.
-    "squared" [""] squared: f64;
-}
+pub use crate::store::pair::Pair;
 
 /// A pair whose probability in its band is above this is not told of: it cannot count.
 const TOLD: f64 = 0.05;

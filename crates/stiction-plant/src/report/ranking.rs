@@ -18,17 +18,18 @@
 //!
 //! Of data that are to be checked severity and probability are 1.
 
-use crate::action::{Action, Found};
-use crate::change::{self, Change, Seen};
 use crate::day;
 use crate::groups::{Group, Source};
-use crate::health::Health;
 use crate::log::{Entry, Kind, Log};
 use crate::plant_file::Plant;
-use crate::table::columns;
+use crate::report::action::{Action, Found};
+use crate::report::change::{self, Change, Event, Seen};
+use crate::report::health::Health;
+use crate::store::table::columns;
+use crate::store::window::WindowRow;
 use crate::week::Week;
-use crate::window::WindowRow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 use stiction_diagnose::diagnose::{
     Cause, Drift, Estimate, Grade, History, Observation, VerdictClass, combine,
 };
@@ -207,6 +208,81 @@ pub fn rank<'a>(
     Ranking { plant: plant.file.name.clone(), week, loops }
 }
 
+/// What people said of a loop and that counts in a week.
+struct Said<'a> {
+    /// Days of repairs up to its end.
+    repairs: Vec<i64>,
+    overruled: Option<&'a Entry>,
+    snoozed: Option<i64>,
+    note: Option<&'a Entry>,
+}
+
+impl<'a> Said<'a> {
+    /// Of entries in the order of their days, and the days of the week.
+    fn of(entries: &[&'a Entry], days: &RangeInclusive<i64>) -> Self {
+        let of_kind = |kind: Kind| entries.iter().copied().filter(move |entry| entry.kind == kind);
+        let holds = |entry: &&Entry| entry.until.is_none_or(|until| until >= *days.start());
+        let repairs = of_kind(Kind::Repair).map(|entry| entry.day);
+        let snoozed = of_kind(Kind::Snooze).filter_map(|entry| entry.until).max();
+        // The last one counts; one that cannot tell takes back what was said before.
+        let overruled = of_kind(Kind::Override).rfind(holds);
+        Self {
+            repairs: repairs.filter(|day| day <= days.end()).collect(),
+            overruled: overruled.filter(|e| e.verdict != Some(VerdictClass::CannotTell)),
+            snoozed: snoozed.filter(|until| until > days.end()),
+            note: entries.iter().copied().rfind(|entry| entry.kind != Kind::Override),
+        }
+    }
+}
+
+/// What the windows say of a valve as it is now, and what changed.
+struct Valve {
+    /// What was observed of it in the week.
+    now: Vec<Observation>,
+    history: Option<History>,
+    /// What was told of the four weeks before.
+    before: Option<Grade>,
+    drift: Option<Drift>,
+    event: Option<Event>,
+}
+
+impl Valve {
+    /// By windows up to the end of the week; `first` is its first day, `begin` tells when a day begins.
+    fn of(
+        windows: &[&WindowRow],
+        entries: &[&Entry],
+        repaired: Option<i64>,
+        first: i64,
+        begin: impl Fn(i64) -> f64,
+    ) -> Self {
+        let observed = |from: f64, to: f64| -> Vec<Observation> {
+            let all = windows.iter().filter_map(|row| row.observation());
+            all.filter(|seen| seen.time >= from && seen.time < to).collect()
+        };
+        let seen: Vec<Seen> = windows.iter().filter_map(|row| Seen::of(row)).collect();
+        let events = change::events(&seen, entries, &begin);
+        // A change on Sunday is told by Monday's data, in the week after.
+        let event = events.iter().rev().find(|event| event.told >= begin(first));
+        // What drifts becomes worse in the end, which is the same drift.
+        let is_other = |change| !matches!(change, Change::Worse | Change::Better);
+        let other = events.iter().rev().find(|event| is_other(event.change));
+        let repaired = repaired.map_or(f64::NEG_INFINITY, &begin);
+        let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
+        let now = observed(begin(first).max(settled), f64::INFINITY);
+        let history = combined(&now);
+        // What is told of the change must be what is told of the week.
+        let accused = history.as_ref().is_some_and(|history| history.grade.accuses());
+        let event = event.copied().filter(|event| match event.change {
+            Change::New | Change::Returned => accused,
+            Change::Gone => !accused,
+            _ => true,
+        });
+        let before = combined(&observed(begin(first - BEFORE), begin(first)));
+        let drift = combined(&observed(settled, f64::INFINITY)).and_then(|history| history.drift);
+        Self { now, history, before: before.map(|history| history.grade), drift, event }
+    }
+}
+
 fn ranked<'a>(
     plant: &Plant,
     log: &Log,
@@ -216,40 +292,16 @@ fn ranked<'a>(
     week: Week,
 ) -> Ranked<'a> {
     let begin = |day: i64| day::begin(day, &plant.zone);
-    let (first, last) = (*week.days().start(), *week.days().end());
+    let days = week.days();
     let facts = plant.facts(name);
-    let said = log.of(name);
-    let repairs: Vec<i64> = said
-        .iter()
-        .filter(|entry| entry.kind == Kind::Repair && entry.day <= last)
-        .map(|entry| entry.day)
-        .collect();
-    let repaired = repairs.last().map_or(f64::NEG_INFINITY, |day| begin(*day));
+    let entries = log.of(name);
+    let Said { repairs, overruled, snoozed, note } = Said::of(&entries, &days);
+    let last_repair = repairs.last().copied();
+    let Valve { now, history, before, drift, event } =
+        Valve::of(&windows, &entries, last_repair, *days.start(), begin);
+    let from = begin(*days.start());
     let of_week: Vec<&WindowRow> =
-        windows.iter().copied().filter(|row| row.window_start as f64 >= begin(first)).collect();
-    let observed = |from: f64, to: f64| -> Vec<Observation> {
-        let all = windows.iter().filter_map(|row| row.observation());
-        all.filter(|seen| seen.time >= from && seen.time < to).collect()
-    };
-    let seen: Vec<Seen> = windows.iter().filter_map(|row| Seen::of(row)).collect();
-    let events = change::events(&seen, &said, begin);
-    // A change on Sunday is told by Monday's data, in the week after.
-    let event = events.iter().rev().find(|event| event.told >= begin(first));
-    // What drifts becomes worse in the end, which is the same drift.
-    let is_other = |change| !matches!(change, Change::Worse | Change::Better);
-    let other = events.iter().rev().find(|event| is_other(event.change));
-    let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
-    let now = observed(begin(first).max(settled), f64::INFINITY);
-    let history = combined(&now);
-    // What is told of the change must be what is told of the week.
-    let accused = history.as_ref().is_some_and(|history| history.grade.accuses());
-    let event = event.filter(|event| match event.change {
-        Change::New | Change::Returned => accused,
-        Change::Gone => !accused,
-        _ => true,
-    });
-    let before = combined(&observed(begin(first - BEFORE), begin(first)));
-    let drift = combined(&observed(settled, f64::INFINITY)).and_then(|history| history.drift);
+        windows.iter().copied().filter(|row| row.window_start as f64 >= from).collect();
 
     let area = facts.and_then(|facts| facts.area.clone());
     let of_area = area.as_ref().and_then(|area| plant.file.area.get(area)?.weight);
@@ -269,20 +321,6 @@ fn ranked<'a>(
     let oscillating = judged.iter().filter(|row| row.oscillates == Some(true)).count();
     let health = Health::of(&of_week);
 
-    let holds = |entry: &&&Entry| entry.until.is_none_or(|until| until >= first);
-    // The last one counts; one that cannot tell takes back what was said before.
-    let overruled = said
-        .iter()
-        .rev()
-        .find(|entry| entry.kind == Kind::Override && holds(entry))
-        .filter(|entry| entry.verdict != Some(VerdictClass::CannotTell));
-    let snoozed = said
-        .iter()
-        .filter(|entry| entry.kind == Kind::Snooze)
-        .filter_map(|entry| entry.until)
-        .max()
-        .filter(|until| *until > last);
-    let note = said.iter().rev().find(|entry| entry.kind != Kind::Override);
     let member = groups
         .iter()
         .find_map(|group| Some((group, group.members.iter().find(|member| member.name == name)?)));
@@ -319,7 +357,7 @@ fn ranked<'a>(
         amplitude: typical(|row| row.amplitude),
         change: event.map_or(Change::None, |event| event.change),
         change_day: event.map(|event| day::date(day::of(event.time, &plant.zone))),
-        verdict_before: before.map(|history| history.grade),
+        verdict_before: before,
         overruled: overruled.and_then(|entry| entry.verdict),
         override_reason: overruled.map(|entry| entry.words()),
         snoozed_until: snoozed.map(day::date),
@@ -332,20 +370,14 @@ fn ranked<'a>(
         ..LoopRow::default()
     };
     row.drifts(drift, windows.last().map(|row| day::of(row.window_start as f64, &plant.zone)));
-    row.action = Found {
+    row.decides(&Found {
         grade: row.grade,
         overruled: row.overruled,
         health,
         oscillates: 2 * oscillating > judged.len(),
         alternative,
         is_victim,
-    }
-    .action();
-    row.severity = match row.action {
-        Action::CheckData => 1.0,
-        _ => (row.swing() / FULL).min(1.0),
-    };
-    row.priority = row.weight * row.severity * row.likelihood();
+    });
     Ranked { row, windows, of_week, repairs }
 }
 
@@ -371,6 +403,16 @@ impl LoopRow {
             (Action::Repair | Action::Leave, _) => self.probability.unwrap_or(0.0),
             (Action::Retune | Action::LookUpstream, _) => other(),
         }
+    }
+
+    /// Takes what to do about what was found, and how urgent it is.
+    fn decides(&mut self, found: &Found) {
+        self.action = found.action();
+        self.severity = match self.action {
+            Action::CheckData => 1.0,
+            _ => (self.swing() / FULL).min(1.0),
+        };
+        self.priority = self.weight * self.severity * self.likelihood();
     }
 
     /// Takes the drift of S, `today` being the last day.

@@ -5,13 +5,8 @@
 //! hundredth of its standard deviation, in some 12 kB a day, and is for spectra, not for looking at: periods below
 //! [`SHORTEST_S`] are lost.
 
-use arrow_array::builder::{Int16Builder, ListBuilder};
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int16Type, Int64Type};
-use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
-use arrow_schema::{ArrowError, DataType, Field, Schema};
+use crate::store::table::{Cell, Cells, Column, MISSING, Row, Table, named_cell};
 use sha2::{Digest, Sha256};
-use std::sync::Arc;
 use stiction_diagnose::diagnose::Diagnosis;
 use stiction_diagnose::oscillation::Oscillation;
 use stiction_diagnose::recording::{Channel, Recording};
@@ -22,8 +17,6 @@ pub const STEP_S: i64 = 10;
 pub const HELD_S: f64 = 3600.0;
 /// The shortest period that a trace can show, s: four values.
 pub const SHORTEST_S: f64 = 4.0 * STEP_S as f64;
-/// What stands for a value that is not known.
-const MISSING: i16 = i16::MIN;
 /// Steps in a standard deviation.
 const FINE: f64 = 100.0;
 
@@ -37,6 +30,9 @@ pub enum TraceSignal {
 }
 
 impl TraceSignal {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Error, Self::Op];
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
@@ -55,6 +51,8 @@ impl TraceSignal {
         }
     }
 }
+
+named_cell!(TraceSignal);
 
 /// A window's signal in means on the clock of the plant.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,86 +140,45 @@ impl Trace {
     pub fn end(&self) -> i64 {
         self.start + STEP_S * self.values.len() as i64
     }
+}
 
-    /// The schema of a table of traces.
-    pub fn schema() -> Arc<Schema> {
-        let values = DataType::List(Arc::new(Field::new("item", DataType::Int16, true)));
-        Arc::new(Schema::new(vec![
-            Field::new("loop", DataType::Utf8, false),
-            Field::new("start", DataType::Int64, false),
-            Field::new("signal", DataType::Utf8, false),
-            Field::new("unit", DataType::Float64, false),
-            Field::new("values", values, false),
-        ]))
-    }
-
-    /// Traces as a table.
-    ///
-    /// # Errors
-    /// None is known: all columns are of one length.
-    pub fn batch(traces: &[Self]) -> Result<RecordBatch, ArrowError> {
-        let mut values = ListBuilder::new(Int16Builder::new());
-        for trace in traces {
-            let value = |v: &i16| (*v != MISSING).then_some(*v);
-            values.append_value(trace.values.iter().map(value));
+impl Row for Trace {
+    fn columns() -> Vec<Column> {
+        fn column<T: Cell>(name: &'static str, unit: &'static str, meaning: &str) -> Column {
+            Column { name, unit, kind: T::KIND, optional: false, meaning: meaning.to_owned() }
         }
-        let text = |of: fn(&Self) -> &str| -> ArrayRef {
-            Arc::new(StringArray::from_iter_values(traces.iter().map(of)))
-        };
-        let start = Int64Array::from_iter_values(traces.iter().map(|trace| trace.start));
-        let unit = Float64Array::from_iter_values(traces.iter().map(|trace| trace.unit));
-        let columns: Vec<ArrayRef> = vec![
-            text(|trace| &trace.name),
-            Arc::new(start),
-            text(|trace| trace.signal.name()),
-            Arc::new(unit),
-            Arc::new(values.finish()),
-        ];
-        RecordBatch::try_new(Self::schema(), columns)
+        vec![
+            column::<String>("loop", "", "Tag of the loop."),
+            column::<i64>("start", "s", "Begin of the first value, since 1970-01-01 UTC."),
+            column::<TraceSignal>("signal", "", "Which signal it is: error or OP."),
+            column::<f64>("unit", "", "What a step is in the units of the signal."),
+            column::<Vec<i16>>("values", "", "Steps about the mean, one each 10 s."),
+        ]
     }
 
-    /// The traces of a table. Its values may also be bytes: whole numbers of two, the low one first, the least of them for a
-    /// value that is not known.
-    ///
-    /// # Errors
-    /// If a column is not there, or holds something else.
-    pub fn of_batch(batch: &RecordBatch) -> Result<Vec<Self>, String> {
-        let column =
-            |name: &str| batch.column_by_name(name).ok_or(format!("has no column \"{name}\""));
-        let wrong = |name: &str| format!("the column \"{name}\" is not that of traces");
-        let names = column("loop")?;
-        let names = names.as_string_opt::<i32>().ok_or(wrong("loop"))?;
-        let starts = column("start")?;
-        let starts = starts.as_primitive_opt::<Int64Type>().ok_or(wrong("start"))?;
-        let signals = column("signal")?;
-        let signals = signals.as_string_opt::<i32>().ok_or(wrong("signal"))?;
-        let units = column("unit")?;
-        let units = units.as_primitive_opt::<Float64Type>().ok_or(wrong("unit"))?;
-        let values = column("values")?;
-        let of = |row: usize| -> Option<Vec<i16>> {
-            if let Some(bytes) = values.as_binary_opt::<i32>() {
-                let (whole, rest) = bytes.value(row).as_chunks();
-                return rest
-                    .is_empty()
-                    .then(|| whole.iter().map(|v| i16::from_le_bytes(*v)).collect());
-            }
-            let own = values.as_list_opt::<i32>()?.value(row);
-            let own = own.as_primitive_opt::<Int16Type>()?;
-            Some(own.iter().map(|v| v.unwrap_or(MISSING)).collect())
-        };
-        let known = [TraceSignal::Error, TraceSignal::Op];
-        (0..batch.num_rows())
-            .map(|row| {
-                let signal = known.into_iter().find(|signal| signal.name() == signals.value(row));
-                Ok(Self {
-                    name: names.value(row).to_owned(),
-                    start: starts.value(row),
-                    signal: signal.ok_or(wrong("signal"))?,
-                    unit: units.value(row),
-                    values: of(row).ok_or(wrong("values"))?,
-                })
-            })
-            .collect()
+    fn table(rows: &[Self]) -> Table {
+        fn cells<T: Cell>(rows: &[Trace], of: fn(&Trace) -> T) -> Cells {
+            Cell::cells(rows.iter().map(of).collect::<Vec<T>>())
+        }
+        let columns = [
+            ("loop", cells(rows, |trace| trace.name.clone())),
+            ("start", cells(rows, |trace| trace.start)),
+            ("signal", cells(rows, |trace| trace.signal)),
+            ("unit", cells(rows, |trace| trace.unit)),
+            ("values", cells(rows, |trace| trace.values.clone())),
+        ];
+        Table { columns: columns.map(|(name, cells)| (name.to_owned(), cells)).to_vec() }
+    }
+
+    fn rows(table: &Table) -> Result<Vec<Self>, String> {
+        let (names, starts) = (table.column("loop")?, table.column("start")?);
+        let (signals, units) = (table.column("signal")?, table.column("unit")?);
+        let values: Vec<Vec<i16>> = table.column("values")?;
+        let starts = names.into_iter().zip(starts);
+        let signals = signals.into_iter().zip(units);
+        let trace =
+            |((name, start), ((signal, unit), values))| Self { name, start, signal, unit, values };
+        Ok(starts.zip(signals.zip(values)).map(trace).collect())
     }
 }
 
@@ -270,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn traces_go_to_arrow_and_back() {
+    fn traces_go_to_a_table_and_back() {
         let sp: Vec<f64> = (0..2000).map(|k| if k < 1000 { 50.0 } else { 60.0 }).collect();
         let pv: Vec<f64> = (0..2000).map(|k| sp[k] + (0.1 * k as f64).sin()).collect();
         let recording = Recording::regular("A", 5.0, &pv, Some(&pv), Some(&sp)).unwrap();
@@ -282,9 +239,10 @@ mod tests {
         let got = error.values().nth(50).unwrap();
         assert!((got - want).abs() < 0.02, "{got} {want}");
         let both = [error, op];
-        let batch = Trace::batch(&both).unwrap();
-        assert_eq!(Trace::of_batch(&batch).unwrap(), both);
-        assert!(Trace::of_batch(&batch.project(&[0]).unwrap()).unwrap_err().contains("start"));
+        let mut table = Trace::table(&both);
+        assert_eq!(Trace::rows(&table).unwrap(), both);
+        table.columns.truncate(1);
+        assert!(Trace::rows(&table).unwrap_err().contains("start"));
         let flat = Recording::regular("B", 5.0, &[7.0; 100], None, None).unwrap();
         assert_eq!(Trace::of(&flat, 0, 500, TraceSignal::Error), None);
     }

@@ -5,8 +5,8 @@
 
 use crate::day;
 use crate::plant_file::{LoopFacts, Plant};
-use crate::trace::{Trace, TraceSignal};
-use crate::window::{ENGINE_VERSION, WindowRow, model_version};
+use crate::store::trace::{Trace, TraceSignal};
+use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use sha2::{Digest, Sha256};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, diagnose};

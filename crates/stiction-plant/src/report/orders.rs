@@ -1,8 +1,8 @@
 //! Work orders: what a week asks to be done at valves, one a loop that is to be repaired.
 
-use crate::action::Action;
-use crate::ranking::{LoopRow, Ranking};
-use crate::table::columns;
+use crate::report::action::Action;
+use crate::report::ranking::{LoopRow, Ranking};
+use crate::store::table::columns;
 use stiction_diagnose::diagnose::{Grade, VerdictClass};
 use stiction_diagnose::recording::LoopType;
 use stiction_diagnose::spoken::{counted, percent, rough, time};

@@ -31,7 +31,8 @@
 //! changes unseen.
 
 use crate::log::{Entry, Kind};
-use crate::window::WindowRow;
+use crate::store::table::{named_cell, written_by_name};
+use crate::store::window::WindowRow;
 use stiction_diagnose::diagnose::{Estimate, Observation};
 use stiction_diagnose::series::{mean, median};
 
@@ -77,6 +78,9 @@ pub enum Change {
     #[default]
     None,
 }
+
+named_cell!(Change);
+written_by_name!(Change);
 
 impl Change {
     /// All of them, the worst first.

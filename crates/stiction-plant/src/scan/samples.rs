@@ -5,9 +5,9 @@
 //! the day before; [`loops`] tells it which tags belong together.
 
 use crate::day;
-use crate::judge::{Judge, Judged};
 use crate::plant_file::Plant;
-use crate::window::WindowRow;
+use crate::scan::judge::{Judge, Judged};
+use crate::store::window::WindowRow;
 use rayon::prelude::*;
 use std::sync::Arc;
 use stiction_diagnose::recording::Recording;

@@ -1,6 +1,7 @@
 //! Whether the data of a loop can answer at all.
 
-use crate::window::WindowRow;
+use crate::store::table::{named_cell, written_by_name};
+use crate::store::window::WindowRow;
 use stiction_diagnose::diagnose::Silence;
 
 /// A service factor below which a loop counts as always in manual, percent.
@@ -23,6 +24,9 @@ pub enum Health {
     #[default]
     Good,
 }
+
+named_cell!(Health);
+written_by_name!(Health);
 
 impl Health {
     /// All of them, the worst first.

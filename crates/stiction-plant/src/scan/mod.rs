@@ -16,18 +16,26 @@
 //! first. Other files are read whole, so memory is that of the largest of them, and a batch, whatever the number of
 //! loops and days.
 
+mod files;
+pub mod inputs;
+pub mod judge;
+pub mod samples;
+mod spill;
+pub mod take;
+
 use crate::day;
 use crate::error::{Error, Result, file, store};
-use crate::files::{Files, Loops};
-use crate::inputs::{Inputs, Problem};
-use crate::judge::{Judge, Judged, MOST_DAYS, Parts};
 use crate::plant_file::{self, Plant};
-use crate::store::{Done, Store};
-use crate::trace::Trace;
-use crate::window::{ENGINE_VERSION, WindowRow, model_version};
+use crate::store::trace::Trace;
+use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
+use crate::store::{Done, Run, Store};
+use files::{Files, Loops};
+use inputs::{Inputs, Problem};
+use judge::{Judge, Judged, MOST_DAYS, Parts};
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use stiction_diagnose::recording::Recording;
 
@@ -147,7 +155,7 @@ pub fn scan(
     let pool = pool.map_err(|e| Error::Option(format!("the threads: {e}")))?;
 
     let store_of = Store::of(folder);
-    let mut run = store_of.begin()?;
+    let run = store_of.begin()?;
     let mut inputs = Inputs::known(&store_of, plant);
     inputs.update(folder, plant, |path| {
         // Only a batch can be the last thing that is done.
@@ -174,85 +182,19 @@ pub fn scan(
     let mut files = Files::of(folder, plant, (memory / 4) as usize);
     let sorted = store_of.path("sorted");
     let open: usize = loops.iter().map(|each| scan.open_days(each)).sum();
-    let (mut windows, mut errors, mut days_done) = (0, 0, 0);
-    let mut rows: Vec<WindowRow> = vec![];
-    let mut traces: Vec<Trace> = vec![];
-    'all: loop {
-        for each in &mut loops {
-            each.cursor = scan.next_open(each, each.cursor).unwrap_or(i64::MAX);
-        }
-        let Some(from) = loops.iter().map(|each| each.cursor).min().filter(|day| *day < i64::MAX)
-        else {
-            break;
-        };
+    let mut kept = Kept { run, rows: vec![], traces: vec![], windows: 0, errors: 0, days: 0 };
+    while let Some(from) = scan.next_segment(&mut loops) {
         let until = from + SEGMENT;
         let batches = batches(&loops, until, &files, (memory / ROW).max(1) as usize);
-        let named: Vec<Vec<&str>> = batches
-            .iter()
-            .map(|batch| batch.iter().map(|place| loops[*place].name).collect())
-            .collect();
-        let days = loops.iter().flat_map(|each| each.days.range(from - 1..until));
-        let paths: BTreeSet<&str> = days.flat_map(|(_, files)| files.iter().copied()).collect();
         // What was left by a scan that was ended.
         remove(&sorted)?;
-        for (k, path) in paths.iter().enumerate() {
-            files.sort(path, &named, &sorted.join(k.to_string()))?;
-        }
-        let read = |k: usize| {
-            batches.get(k).map(|batch| {
-                let piece = |place: &usize| {
-                    let of = &loops[*place];
-                    Piece {
-                        place: *place,
-                        of,
-                        from: of.cursor,
-                        until,
-                        parts: vec![],
-                        failed: vec![],
-                    }
-                };
-                let mut pieces: Vec<Piece<'_, '_>> = batch.iter().map(piece).collect();
-                scan.read(&files, &mut pieces, k);
-                pieces
-            })
-        };
-        let mut next = pool.install(|| read(0));
-        let mut cursors = vec![];
-        let mut k = 0;
-        let mut is_ended = false;
-        while let Some(pieces) = next {
-            let judge = || pieces.par_iter().map(|piece| scan.judge(piece)).collect();
-            let (judged, following): (Vec<(Vec<Window>, i64)>, _) =
-                pool.install(|| rayon::join(judge, || read(k + 1)));
-            (next, k) = (following, k + 1);
-            for (piece, (own, cursor)) in pieces.iter().zip(judged) {
-                days_done += piece.of.days.range(piece.from..cursor).count();
-                cursors.push((piece.place, cursor));
-                for (row, trace) in own {
-                    rows.push(row);
-                    traces.extend(trace);
-                }
-            }
-            if rows.len() >= PART || next.is_none() {
-                windows += rows.len();
-                errors += rows.iter().filter(|row| row.error.is_some()).count();
-                if !rows.is_empty() {
-                    run.write_traces(&traces)?;
-                    run.write(&rows)?;
-                    rows.clear();
-                    traces.clear();
-                }
-                let done = days_done.min(open);
-                is_ended = watch(Progress::Written { done, of: open }).is_break();
-                if is_ended {
-                    break;
-                }
-            }
-        }
+        sort(&mut files, &loops, &batches, from..until, &sorted)?;
+        let segment = Segment { scan: &scan, loops: &loops, batches, until, files: &files };
+        let judged = segment.judge(&pool, &mut kept, |days| {
+            watch(Progress::Written { done: days.min(open), of: open })
+        })?;
         files.forget_sorted();
-        if is_ended {
-            break 'all;
-        }
+        let ControlFlow::Continue(cursors) = judged else { break };
         for (place, cursor) in cursors {
             loops[place].cursor = cursor;
         }
@@ -260,19 +202,19 @@ pub fn scan(
     remove(&sorted)?;
     let manifest = Manifest {
         plant: plant.file.name.clone(),
-        run: (run.parts() > 0).then(|| run.name.clone()),
+        run: (kept.run.parts() > 0).then(|| kept.run.name.clone()),
         engine_version: ENGINE_VERSION.to_owned(),
         model_version: model_version(),
         files: inputs.files.len(),
         loops: loops_there,
-        windows,
-        errors,
-        parts: run.parts(),
+        windows: kept.windows,
+        errors: kept.errors,
+        parts: kept.run.parts(),
         problems: inputs.problems(plant),
     };
     let text =
         serde_json::to_string_pretty(&manifest).map_err(|e| store(&store_of.path("runs"), e))?;
-    run.end(&text)?;
+    kept.run.end(&text)?;
     Ok(manifest)
 }
 
@@ -355,8 +297,110 @@ fn batches(loops: &[Loop<'_>], until: i64, files: &Files<'_>, rows: usize) -> Ve
     batches
 }
 
+/// Sorts to `folder` the rows of the files of some days that batches would have to decode more than once.
+fn sort(
+    files: &mut Files<'_>,
+    loops: &[Loop<'_>],
+    batches: &[Vec<usize>],
+    days: Range<i64>,
+    folder: &Path,
+) -> Result<()> {
+    let names = |batch: &Vec<usize>| batch.iter().map(|place| loops[*place].name).collect();
+    let named: Vec<Vec<&str>> = batches.iter().map(names).collect();
+    let days = loops.iter().flat_map(|each| each.days.range(days.start - 1..days.end));
+    let paths: BTreeSet<&str> = days.flat_map(|(_, files)| files.iter().copied()).collect();
+    for (k, path) in paths.iter().enumerate() {
+        files.sort(path, &named, &folder.join(k.to_string()))?;
+    }
+    Ok(())
+}
+
 /// What is kept of a window: its row, and its trace where it has one.
 type Window = (WindowRow, Option<Trace>);
+
+/// What was judged, on its way to the store.
+struct Kept {
+    run: Run,
+    rows: Vec<WindowRow>,
+    traces: Vec<Trace>,
+    /// Windows that were written, and those of them that could not be judged.
+    windows: usize,
+    errors: usize,
+    /// Days of loops that are done.
+    days: usize,
+}
+
+impl Kept {
+    fn write(&mut self) -> Result<()> {
+        if self.rows.is_empty() {
+            return Ok(());
+        }
+        self.run.write_traces(&self.traces)?;
+        self.run.write(&self.rows)?;
+        self.windows += self.rows.len();
+        self.errors += self.rows.iter().filter(|row| row.error.is_some()).count();
+        self.rows.clear();
+        self.traces.clear();
+        Ok(())
+    }
+}
+
+/// Days that are judged together, in batches of loops.
+struct Segment<'s, 'a> {
+    scan: &'s Scan<'a>,
+    loops: &'s [Loop<'a>],
+    batches: Vec<Vec<usize>>,
+    until: i64,
+    files: &'s Files<'a>,
+}
+
+impl<'s, 'a> Segment<'s, 'a> {
+    /// What a batch needs; `None` after the last.
+    fn read(&self, batch: usize) -> Option<Vec<Piece<'a, 's>>> {
+        let piece = |place: &usize| {
+            let of = &self.loops[*place];
+            let (parts, failed) = (vec![], vec![]);
+            Piece { place: *place, of, from: of.cursor, until: self.until, parts, failed }
+        };
+        let mut pieces: Vec<_> = self.batches.get(batch)?.iter().map(piece).collect();
+        self.scan.read(self.files, &mut pieces, batch);
+        Some(pieces)
+    }
+
+    /// Judges it, the next batch being read meanwhile: the days from which on its loops are to be judged. `written` hears how
+    /// many days are done, and may end it.
+    fn judge(
+        &self,
+        pool: &ThreadPool,
+        kept: &mut Kept,
+        mut written: impl FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<(), Vec<(usize, i64)>>> {
+        let mut cursors = vec![];
+        let mut next = pool.install(|| self.read(0));
+        let mut k = 0;
+        while let Some(pieces) = next {
+            let judge = || pieces.par_iter().map(|piece| self.scan.judge(piece)).collect();
+            let (judged, following): (Vec<(Vec<Window>, i64)>, _) =
+                pool.install(|| rayon::join(judge, || self.read(k + 1)));
+            (next, k) = (following, k + 1);
+            for (piece, (own, cursor)) in pieces.iter().zip(judged) {
+                kept.days += piece.of.days.range(piece.from..cursor).count();
+                cursors.push((piece.place, cursor));
+                for (row, trace) in own {
+                    kept.rows.push(row);
+                    kept.traces.extend(trace);
+                }
+            }
+            if kept.rows.len() >= PART || next.is_none() {
+                kept.write()?;
+                if written(kept.days).is_break() {
+                    return Ok(ControlFlow::Break(()));
+                }
+            }
+        }
+        Ok(ControlFlow::Continue(cursors))
+    }
+}
 
 /// What holds throughout a scan.
 struct Scan<'a> {
@@ -401,6 +445,14 @@ impl Scan<'_> {
                 None => return Some(*day),
             }
         }
+    }
+
+    /// The first day on which a window of a loop is not done; each loop goes on to its own.
+    fn next_segment(&self, loops: &mut [Loop<'_>]) -> Option<i64> {
+        for each in &mut *loops {
+            each.cursor = self.next_open(each, each.cursor).unwrap_or(i64::MAX);
+        }
+        loops.iter().map(|each| each.cursor).min().filter(|day| *day < i64::MAX)
     }
 
     /// About how many days are to be judged.

@@ -10,23 +10,31 @@
 //!
 //! Equal stores, files and options give equal bytes; each file is written whole or not at all, the page last.
 
-use crate::action::Action;
-use crate::change::Change;
+pub mod action;
+pub mod change;
+pub mod health;
+pub mod orders;
+pub mod page;
+pub mod ranking;
+pub mod treemap;
+
 use crate::day;
 use crate::error::{Error, Result, store};
 use crate::groups::pairs::{self, Pair};
 use crate::groups::{self, Group, GroupOptions, LoopOfWeek};
 use crate::log::Log;
-use crate::orders::{Order, orders};
-use crate::page;
 use crate::plant_file::Plant;
-use crate::ranking::{LoopRow, Ranked, Ranking, rank};
 use crate::scan::recordings_of;
+use crate::store::parquet_file;
+use crate::store::table::{Row, columns};
+use crate::store::trace::Trace;
+use crate::store::window::{ENGINE_VERSION, WindowRow};
 use crate::store::{Store, write_whole};
-use crate::table::{columns, parquet};
-use crate::trace::Trace;
 use crate::week::Week;
-use crate::window::{ENGINE_VERSION, WindowRow};
+use action::Action;
+use change::Change;
+use orders::{Order, orders};
+use ranking::{LoopRow, Ranked, Ranking, rank};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -420,8 +428,8 @@ fn write_tables(
     let names = LoopRow::columns().into_iter().map(|column| column.name);
     let csv = csv(names, loops.iter().map(LoopRow::cells));
     write("ranking.csv", csv.map_err(|e| refused("ranking.csv", e.to_string()))?.as_bytes())?;
-    let batch = LoopRow::batch(&loops).map_err(|e| refused("ranking.parquet", e.to_string()))?;
-    let bytes = parquet(&batch).map_err(|e| refused("ranking.parquet", e.to_string()))?;
+    let bytes =
+        parquet_file::bytes(&loops).map_err(|e| refused("ranking.parquet", e.to_string()))?;
     write("ranking.parquet", &bytes)?;
     let document = RankingDocument {
         plant: &ranking.plant,
@@ -452,8 +460,7 @@ fn write_tables(
         group.members.iter().map(row).collect::<Vec<_>>()
     };
     let rows: Vec<GroupRow> = groups.iter().flat_map(of_group).collect();
-    let batch = GroupRow::batch(&rows).map_err(|e| refused("groups.parquet", e.to_string()))?;
-    let bytes = parquet(&batch).map_err(|e| refused("groups.parquet", e.to_string()))?;
+    let bytes = parquet_file::bytes(&rows).map_err(|e| refused("groups.parquet", e.to_string()))?;
     write("groups.parquet", &bytes)
 }
 

@@ -1,15 +1,15 @@
 //! The page of a week: what to do first, what changed, where, and what the data are like. One file that works without a
 //! network, with keys and on paper; without scripts it shows all loops.
 
-use crate::action::Action;
-use crate::change::Change;
 use crate::day;
 use crate::groups::{Group, Source};
-use crate::health::Health;
-use crate::orders::Order;
-use crate::ranking::{FULL, LoopRow, Ranked, Ranking};
-use crate::treemap::{AreaTile, LoopTile, NOWHERE, Tile, map};
-use crate::window::ENGINE_VERSION;
+use crate::report::action::Action;
+use crate::report::change::Change;
+use crate::report::health::Health;
+use crate::report::orders::Order;
+use crate::report::ranking::{FULL, LoopRow, Ranked, Ranking};
+use crate::report::treemap::{AreaTile, LoopTile, NOWHERE, Tile, map};
+use crate::store::window::ENGINE_VERSION;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -442,7 +442,7 @@ impl Spark {
         let mut spark = Self::default();
         let (Some(first), Some(last)) = (windows.first(), windows.last()) else { return spark };
         let (begin, end) = (first.window_start as f64, (last.window_start + last.window_s) as f64);
-        let x = |row: &crate::window::WindowRow| {
+        let x = |row: &crate::store::window::WindowRow| {
             SPARK.0 * (row.window_start as f64 + row.window_s as f64 / 2.0 - begin) / (end - begin)
         };
         let mut pen: Option<(i64, i64)> = None;

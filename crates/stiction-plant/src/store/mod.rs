@@ -15,25 +15,24 @@
 //! Every file is written beside its place and renamed into it, so it is there whole or not at all. Rows count
 //! whether or not their run came to its end; which windows are done is asked of them alone.
 
+pub mod pair;
+pub mod parquet_file;
+pub mod table;
+pub mod trace;
+pub mod window;
+
 use crate::error::{Error, Result, file, store};
-use crate::groups::pairs::Pair;
-use crate::table::{self, parquet};
-use crate::trace::Trace;
 use crate::week::Week;
-use crate::window::WindowRow;
-use arrow_array::RecordBatch;
-use arrow_array::cast::AsArray;
-use arrow_array::types::Int64Type;
-use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::Encoding;
+use pair::Pair;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::statistics::Statistics;
-use parquet::schema::types::ColumnPath;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use table::{Row, Table};
+use trace::Trace;
+use window::WindowRow;
 
 /// The store of a plant.
 #[derive(Debug, Clone)]
@@ -256,7 +255,7 @@ impl Store {
             let mut rows = those_that_count(all);
             rows.retain(|row| week_of(row) == week);
             let path = self.week(week);
-            write_whole(&path, &bytes(&rows).map_err(|e| store(&path, e))?)?;
+            write(&path, &rows)?;
         }
         write_whole(&self.path("index").join("through"), last.as_bytes())
     }
@@ -328,8 +327,8 @@ impl Store {
             {
                 let path = folder.join(part);
                 let within = |footer: &ParquetMetaData| may_begin(footer, from, to);
-                tables(&path, None, within, |batch| {
-                    let found = Trace::of_batch(batch)?.into_iter();
+                tables(&path, None, within, |table| {
+                    let found = Trace::rows(table)?.into_iter();
                     let wanted = found.filter(|trace| (from..to).contains(&trace.start));
                     newest.extend(wanted.map(|trace| ((trace.name.clone(), trace.start), trace)));
                     Ok(())
@@ -356,13 +355,7 @@ impl Store {
         if !path.exists() {
             return Ok(None);
         }
-        let mut pairs = vec![];
-        let take = |batch: &RecordBatch| {
-            pairs.extend(Pair::rows(batch)?);
-            Ok(())
-        };
-        tables(&path, None, |_| true, take)?;
-        Ok(Some(pairs))
+        Ok(Some(read(&path)?))
     }
 
     /// The files of pairs of a week.
@@ -376,10 +369,8 @@ impl Store {
     /// If the file cannot be written.
     pub fn keep_pairs(&self, week: Week, made_of: &str, pairs: &[Pair]) -> Result<()> {
         let path = self.pairs_path(week, made_of);
-        let table = Pair::batch(pairs).map_err(|e| store(&path, e))?;
-        let bytes = parquet(&table).map_err(|e| store(&path, e))?;
         let before = self.pairs_of(week)?;
-        write_whole(&path, &bytes)?;
+        write(&path, pairs)?;
         for other in before.iter().map(|name| self.path("pairs").join(name)) {
             if other != path {
                 fs::remove_file(&other).map_err(file(&other))?;
@@ -410,8 +401,7 @@ impl Run {
     pub fn write(&mut self, rows: &[WindowRow]) -> Result<()> {
         self.parts += 1;
         let path = self.folder.join(format!("windows-{:04}.parquet", self.parts));
-        let bytes = bytes(rows).map_err(|e| store(&path, e))?;
-        write_whole(&path, &bytes)
+        write(&path, rows)
     }
 
     /// Writes the traces of the rows that are written next. Without their rows they are harmless; rows count as done.
@@ -420,14 +410,7 @@ impl Run {
     /// If the file cannot be written.
     pub fn write_traces(&mut self, traces: &[Trace]) -> Result<()> {
         let path = self.folder.join(format!("traces-{:04}.parquet", self.parts + 1));
-        // Steps from one value to the next are small numbers; as whole ones they would take four bytes each.
-        let values =
-            ColumnPath::from(vec!["values".to_owned(), "list".to_owned(), "item".to_owned()]);
-        let properties = table::properties()
-            .set_column_dictionary_enabled(values.clone(), false)
-            .set_column_encoding(values, Encoding::DELTA_BINARY_PACKED);
-        let table = Trace::batch(traces).map_err(|e| store(&path, e))?;
-        write_whole(&path, &table::parquet_with(&table, properties).map_err(|e| store(&path, e))?)
+        write(&path, traces)
     }
 
     /// How many parts were written.
@@ -512,32 +495,20 @@ fn names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<String>> {
     Ok(names)
 }
 
-fn bytes(rows: &[WindowRow]) -> parquet::errors::Result<Vec<u8>> {
-    parquet(&WindowRow::batch(rows)?)
+fn write<R: Row>(path: &Path, rows: &[R]) -> Result<()> {
+    write_whole(path, &parquet_file::bytes(rows).map_err(|e| store(path, e))?)
 }
 
 /// Hands `take` the tables of a file whose footer says that it is wanted, of all columns or of these.
 fn tables(
     path: &Path,
     columns: Option<&[&str]>,
-    wanted: impl Fn(&ParquetMetaData) -> bool,
-    mut take: impl FnMut(&RecordBatch) -> std::result::Result<(), String>,
+    wanted: impl FnOnce(&ParquetMetaData) -> bool,
+    take: impl FnMut(&Table) -> std::result::Result<(), String>,
 ) -> Result<()> {
-    let damaged = |what: String| store(path, format!("{what}; remove the file, and scan again"));
-    let file = File::open(path).map_err(file(path))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file);
-    let builder = builder.map_err(|e| damaged(e.to_string()))?;
-    if !wanted(builder.metadata()) {
-        return Ok(());
-    }
-    let mask = columns.map_or_else(ProjectionMask::all, |columns| {
-        ProjectionMask::columns(builder.parquet_schema(), columns.iter().copied())
-    });
-    let reader = builder.with_projection(mask).build();
-    for batch in reader.map_err(|e| damaged(e.to_string()))? {
-        take(&batch.map_err(|e| damaged(e.to_string()))?).map_err(damaged)?;
-    }
-    Ok(())
+    let input = File::open(path).map_err(file(path))?;
+    parquet_file::read(input, columns, wanted, take)
+        .map_err(|what| store(path, format!("{what}; remove the file, and scan again")))
 }
 
 /// Whether a file of traces may hold one that begins from `from` on and before `to`.
@@ -554,48 +525,29 @@ fn may_begin(footer: &ParquetMetaData, from: i64, to: i64) -> bool {
     })
 }
 
-fn read(path: &Path) -> Result<Vec<WindowRow>> {
+fn read<R: Row>(path: &Path) -> Result<Vec<R>> {
     let mut rows = vec![];
-    tables(
-        path,
-        None,
-        |_| true,
-        |batch| {
-            rows.extend(WindowRow::rows(batch)?);
-            Ok(())
-        },
-    )?;
+    let take = |table: &Table| {
+        rows.extend(R::rows(table)?);
+        Ok(())
+    };
+    tables(path, None, |_| true, take)?;
     Ok(rows)
 }
 
 fn read_done(path: &Path) -> Result<Vec<((String, i64), Done)>> {
     let columns = ["loop", "window_start", "window_s", "settings_hash", "input_fingerprint"];
     let mut done = vec![];
-    tables(
-        path,
-        Some(&columns),
-        |_| true,
-        |batch| {
-            let text =
-                |name: &str| batch.column_by_name(name).and_then(|c| c.as_string_opt::<i32>());
-            let count = |name: &str| {
-                batch.column_by_name(name).and_then(|c| c.as_primitive_opt::<Int64Type>())
-            };
-            let (Some(name), Some(start), Some(seconds), Some(settings), Some(input)) = (
-                text("loop"),
-                count("window_start"),
-                count("window_s"),
-                text("settings_hash"),
-                text("input_fingerprint"),
-            ) else {
-                return Err("lacks a column that every window has".to_owned());
-            };
-            for row in 0..batch.num_rows() {
-                let of = Done::of(seconds.value(row), settings.value(row), input.value(row));
-                done.push(((name.value(row).to_owned(), start.value(row)), of));
-            }
-            Ok(())
-        },
-    )?;
+    let take = |table: &Table| {
+        let [names, settings, inputs] =
+            ["loop", "settings_hash", "input_fingerprint"].map(|name| table.column::<String>(name));
+        let [starts, seconds] = ["window_start", "window_s"].map(|name| table.column::<i64>(name));
+        let made_of = seconds?.into_iter().zip(settings?).zip(inputs?);
+        let made_of =
+            made_of.map(|((seconds, settings), input)| Done::of(seconds, &settings, &input));
+        done.extend(names?.into_iter().zip(starts?).zip(made_of));
+        Ok(())
+    };
+    tables(path, Some(&columns), |_| true, take)?;
     Ok(done)
 }

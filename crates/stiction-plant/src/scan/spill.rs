@@ -4,19 +4,12 @@
 //! what each batch of loops needs is kept in a file of its own until the batch is judged.
 
 use crate::error::{Result, file, store};
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int32Type, UInt32Type};
-use arrow_array::{ArrayRef, DictionaryArray, Float64Array, RecordBatch, StringArray, UInt32Array};
-use arrow_ipc::CompressionType;
-use arrow_ipc::reader::StreamReader;
-use arrow_ipc::writer::{IpcWriteOptions, StreamWriter};
-use arrow_schema::{ArrowError, DataType, Field, Schema};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use stiction_io::sheet::{Cells, Column, Sheet};
+use stiction_io::sheet::{Cells, Sheet};
 
 /// Rows that a file collects before they are written.
 const ROWS: usize = 8192;
@@ -30,7 +23,7 @@ pub struct Spill {
 #[derive(Default)]
 struct Part {
     waiting: Option<Sheet>,
-    writer: Option<StreamWriter<BufWriter<File>>>,
+    writer: Option<BufWriter<File>>,
 }
 
 impl Spill {
@@ -77,7 +70,7 @@ impl Spill {
             let path = path(&self.folder, reader);
             part.write(&path)?;
             if let Some(mut writer) = part.writer.take() {
-                writer.finish().map_err(|e| store(&path, e))?;
+                writer.flush().map_err(file(&path))?;
             }
         }
         Ok(())
@@ -87,25 +80,19 @@ impl Spill {
 impl Part {
     fn write(&mut self, path: &Path) -> Result<()> {
         let Some(sheet) = self.waiting.take() else { return Ok(()) };
-        let wrong = |e: ArrowError| store(path, e);
-        let batch = batch(&sheet).map_err(wrong)?;
-        if self.writer.is_none() {
-            let out = BufWriter::new(File::create(path).map_err(file(path))?);
-            let options = IpcWriteOptions::default()
-                .try_with_compression(Some(CompressionType::LZ4_FRAME))
-                .map_err(wrong)?;
-            let writer = StreamWriter::try_new_with_options(out, &batch.schema(), options);
-            self.writer = Some(writer.map_err(wrong)?);
-        }
-        match &mut self.writer {
-            Some(writer) => writer.write(&batch).map_err(wrong),
-            None => Ok(()),
-        }
+        let writer = match &mut self.writer {
+            Some(writer) => writer,
+            writer => writer.insert(BufWriter::new(File::create(path).map_err(file(path))?)),
+        };
+        let block = lz4_flex::compress_prepend_size(&block(&sheet));
+        let length = (block.len() as u32).to_le_bytes();
+        let written = writer.write_all(&length).and_then(|()| writer.write_all(&block));
+        written.map_err(file(path))
     }
 }
 
 fn path(folder: &Path, reader: usize) -> PathBuf {
-    folder.join(format!("{reader:05}.arrow"))
+    folder.join(format!("{reader:05}.rows"))
 }
 
 /// What was kept in `folder` for a reader, as a sheet like `like`, which has no rows; `None` if there is nothing.
@@ -117,83 +104,99 @@ pub fn read(folder: &Path, reader: usize, like: &Sheet) -> Result<Option<Sheet>>
     if !path.exists() {
         return Ok(None);
     }
-    let wrong = |e: ArrowError| store(&path, e);
-    let input = BufReader::new(File::open(&path).map_err(file(&path))?);
+    let mut input = BufReader::new(File::open(&path).map_err(file(&path))?);
     let mut sheet = like.clone();
-    let mut words: HashMap<String, Arc<str>> = HashMap::new();
-    for batch in StreamReader::try_new(input, None).map_err(wrong)? {
-        let batch = batch.map_err(wrong)?;
-        let (rows, columns) = batch.columns().split_at(1);
-        sheet
-            .rows
-            .extend(rows[0].as_primitive::<UInt32Type>().values().iter().map(|row| *row as usize));
-        for (column, array) in sheet.columns.iter_mut().zip(columns) {
-            match &mut column.cells {
-                Cells::Numbers(cells) | Cells::Times { seconds: cells, .. } => {
-                    cells.extend(array.as_primitive::<Float64Type>().values());
-                }
-                Cells::Text(cells) => {
-                    let array = array.as_dictionary::<Int32Type>();
-                    let known = array.values().as_string::<i32>();
-                    let mut word = |text: &str| match words.get(text) {
-                        Some(word) => Arc::clone(word),
-                        None => {
-                            let word: Arc<str> = text.into();
-                            words.insert(text.to_owned(), Arc::clone(&word));
-                            word
-                        }
-                    };
-                    let known: Vec<Arc<str>> =
-                        known.iter().map(|text| word(text.unwrap_or(""))).collect();
-                    let keys = array.keys().values().iter();
-                    cells.extend(keys.map(|key| Arc::clone(&known[*key as usize])));
-                }
-            }
-        }
+    let mut words: HashSet<Arc<str>> = HashSet::new();
+    let damaged = || store(&path, "is damaged; scan again");
+    let mut length = [0; 4];
+    while !input.fill_buf().map_err(file(&path))?.is_empty() {
+        input.read_exact(&mut length).map_err(file(&path))?;
+        let mut bytes = vec![0; u32::from_le_bytes(length) as usize];
+        input.read_exact(&mut bytes).map_err(file(&path))?;
+        let block = lz4_flex::decompress_size_prepended(&bytes).map_err(|_| damaged())?;
+        take(&block, &mut sheet, &mut words).ok_or_else(damaged)?;
     }
     Ok(Some(sheet))
 }
 
-fn batch(sheet: &Sheet) -> std::result::Result<RecordBatch, ArrowError> {
-    let rows: UInt32Array =
-        (0..sheet.len()).map(|row| u32::try_from(sheet.row(row)).ok()).collect();
-    let mut fields = vec![Field::new("row", DataType::UInt32, true)];
-    let mut arrays: Vec<ArrayRef> = vec![Arc::new(rows)];
-    for Column { name, cells, .. } in &sheet.columns {
-        let array: ArrayRef = match cells {
+/// Rows, column by column: how many, their numbers, then of each column numbers, or places among words and the words.
+/// Counts and places take four bytes, numbers eight, the low one first.
+fn block(sheet: &Sheet) -> Vec<u8> {
+    let mut block = vec![];
+    let count = |block: &mut Vec<u8>, n: usize| block.extend((n as u32).to_le_bytes());
+    count(&mut block, sheet.len());
+    (0..sheet.len()).for_each(|row| count(&mut block, sheet.row(row)));
+    for column in &sheet.columns {
+        match &column.cells {
             Cells::Numbers(cells) | Cells::Times { seconds: cells, .. } => {
-                Arc::new(Float64Array::from(cells.clone()))
+                block.extend(cells.iter().flat_map(|cell| cell.to_le_bytes()));
             }
             Cells::Text(cells) => {
-                let mut keys: HashMap<&str, i32> = HashMap::new();
+                let mut places: HashMap<&str, usize> = HashMap::new();
                 let mut known: Vec<&str> = vec![];
                 // Words that follow each other are mostly one and the same.
-                let mut last: Option<(&Arc<str>, i32)> = None;
-                let mut key = |cell| match last {
-                    Some((known, key)) if Arc::ptr_eq(known, cell) => key,
-                    _ => {
-                        let key = *keys.entry(&**cell).or_insert_with(|| {
+                let mut last: Option<(&Arc<str>, usize)> = None;
+                for cell in cells {
+                    let place = match last {
+                        Some((word, place)) if Arc::ptr_eq(word, cell) => place,
+                        _ => *places.entry(cell).or_insert_with(|| {
                             known.push(cell);
-                            known.len() as i32 - 1
-                        });
-                        last = Some((cell, key));
-                        key
-                    }
-                };
-                let keys: Vec<i32> = cells.iter().map(&mut key).collect();
-                let words = Arc::new(StringArray::from(known));
-                Arc::new(DictionaryArray::<Int32Type>::try_new(keys.into(), words)?)
+                            known.len() - 1
+                        }),
+                    };
+                    last = Some((cell, place));
+                    count(&mut block, place);
+                }
+                count(&mut block, known.len());
+                for word in known {
+                    count(&mut block, word.len());
+                    block.extend(word.as_bytes());
+                }
             }
-        };
-        fields.push(Field::new(name, array.data_type().clone(), true));
-        arrays.push(array);
+        }
     }
-    RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays)
+    block
+}
+
+/// Appends the rows of a block to a sheet; `None` if it is none.
+fn take(mut block: &[u8], sheet: &mut Sheet, words: &mut HashSet<Arc<str>>) -> Option<()> {
+    fn count(block: &mut &[u8]) -> Option<usize> {
+        Some(u32::from_le_bytes(*block.split_off(..4)?.first_chunk()?) as usize)
+    }
+    let block = &mut block;
+    let rows = count(block)?;
+    for _ in 0..rows {
+        sheet.rows.push(count(block)?);
+    }
+    for column in &mut sheet.columns {
+        match &mut column.cells {
+            Cells::Numbers(cells) | Cells::Times { seconds: cells, .. } => {
+                let (numbers, _) = block.split_off(..8 * rows)?.as_chunks();
+                cells.extend(numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)));
+            }
+            Cells::Text(cells) => {
+                let (places, _) = block.split_off(..4 * rows)?.as_chunks();
+                let mut known: Vec<Arc<str>> = vec![];
+                for _ in 0..count(block)? {
+                    let length = count(block)?;
+                    let word = std::str::from_utf8(block.split_off(..length)?).ok()?;
+                    let word = words.get(word).cloned().unwrap_or_else(|| word.into());
+                    words.insert(Arc::clone(&word));
+                    known.push(word);
+                }
+                for place in places {
+                    cells.push(Arc::clone(known.get(u32::from_le_bytes(*place) as usize)?));
+                }
+            }
+        }
+    }
+    Some(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stiction_io::sheet::Column;
 
     #[test]
     fn rows_come_back_to_whom_they_belong() {

@@ -12,7 +12,7 @@ mod bank;
 pub mod coherence;
 pub mod pairs;
 
-use crate::trace::Trace;
+use crate::store::trace::Trace;
 use bank::{BANDS, Pieces, Series};
 use coherence::threshold;
 use pairs::{Edge, Pair, Swings, all_pairs, span};

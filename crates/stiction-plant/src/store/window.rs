@@ -1,6 +1,6 @@
 //! The row of a window: what is kept of one loop on one day.
 
-use crate::table::columns;
+use crate::store::table::columns;
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade, Observation, VerdictClass};
 use stiction_diagnose::fusion;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
@@ -197,10 +197,11 @@ impl WindowRow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::table::Row;
     use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 
     #[test]
-    fn rows_go_to_arrow_and_back() {
+    fn rows_go_to_a_table_and_back() {
         let simulated = stiction_population::LoopKind::Sticky.simulate(3).unwrap();
         let found = diagnose(&simulated.recording, &DiagnoseOptions::default()).unwrap();
         let judged = WindowRow { name: "FIC101".to_owned(), ..WindowRow::default() }.judged(&found);
@@ -211,10 +212,10 @@ mod tests {
         );
         let refused = WindowRow { error: Some("it is".to_owned()), ..WindowRow::default() };
         let rows = vec![judged, refused];
-        let batch = WindowRow::batch(&rows).unwrap();
-        assert_eq!(WindowRow::rows(&batch).unwrap(), rows);
-        let some = batch.project(&[0, 1]).unwrap();
-        assert!(WindowRow::rows(&some).unwrap_err().contains("has no column \"type\""));
+        let mut table = WindowRow::table(&rows);
+        assert_eq!(WindowRow::rows(&table).unwrap(), rows);
+        table.columns.truncate(2);
+        assert!(WindowRow::rows(&table).unwrap_err().contains("has no column \"type\""));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! M. Bruls, K. Huizing, J. J. van Wijk, "Squarified treemaps", Data Visualization 2000 (recalled, not read).
 
-use crate::ranking::LoopRow;
+use crate::report::ranking::LoopRow;
 use std::collections::BTreeMap;
 
 /// A rectangle: left, top, width and height.

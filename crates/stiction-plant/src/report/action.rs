@@ -1,6 +1,7 @@
 //! What to do about a loop.
 
-use crate::health::Health;
+use crate::report::health::Health;
+use crate::store::table::{named_cell, written_by_name};
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 
 /// The likelihood from which another cause than stiction is acted on.
@@ -21,6 +22,9 @@ pub enum Action {
     #[default]
     Leave,
 }
+
+named_cell!(Action);
+written_by_name!(Action);
 
 impl Action {
     /// All of them, the first first.

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::plant_file::Plant;
-use crate::spill::{self, Spill};
+use crate::scan::spill::{self, Spill};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -4,8 +4,8 @@ use crate::error::{Result, store};
 use crate::plant_file::Plant;
 use crate::scan::{Manifest, PART};
 use crate::store::Store;
-use crate::trace::{STEP_S, Trace};
-use crate::window::{ENGINE_VERSION, WindowRow, model_version};
+use crate::store::trace::{STEP_S, Trace};
+use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 

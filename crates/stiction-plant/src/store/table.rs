@@ -1,0 +1,361 @@
+//! Tables that are declared once: the struct of a row, its columns in memory and in Parquet, its JSON and CSV, and the
+//! table of documentation come from one declaration.
+
+use std::sync::Arc;
+use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
+
+/// What a column is.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct Column {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit; empty for what has none.
+    pub unit: &'static str,
+    /// What its cells are.
+    pub kind: Kind,
+    /// Whether a cell may be empty.
+    pub optional: bool,
+    /// What it means.
+    pub meaning: String,
+}
+
+/// What the cells of a column are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Text.
+    Text,
+    /// Numbers.
+    Number,
+    /// Whole numbers.
+    Count,
+    /// True or false.
+    Flag,
+    /// Times: whole numbers, ms since 1970-01-01 UTC.
+    Time,
+    /// Lists of steps: small whole numbers, of which some may be missing.
+    Steps,
+}
+
+impl Kind {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Number => "number",
+            Self::Count => "count",
+            Self::Flag => "flag",
+            Self::Time => "time",
+            Self::Steps => "list",
+        }
+    }
+
+    /// Its name in the language of Spark.
+    pub fn sql(self) -> &'static str {
+        match self {
+            Self::Text => "STRING",
+            Self::Number => "DOUBLE",
+            Self::Count => "BIGINT",
+            Self::Flag => "BOOLEAN",
+            Self::Time => "TIMESTAMP",
+            Self::Steps => "ARRAY<SMALLINT>",
+        }
+    }
+}
+
+/// What stands for a step that is missing.
+pub const MISSING: i16 = i16::MIN;
+
+/// The cells of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Text; equal texts that follow each other are best one.
+    Text(Vec<Option<Arc<str>>>),
+    /// Numbers.
+    Number(Vec<Option<f64>>),
+    /// Whole numbers, or times.
+    Count(Vec<Option<i64>>),
+    /// True or false.
+    Flag(Vec<Option<bool>>),
+    /// Lists of steps, [`MISSING`] for one that is.
+    Steps(Vec<Vec<i16>>),
+    /// So many of another kind, which no row holds.
+    Other(usize),
+}
+
+impl Cells {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Text(cells) => cells.len(),
+            Self::Number(cells) => cells.len(),
+            Self::Count(cells) => cells.len(),
+            Self::Flag(cells) => cells.len(),
+            Self::Steps(cells) => cells.len(),
+            Self::Other(cells) => *cells,
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A table, column by column.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Its columns, by name, all of one length.
+    pub columns: Vec<(String, Cells)>,
+}
+
+impl Table {
+    /// How many rows it has.
+    pub fn len(&self) -> usize {
+        self.columns.first().map_or(0, |(_, cells)| cells.len())
+    }
+
+    /// Whether it has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The cells of a column. One whose cells may be empty may be missing: an earlier version did not know it.
+    ///
+    /// # Errors
+    /// If it is not there but must be, is of another type, or lacks a cell that it must have.
+    pub fn column<T: Cell>(&self, name: &str) -> Result<Vec<T>, String> {
+        let Some((_, cells)) = self.columns.iter().find(|(own, _)| own == name) else {
+            let none = T::none().ok_or_else(|| format!("has no column \"{name}\""))?;
+            return Ok(vec![none; self.len()]);
+        };
+        let wrong = |row| format!("row {}, column \"{name}\" is not a {}", row + 1, T::KIND.name());
+        (0..cells.len()).map(|row| T::of(cells, row).ok_or_else(|| wrong(row))).collect()
+    }
+}
+
+/// What a cell of a column can be.
+pub trait Cell: Clone {
+    /// What its column is.
+    const KIND: Kind;
+    /// An empty cell, if it may be one.
+    fn none() -> Option<Self>;
+    /// Cells as a column.
+    fn cells(cells: Vec<Self>) -> Cells;
+    /// The cell of a row; `None` if the column is of another type, or the cell empty that must not be.
+    fn of(cells: &Cells, row: usize) -> Option<Self>;
+    /// The cell as text for people's tables; empty for none.
+    fn text(&self) -> String;
+}
+
+/// Cells that may be empty, of those that are always there.
+macro_rules! cell {
+    ($type:ty, $kind:ident, $in:expr, $out:expr) => {
+        impl Cell for $type {
+            const KIND: Kind = Kind::$kind;
+            fn none() -> Option<Self> {
+                None
+            }
+            fn cells(cells: Vec<Self>) -> Cells {
+                Cells::$kind(cells.into_iter().map($in).map(Some).collect())
+            }
+            fn of(cells: &Cells, row: usize) -> Option<Self> {
+                Option::<$type>::of(cells, row)?
+            }
+            fn text(&self) -> String {
+                self.to_string()
+            }
+        }
+        impl Cell for Option<$type> {
+            const KIND: Kind = Kind::$kind;
+            fn none() -> Option<Self> {
+                Some(None)
+            }
+            fn cells(cells: Vec<Self>) -> Cells {
+                Cells::$kind(cells.into_iter().map(|cell| cell.map($in)).collect())
+            }
+            fn of(cells: &Cells, row: usize) -> Option<Self> {
+                let Cells::$kind(cells) = cells else { return None };
+                Some(cells.get(row)?.as_ref().map($out))
+            }
+            fn text(&self) -> String {
+                self.as_ref().map(ToString::to_string).unwrap_or_default()
+            }
+        }
+    };
+}
+
+cell!(String, Text, Arc::from, |text: &Arc<str>| text.to_string());
+cell!(f64, Number, |number| number, |number| *number);
+cell!(i64, Count, |count| count, |count| *count);
+cell!(bool, Flag, |flag| flag, |flag| *flag);
+
+impl Cell for Vec<i16> {
+    const KIND: Kind = Kind::Steps;
+    fn none() -> Option<Self> {
+        None
+    }
+    fn cells(cells: Vec<Self>) -> Cells {
+        Cells::Steps(cells)
+    }
+    fn of(cells: &Cells, row: usize) -> Option<Self> {
+        let Cells::Steps(cells) = cells else { return None };
+        cells.get(row).cloned()
+    }
+    fn text(&self) -> String {
+        let step = |step: &i16| if *step == MISSING { String::new() } else { step.to_string() };
+        self.iter().map(step).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// A type of cells that has names for its values, `ALL` of them known, and the same that may be empty.
+macro_rules! named_cell {
+    ($type:ty) => {
+        impl $crate::store::table::Cell for $type {
+            const KIND: $crate::store::table::Kind = $crate::store::table::Kind::Text;
+            fn none() -> Option<Self> {
+                None
+            }
+            fn cells(cells: Vec<Self>) -> $crate::store::table::Cells {
+                $crate::store::table::Cell::cells(cells.into_iter().map(Some).collect::<Vec<_>>())
+            }
+            fn of(cells: &$crate::store::table::Cells, row: usize) -> Option<Self> {
+                <Option<$type> as $crate::store::table::Cell>::of(cells, row)?
+            }
+            fn text(&self) -> String {
+                self.name().to_owned()
+            }
+        }
+        impl $crate::store::table::Cell for Option<$type> {
+            const KIND: $crate::store::table::Kind = $crate::store::table::Kind::Text;
+            fn none() -> Option<Self> {
+                Some(None)
+            }
+            fn cells(cells: Vec<Self>) -> $crate::store::table::Cells {
+                let name = |cell: Option<$type>| cell.map(|one| one.name().into());
+                $crate::store::table::Cells::Text(cells.into_iter().map(name).collect())
+            }
+            fn of(cells: &$crate::store::table::Cells, row: usize) -> Option<Self> {
+                let $crate::store::table::Cells::Text(cells) = cells else { return None };
+                match cells.get(row)? {
+                    None => Some(None),
+                    Some(name) => {
+                        <$type>::ALL.into_iter().find(|one| one.name() == &**name).map(Some)
+                    }
+                }
+            }
+            fn text(&self) -> String {
+                self.map_or(String::new(), |one| one.name().to_owned())
+            }
+        }
+    };
+}
+pub(crate) use named_cell;
+
+named_cell!(Grade);
+named_cell!(Cause);
+named_cell!(VerdictClass);
+
+/// What has names is written by them.
+macro_rules! written_by_name {
+    ($type:ty) => {
+        impl serde::Serialize for $type {
+            fn serialize<S: serde::Serializer>(
+                &self,
+                to: S,
+            ) -> std::result::Result<S::Ok, S::Error> {
+                to.serialize_str(self.name())
+            }
+        }
+        impl schemars::JsonSchema for $type {
+            fn inline_schema() -> bool {
+                true
+            }
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($type).into()
+            }
+            fn json_schema(of: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                <str as schemars::JsonSchema>::json_schema(of)
+            }
+        }
+    };
+}
+pub(crate) use written_by_name;
+
+written_by_name!(Kind);
+
+/// A row of a table.
+pub trait Row: Sized {
+    /// All columns, in their order.
+    fn columns() -> Vec<Column>;
+
+    /// Rows as a table.
+    fn table(rows: &[Self]) -> Table;
+
+    /// The rows of a table; columns are found by name, and others than these are left alone. One whose cells may be
+    /// empty may be missing: an earlier version did not know it.
+    ///
+    /// # Errors
+    /// If another column is not there, one is of another type, or lacks a cell that it must have.
+    fn rows(table: &Table) -> Result<Vec<Self>, String>;
+
+    /// The columns as Spark declares them.
+    fn ddl() -> String {
+        let column = |column: Column| format!("`{}` {}", column.name, column.kind.sql());
+        Self::columns().into_iter().map(column).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Declares a table: the struct of its rows, with columns in memory and in Parquet, JSON and documentation.
+macro_rules! columns {
+    (
+        $(#[$attribute:meta])*
+        pub struct $row:ident;
+        $($(#[doc = $meaning:literal])+ $name:tt [$unit:literal] $field:ident: $type:ty;)+
+    ) => {
+        $(#[$attribute])*
+        #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
+        pub struct $row {
+            $($(#[doc = $meaning])+ #[serde(rename = $name)] pub $field: $type,)+
+        }
+
+        impl $crate::store::table::Row for $row {
+            fn columns() -> Vec<$crate::store::table::Column> {
+                use $crate::store::table::{Cell, Column};
+                vec![$(Column {
+                    name: $name,
+                    unit: $unit,
+                    kind: <$type as Cell>::KIND,
+                    optional: <$type as Cell>::none().is_some(),
+                    meaning: [$($meaning),+].concat().trim().to_owned(),
+                }),+]
+            }
+
+            fn table(rows: &[Self]) -> $crate::store::table::Table {
+                let columns = vec![$((
+                    $name.to_owned(),
+                    $crate::store::table::Cell::cells(
+                        rows.iter().map(|row| row.$field.clone()).collect::<Vec<$type>>()
+                    ),
+                )),+];
+                $crate::store::table::Table { columns }
+            }
+
+            fn rows(table: &$crate::store::table::Table) -> std::result::Result<Vec<Self>, String> {
+                let mut rows = vec![Self::default(); table.len()];
+                $(for (row, cell) in rows.iter_mut().zip(table.column::<$type>($name)?) {
+                    row.$field = cell;
+                })+
+                Ok(rows)
+            }
+        }
+
+        impl $row {
+            /// The cells of the row as text, in the order of the columns.
+            pub fn cells(&self) -> Vec<String> {
+                use $crate::store::table::Cell;
+                vec![$(Cell::text(&self.$field)),+]
+            }
+        }
+    };
+}
+pub(crate) use columns;
