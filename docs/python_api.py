@@ -2,13 +2,15 @@
 
 python3 docs/python_api.py
 
-It reads the sources and runs none of them, so that the package need not be installed: signatures stand in the modules
-and in `_core.pyi`, documentation in their doc strings and, of compiled classes, in the Rust files.
+It reads the sources and runs none but `_words.py`, so that the package need not be installed: signatures stand in the
+modules and in `_core.pyi`, documentation in their doc strings, beside attributes and, of compiled classes, in the Rust
+files.
 """
 
 from __future__ import annotations
 
 import ast
+import importlib.util
 import inspect
 import re
 import sys
@@ -27,6 +29,11 @@ and `stiction.sklearn` stay in their module. Every result unpacks in the order o
 """
 #: Sections of a doc string that list names.
 LISTS = {"Parameters", "Returns", "Raises", "Attributes", "Yields", "Warns"}
+
+_spec = importlib.util.spec_from_file_location("_words", PACKAGE / "_words.py")
+assert _spec and _spec.loader
+words = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(words)
 
 Function = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -122,10 +129,40 @@ def code(text: str) -> str:
     return f"```py\n{text}\n```"
 
 
+def of_callable(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
+    """The doc string of a function, as its decorators complete it."""
+    text = ast.get_docstring(function) or ""
+    arguments = function.args
+    names = [each.arg for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+    for decorator in function.decorator_list:
+        match decorator:
+            case ast.Name("documented"):
+                text = words.completed(text, names)
+            case ast.Call(ast.Name("drawn"), [ast.Constant(count)]):
+                text = words.plotting(text, count)
+    return text
+
+
+def of_result(of: ast.ClassDef) -> str:
+    """The doc string of a class, with its attributes if it is a result."""
+    text = ast.get_docstring(of) or ""
+    if "result" not in map(ast.unparse, of.decorator_list):
+        return text
+    fields = []
+    for each in of.body:
+        match each:
+            case ast.AnnAssign(ast.Name(name), annotation, ast.Call(ast.Name("about"), [ast.Constant(said)], more)):
+                kind = {keyword.arg: keyword.value for keyword in more}.get("kind", ast.Constant(""))
+                fields.append((name, ast.unparse(annotation), said, ast.literal_eval(kind)))
+            case ast.AnnAssign(ast.Name(name), annotation) if "ClassVar" not in ast.unparse(annotation):
+                fields.append((name, ast.unparse(annotation), "", ""))
+    return str(words.with_attributes(text, fields))
+
+
 def of_function(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, level: str) -> Iterator[str]:
     yield f"{level} {name}"
     yield code(signature(name, function, method=False))
-    yield from documentation(ast.get_docstring(function) or "")
+    yield from documentation(of_callable(function))
 
 
 def of_class(name: str, of: ast.ClassDef, rust: dict[str, str]) -> Iterator[str]:
@@ -136,11 +173,11 @@ def of_class(name: str, of: ast.ClassDef, rust: dict[str, str]) -> Iterator[str]
         yield code(signature(f"class {name}", makers[0], method=True).removesuffix(" -> None"))
     else:
         yield code(f"class {name}({', '.join(bases)})" if bases else f"class {name}")
-    yield from documentation(ast.get_docstring(of) or rust.get(name, ""))
+    yield from documentation(of_result(of) or rust.get(name, ""))
     for each in of.body:
         if not isinstance(each, Function) or each.name.startswith("_"):
             continue
-        text = ast.get_docstring(each) or rust.get(f"{name}.{each.name}", "")
+        text = of_callable(each) or rust.get(f"{name}.{each.name}", "")
         decorators = {ast.unparse(decorator) for decorator in each.decorator_list}
         if not text or any(decorator.endswith(".setter") for decorator in decorators):
             continue

@@ -14,7 +14,7 @@ from stiction._arrays import Array
 from stiction._core import Scenario, Table
 from stiction._frames import frame
 from stiction._plots import axes, pv_over_time, valve_over_time
-from stiction._result import Result, result
+from stiction._result import Result, about, result
 from stiction.own import OwnController, OwnProcess, OwnValve
 from stiction.stem import Stem
 from stiction.valves import Valve
@@ -86,34 +86,20 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
 
 @result
 class Run(Result):
-    """What a simulated loop did.
+    """What a simulated loop did."""
 
-    Attributes
-    ----------
-    sample_time : float
-        Time between samples, s; sample ``k`` is at time ``k * sample_time``.
-    sp, pv : ndarray
-        Set point and measured process value, in PV units.
-    op, vp : ndarray
-        Controller output and valve position, percent of span.
-    period_s : float or None
-        Period of the limit cycle in the second half, s; None if there is none.
-    half_pp_op, half_pp_vp, half_pp_pv : float
-        Half of the peak-to-peak range in the second half: of OP and VP in percent of span, of the PV in its units.
-    growth : float or None
-        Amplitude of the last cycles over that of those before; None if it does not cycle.
-    """
-
-    sample_time: float
+    sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     sp: Array
-    pv: Array
+    pv: Array = about("Set point and measured process value, in PV units.")
     op: Array
-    vp: Array
-    period_s: float | None
+    vp: Array = about("Controller output and valve position, percent of span.")
+    period_s: float | None = about("Period of the limit cycle in the second half, s; None if there is none.")
     half_pp_op: float
     half_pp_vp: float
-    half_pp_pv: float
-    growth: float | None
+    half_pp_pv: float = about(
+        "Half of the peak-to-peak range in the second half: of OP and VP in percent of span, of the PV in its units."
+    )
+    growth: float | None = about("Amplitude of the last cycles over that of those before; None if it does not cycle.")
 
     @property
     def time_s(self) -> Array:
@@ -165,19 +151,13 @@ class Run(Result):
 
 @result
 class CascadeRun(Result):
-    """What a simulated cascade did: a slave loop under a master.
+    """What a simulated cascade did: a slave loop under a master."""
 
-    Attributes
-    ----------
-    slave : Run
-        The slave loop, with the sticking valve; its set point is what the master asked for.
-    sp, pv : ndarray
-        Set point and measured process value of the master, in its PV units, at the samples of the slave.
-    """
-
-    slave: Run
+    slave: Run = about("The slave loop, with the sticking valve; its set point is what the master asked for.")
     sp: Array
-    pv: Array
+    pv: Array = about(
+        "Set point and measured process value of the master, in its PV units, at the samples of the slave."
+    )
 
     @property
     def time_s(self) -> Array:
@@ -230,26 +210,14 @@ class CascadeRun(Result):
 
 @result
 class OpenLoopRun(Result):
-    """What a valve did on a test signal, without a loop around it.
+    """What a valve did on a test signal, without a loop around it."""
 
-    Attributes
-    ----------
-    sample_time : float
-        Time between samples, s; sample ``k`` is at time ``k * sample_time``.
-    op, vp : ndarray
-        Controller output and valve position, percent of span.
-    period_s : float or None
-        Period of the VP in the second half, s; None if it has none.
-    half_pp_op, half_pp_vp : float
-        Half of the peak-to-peak range in the second half, percent of span.
-    """
-
-    sample_time: float
+    sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     op: Array
-    vp: Array
-    period_s: float | None
+    vp: Array = about("Controller output and valve position, percent of span.")
+    period_s: float | None = about("Period of the VP in the second half, s; None if it has none.")
     half_pp_op: float
-    half_pp_vp: float
+    half_pp_vp: float = about("Half of the peak-to-peak range in the second half, percent of span.")
 
     @property
     def time_s(self) -> Array:
@@ -439,34 +407,20 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
 
 @result
 class Sweep(Result):
-    """What many loops did over the last half of their samples, one entry a loop, in their order.
-
-    Attributes
-    ----------
-    S, J : ndarray
-        Bands of the valves, percent of span.
-    period_s : ndarray
-        Mean time between upward crossings of the set point by the PV, s; NaN if there are fewer than three.
-    half_pp_op, half_pp_vp : ndarray
-        Half of the peak-to-peak range of OP and VP, percent of span.
-    half_pp_pv : ndarray
-        Half of the peak-to-peak range of the PV, in its units.
-    error_mean, error_rms, error_abs : ndarray
-        Mean, root mean square and mean absolute control error SP - PV, in PV units.
-    travel_per_s : ndarray
-        Way travelled by the valve, percent of span per second.
-    """
+    """What many loops did over the last half of their samples, one entry a loop, in their order."""
 
     S: Array
-    J: Array
-    period_s: Array
+    J: Array = about("Bands of the valves, percent of span.")
+    period_s: Array = about(
+        "Mean time between upward crossings of the set point by the PV, s; NaN if there are fewer than three."
+    )
     half_pp_op: Array
-    half_pp_vp: Array
-    half_pp_pv: Array
+    half_pp_vp: Array = about("Half of the peak-to-peak range of OP and VP, percent of span.")
+    half_pp_pv: Array = about("Half of the peak-to-peak range of the PV, in its units.")
     error_mean: Array
     error_rms: Array
-    error_abs: Array
-    travel_per_s: Array
+    error_abs: Array = about("Mean, root mean square and mean absolute control error SP - PV, in PV units.")
+    travel_per_s: Array = about("Way travelled by the valve, percent of span per second.")
 
     def to_table(self) -> Table:
         """Give it as an Arrow table.

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from stiction._arguments import choice
 from stiction._core import Recording
-from stiction._result import Result, result
+from stiction._result import Result, about, result
 from stiction.recordings import read
 
 __all__ = ["SampleTruth", "load", "names", "path", "truth"]
@@ -18,33 +18,15 @@ __all__ = ["SampleTruth", "load", "names", "path", "truth"]
 
 @result
 class SampleTruth(Result):
-    """What is true of a sample recording.
+    """What is true of a sample recording."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    sticks : bool
-        Whether its valve sticks.
-    model : str
-        Its valve model, see `valve_models`.
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    cause : str
-        What makes the loop swing.
-    scenario : str
-        The built-in scenario that it comes from, see `scenarios`.
-    """
-
-    name: str
-    sticks: bool
-    model: str
-    S: float
-    J: float
-    cause: str
-    scenario: str
+    name: str = about("Its name.")
+    sticks: bool = about("Whether its valve sticks.")
+    model: str = about("Its valve model, see `valve_models`.")
+    S: float = about("Stick band plus dead band, percent of span.")
+    J: float = about("Slip jump, percent of span.")
+    cause: str = about("What makes the loop swing.")
+    scenario: str = about("The built-in scenario that it comes from, see `scenarios`.")
 
 
 def names() -> list[str]:

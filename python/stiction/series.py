@@ -14,7 +14,7 @@ from stiction import _core
 from stiction._arguments import integer, number
 from stiction._arrays import Array, Samples, samples
 from stiction._plots import axes, legend
-from stiction._result import Result, result
+from stiction._result import Result, about, result
 
 __all__ = [
     "CrossCorrelation",
@@ -48,37 +48,21 @@ __all__ = [
 
 @result
 class Moments(Result):
-    """Moments and order statistics of a series.
+    """Moments and order statistics of a series."""
 
-    Attributes
-    ----------
-    mean : float
-        Arithmetic mean.
-    variance, std : float
-        Mean square deviation from the mean (divisor n), and its root.
-    skewness : float
-        Third central moment over the cube of the standard deviation; NaN if all samples are equal.
-    excess_kurtosis : float
-        Fourth central moment over the squared variance, less 3; NaN if all samples are equal.
-    median : float
-        The value in the middle.
-    median_absolute_deviation : float
-        Median distance from the median, times 1.4826.
-    noise_std : float
-        Standard deviation of white noise on a slower signal, from the second differences.
-    span : float
-        Largest less smallest sample.
-    """
-
-    mean: float
+    mean: float = about("Arithmetic mean.")
     variance: float
-    std: float
-    skewness: float
-    excess_kurtosis: float
-    median: float
-    median_absolute_deviation: float
-    noise_std: float
-    span: float
+    std: float = about("Mean square deviation from the mean (divisor n), and its root.")
+    skewness: float = about(
+        "Third central moment over the cube of the standard deviation; NaN if all samples are equal."
+    )
+    excess_kurtosis: float = about(
+        "Fourth central moment over the squared variance, less 3; NaN if all samples are equal."
+    )
+    median: float = about("The value in the middle.")
+    median_absolute_deviation: float = about("Median distance from the median, times 1.4826.")
+    noise_std: float = about("Standard deviation of white noise on a slower signal, from the second differences.")
+    span: float = about("Largest less smallest sample.")
 
 
 def moments(x: Samples) -> Moments:
@@ -166,18 +150,10 @@ def correlation(x: Samples, y: Samples) -> float | None:
 
 @result
 class CrossCorrelation(Result):
-    """The correlation of two series over lags of both signs.
+    """The correlation of two series over lags of both signs."""
 
-    Attributes
-    ----------
-    values : ndarray
-        Coefficients at the lags ``-max_lag`` to ``max_lag``.
-    max_lag : int
-        The largest lag, samples.
-    """
-
-    values: Array
-    max_lag: int
+    values: Array = about("Coefficients at the lags ``-max_lag`` to ``max_lag``.")
+    max_lag: int = about("The largest lag, samples.")
 
     @property
     def lags(self) -> npt.NDArray[np.int64]:
@@ -240,18 +216,10 @@ def cross_correlation(u: Samples, y: Samples, max_lag: int) -> CrossCorrelation 
 
 @result
 class Periodogram(Result):
-    """Power over frequency.
+    """Power over frequency."""
 
-    Attributes
-    ----------
-    frequency : ndarray
-        Frequencies, cycles per sample, from 0 to 0.5.
-    power : ndarray
-        Power of each, in squared units of the series; the sum is the series' windowed variance.
-    """
-
-    frequency: Array
-    power: Array
+    frequency: Array = about("Frequencies, cycles per sample, from 0 to 0.5.")
+    power: Array = about("Power of each, in squared units of the series; the sum is the series' windowed variance.")
 
     def plot(self, ax: Any = None) -> Any:
         """Plot the power over the frequency.
@@ -302,21 +270,11 @@ def periodogram(x: Samples) -> Periodogram:
 
 @result
 class ZeroCrossings(Result):
-    """Where a series crosses zero, one entry a crossing.
+    """Where a series crosses zero, one entry a crossing."""
 
-    Attributes
-    ----------
-    place : ndarray
-        Where, samples, interpolated.
-    next : ndarray of int
-        The first sample beyond it.
-    upward : ndarray of bool
-        Whether it goes from below zero to above.
-    """
-
-    place: Array
-    next: npt.NDArray[np.int64]
-    upward: npt.NDArray[np.bool_]
+    place: Array = about("Where, samples, interpolated.")
+    next: npt.NDArray[np.int64] = about("The first sample beyond it.")
+    upward: npt.NDArray[np.bool_] = about("Whether it goes from below zero to above.")
 
 
 def zero_crossings(x: Samples) -> ZeroCrossings:
@@ -347,26 +305,14 @@ def zero_crossings(x: Samples) -> ZeroCrossings:
 
 @result
 class HalfWaves(Result):
-    """The complete half waves of a series, those between two crossings of zero.
-
-    Attributes
-    ----------
-    begin, end : ndarray
-        Where they begin and end, samples, interpolated.
-    length : ndarray
-        Their lengths, samples.
-    first, stop : ndarray of int
-        Their first sample, and one past their last.
-    above : ndarray of bool
-        Whether the series is above zero.
-    """
+    """The complete half waves of a series, those between two crossings of zero."""
 
     begin: Array
-    end: Array
-    length: Array
+    end: Array = about("Where they begin and end, samples, interpolated.")
+    length: Array = about("Their lengths, samples.")
     first: npt.NDArray[np.int64]
-    stop: npt.NDArray[np.int64]
-    above: npt.NDArray[np.bool_]
+    stop: npt.NDArray[np.int64] = about("Their first sample, and one past their last.")
+    above: npt.NDArray[np.bool_] = about("Whether the series is above zero.")
 
 
 def half_waves(x: Samples) -> HalfWaves:
@@ -660,22 +606,12 @@ def mann_kendall(y: Samples) -> float:
 
 @result
 class Trend(Result):
-    """A straight line of weighted least squares, with what is known of its slope.
+    """A straight line of weighted least squares, with what is known of its slope."""
 
-    Attributes
-    ----------
-    slope : float
-        Units of y per unit of x.
-    low, high : float
-        Ends of the 95 % interval of the slope.
-    p_value : float
-        Probability of a slope as far from zero if there were none, two-sided.
-    """
-
-    slope: float
+    slope: float = about("Units of y per unit of x.")
     low: float
-    high: float
-    p_value: float
+    high: float = about("Ends of the 95 % interval of the slope.")
+    p_value: float = about("Probability of a slope as far from zero if there were none, two-sided.")
 
 
 def weighted_trend(x: Samples, y: Samples, weights: Samples | None = None) -> Trend | None:

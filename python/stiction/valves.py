@@ -9,7 +9,7 @@ import numpy as np
 from stiction import _core
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
-from stiction._result import Result, result
+from stiction._result import Result, about, result
 
 __all__ = ["Bands", "Table", "Valve", "ValveModel", "valve", "valve_models", "valve_table"]
 
@@ -141,30 +141,16 @@ def valve(
 
 @result
 class ValveModel(Result):
-    """A published valve model.
+    """A published valve model."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    aliases : list of str
-        Other names it is found by.
-    summary : str
-        What it does, in a line.
-    citation : str
-        Where it was published.
-    uses_s, uses_j, uses_k, uses_rest_tolerance : bool
-        Whether S, J, the overshoot K and a rest tolerance matter to it.
-    """
-
-    name: str
-    aliases: list[str]
-    summary: str
-    citation: str
+    name: str = about("Its name.")
+    aliases: list[str] = about("Other names it is found by.")
+    summary: str = about("What it does, in a line.")
+    citation: str = about("Where it was published.")
     uses_s: bool
     uses_j: bool
     uses_k: bool
-    uses_rest_tolerance: bool
+    uses_rest_tolerance: bool = about("Whether S, J, the overshoot K and a rest tolerance matter to it.")
 
 
 def valve_models() -> list[ValveModel]:

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from stiction import _core
-from stiction._result import Result, result
+from stiction._result import Result, about, result
 from stiction.plant import Settings, _plant, ddl, model_version, schema, take
 
 try:
@@ -57,81 +57,42 @@ UNKNOWN = -32_768
 
 @result
 class Plan(Result):
-    """What a scan would do.
+    """What a scan would do."""
 
-    Attributes
-    ----------
-    loops : int
-        Loops that the data hold.
-    windows : int
-        Windows that are to be judged, of a day each; a loop that swings slowly has fewer, longer ones.
-    done : int
-        Windows that are done.
-    partitions : int
-        Tasks they are spread over.
-    samples : int
-        Samples that are sent to them; of a wide table, rows.
-    bytes : int
-        About what these take on their way.
-    """
-
-    loops: int
-    windows: int
-    done: int
-    partitions: int
-    samples: int
-    bytes: int
+    loops: int = about("Loops that the data hold.")
+    windows: int = about(
+        "Windows that are to be judged, of a day each; a loop that swings slowly has fewer, longer ones."
+    )
+    done: int = about("Windows that are done.")
+    partitions: int = about("Tasks they are spread over.")
+    samples: int = about("Samples that are sent to them; of a wide table, rows.")
+    bytes: int = about("About what these take on their way.")
 
 
 @result
 class Scan(Result):
-    """What a scan did.
+    """What a scan did."""
 
-    Attributes
-    ----------
-    rows : pyspark.sql.DataFrame
-        The rows of what was judged, in the columns of `stiction.plant.schema`, and behind them the traces by which a report
-        finds loops that swing together; they are kept by Spark until ``unpersist``.
-    plan : Plan
-        What was to do.
-    windows : int
-        Rows.
-    errors : int
-        Of these, windows that could not be judged.
-    loops_in_error : frozenset of str
-        Loops that have such windows.
-    """
-
-    rows: Any
-    plan: Plan
-    windows: int
-    errors: int
-    loops_in_error: frozenset[str]
+    rows: Any = about(
+        "The rows of what was judged, in the columns of `stiction.plant.schema`, and behind them the traces by which "
+        "a report finds loops that swing together; they are kept by Spark until ``unpersist``.",
+        kind="pyspark.sql.DataFrame",
+    )
+    plan: Plan = about("What was to do.")
+    windows: int = about("Rows.")
+    errors: int = about("Of these, windows that could not be judged.")
+    loops_in_error: frozenset[str] = about("Loops that have such windows.")
 
 
 @result
 class Pairs(Result):
-    """Which loops may swing together in a week.
+    """Which loops may swing together in a week."""
 
-    Attributes
-    ----------
-    week : str
-        The week.
-    loops : int
-        Loops that were compared.
-    blocks : int
-        Blocks that they were cut into; each was compared with each.
-    compared : int
-        Pairs of loops.
-    kept : int
-        What was kept of them for the report: each pair in each band in which it may swing in step.
-    """
-
-    week: str
-    loops: int
-    blocks: int
-    compared: int
-    kept: int
+    week: str = about("The week.")
+    loops: int = about("Loops that were compared.")
+    blocks: int = about("Blocks that they were cut into; each was compared with each.")
+    compared: int = about("Pairs of loops.")
+    kept: int = about("What was kept of them for the report: each pair in each band in which it may swing in step.")
 
 
 Window: TypeAlias = tuple[int, int, int]
