@@ -15,7 +15,28 @@ __all__: list[str] = []
 F = TypeVar("F", bound=Callable[..., Any])
 
 PARAMETERS = {
+    "diagnoses": ("iterable of Diagnosis", "The diagnoses."),
+    "folder": ("path", "The folder of ``plant.toml``."),
+    "J": ("float", "Slip jump, percent of span."),
+    "loop_type": ('str, default "unknown"', "What the loop controls, see `loop_types`."),
+    "loops": ("str, optional", 'Judge loops whose names fit this pattern, such as ``"FIC*"``.'),
+    "method": ("str", "Its name, see `detectors`."),
+    "model": ('str, default "two-phase"', "Name of a valve model, see `valve_models`."),
+    "name": ("str", "Its name, see `names`."),
+    "op": ("array_like", "Controller output, percent of span."),
+    "period_s": ("float, optional", "Period of the oscillation, s; by default that of the dominant one."),
+    "progress": ("callable, optional", "Called now and then with the number of loops done."),
+    "pv": ("array_like", "Process value, of the same length."),
+    "recording": ("Recording or table", "The recording, or a table with the columns of one loop."),
     "S": ("float", "Stick band plus dead band, percent of span."),
+    "sample_time": ("float", "Time between samples, s."),
+    "scenario": ("Scenario, str, path or mapping", "A control loop, see `stiction.scenario`."),
+    "settings": ("mapping, optional", "Changes to it by dotted key."),
+    "since": ("str, optional", 'Judge windows from this day on, such as ``"2026-03-01"``.'),
+    "vp": ("array_like", "Measured valve position, percent of span, of the same length."),
+    "week": ("str, optional", 'Such as ``"2026-W10"``; the last one with windows without it.'),
+    "X": ("iterable of Recording or table, or array_like", "The cases."),
+    "x": ("array_like", "The series."),
 }
 """What parameters are that many functions have, by their names: their kinds and their words."""
 

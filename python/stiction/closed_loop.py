@@ -15,6 +15,7 @@ from stiction._core import Scenario, Table
 from stiction._frames import frame
 from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.own import OwnController, OwnProcess, OwnValve
 from stiction.stem import Stem
 from stiction.valves import Valve
@@ -48,10 +49,6 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
         file as nested mappings. ``docs/scenarios.md`` of the project lists every key with its unit.
     settings : mapping, optional
         Changes to it by dotted key, such as ``{"valve.S": 4}``.
-
-    Returns
-    -------
-    Scenario
 
     Raises
     ------
@@ -131,18 +128,9 @@ class Run(Result):
         """
         return frame(dict(_signals(self)), "time_s")
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Plot SP and PV, and OP and VP, over time.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Two axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot SP and PV, and OP and VP, over time."""
         above, below = axes(ax, 2)
         pv_over_time(above, self.time_s, self.sp, self.pv)
         valve_over_time(below, self.time_s, self.op, self.vp)
@@ -189,18 +177,9 @@ class CascadeRun(Result):
         """
         return frame(dict(_cascade_signals(self)), "time_s")
 
+    @drawn(3)
     def plot(self, ax: Any = None) -> Any:
-        """Plot set points and PVs of master and slave, and OP and VP, over time.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Three axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot set points and PVs of master and slave, and OP and VP, over time."""
         master, slave, valve = axes(ax, 3)
         pv_over_time(master, self.time_s, self.sp, self.pv, "master: PV, SP (PV units)")
         pv_over_time(slave, self.time_s, self.slave.sp, self.slave.pv, "slave: PV, SP (PV units)")
@@ -281,6 +260,7 @@ def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind:
     return _core.simulate(parsed)
 
 
+@documented
 def simulate(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -299,8 +279,6 @@ def simulate(
     ----------
     scenario : Scenario, str, path or mapping
         What to simulate, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     controller : OwnController, optional
         In place of the scenario's controller.
     valve : OwnValve, Valve or Stem, optional
@@ -344,6 +322,7 @@ def simulate(
     return Run(**_core.simulate_own(_scenario(scenario, settings), *own))
 
 
+@documented
 def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> CascadeRun:
     """Simulate a slave loop under a master.
 
@@ -351,8 +330,6 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     ----------
     scenario : Scenario, str, path or mapping
         What to simulate, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -375,6 +352,7 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     return CascadeRun(slave=Run(**found.pop("slave")), **found)
 
 
+@documented
 def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> OpenLoopRun:
     """Simulate a valve on a test signal.
 
@@ -382,8 +360,6 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
     ----------
     scenario : Scenario, str, path or mapping
         What to simulate, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -433,6 +409,7 @@ class Sweep(Result):
         return _core.number_table(list(self.to_dict().items()))
 
 
+@documented
 def sweep(
     scenarios: Iterable[ScenarioLike], *, progress: Callable[[int], object] | None = None
 ) -> Sweep:
@@ -444,12 +421,6 @@ def sweep(
     ----------
     scenarios : iterable of Scenario, str, path or mapping
         Closed loops, see `stiction.scenario`.
-    progress : callable, optional
-        Called now and then with the number of loops done.
-
-    Returns
-    -------
-    Sweep
 
     Raises
     ------
@@ -471,6 +442,7 @@ def sweep(
     return Sweep(**_core.sweep(parsed, callback("progress", progress)))
 
 
+@documented
 def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> Array:
     """Give the samples of a test signal.
 
@@ -480,8 +452,6 @@ def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> 
         The signal as a scenario describes it, such as ``{"signal": "ramp", "mean": 50, "amplitude": 15,
         "period": 60}``. Signals are constant, sine, ramp, square, steps, line, staircase, noise and
         random-walk; ``docs/scenarios.md`` of the project lists their keys.
-    sample_time : float
-        Time between samples, s.
     duration : float
         Duration, s.
 

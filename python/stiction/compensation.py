@@ -15,6 +15,7 @@ from stiction._arguments import callback, number, optional, text
 from stiction._arrays import Array
 from stiction._core import Table
 from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.closed_loop import Run, ScenarioLike
 from stiction.closed_loop import scenario as _scenario
 
@@ -44,10 +45,6 @@ class Compensator(Result):
 
 def compensators() -> list[Compensator]:
     """List the compensators.
-
-    Returns
-    -------
-    list of Compensator
 
     Examples
     --------
@@ -99,18 +96,9 @@ class CompensatedRun(Result):
     measures: Measures
     measures_without: Measures = about("Measures in the window, with it and without.")
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw PV, signal and valve position before and after the compensator is switched on.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw PV, signal and valve position before and after the compensator is switched on."""
         process, valve = _plots.axes(ax, 2)
         time = self.run.time_s
         shown = (time >= self.at_s - 0.4 * self.settle_s) & (time <= self.at_s + 0.5 * self.settle_s)
@@ -129,6 +117,7 @@ class CompensatedRun(Result):
         return [process, valve]
 
 
+@documented
 def compensate(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -147,8 +136,6 @@ def compensate(
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; it lasts as long as is measured, whatever its duration.
-    settings : mapping, optional
-        Changes to it by dotted key.
     method : str
         Name of a compensator, see `compensators`.
     parameters : mapping, optional
@@ -162,10 +149,6 @@ def compensate(
         How long it is left alone before it is measured, s; by default ten cycles.
     window_s : float, optional
         How long it is measured, s; by default ten cycles.
-
-    Returns
-    -------
-    CompensatedRun
 
     Raises
     ------
@@ -282,18 +265,9 @@ class CompensatorComparison(Result):
         """
         return _table(self.rows)
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw control error and travel of the stem with every compensator, with S and J right and wrong.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw control error and travel of the stem with every compensator, with S and J right and wrong."""
         return _bars(self.rows, ax)
 
 
@@ -360,6 +334,7 @@ def _names(name: str, values: Sequence[str] | None) -> list[str] | None:
     return [text(f"a name in {name}", each) for each in values]
 
 
+@documented
 def compare_compensators(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -376,10 +351,6 @@ def compare_compensators(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     methods : sequence of str, optional
         Names of compensators, see `compensators`; by default all.
     S, J : float, optional
@@ -389,10 +360,6 @@ def compare_compensators(
     progress : callable, optional
         Called with the number of simulations that are done whenever it has grown: six for each compensator, and two for the loop
         as it is.
-
-    Returns
-    -------
-    CompensatorComparison
 
     Raises
     ------

@@ -18,6 +18,7 @@ from stiction._arguments import choice, integer, number, optional, text
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
 from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.closed_loop import ScenarioLike
 from stiction.closed_loop import scenario as _scenario
 
@@ -97,6 +98,7 @@ def _found(found: dict[str, Any]) -> LimitCycles:
     return LimitCycles(**{**found, "cycles": [Cycle(**cycle) for cycle in found["cycles"]]})
 
 
+@documented
 def limit_cycle(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
@@ -104,10 +106,6 @@ def limit_cycle(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     method : {"exact", "describing-function"}, default "exact"
         By the flow of the loop from slip to slip, or by harmonic balance.
 
@@ -139,6 +137,7 @@ def limit_cycle(
     return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), False))
 
 
+@documented
 def limit_cycles(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
@@ -146,16 +145,8 @@ def limit_cycles(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     method : {"exact", "describing-function"}, default "exact"
         By tens of motions from near the equilibrium to far outside the friction bands, or by harmonic balance.
-
-    Returns
-    -------
-    LimitCycles
 
     Raises
     ------
@@ -172,6 +163,7 @@ def limit_cycles(
     return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), True))
 
 
+@documented
 def limit_cycle_member(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, offset: float
 ) -> LimitCycles:
@@ -182,16 +174,8 @@ def limit_cycle_member(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     offset : float
         How far the positions of the member lie above those of the symmetric one, percent of span.
-
-    Returns
-    -------
-    LimitCycles
 
     Raises
     ------
@@ -219,18 +203,9 @@ class Trajectory(Result):
     pv: Array = about("PV about the operating point, in its units.")
     set_point: float = about("Set point about the operating point, in PV units.")
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw OP and VP, and the PV, over time.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw OP and VP, and the PV, over time."""
         valve, process = _plots.axes(ax, 2)
         valve.plot(self.time_s, self.op, label="OP")
         valve.plot(self.time_s, self.vp, label="VP")
@@ -243,18 +218,9 @@ class Trajectory(Result):
             _plots.legend_above(each)
         return [valve, process]
 
+    @drawn(2)
     def plot_phase(self, ax: Any = None) -> Any:
-        """Draw VP and PV over OP.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw VP and PV over OP."""
         valve, process = _plots.axes(ax, 2)
         valve.plot(self.op, self.vp, color="C1", label="VP")
         valve.set_ylabel("VP (%)")
@@ -266,6 +232,7 @@ class Trajectory(Result):
         return [valve, process]
 
 
+@documented
 def limit_cycle_trajectory(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, samples: int = 1000
 ) -> Trajectory:
@@ -273,17 +240,9 @@ def limit_cycle_trajectory(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     samples : int, default 1000
         Times in the period, equally far apart; slips and stops of the stem come on top of them. Values are exact
         at each time, not interpolated.
-
-    Returns
-    -------
-    Trajectory
 
     Raises
     ------
@@ -303,6 +262,7 @@ def limit_cycle_trajectory(
     return Trajectory(**{**found, "cycle": Cycle(**found["cycle"])})
 
 
+@documented
 def describing_function(
     amplitude: Samples, S: float, J: float, *, model: str = "two-phase", slips: int | None = None
 ) -> ComplexArray:
@@ -315,13 +275,6 @@ def describing_function(
     ----------
     amplitude : array_like
         Amplitudes X of the OP, percent of span, above 0.
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    model : str, default "two-phase"
-        Name of a valve model, see `valve_models`.
-
     slips : int, optional
         How often the stem slips in one direction, where a valve may do so more or less often under the same sine,
         as He's, He and Wang's and Stenman's; by default the fewest times.
@@ -353,17 +306,9 @@ def describing_function(
     return _core.describing_function(sines, number("S", S), number("J", J), text("model", model), stroke)
 
 
+@documented
 def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
     """Give the amplitude of a sine of the OP above which the valve goes on moving.
-
-    Parameters
-    ----------
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    model : str, default "two-phase"
-        Name of a valve model, see `valve_models`.
 
     Returns
     -------
@@ -410,18 +355,9 @@ class FrequencyResponse(Result):
     model: str = about("The valve model.")
     bands: Bands = about("S and J of the valve.")
 
+    @drawn(1)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the Nyquist plot of the loop with ``-1/N(X)`` of its valve.
-
-        Parameters
-        ----------
-        ax : matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        matplotlib axes
-        """
+        """Draw the Nyquist plot of the loop with ``-1/N(X)`` of its valve."""
         (ax,) = _plots.axes(ax, height=5.0)
         S, J = self.bands.S, self.bands.J
         marks = np.concatenate([self.crossings, [-1, 0]])
@@ -457,6 +393,7 @@ class FrequencyResponse(Result):
         return ax
 
 
+@documented
 def frequency_response(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -467,16 +404,8 @@ def frequency_response(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     omega : array_like, optional
         Frequencies, rad/s; by default a thousand over the range in which L is between 50 and 1/50.
-
-    Returns
-    -------
-    FrequencyResponse
 
     Raises
     ------
@@ -612,6 +541,7 @@ def _axis(name: str, axis: Any) -> tuple[str, Array]:
     return text(f"the name in {name}", parameter), samples(f"the values in {name}", values)
 
 
+@documented
 def limit_cycle_map(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -625,10 +555,6 @@ def limit_cycle_map(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     x, y : tuple of str and array_like
         A parameter (see `loop_parameters`) and its values, such as ``("Kc", numpy.linspace(0.5, 2, 40))``; J stays
         when S is varied, and the integral time when Kc is.
@@ -636,10 +562,6 @@ def limit_cycle_map(
         How cycles are found.
     progress : callable, optional
         Called with the number of points that are done. An exception in it ends the computation.
-
-    Returns
-    -------
-    LimitCycleMap
 
     Raises
     ------
@@ -679,17 +601,11 @@ class Sensitivity(Result):
     half_pp_pv: float = about("Of half of the peak-to-peak ranges.")
 
 
+@documented
 def sensitivities(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None
 ) -> list[Sensitivity]:
     """Tell by how many percent the exact limit cycle changes with a percent of each parameter.
-
-    Parameters
-    ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -719,6 +635,7 @@ class Tuning(Result):
     td: float = about("Derivative time, s.")
 
 
+@documented
 def simc(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, tc: float | None = None
 ) -> Tuning:
@@ -728,14 +645,8 @@ def simc(
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; its controller and valve do not matter.
-    settings : mapping, optional
-        Changes to it by dotted key.
     tc : float, optional
         Time constant of the closed loop, s; by default the dead time, Skogestad's choice.
-
-    Returns
-    -------
-    Tuning
 
     Raises
     ------
@@ -757,6 +668,7 @@ def simc(
     return Tuning(**_core.simc(_scenario(scenario, settings), optional("tc", tc)))
 
 
+@documented
 def lambda_tuning(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, time_constant_s: float
 ) -> Tuning:
@@ -766,14 +678,8 @@ def lambda_tuning(
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; its controller and valve do not matter.
-    settings : mapping, optional
-        Changes to it by dotted key.
     time_constant_s : float
         Lambda, the time constant of the closed loop, s.
-
-    Returns
-    -------
-    Tuning
 
     Raises
     ------
@@ -791,6 +697,7 @@ def lambda_tuning(
     )
 
 
+@documented
 def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> float:
     """Give the integral of the absolute error after a step of the load while the valve follows the OP.
 
@@ -798,8 +705,6 @@ def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = N
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; its valve does not matter.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -859,6 +764,7 @@ def _retuning(found: dict[str, Any]) -> Retuning:
     return Retuning(**{**found, **judged})
 
 
+@documented
 def retune(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -873,10 +779,6 @@ def retune(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     ms : float, default 1.7
         Largest peak of the sensitivity function that is allowed, above 1.
     method : {"exact", "describing-function"}, default "exact"
@@ -887,10 +789,6 @@ def retune(
         Gains, and as many integral times, that are tried before the search is refined.
     progress : callable, optional
         Called with the number of tunings that were judged. An exception in it ends the search.
-
-    Returns
-    -------
-    Retuning
 
     Raises
     ------

@@ -11,6 +11,7 @@ from pathlib import Path
 from stiction._arguments import choice
 from stiction._core import Recording
 from stiction._result import Result, about, result
+from stiction._words import documented
 from stiction.recordings import read
 
 __all__ = ["SampleTruth", "load", "names", "path", "truth"]
@@ -32,10 +33,6 @@ class SampleTruth(Result):
 def names() -> list[str]:
     """List the sample recordings.
 
-    Returns
-    -------
-    list of str
-
     Examples
     --------
     >>> import stiction
@@ -45,13 +42,9 @@ def names() -> list[str]:
     return list(_truths())
 
 
+@documented
 def path(name: str) -> Path:
     """Tell where the file of a sample recording is.
-
-    Parameters
-    ----------
-    name : str
-        Its name, see `names`.
 
     Returns
     -------
@@ -72,17 +65,9 @@ def path(name: str) -> Path:
     return _folder() / f"{choice('name', name, names())}.csv"
 
 
+@documented
 def load(name: str) -> Recording:
     """Read a sample recording.
-
-    Parameters
-    ----------
-    name : str
-        Its name, see `names`.
-
-    Returns
-    -------
-    Recording
 
     Raises
     ------
@@ -99,17 +84,9 @@ def load(name: str) -> Recording:
     return recording
 
 
+@documented
 def truth(name: str) -> SampleTruth:
     """Tell what is true of a sample recording.
-
-    Parameters
-    ----------
-    name : str
-        Its name, see `names`.
-
-    Returns
-    -------
-    SampleTruth
 
     Raises
     ------

@@ -9,6 +9,7 @@ from stiction import _core, _plots
 from stiction._arguments import text
 from stiction._arrays import Array, Samples, samples
 from stiction._result import Result, about, result, result_of
+from stiction._words import documented
 from stiction.oscillations import _period, _step
 
 __all__ = [
@@ -151,6 +152,7 @@ def detectors() -> list[Detector]:
     ]
 
 
+@documented
 def detect(
     method: str,
     op: Samples,
@@ -166,21 +168,15 @@ def detect(
 
     Parameters
     ----------
-    method : str
-        Its name, see `detectors`.
     op : array_like
         Controller output, percent of span. All signals are of one length and finite.
     pv, sp : array_like, optional
         Process value and set point, in units of the PV.
     vp : array_like, optional
         Measured valve position, percent of span.
-    sample_time : float
-        Time between samples, s.
     period_s : float, optional
         Period of the oscillation, s; by default that of the dominant one, as in a diagnosis. Without an
         oscillation, methods that tell its cause abstain.
-    loop_type : str, default "unknown"
-        What the loop controls, see `loop_types`.
 
     Returns
     -------
@@ -205,6 +201,7 @@ def detect(
     return finding
 
 
+@documented
 def detect_all(
     op: Samples,
     pv: Samples | None = None,
@@ -221,12 +218,6 @@ def detect_all(
     ----------
     op, pv, sp, vp : array_like
         As in `detect`.
-    sample_time : float
-        Time between samples, s.
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
-    loop_type : str, default "unknown"
-        What the loop controls, see `loop_types`.
 
     Returns
     -------
@@ -243,6 +234,7 @@ def detect_all(
     return {each.name: each for each in _detect(None, op, pv, sp, vp, sample_time, period_s, loop_type)}
 
 
+@documented
 def method_evidence(
     method: str,
     op: Samples,
@@ -258,16 +250,8 @@ def method_evidence(
 
     Parameters
     ----------
-    method : str
-        Its name, see `detectors`.
     op, pv, sp, vp : array_like
         As in `detect`.
-    sample_time : float
-        Time between samples, s.
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
-    loop_type : str, default "unknown"
-        What the loop controls, see `loop_types`.
 
     Returns
     -------

@@ -13,6 +13,7 @@ from stiction._arguments import number, optional, text
 from stiction._arrays import Samples
 from stiction._core import Recording, Table
 from stiction._result import Result, about, result, result_of
+from stiction._words import documented, drawn
 from stiction.detection import Finding, MethodEvidence, _evidence
 from stiction.oscillations import Oscillation
 from stiction.recordings import Fitness, RecordingLike, Segment, _checked, _is_table
@@ -362,13 +363,9 @@ class Diagnosis(Result):
         seen = _kept(self).observation()
         return None if seen is None else result_of(Observation, seen)
 
+    @documented
     def method_evidence(self, method: str) -> MethodEvidence | None:
         """Give the arrays by which a method judged the segment.
-
-        Parameters
-        ----------
-        method : str
-            Its name, see `detectors`.
 
         Returns
         -------
@@ -383,12 +380,7 @@ class Diagnosis(Result):
         return _evidence(_kept(self).method_evidence(text("method", method)))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the diagnosis as the document that ``stiction diagnose --json`` prints.
-
-        Returns
-        -------
-        dict
-        """
+        """Give the diagnosis as the document that ``stiction diagnose --json`` prints."""
         return document([self])
 
     def _summary(self) -> list[str]:
@@ -403,12 +395,7 @@ class Diagnosis(Result):
         )
 
     def to_html(self) -> str:
-        """Give the report: one self-contained HTML page.
-
-        Returns
-        -------
-        str
-        """
+        """Give the report: one self-contained HTML page."""
         return report([self])
 
     def save_report(self, path: str | PathLike[str]) -> None:
@@ -426,17 +413,9 @@ class Diagnosis(Result):
         """
         _core.write_whole(Path(path), self.to_html().encode())
 
+    @drawn(3)
     def plot(self, ax: Any = None) -> Any:
         """Draw PV and SP over time, OP over time, and PV over OP.
-
-        Parameters
-        ----------
-        ax : sequence of three axes, optional
-            Where to draw; by default a new figure.
-
-        Returns
-        -------
-        list of matplotlib.axes.Axes
 
         Raises
         ------
@@ -611,43 +590,21 @@ def diagnose_all(
     return [_diagnosis(*each, told) for each in zip(handles, checked)]
 
 
+@documented
 def document(diagnoses: Iterable[Diagnosis]) -> dict[str, Any]:
-    """Give diagnoses as the document that ``stiction diagnose --json`` prints.
-
-    Parameters
-    ----------
-    diagnoses : iterable of Diagnosis
-        The diagnoses.
-
-    Returns
-    -------
-    dict
-    """
+    """Give diagnoses as the document that ``stiction diagnose --json`` prints."""
     return _core.diagnoses_document(_all_kept(diagnoses))
 
 
+@documented
 def report(diagnoses: Iterable[Diagnosis]) -> str:
-    """Give the report on diagnoses: one self-contained HTML page, the worst loop first.
-
-    Parameters
-    ----------
-    diagnoses : iterable of Diagnosis
-        The diagnoses.
-
-    Returns
-    -------
-    str
-    """
+    """Give the report on diagnoses: one self-contained HTML page, the worst loop first."""
     return _core.diagnoses_html(_all_kept(diagnoses))
 
 
+@documented
 def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
     """Give diagnoses as a table, one row a loop.
-
-    Parameters
-    ----------
-    diagnoses : iterable of Diagnosis
-        The diagnoses.
 
     Returns
     -------
@@ -692,10 +649,6 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     ----------
     observations : iterable of Diagnosis or Observation
         What was seen of the valve; diagnoses without a judged segment are left out.
-
-    Returns
-    -------
-    History
 
     Raises
     ------
@@ -747,10 +700,6 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
         What was seen of the valve, in any order.
     time_s : float
         When it was repaired, s on the clock of the observations.
-
-    Returns
-    -------
-    RepairEffect
 
     Raises
     ------

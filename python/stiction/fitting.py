@@ -9,6 +9,7 @@ from stiction import _core, _plots
 from stiction._arguments import choice, integer, optional, text
 from stiction._core import Recording, Scenario
 from stiction._result import Result, about, result, result_of
+from stiction._words import drawn
 from stiction.closed_loop import simulate
 from stiction.compensation import compensators
 from stiction.diagnosis import Estimate
@@ -197,18 +198,9 @@ class Prospects(Result):
             f" {best.pv_swing.high:.2g})",
         ]
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the swing of the PV and the control error with every action, with their intervals.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw the swing of the PV and the control error with every action, with their intervals."""
         made = _plots.axes(ax, 2, sharex=False, height=max(2.0, 0.33 * len(self.actions)))
         names = [row.action for row in self.actions]
         quantities = (
@@ -337,10 +329,6 @@ class Fit(Result):
             What was done: ``"nothing"``, ``"repair"``, ``"retune"``, ``"repair-and-retune"``, ``"positioner"``, or the
             name of a compensator, see `compensators`.
 
-        Returns
-        -------
-        Ring
-
         Raises
         ------
         ValueError
@@ -361,18 +349,11 @@ class Fit(Result):
         told = self.__dict__["_made_of"][1]
         return result_of(Ring, _kept(self).ring(_checked(after, "after"), told, chosen))
 
+    @drawn(4)
     def plot(self, ax: Any = None) -> Any:
         """Draw PV and OP as recorded, and below in equal scales what the fitted loop does when it is simulated.
 
-        Parameters
-        ----------
-        ax : sequence of four matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-            At most 1,200 samples of the recording, from its middle; of the simulation as long a part, its end.
+        At most 1,200 samples of the recording, from its middle; of the simulation as long a part, its end.
 
         Raises
         ------

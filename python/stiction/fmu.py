@@ -50,10 +50,6 @@ class FmuVariable(Result):
 def models() -> list[FmuModel]:
     """List what can be exported.
 
-    Returns
-    -------
-    list of FmuModel
-
     Examples
     --------
     >>> import stiction
@@ -78,10 +74,6 @@ def variables(
     ----------
     model, S, J, stem, loop, start
         What the FMU holds, as `export` takes it.
-
-    Returns
-    -------
-    list of FmuVariable
 
     Raises
     ------

@@ -5,6 +5,7 @@ from __future__ import annotations
 from stiction import _core
 from stiction._arrays import Samples, samples
 from stiction._result import Result, about, result
+from stiction._words import documented
 from stiction.diagnosis import Estimate, _interval
 from stiction.oscillations import _step
 
@@ -37,10 +38,6 @@ class Feature(Result):
 def evidence_features() -> list[Feature]:
     """List the numbers that evidence consists of.
 
-    Returns
-    -------
-    list of Feature
-
     Examples
     --------
     >>> import stiction
@@ -65,6 +62,7 @@ class Evidence(Result):
     )
 
 
+@documented
 def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, *, sample_time: float) -> Evidence:
     """Measure the evidence in a window of signals.
 
@@ -74,12 +72,6 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
         Controller output, percent of span. All signals are of one length and finite.
     pv, sp : array_like, optional
         Process value and set point, in units of the PV.
-    sample_time : float
-        Time between samples, s.
-
-    Returns
-    -------
-    Evidence
 
     Raises
     ------
@@ -133,10 +125,6 @@ def weigh(evidence: Evidence) -> Weighed:
     evidence : Evidence
         As `stiction.evidence` measures it.
 
-    Returns
-    -------
-    Weighed
-
     Raises
     ------
     ValueError
@@ -176,10 +164,5 @@ class VerdictModel(Result):
 
 
 def verdict_model() -> VerdictModel:
-    """Tell where the frozen model comes from.
-
-    Returns
-    -------
-    VerdictModel
-    """
+    """Tell where the frozen model comes from."""
     return VerdictModel(**_core.verdict_provenance())

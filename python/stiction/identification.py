@@ -11,6 +11,7 @@ from stiction._arguments import choice, integer, number, optional
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands
 from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.diagnosis import Estimate, _interval
 from stiction.oscillations import _period, _step
 
@@ -55,6 +56,7 @@ class FirstOrderFit(Result):
     pv: Array = about("The PV as the model has it, in its units.")
 
 
+@documented
 def fit_first_order(
     op: Samples,
     pv: Samples,
@@ -71,16 +73,10 @@ def fit_first_order(
         Input: OP, or better the valve position, percent of span.
     pv : array_like
         Process value.
-    sample_time : float
-        Time between samples, s.
     integrating : bool, default False
         Whether the process integrates.
     longest_delay : int, default 40
         The longest delay tried, samples.
-
-    Returns
-    -------
-    FirstOrderFit
 
     Raises
     ------
@@ -139,10 +135,6 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
     longest_delay : int, default 40
         The longest delay tried, samples; the one that explains most is taken.
 
-    Returns
-    -------
-    Arx
-
     Raises
     ------
     TypeError
@@ -192,10 +184,6 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
     walk : float
         How fast the disturbance may wander: variance of its steps over that of the innovations; 0 is not at all.
 
-    Returns
-    -------
-    ExtendedArx
-
     Raises
     ------
     TypeError
@@ -239,18 +227,9 @@ class HammersteinFit(Result):
     disturbance_share: float | None = about("Of that method, share of the disturbance in the variance of the PV.")
     disturbance: Array | None = about("Of that method, the part of the disturbance in the PV.")
 
+    @drawn(1)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the gain over the S that were tried.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Where to draw; by default a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-        """
+        """Draw the gain over the S that were tried."""
         [made] = _plots.axes(ax)
         made.plot(self.profile_S, self.profile_gain, "o", label=f"{self.method}, {self.model} valve")
         made.axhline(self.threshold, color="grey", linestyle=":", label="threshold")
@@ -260,6 +239,7 @@ class HammersteinFit(Result):
         return made
 
 
+@documented
 def fit_hammerstein(
     op: Samples,
     pv: Samples,
@@ -273,22 +253,10 @@ def fit_hammerstein(
 
     Parameters
     ----------
-    op : array_like
-        Controller output, percent of span.
-    pv : array_like
-        Process value, of the same length.
-    sample_time : float
-        Time between samples, s.
     method : {"srinivasan", "lee", "jelali", "karra-karim"}, default "jelali"
         By Srinivasan et al. (2005), Lee et al. (2008), Jelali (2008) or Karra and Karim (2009).
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
     threshold : float, optional
         Gain above which the valve is said to stick; by default the method's.
-
-    Returns
-    -------
-    HammersteinFit
 
     Raises
     ------
@@ -361,23 +329,9 @@ class ValveEvidence(Result):
     slip_removed: float = about("Share of the energy there that the sticking valve explains.")
 
 
+@documented
 def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float | None = None) -> ValveEvidence:
     """Weigh a sticking valve before a linear process against one that follows.
-
-    Parameters
-    ----------
-    op : array_like
-        Controller output, percent of span.
-    pv : array_like
-        Process value, of the same length.
-    sample_time : float
-        Time between samples, s.
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
-
-    Returns
-    -------
-    ValveEvidence
 
     Raises
     ------
@@ -424,19 +378,9 @@ class PositionFits(Result):
     ranked: list[PositionFit] = about("The fits, the best first.")
 
 
+@documented
 def fit_position(op: Samples, vp: Samples) -> PositionFits:
     """Fit all valve models to a recorded valve position.
-
-    Parameters
-    ----------
-    op : array_like
-        Controller output, percent of span.
-    vp : array_like
-        Measured valve position, percent of span, of the same length.
-
-    Returns
-    -------
-    PositionFits
 
     Raises
     ------
@@ -488,21 +432,9 @@ class StemFit(Result):
     unidentified: list[str] = about("What the recording does not say, and why.")
 
 
+@documented
 def fit_stem(op: Samples, vp: Samples, *, sample_time: float) -> StemFit:
     """Fit a stem with classical friction to a recorded valve position.
-
-    Parameters
-    ----------
-    op : array_like
-        Controller output, percent of span.
-    vp : array_like
-        Measured valve position, percent of span, of the same length.
-    sample_time : float
-        Time between samples, s.
-
-    Returns
-    -------
-    StemFit
 
     Raises
     ------
@@ -546,10 +478,6 @@ def bands_of_cycle(
         Time constant of the process and integral time, s.
     dead_time_s : float
         Dead time, s.
-
-    Returns
-    -------
-    Bands
 
     Raises
     ------

@@ -10,6 +10,7 @@ from stiction import _core
 from stiction._arguments import number
 from stiction._arrays import Samples, samples
 from stiction._result import Result, about, result, result_of
+from stiction._words import documented
 
 __all__ = ["Episode", "Oscillation", "Peak", "Supervision", "oscillation"]
 
@@ -80,6 +81,7 @@ class Oscillation(Result):
     reasons: list[str] = about("What led to the result.")
 
 
+@documented
 def oscillation(signal: Samples, sample_time: float) -> Oscillation:
     """Tell whether and how a signal oscillates.
 
@@ -89,12 +91,6 @@ def oscillation(signal: Samples, sample_time: float) -> Oscillation:
     ----------
     signal : array_like
         The signal, such as the control error, one-dimensional and finite.
-    sample_time : float
-        Time between samples, s.
-
-    Returns
-    -------
-    Oscillation
 
     Raises
     ------

@@ -13,6 +13,7 @@ from stiction._arrays import Array
 from stiction._core import POPULATION_VERSION, Table
 from stiction._plots import axes, pv_over_time, valve_over_time
 from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 
 __all__ = ["POPULATION_VERSION", "Member", "Population", "Truth", "population", "population_kinds"]
 
@@ -73,18 +74,9 @@ class Member(Result):
         signals = {"time_s": self.time_s, "sp": self.sp, "pv": self.pv, "op": self.op, "vp": self.vp}
         return _core.number_table([(name, x) for name, x in signals.items() if x is not None])
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Plot SP and PV, and OP and true VP, over time.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Two axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot SP and PV, and OP and true VP, over time."""
         above, below = axes(ax, 2)
         pv_over_time(above, self.time_s, self.sp, self.pv)
         valve_over_time(below, self.time_s, self.op, self.vp)
@@ -136,6 +128,7 @@ class Population(Sequence[Member]):
         return f"<Population of {len(self)} loops>"
 
 
+@documented
 def population(
     n: int,
     seed: int = 1,
@@ -159,12 +152,6 @@ def population(
         Loops of this kind only, see `population_kinds`; of the seeds from `seed` on.
     first : int, default 0
         Number of the first loop.
-    progress : callable, optional
-        Called now and then with the number of loops done.
-
-    Returns
-    -------
-    Population
 
     Raises
     ------

@@ -13,6 +13,7 @@ from stiction._arguments import number, optional, text
 from stiction._arrays import Array, Samples, samples, unmasked
 from stiction._core import Recording
 from stiction._result import Result, about, result, result_of
+from stiction._words import documented
 
 __all__ = [
     "Fitness",
@@ -35,10 +36,6 @@ RecordingLike: TypeAlias = Any
 
 def loop_types() -> list[str]:
     """List what a loop can control.
-
-    Returns
-    -------
-    list of str
 
     Examples
     --------
@@ -162,10 +159,6 @@ def recording(
         Time zero as seconds since 1970-01-01 UTC.
     op_range, pv_range, vp_range : tuple of float, optional
         The values that are 0 % and 100 %.
-
-    Returns
-    -------
-    Recording
 
     Raises
     ------
@@ -292,10 +285,6 @@ def recording_from(
     zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type : optional
         As in `read`.
 
-    Returns
-    -------
-    Recording
-
     Raises
     ------
     TypeError
@@ -353,13 +342,12 @@ class Fitness(Result):
     measures: list[Measure] = about("All that was measured.")
 
 
+@documented
 def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fitness:
     """Tell whether a recording can answer.
 
     Parameters
     ----------
-    recording : Recording or table
-        The recording, or a table with the columns of one loop.
     sample_time : float, optional
         Time between samples of the grid, s; by default the commonest one of the recording.
 
@@ -397,6 +385,7 @@ class Segment(Result):
     bridged: int = about("How many of its samples were missing and bridged.")
 
 
+@documented
 def segments(recording: RecordingLike, *, sample_time: float | None = None) -> list[Segment]:
     """Bring a recording onto a regular grid.
 
@@ -404,8 +393,6 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
 
     Parameters
     ----------
-    recording : Recording or table
-        The recording, or a table with the columns of one loop.
     sample_time : float, optional
         Time between samples of the grid, s; by default the commonest one of the recording.
 

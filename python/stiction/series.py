@@ -14,6 +14,7 @@ from stiction import _core
 from stiction._arguments import number
 from stiction._arrays import Array, Samples, samples
 from stiction._result import Result, about, result
+from stiction._words import documented
 
 __all__ = [
     "HalfWaves",
@@ -37,17 +38,9 @@ class ZeroCrossings(Result):
     upward: npt.NDArray[np.bool_] = about("Whether it goes from below zero to above.")
 
 
+@documented
 def zero_crossings(x: Samples) -> ZeroCrossings:
     """Find the changes of sign of a series; one that touches zero and turns back does not cross it.
-
-    Parameters
-    ----------
-    x : array_like
-        The series.
-
-    Returns
-    -------
-    ZeroCrossings
 
     Raises
     ------
@@ -75,17 +68,9 @@ class HalfWaves(Result):
     above: npt.NDArray[np.bool_] = about("Whether the series is above zero.")
 
 
+@documented
 def half_waves(x: Samples) -> HalfWaves:
     """Find the complete half waves of a series.
-
-    Parameters
-    ----------
-    x : array_like
-        The series.
-
-    Returns
-    -------
-    HalfWaves
 
     Raises
     ------
@@ -101,19 +86,14 @@ def half_waves(x: Samples) -> HalfWaves:
     return HalfWaves(**_core.half_waves(samples("x", x)))
 
 
+@documented
 def reversals(x: Samples, band: float) -> int:
     """Count the turns of a series by more than a band.
 
     Parameters
     ----------
-    x : array_like
-        The series.
     band : float
         The band, in units of the series, not negative.
-
-    Returns
-    -------
-    int
 
     Raises
     ------
@@ -129,13 +109,12 @@ def reversals(x: Samples, band: float) -> int:
     return _core.reversals(samples("x", x), _at_least_zero("band", band))
 
 
+@documented
 def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.0) -> float | None:
     """Give the mean time between upward crossings of the middle of the range of a series.
 
     Parameters
     ----------
-    x : array_like
-        The series.
     sample_time : float, default 1
         Time between samples, s.
     noise_band : float, default 0
@@ -164,13 +143,12 @@ def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.
     return _core.cycle_period(samples("x", x), time, _at_least_zero("noise_band", noise_band))
 
 
+@documented
 def swinging_door(x: Samples, deviation: float) -> Array:
     """Give what comes back from a historian that compresses by swinging doors and interpolates (Bristol 1990).
 
     Parameters
     ----------
-    x : array_like
-        The series.
     deviation : float
         How far what comes back may lie from a sample, in units of the series, not negative.
 

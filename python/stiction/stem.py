@@ -12,6 +12,7 @@ from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
 from stiction._plots import axes, legend, valve_over_time
 from stiction._result import Result, about, result
+from stiction._words import drawn
 
 __all__ = [
     "FrictionLaw",
@@ -66,18 +67,9 @@ class StemResponse(Result):
         columns = {name: value for name, value in self.to_dict().items() if isinstance(value, np.ndarray)}
         return _core.number_table(list(columns.items()))
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Plot OP and VP, and the friction force, over time; slips are marked.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Two axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot OP and VP, and the friction force, over time; slips are marked."""
         above, below = axes(ax, 2)
         valve_over_time(above, self.time_s, self.op, self.vp, "OP (%), VP (% of stroke)")
         above.set_xlabel("")
@@ -120,10 +112,6 @@ class Stem(_core.Stem):
     def equivalent(self) -> StemEquivalent:
         """Give the stem in the terms of the data-driven models.
 
-        Returns
-        -------
-        StemEquivalent
-
         Examples
         --------
         >>> import stiction
@@ -161,10 +149,6 @@ class Stem(_core.Stem):
             Air pressure to begin with, Pa, if the stem has an air lag; by default the first demanded one.
         relaxed : bool, default False
             Whether the bristles of Dahl, LuGre and GMS friction begin relaxed, or carrying the net force.
-
-        Returns
-        -------
-        StemResponse
 
         Raises
         ------
@@ -224,10 +208,6 @@ class Stem(_core.Stem):
             Times at which to sample the response, s, ascending and within `time_s`; by default `time_s`.
         position, acting_pa, relaxed
             As for `follow`.
-
-        Returns
-        -------
-        StemResponse
 
         Raises
         ------
@@ -301,10 +281,6 @@ class StemSet(Result):
 def stem_sets() -> list[StemSet]:
     """List the sets of parameters.
 
-    Returns
-    -------
-    list of StemSet
-
     Examples
     --------
     >>> import stiction
@@ -326,10 +302,6 @@ class FrictionLaw(Result):
 
 def friction_laws() -> list[FrictionLaw]:
     """List the friction laws.
-
-    Returns
-    -------
-    list of FrictionLaw
 
     Examples
     --------

@@ -10,6 +10,7 @@ from stiction import _core
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
 from stiction._result import Result, about, result
+from stiction._words import documented
 
 __all__ = ["Bands", "Table", "Valve", "ValveModel", "valve", "valve_models", "valve_table"]
 
@@ -57,6 +58,7 @@ class Valve(_core.Valve):
         return vp
 
 
+@documented
 def valve(
     op: Samples,
     S: float,
@@ -78,12 +80,6 @@ def valve(
     ----------
     op : array_like
         OP, percent of span, one-dimensional and finite.
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    model : str, default "two-phase"
-        Name of a valve model, see `valve_models`.
     position : float, optional
         Valve position to begin with, percent of span; by default the first OP.
     direction : {1, -1}, default 1
@@ -156,10 +152,6 @@ class ValveModel(Result):
 def valve_models() -> list[ValveModel]:
     """List the valve models.
 
-    Returns
-    -------
-    list of ValveModel
-
     Examples
     --------
     >>> import stiction
@@ -171,10 +163,6 @@ def valve_models() -> list[ValveModel]:
 
 def valve_table() -> Table:
     """Give the valve models as an Arrow table.
-
-    Returns
-    -------
-    Table
 
     Examples
     --------

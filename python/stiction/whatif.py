@@ -9,6 +9,7 @@ from stiction import _core
 from stiction._arguments import callback, optional
 from stiction._core import Table
 from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
 from stiction.cycles import Cycle, Retuning, _retuning
 from stiction.closed_loop import ScenarioLike
@@ -85,21 +86,13 @@ class WhatIf(Result):
         """
         return _table(self.rows)
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw control error and travel of the stem with every action, with S and J right and wrong.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw control error and travel of the stem with every action, with S and J right and wrong."""
         return _bars(self.rows, ax)
 
 
+@documented
 def what_if(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -118,10 +111,6 @@ def what_if(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     repaired_S, repaired_J : float, optional
         S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or what the valve has if that is less.
     positioner_gain : float, optional
@@ -132,10 +121,6 @@ def what_if(
         Compensators to be tried, see `compensators`; by default all.
     progress : callable, optional
         Called with the number of simulations and tunings that are done whenever it has grown; how many there will be is not known before.
-
-    Returns
-    -------
-    WhatIf
 
     Raises
     ------

@@ -15,6 +15,7 @@ from stiction import _core
 from stiction._arguments import callback, integer, optional, text
 from stiction._core import Table
 from stiction._result import Result, about, result, result_of
+from stiction._words import documented
 
 __all__ = [
     "Checked",
@@ -146,6 +147,7 @@ class Group(Result):
     reasons: list[str] = about("What the group rests on, sentences.")
 
 
+@documented
 def scan(
     folder: Folder,
     *,
@@ -160,12 +162,6 @@ def scan(
 
     Parameters
     ----------
-    folder : path
-        The folder of ``plant.toml``.
-    since : str, optional
-        Judge windows from this day on, such as ``"2026-03-01"``.
-    loops : str, optional
-        Judge loops whose names fit this pattern, such as ``"FIC*"``.
     threads : int, optional
         Threads; as many as the machine has without it. The rows are the same for any number.
     memory : float, optional
@@ -209,13 +205,9 @@ def scan(
     return result_of(Scanned, document)
 
 
+@documented
 def check(folder: Folder) -> Checked:
     """Read all data of a plant, and judge nothing.
-
-    Parameters
-    ----------
-    folder : path
-        The folder of ``plant.toml``.
 
     Returns
     -------
@@ -225,13 +217,9 @@ def check(folder: Folder) -> Checked:
     return result_of(Checked, _core.plant_check(os.fspath(folder)))
 
 
+@documented
 def status(folder: Folder) -> Status:
     """Tell what was judged of a plant so far.
-
-    Parameters
-    ----------
-    folder : path
-        The folder of ``plant.toml``.
 
     Returns
     -------
@@ -241,13 +229,12 @@ def status(folder: Folder) -> Status:
     return result_of(Status, _core.plant_status(os.fspath(folder)))
 
 
+@documented
 def windows(folder: Folder, *, since: str | None = None, until: str | None = None) -> Table:
     """Give the rows that count of a plant's windows, by loop and time.
 
     Parameters
     ----------
-    folder : path
-        The folder of ``plant.toml``.
     since, until : str, optional
         Windows that begin on this day or later, and before that day.
 
@@ -259,15 +246,9 @@ def windows(folder: Folder, *, since: str | None = None, until: str | None = Non
     return _core.plant_windows(os.fspath(folder), since, until)
 
 
+@documented
 def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
     """Find loops that swing together in a week, as its report does.
-
-    Parameters
-    ----------
-    folder : path
-        The folder of ``plant.toml``.
-    week : str, optional
-        Such as ``"2026-W10"``; the last one with windows without it.
 
     Returns
     -------
@@ -283,13 +264,12 @@ def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
     return [result_of(Group, each) for each in found]
 
 
+@documented
 def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:
     """Put rows that were judged elsewhere into the store of a plant, as a run.
 
     Parameters
     ----------
-    folder : path
-        The folder of ``plant.toml``.
     table : table
         Rows in the columns of `schema`, others are left alone; anything that speaks the Arrow capsule interface.
     traces : table, optional

@@ -23,6 +23,7 @@ from typing import Any, TypeAlias
 
 from stiction import _core
 from stiction._result import Result, about, result
+from stiction._words import documented
 from stiction.plant import Settings, _plant, ddl, model_version, schema, take
 
 try:
@@ -517,6 +518,7 @@ def explain(
     return plan
 
 
+@documented
 def scan(
     df: Any, settings: Settings = None, *, since: str | None = None, loops: str | None = None, known: Any = None
 ) -> Scan:
@@ -529,10 +531,6 @@ def scan(
         are; that of times is a timestamp.
     settings : str or path, optional
         The text of a ``plant.toml``, or as a path its folder; without it the zone is UTC and all is recognised.
-    since : str, optional
-        Judge windows from this day on, such as ``"2026-03-01"``.
-    loops : str, optional
-        Judge loops whose names fit this pattern, such as ``"FIC*"``.
     known : pyspark.sql.DataFrame, optional
         Rows of scans before; with a column ``run``, the last run counts. What is among them, made of the same samples by
         the same settings, is not judged again.
@@ -624,6 +622,7 @@ def _traces(rows: Any) -> Any:
     return rows.select(["loop", *TRACE]).rename_columns(["loop", *(name.removeprefix("trace_") for name in TRACE)])
 
 
+@documented
 def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
     """Find pairs of loops that may swing together, in blocks, and keep them in the store of the plant.
 
@@ -635,10 +634,6 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     rows : pyspark.sql.DataFrame
         Rows with their traces, as `scan` gives them; with a column ``run``, the last run counts. The plant's store must have
         taken them.
-    folder : path
-        The folder of ``plant.toml``.
-    week : str, optional
-        Such as ``"2026-W10"``; the last one with windows without it.
 
     Returns
     -------
