@@ -8,43 +8,26 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stiction import _core, _html, _plots
+from stiction import _core, _document, _html, _plots
 from stiction._arguments import number, optional, text
 from stiction._arrays import Samples
 from stiction._core import Recording, Table
+from stiction._document import *
+from stiction._document import Estimate, Found
 from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
-from stiction.detection import Finding, MethodEvidence, _evidence
-from stiction.oscillations import Oscillation
-from stiction.recordings import Fitness, RecordingLike, Segment, _checked, _is_table
+from stiction.detection import MethodEvidence, _evidence
+from stiction.recordings import RecordingLike, Segment, _checked, _is_table
 from stiction.recordings import recording as _recording
 
 __all__ = [
-    "Alternative",
-    "ConfirmingTest",
     "Contrast",
-    "Definition",
     "Diagnosis",
     "Drift",
-    "Estimate",
-    "Fault",
-    "FewSlips",
     "History",
-    "Judged",
-    "Kpi",
-    "Limit",
-    "Mended",
-    "NoResponse",
     "Observation",
-    "PlantTime",
-    "Relation",
     "RepairEffect",
-    "Rest",
-    "Stiction",
-    "Verdict",
-    "Votes",
     "Weighing",
-    "Window",
     "combine",
     "diagnose",
     "diagnose_all",
@@ -53,219 +36,7 @@ __all__ = [
     "report",
     "summary_table",
 ]
-
-
-@result
-class Estimate(Result):
-    """A number with an interval."""
-
-    value: float = about("The best value.")
-    low: float
-    high: float = about("Ends of its interval.")
-
-
-@result
-class Votes(Result):
-    """How the families of published methods voted, one vote each."""
-
-    sticks: int
-    does_not_stick: int = about("Families that say that the valve sticks, or does not.")
-    undecided: int
-    abstains: int = about("Families that apply and are undecided, and those that abstain.")
-
-
-@result
-class Alternative(Result):
-    """A cause other than the concluded one."""
-
-    cause: str = about('The cause, such as ``"aggressive tuning"``.')
-    likelihood: float = about("Its probability; together with that of sticking they add up to one.")
-    because: str = about("What the data show of it, and how to tell it apart.")
-
-
-@result
-class ConfirmingTest(Result):
-    """A test with the controller in manual that settles whether the valve sticks."""
-
-    kind: str = about(
-        "How it is carried out.",
-        kind='{"steps in manual", "pulses in manual", "set-point bumps in automatic", "none in operation"}',
-    )
-    step: float = about("Size of each step of the OP, percent of span.")
-    steps: int = about("How many steps in one direction before they turn.")
-    up_first: bool = about("Whether the first steps go up.")
-    wait_s: float = about("How long to wait after each step, pulse or bump, s.")
-    total_s: float = about("How long all of it takes, s; 0 where there is no test in operation.")
-    pv_change: float | None = about(
-        "By how much the PV should change with one step if the valve follows, in its units."
-    )
-    pv_low: float | None = about("The PV below which the test is stopped, in its units; None without a PV.")
-    pv_high: float | None = about("The PV above which it is stopped.")
-    instructions: list[str] = about("What to do and what to look for, in order.")
-
-
-@result
-class Limit(Result):
-    """An upper limit of S."""
-
-    value: float = about("Stick band plus dead band, percent of span.")
-    confidence: float = about("Of valves that stick by more, the share that would have been seen.")
-
-
-@result
-class Verdict(Result):
-    """The conclusion."""
-
-    class_: str = about("What was concluded.", kind='{"sticks", "does not stick", "does not respond", "cannot tell"}')
-    grade: str = about(
-        "The same in one graded word, which tells more where the class cannot tell.",
-        kind='{"sticks", "does not respond", "probably sticks", "unclear", "probably fine", "fine", "data cannot answer"}',
-    )
-    probability: float | None = about("The probability that the valve sticks; None where there is none.")
-    basis: str = about('What it rests on, such as ``"evidence in OP and PV"``.')
-    S_below: Limit | None = about(
-        "An S above this would have shown in this very recording; None where the valve is at fault or no such number "
-        "is known."
-    )
-    votes: Votes = about("How the published methods voted.")
-    reasons: list[str] = about("Why.")
-    contradictions: list[str] = about("Evidence that speaks against it.")
-    alternatives: list[Alternative] = about("What else it could be, the likeliest first.")
-    confirm: ConfirmingTest | None = about("The manual test that would settle it; None if none can be sized.")
-
-    _left_out: ClassVar[Mapping[str, str]] = {"override": "what people concluded is kept by the command"}
-
-
-@result
-class Definition(Result):
-    """One of the numbers that are called "stiction in percent"."""
-
-    name: str = about("Its name.")
-    value: float | None = about("Its value; None where it cannot be measured.")
-    unit: str = about("Its unit.")
-    meaning: str = about("What it is, and by whom.")
-
-
-@result
-class Stiction(Result):
-    """How much a valve sticks."""
-
-    S: Estimate | None = about("Stick band plus dead band, percent of span.")
-    J: Estimate | None = about("Slip jump, percent of span.")
-    coverage: float | None = about("Nominal coverage of the intervals; None where they are not of that kind.")
-    model: str | None = about("What S and J were found with.")
-    why_not: str | None = about("Why a number is missing.")
-    definitions: list[Definition] = about('The competing definitions of "stiction in percent", side by side.')
-
-
-@result
-class Relation(Result):
-    """A likely mistake in the columns of a recording."""
-
-    mismatch: str = about('The mistake, such as ``"PV and OP look exchanged"``.')
-    because: str = about("What the data show of it.")
-    remedy: str = about("What to do about it.")
-
-
-@result
-class Rest(Result):
-    """A time in which the PV rests away from its set point while the OP travels."""
-
-    from_s: float
-    to_s: float = about("Its beginning and end, s on the recording's clock.")
-    op_travel: float = about("How far the OP travels in it, percent.")
-    error: float = about("Mean of SP less PV in it, in units of the PV.")
-    overwhelming: bool = about("Whether that alone names the fault.")
-
-
-@result
-class Fault(Result):
-    """Why a PV may not respond."""
-
-    name: str = about('Its name, such as ``"line isolated"``.')
-    told_by: str = about("How to tell it from the others.")
-
-
-@result
-class NoResponse(Result):
-    """A PV that does not respond."""
-
-    silence: str = about(
-        "What the PV does.",
-        kind='{"PV at its low end", "PV at its high end", "PV frozen", "PV moves without the OP"}',
-    )
-    decides: bool = about("Whether the verdict rests on it.")
-    rest: Rest | None = about("The rest of the PV in which the OP travels farthest; None if it moves on.")
-    faults: list[Fault] = about("What it may be, the likeliest first.")
-
-
-@result
-class FewSlips(Result):
-    """A record that looks stuck, with too few slips to decide."""
-
-    seen: int
-    needed: int = about("Slips that the best valve model sees, and those that a decision takes.")
-    record_for_s: float | None = about(
-        "For how much longer to record, s, if the valve goes on slipping as often; None if it never slipped."
-    )
-    step: float = about("How large steps of the OP would make it slip, percent of span.")
-    words: str = about("The same in a sentence.")
-
-
-@result
-class Kpi(Result):
-    """A key figure of a loop."""
-
-    name: str = about("Its name.")
-    value: float | None = about("Its value; None where it cannot be computed.")
-    unit: str = about("Its unit; empty for a ratio or a count.")
-    meaning: str = about("What it is.")
-    note: str | None = about("What was assumed, or why there is no value.")
-
-
-@result
-class Window(Result):
-    """What one window of the judged segment says."""
-
-    from_s: float = about("Time of its first sample, s on the recording's clock.")
-    duration_s: float = about("Its duration, s.")
-    probability: float = about("The probability that the valve sticks.")
-    S: Estimate | None
-    J: Estimate | None = about("Percent of span; None where they could not be quantified.")
-    S_below: Limit | None = about(
-        "An S above this would have shown in this window; None where nothing could have been seen."
-    )
-
-
-@result
-class Judged(Result):
-    """The part of a recording that was judged."""
-
-    from_s: float = about("Time of its first sample, s on the recording's clock.")
-    duration_s: float = about("Its duration, s.")
-    sample_time_s: float = about("Time between samples, s.")
-    samples: int = about("Number of samples.")
-    bridged: int = about("How many of them were bridged.")
-    segments: int = about("Out of how many segments it was taken.")
-    signals: list[str] = about("The signals it has.")
-
-
-@result
-class PlantTime(Result):
-    """The clock on the plant's wall, by which the times of a recording are told."""
-
-    name: str = about('What it is called, such as ``"CET"`` or ``"UTC"``; empty where it was not recorded.')
-    offset_s: int = about("How far it goes before UTC, s.")
-
-
-@result
-class Mended(Result):
-    """Something that had to be mended in the data."""
-
-    signal: str = about('The signal, or ``"time"``.')
-    count: int = about("How many samples or steps.")
-    first_s: float = about("The first place, s on the recording's clock.")
-    done: str = about("What was done.")
+__all__ += _document.__all__
 
 
 @result
@@ -312,38 +83,12 @@ class Observation(Result):
 
 
 @result
-class Diagnosis(Result):
+class Diagnosis(Found):
     """Everything that was found out about one loop."""
 
-    name: str = about("Tag of the loop.")
-    loop_type: str = about("What it controls.")
-    verdict: Verdict = about("The conclusion.")
-    stiction: Stiction = about("How much the valve sticks.")
-    oscillation: Oscillation | None = about(
-        "The oscillation that speaks for the loop; None without a segment to judge."
-    )
-    oscillating_signal: str | None = about("The signal it was found in.", kind='{"error", "OP"} or None')
-    fitness: Fitness = about("Whether the data can answer.")
-    findings: dict[str, Finding] = about("What each published method says, by its name.")
-    kpis: dict[str, Kpi] = about("Key figures of the loop by name.")
-    relation: Relation | None = about(
-        "The likely mistake in the columns; None where OP and PV belong together, as far as can be told."
-    )
-    no_response: NoResponse | None = about(
-        "What the PV does that does not respond; None where it responds, as far as can be told."
-    )
-    few_slips: FewSlips | None = about(
-        "Slips that a record lacks which looks stuck; None where it does not, or has enough."
-    )
-    windows: list[Window] = about("The windows of the judged segment that were weighed one by one, in order of time.")
     evidence: Weighing | None = about("The evidence that was weighed; None where nothing could be.")
-    judged: Judged | None = about("The segment that was judged; None if there is none.")
-    plant_time: PlantTime = about("The clock by which its times are told.")
-    repairs: list[Mended] = about("What had to be mended in the data.")
+    oscillating_signal: str | None = about("The signal it was found in.", kind='{"error", "OP"} or None')
     rank: float = about("Where the loop stands in a ranked list, the worst lowest.")
-    notes: list[str] = about("What the user should know.")
-
-    _documented_as: ClassVar[Mapping[str, str]] = {"name": "loop", "loop_type": "type", "findings": "detectors"}
 
     @property
     def segment(self) -> Segment | None:

@@ -10,10 +10,10 @@ from stiction._arguments import callback, optional
 from stiction._core import Table
 from stiction._result import Result, about, result
 from stiction._words import documented, drawn
-from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
-from stiction.cycles import Cycle, Retuning, _retuning
 from stiction.closed_loop import ScenarioLike
 from stiction.closed_loop import scenario as _scenario
+from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
+from stiction.cycles import Cycle, Retuning, _retuning
 
 __all__ = ["Action", "ManualTest", "WhatIf", "what_if"]
 
