@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import textwrap
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
@@ -118,7 +119,9 @@ def kind_of(annotation: str) -> str:
 
 
 def _entry(name: str, kind: str, words: str) -> str:
-    return f"{name} : {kind}\n    {words}"
+    # To wrap takes long, and most fit a line.
+    lines = textwrap.wrap(words, 110, break_on_hyphens=False) if len(words) > 110 else [words]
+    return "\n    ".join([f"{name} : {kind}", *lines])
 
 
 def _joined(head: str, sections: dict[str, str]) -> str:
