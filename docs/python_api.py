@@ -62,6 +62,8 @@ CALLED = {"GridRepair": "Mended", "Loop": "Found"}
 ATTRIBUTES = {("Loop", "loop"): "name", ("Loop", "type"): "loop_type", ("Loop", "detectors"): "findings"}
 #: What has a name is found by it.
 TYPES = {("Loop", "detectors"): "dict[str, Finding]", ("Loop", "kpis"): "dict[str, Kpi]"}
+#: What unpacks first: what people ask for.
+FIRST = {"Loop": ["loop", "type", "verdict", "stiction", "oscillation"], "Stiction": ["S", "J", "coverage"]}
 #: Fields that are no attributes, and why.
 LEFT_OUT = {
     # `Diagnosis` has more of what was weighed, and the recording instead of its source.
@@ -221,7 +223,9 @@ def classes() -> str:
         doc[-1] += "" if about[1:] else '"""'
         lines = ["@result", f"class {CALLED.get(of, of)}(Result):", *doc, ""]
         documented_as, left_out = {}, {}
-        for name, field in schema["properties"].items():
+        fields = schema["properties"]
+        for name in dict.fromkeys([*FIRST.get(of, []), *fields]):
+            field = fields[name]
             if (of, name) in LEFT_OUT:
                 left_out |= {name: why} if (why := LEFT_OUT[of, name]) else {}
                 continue

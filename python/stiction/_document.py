@@ -41,14 +41,16 @@ class Found(Result):
 
     name: str = about("Tag of the loop.")
     loop_type: str = about("What it controls.")
-    judged: Judged | None = about("The segment that was judged, the longest of the grid; None if there is none.")
-    plant_time: PlantTime = about("The clock of the plant, by which its times are told.")
-    repairs: list[Mended] = about("What had to be mended in the data.")
-    fitness: Fitness = about("Whether the data can answer.")
+    verdict: Verdict = about("The conclusion.")
+    stiction: Stiction = about("How much the valve sticks.")
     oscillation: Oscillation | None = about(
         "The oscillation that speaks for the loop, with times on the recording's clock; None without a segment to "
         "judge."
     )
+    judged: Judged | None = about("The segment that was judged, the longest of the grid; None if there is none.")
+    plant_time: PlantTime = about("The clock of the plant, by which its times are told.")
+    repairs: list[Mended] = about("What had to be mended in the data.")
+    fitness: Fitness = about("Whether the data can answer.")
     findings: dict[str, Finding] = about("What each method that was asked says, in the order of the registry.")
     kpis: dict[str, Kpi] = about("Key figures of the loop.")
     relation: Relation | None = about(
@@ -57,8 +59,6 @@ class Found(Result):
     no_response: NoResponse | None = about(
         "What the PV does that does not respond; None where it responds, as far as can be told."
     )
-    verdict: Verdict = about("The conclusion.")
-    stiction: Stiction = about("How much the valve sticks.")
     few_slips: FewSlips | None = about(
         "Slips that a record lacks which looks stuck; None where it does not, or has enough."
     )
@@ -240,12 +240,12 @@ class ConfirmingTest(Result):
 class Stiction(Result):
     """How much a valve sticks."""
 
-    model: str | None = about("What it was found with: the valve model, or the measured position.")
     S: Estimate | None = about("Stick band plus dead band, percent of span.")
     J: Estimate | None = about("Slip jump, percent of span.")
     coverage: float | None = about(
         "The nominal coverage of the intervals, such as 0.9; None where they are not of that kind."
     )
+    model: str | None = about("What it was found with: the valve model, or the measured position.")
     why_not: str | None = about("Why a number is missing.")
     definitions: list[Definition] = about('The competing definitions of "stiction in percent", side by side.')
 

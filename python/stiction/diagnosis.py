@@ -87,7 +87,7 @@ class Diagnosis(Found):
     """Everything that was found out about one loop."""
 
     evidence: Weighing | None = about("The evidence that was weighed; None where nothing could be.")
-    oscillating_signal: str | None = about("The signal it was found in.", kind='{"error", "OP"} or None')
+    oscillating_signal: str | None = about("The signal its oscillation was found in.", kind='{"error", "OP"} or None')
     rank: float = about("Where the loop stands in a ranked list, the worst lowest.")
 
     @property
