@@ -1,32 +1,83 @@
-"""Writes `docs/python-api.md`: every public name of the Python package, with its signature and its documentation.
+"""Writes `python/stiction/_document.py`, the classes of a diagnosis as its schema has them, and `docs/python-api.md`: every
+public name of the Python package, with its signature and its documentation.
 
 python3 docs/python_api.py
 
-It reads the sources and runs none of them, so that the package need not be installed: signatures stand in the modules
-and in `_core.pyi`, documentation in their doc strings and, of compiled classes, in the Rust files.
+It reads the sources and runs none but `_words.py`, so that the package need not be installed: signatures stand in the
+modules and in `_core.pyi`, documentation in their doc strings, beside attributes and, of compiled classes, in the Rust
+files.
 """
 
 from __future__ import annotations
 
 import ast
+import importlib.util
 import inspect
+import json
+import keyword
 import re
 import sys
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "python" / "stiction"
 COMPILED = ROOT / "crates" / "stiction-python" / "src"
 PAGE = ROOT / "docs" / "python-api.md"
+SCHEMA = ROOT / "docs" / "diagnosis.schema.json"
+CLASSES = PACKAGE / "_document.py"
 HEAD = """# Python API
 
 Made by `python3 docs/python_api.py`; a test compares. Names of most modules are those of `stiction` itself:
 `stiction.diagnose`. Those of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`, `stiction.plant`
 and `stiction.sklearn` stay in their module. Every result unpacks in the order of its attributes, and has `to_dict()`.
 """
+CLASSES_HEAD = '''"""Results as the document of a diagnosis has them, with the words of its schema.
+
+Made by `python3 docs/python_api.py` of `docs/diagnosis.schema.json`; a test compares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from stiction._result import Result, about, result
+from stiction.detection import Finding
+from stiction.oscillations import Oscillation
+from stiction.recordings import Fitness
+
+__all__ = [
+'''
+#: What is not made of the schema: classes that the package has elsewhere, or has not.
+ELSEWHERE = {
+    *("Finding", "Fitness", "Line", "Measure", "Number", "Weighing"),
+    *("Episode", "Oscillation", "Peak", "Supervised", "Kpis", "Override", "Source"),
+}
+#: What classes are called here, where that is not their name in the schema.
+CALLED = {"GridRepair": "Mended", "Loop": "Found"}
+#: What attributes are called here, where that is not their name in documents.
+ATTRIBUTES = {("Loop", "loop"): "name", ("Loop", "type"): "loop_type", ("Loop", "detectors"): "findings"}
+#: What has a name is found by it.
+TYPES = {("Loop", "detectors"): "dict[str, Finding]", ("Loop", "kpis"): "dict[str, Kpi]"}
+#: What unpacks first: what people ask for.
+FIRST = {"Loop": ["loop", "type", "verdict", "stiction", "oscillation"], "Stiction": ["S", "J", "coverage"]}
+#: Fields that are no attributes, and why.
+LEFT_OUT = {
+    # `Diagnosis` has more of what was weighed, and the recording instead of its source.
+    ("Loop", "source"): "",
+    ("Loop", "evidence"): "",
+    ("Verdict", "override"): "what people concluded is kept by the command",
+}
 #: Sections of a doc string that list names.
 LISTS = {"Parameters", "Returns", "Raises", "Attributes", "Yields", "Warns"}
+
+_spec = importlib.util.spec_from_file_location("_words", PACKAGE / "_words.py")
+assert _spec and _spec.loader
+words = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(words)
 
 Function = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -122,25 +173,115 @@ def code(text: str) -> str:
     return f"```py\n{text}\n```"
 
 
+def of_callable(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
+    """The doc string of a function, as its decorators complete it."""
+    text = ast.get_docstring(function) or ""
+    arguments = function.args
+    names = [each.arg for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+    for decorator in function.decorator_list:
+        match decorator:
+            case ast.Name("documented"):
+                text = words.completed(text, names)
+            case ast.Call(ast.Name("drawn"), [ast.Constant(count)]):
+                text = words.plotting(text, count)
+    return text
+
+
+def kind_of(field: dict[str, Any]) -> str:
+    """The Python type of what a schema describes."""
+    if "$ref" in field:
+        name = field["$ref"].rpartition("/")[2]
+        return CALLED.get(name, name)
+    if "anyOf" in field:
+        return " | ".join(map(kind_of, field["anyOf"]))
+    if isinstance(field["type"], list):
+        return " | ".join(kind_of({**field, "type": each}) for each in field["type"])
+    if field["type"] == "array":
+        return f"list[{kind_of(field['items'])}]"
+    return {"number": "float", "integer": "int", "string": "str", "boolean": "bool", "null": "None"}[field["type"]]
+
+
+def attribute(name: str, kind: str, said: str) -> str:
+    """An attribute of a result with its words, as the classes have it."""
+    quote = "'" if '"' in said else '"'
+    one = f"    {name}: {kind} = about({quote}{said}{quote})"
+    if len(one) <= 120:
+        return one
+    lines = textwrap.wrap(said, 109, break_on_hyphens=False)
+    inside = f" {quote}\n        {quote}".join(lines)
+    return f"    {name}: {kind} = about(\n        {quote}{inside}{quote}\n    )"
+
+
+def classes() -> str:
+    """The module of the classes of a diagnosis."""
+    schemas = {of: schema for of, schema in json.loads(SCHEMA.read_text())["$defs"].items() if of not in ELSEWHERE}
+    names = sorted(CALLED.get(of, of) for of in schemas)
+    parts = [CLASSES_HEAD + "".join(f'    "{name}",\n' for name in names if name != "Found") + "]\n"]
+    for of, schema in schemas.items():
+        about = textwrap.wrap(spoken(schema), 110)
+        doc = [f'    """{about[0]}', *(f"    {line}" for line in about[1:]), *(['    """'] if about[1:] else [])]
+        doc[-1] += "" if about[1:] else '"""'
+        lines = ["@result", f"class {CALLED.get(of, of)}(Result):", *doc, ""]
+        documented_as, left_out = {}, {}
+        fields = schema["properties"]
+        for name in dict.fromkeys([*FIRST.get(of, []), *fields]):
+            field = fields[name]
+            if (of, name) in LEFT_OUT:
+                left_out |= {name: why} if (why := LEFT_OUT[of, name]) else {}
+                continue
+            called = ATTRIBUTES.get((of, name), f"{name}_" if keyword.iskeyword(name) else name)
+            if called.rstrip("_") != name:
+                documented_as[called] = name
+            lines.append(attribute(called, TYPES.get((of, name)) or kind_of(field), spoken(field)))
+        for name, held in (("_documented_as", documented_as), ("_left_out", left_out)):
+            if held:
+                entries = "".join(f"        {json.dumps(key)}: {json.dumps(value)},\n" for key, value in held.items())
+                lines.append(f"\n    {name}: ClassVar[Mapping[str, str]] = {{\n{entries}    }}")
+        parts.append("\n".join(lines) + "\n")
+    return "\n\n".join(parts)
+
+
+def spoken(schema: dict[str, Any]) -> str:
+    """What a schema says of something, in Python's words."""
+    return re.sub(r"\bnull\b", "None", " ".join(schema["description"].split()))
+
+
+def of_result(of: ast.ClassDef, known: dict[str, ast.ClassDef]) -> str:
+    """The doc string of a class, with its attributes if it is a result."""
+    text = ast.get_docstring(of) or ""
+    if "result" not in map(ast.unparse, of.decorator_list):
+        return text
+    inherited = [known[name].body for base in of.bases if (name := ast.unparse(base)) in known]
+    fields = []
+    for each in [*(each for body in inherited for each in body), *of.body]:
+        match each:
+            case ast.AnnAssign(ast.Name(name), annotation, ast.Call(ast.Name("about"), [ast.Constant(said)], more)):
+                kind = {keyword.arg: keyword.value for keyword in more}.get("kind", ast.Constant(""))
+                fields.append((name, ast.unparse(annotation), said, ast.literal_eval(kind)))
+            case ast.AnnAssign(ast.Name(name), annotation) if "ClassVar" not in ast.unparse(annotation):
+                fields.append((name, ast.unparse(annotation), "", ""))
+    return str(words.with_attributes(text, fields))
+
+
 def of_function(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, level: str) -> Iterator[str]:
     yield f"{level} {name}"
     yield code(signature(name, function, method=False))
-    yield from documentation(ast.get_docstring(function) or "")
+    yield from documentation(of_callable(function))
 
 
-def of_class(name: str, of: ast.ClassDef, rust: dict[str, str]) -> Iterator[str]:
-    bases = [ast.unparse(base) for base in of.bases if ast.unparse(base) not in {"Result", "Protocol"}]
+def of_class(name: str, of: ast.ClassDef, rust: dict[str, str], known: dict[str, ast.ClassDef]) -> Iterator[str]:
+    bases = [ast.unparse(base) for base in of.bases if ast.unparse(base) not in {"Result", "Protocol", *known}]
     makers = [each for each in of.body if isinstance(each, Function) and each.name in {"__init__", "__new__"}]
     yield f"### {name}"
     if makers:
         yield code(signature(f"class {name}", makers[0], method=True).removesuffix(" -> None"))
     else:
         yield code(f"class {name}({', '.join(bases)})" if bases else f"class {name}")
-    yield from documentation(ast.get_docstring(of) or rust.get(name, ""))
+    yield from documentation(of_result(of, known) or rust.get(name, ""))
     for each in of.body:
         if not isinstance(each, Function) or each.name.startswith("_"):
             continue
-        text = ast.get_docstring(each) or rust.get(f"{name}.{each.name}", "")
+        text = of_callable(each) or rust.get(f"{name}.{each.name}", "")
         decorators = {ast.unparse(decorator) for decorator in each.decorator_list}
         if not text or any(decorator.endswith(".setter") for decorator in decorators):
             continue
@@ -155,10 +296,14 @@ def of_class(name: str, of: ast.ClassDef, rust: dict[str, str]) -> Iterator[str]
 
 def public(module: ast.Module) -> list[str]:
     """The names that a module offers, in its order."""
+    names: list[str] = []
     for each in module.body:
-        if isinstance(each, ast.Assign) and [ast.unparse(target) for target in each.targets] == ["__all__"]:
-            return list(ast.literal_eval(each.value))
-    return []
+        match each:
+            case ast.Assign([ast.Name("__all__")], value):
+                names = ast.literal_eval(value)
+            case ast.AugAssign(ast.Name("__all__"), value=ast.Attribute(ast.Name("_document"))):
+                names = sorted([*names, *public(ast.parse(CLASSES.read_text()))])
+    return names
 
 
 def modules() -> list[tuple[str, Path]]:
@@ -178,6 +323,7 @@ def page() -> str:
     rust = rust_documentation()
     stub = ast.parse((PACKAGE / "_core.pyi").read_text())
     compiled = {each.name: each for each in stub.body if isinstance(each, ast.ClassDef)}
+    made = {each.name: each for each in ast.parse(CLASSES.read_text()).body if isinstance(each, ast.ClassDef)}
     parts = [HEAD.strip()]
     for called, path in modules():
         module = ast.parse(path.read_text())
@@ -188,9 +334,9 @@ def page() -> str:
         parts.extend(documentation(ast.get_docstring(module) or ""))
         own = {each.name: each for each in module.body if isinstance(each, (*Function, ast.ClassDef))}
         for name in names:
-            match own.get(name) or compiled.get(name):
+            match own.get(name) or made.get(name) or compiled.get(name):
                 case ast.ClassDef() as of:
-                    parts.extend(of_class(name, of, rust))
+                    parts.extend(of_class(name, of, rust, made))
                 case ast.FunctionDef() | ast.AsyncFunctionDef() as function:
                     parts.extend(of_function(name, function, "###"))
                 case _:
@@ -211,10 +357,12 @@ def constant(module: ast.Module, name: str) -> list[str]:
 
 
 def main() -> None:
-    text = page()
-    if PAGE.exists() and PAGE.read_text() == text:
-        print(f"{PAGE.name} is as it should be", file=sys.stderr)
-    PAGE.write_text(text)
+    # The page is made of the classes, too.
+    for path, made in ((CLASSES, classes), (PAGE, page)):
+        text = made()
+        if path.exists() and path.read_text() == text:
+            print(f"{path.name} is as it should be", file=sys.stderr)
+        path.write_text(text)
 
 
 if __name__ == "__main__":

@@ -34,6 +34,9 @@ from stiction import (
     whatif,
 )
 from stiction._core import __version__
+
+# By way of `diagnosis` alone, mypy would not know that these are types.
+from stiction._document import *
 from stiction.closed_loop import *
 from stiction.compensation import *
 from stiction.cycles import *

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
+from stiction import _words
+
 if TYPE_CHECKING:
     from typing_extensions import dataclass_transform
 else:  # Python 3.10 has none.
@@ -68,10 +70,19 @@ class Result:
         return _within(LONGEST, f"{type(self).__name__}(", parts, ")")
 
 
-@dataclass_transform(frozen_default=True, eq_default=False, kw_only_default=True)
+def about(words: str, *, kind: str = "", default: Any = dataclasses.MISSING) -> Any:
+    """Say what an attribute is; one without words shares those of the next. Its kind is that of its type by default."""
+    return dataclasses.field(default=default, metadata={"words": words, "kind": kind})
+
+
+@dataclass_transform(frozen_default=True, eq_default=False, kw_only_default=True, field_specifiers=(about,))
 def result(cls: type[T]) -> type[T]:
     """Make a frozen dataclass of keywords, without comparison, as arrays have none that is true or false."""
-    return dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)(cls)
+    made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)(cls)
+    fields = [(each.name, str(each.type), each.metadata) for each in dataclasses.fields(made)]
+    told = [(name, of, more.get("words", ""), more.get("kind", "")) for name, of, more in fields]
+    made.__doc__ = _words.with_attributes(made.__doc__, told)
+    return made  # type: ignore[no-any-return]
 
 
 R = TypeVar("R", bound=Result)

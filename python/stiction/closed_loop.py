@@ -14,7 +14,8 @@ from stiction._arrays import Array
 from stiction._core import Scenario, Table
 from stiction._frames import frame
 from stiction._plots import axes, pv_over_time, valve_over_time
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.own import OwnController, OwnProcess, OwnValve
 from stiction.stem import Stem
 from stiction.valves import Valve
@@ -49,10 +50,6 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
     settings : mapping, optional
         Changes to it by dotted key, such as ``{"valve.S": 4}``.
 
-    Returns
-    -------
-    Scenario
-
     Raises
     ------
     ValueError
@@ -86,34 +83,20 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
 
 @result
 class Run(Result):
-    """What a simulated loop did.
+    """What a simulated loop did."""
 
-    Attributes
-    ----------
-    sample_time : float
-        Time between samples, s; sample ``k`` is at time ``k * sample_time``.
-    sp, pv : ndarray
-        Set point and measured process value, in PV units.
-    op, vp : ndarray
-        Controller output and valve position, percent of span.
-    period_s : float or None
-        Period of the limit cycle in the second half, s; None if there is none.
-    half_pp_op, half_pp_vp, half_pp_pv : float
-        Half of the peak-to-peak range in the second half: of OP and VP in percent of span, of the PV in its units.
-    growth : float or None
-        Amplitude of the last cycles over that of those before; None if it does not cycle.
-    """
-
-    sample_time: float
+    sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     sp: Array
-    pv: Array
+    pv: Array = about("Set point and measured process value, in PV units.")
     op: Array
-    vp: Array
-    period_s: float | None
+    vp: Array = about("Controller output and valve position, percent of span.")
+    period_s: float | None = about("Period of the limit cycle in the second half, s; None if there is none.")
     half_pp_op: float
     half_pp_vp: float
-    half_pp_pv: float
-    growth: float | None
+    half_pp_pv: float = about(
+        "Half of the peak-to-peak range in the second half: of OP and VP in percent of span, of the PV in its units."
+    )
+    growth: float | None = about("Amplitude of the last cycles over that of those before; None if it does not cycle.")
 
     @property
     def time_s(self) -> Array:
@@ -145,18 +128,9 @@ class Run(Result):
         """
         return frame(dict(_signals(self)), "time_s")
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Plot SP and PV, and OP and VP, over time.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Two axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot SP and PV, and OP and VP, over time."""
         above, below = axes(ax, 2)
         pv_over_time(above, self.time_s, self.sp, self.pv)
         valve_over_time(below, self.time_s, self.op, self.vp)
@@ -165,19 +139,13 @@ class Run(Result):
 
 @result
 class CascadeRun(Result):
-    """What a simulated cascade did: a slave loop under a master.
+    """What a simulated cascade did: a slave loop under a master."""
 
-    Attributes
-    ----------
-    slave : Run
-        The slave loop, with the sticking valve; its set point is what the master asked for.
-    sp, pv : ndarray
-        Set point and measured process value of the master, in its PV units, at the samples of the slave.
-    """
-
-    slave: Run
+    slave: Run = about("The slave loop, with the sticking valve; its set point is what the master asked for.")
     sp: Array
-    pv: Array
+    pv: Array = about(
+        "Set point and measured process value of the master, in its PV units, at the samples of the slave."
+    )
 
     @property
     def time_s(self) -> Array:
@@ -209,18 +177,9 @@ class CascadeRun(Result):
         """
         return frame(dict(_cascade_signals(self)), "time_s")
 
+    @drawn(3)
     def plot(self, ax: Any = None) -> Any:
-        """Plot set points and PVs of master and slave, and OP and VP, over time.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Three axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot set points and PVs of master and slave, and OP and VP, over time."""
         master, slave, valve = axes(ax, 3)
         pv_over_time(master, self.time_s, self.sp, self.pv, "master: PV, SP (PV units)")
         pv_over_time(slave, self.time_s, self.slave.sp, self.slave.pv, "slave: PV, SP (PV units)")
@@ -230,26 +189,14 @@ class CascadeRun(Result):
 
 @result
 class OpenLoopRun(Result):
-    """What a valve did on a test signal, without a loop around it.
+    """What a valve did on a test signal, without a loop around it."""
 
-    Attributes
-    ----------
-    sample_time : float
-        Time between samples, s; sample ``k`` is at time ``k * sample_time``.
-    op, vp : ndarray
-        Controller output and valve position, percent of span.
-    period_s : float or None
-        Period of the VP in the second half, s; None if it has none.
-    half_pp_op, half_pp_vp : float
-        Half of the peak-to-peak range in the second half, percent of span.
-    """
-
-    sample_time: float
+    sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     op: Array
-    vp: Array
-    period_s: float | None
+    vp: Array = about("Controller output and valve position, percent of span.")
+    period_s: float | None = about("Period of the VP in the second half, s; None if it has none.")
     half_pp_op: float
-    half_pp_vp: float
+    half_pp_vp: float = about("Half of the peak-to-peak range in the second half, percent of span.")
 
     @property
     def time_s(self) -> Array:
@@ -313,6 +260,7 @@ def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind:
     return _core.simulate(parsed)
 
 
+@documented
 def simulate(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -331,8 +279,6 @@ def simulate(
     ----------
     scenario : Scenario, str, path or mapping
         What to simulate, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     controller : OwnController, optional
         In place of the scenario's controller.
     valve : OwnValve, Valve or Stem, optional
@@ -376,6 +322,7 @@ def simulate(
     return Run(**_core.simulate_own(_scenario(scenario, settings), *own))
 
 
+@documented
 def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> CascadeRun:
     """Simulate a slave loop under a master.
 
@@ -383,8 +330,6 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     ----------
     scenario : Scenario, str, path or mapping
         What to simulate, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -407,6 +352,7 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     return CascadeRun(slave=Run(**found.pop("slave")), **found)
 
 
+@documented
 def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> OpenLoopRun:
     """Simulate a valve on a test signal.
 
@@ -414,8 +360,6 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
     ----------
     scenario : Scenario, str, path or mapping
         What to simulate, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -439,34 +383,20 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
 
 @result
 class Sweep(Result):
-    """What many loops did over the last half of their samples, one entry a loop, in their order.
-
-    Attributes
-    ----------
-    S, J : ndarray
-        Bands of the valves, percent of span.
-    period_s : ndarray
-        Mean time between upward crossings of the set point by the PV, s; NaN if there are fewer than three.
-    half_pp_op, half_pp_vp : ndarray
-        Half of the peak-to-peak range of OP and VP, percent of span.
-    half_pp_pv : ndarray
-        Half of the peak-to-peak range of the PV, in its units.
-    error_mean, error_rms, error_abs : ndarray
-        Mean, root mean square and mean absolute control error SP - PV, in PV units.
-    travel_per_s : ndarray
-        Way travelled by the valve, percent of span per second.
-    """
+    """What many loops did over the last half of their samples, one entry a loop, in their order."""
 
     S: Array
-    J: Array
-    period_s: Array
+    J: Array = about("Bands of the valves, percent of span.")
+    period_s: Array = about(
+        "Mean time between upward crossings of the set point by the PV, s; NaN if there are fewer than three."
+    )
     half_pp_op: Array
-    half_pp_vp: Array
-    half_pp_pv: Array
+    half_pp_vp: Array = about("Half of the peak-to-peak range of OP and VP, percent of span.")
+    half_pp_pv: Array = about("Half of the peak-to-peak range of the PV, in its units.")
     error_mean: Array
     error_rms: Array
-    error_abs: Array
-    travel_per_s: Array
+    error_abs: Array = about("Mean, root mean square and mean absolute control error SP - PV, in PV units.")
+    travel_per_s: Array = about("Way travelled by the valve, percent of span per second.")
 
     def to_table(self) -> Table:
         """Give it as an Arrow table.
@@ -479,6 +409,7 @@ class Sweep(Result):
         return _core.number_table(list(self.to_dict().items()))
 
 
+@documented
 def sweep(
     scenarios: Iterable[ScenarioLike], *, progress: Callable[[int], object] | None = None
 ) -> Sweep:
@@ -490,12 +421,6 @@ def sweep(
     ----------
     scenarios : iterable of Scenario, str, path or mapping
         Closed loops, see `stiction.scenario`.
-    progress : callable, optional
-        Called now and then with the number of loops done.
-
-    Returns
-    -------
-    Sweep
 
     Raises
     ------
@@ -517,6 +442,7 @@ def sweep(
     return Sweep(**_core.sweep(parsed, callback("progress", progress)))
 
 
+@documented
 def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> Array:
     """Give the samples of a test signal.
 
@@ -526,8 +452,6 @@ def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> 
         The signal as a scenario describes it, such as ``{"signal": "ramp", "mean": 50, "amplitude": 15,
         "period": 60}``. Signals are constant, sine, ramp, square, steps, line, staircase, noise and
         random-walk; ``docs/scenarios.md`` of the project lists their keys.
-    sample_time : float
-        Time between samples, s.
     duration : float
         Duration, s.
 

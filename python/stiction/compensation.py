@@ -14,7 +14,8 @@ from stiction import _core, _plots
 from stiction._arguments import callback, number, optional, text
 from stiction._arrays import Array
 from stiction._core import Table
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.closed_loop import Run, ScenarioLike
 from stiction.closed_loop import scenario as _scenario
 
@@ -35,29 +36,15 @@ __all__ = [
 
 @result
 class Compensator(Result):
-    """A published or practised compensator.
+    """A published or practised compensator."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    summary : str
-        What it does, in a line.
-    citation : str
-        Where it comes from.
-    """
-
-    name: str
-    summary: str
-    citation: str
+    name: str = about("Its name.")
+    summary: str = about("What it does, in a line.")
+    citation: str = about("Where it comes from.")
 
 
 def compensators() -> list[Compensator]:
     """List the compensators.
-
-    Returns
-    -------
-    list of Compensator
 
     Examples
     --------
@@ -70,101 +57,48 @@ def compensators() -> list[Compensator]:
 
 @result
 class Parameter(Result):
-    """A number that an action works with.
+    """A number that an action works with."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    value : float
-        Its value.
-    unit : str
-        Its unit; empty of a number without one.
-    """
-
-    name: str
-    value: float
-    unit: str
+    name: str = about("Its name.")
+    value: float = about("Its value.")
+    unit: str = about("Its unit; empty of a number without one.")
 
 
 @result
 class Measures(Result):
-    """What a loop did in a window, in numbers that can be compared.
+    """What a loop did in a window, in numbers that can be compared."""
 
-    Attributes
-    ----------
-    iae_per_s : float
-        Integral of the absolute control error per second, its mean, in PV units.
-    pv_std : float
-        Standard deviation of the PV, in its units.
-    op_travel_per_s : float
-        Way of the signal that the valve receives, percent per second.
-    vp_travel_per_s : float
-        Way of the stem, percent per second: what wears packing and seat.
-    reversals_per_h : float
-        Reversals of the stem per hour.
-    half_pp_op, half_pp_vp, half_pp_pv : float
-        Half of the peak-to-peak range: of the signal that the valve receives and of the VP in percent of span,
-        of the PV in its units.
-    """
-
-    iae_per_s: float
-    pv_std: float
-    op_travel_per_s: float
-    vp_travel_per_s: float
-    reversals_per_h: float
+    iae_per_s: float = about("Integral of the absolute control error per second, its mean, in PV units.")
+    pv_std: float = about("Standard deviation of the PV, in its units.")
+    op_travel_per_s: float = about("Way of the signal that the valve receives, percent per second.")
+    vp_travel_per_s: float = about("Way of the stem, percent per second: what wears packing and seat.")
+    reversals_per_h: float = about("Reversals of the stem per hour.")
     half_pp_op: float
     half_pp_vp: float
-    half_pp_pv: float
+    half_pp_pv: float = about(
+        "Half of the peak-to-peak range: of the signal that the valve receives and of the VP in percent of span, of "
+        "the PV in its units."
+    )
 
 
 @result
 class CompensatedRun(Result):
-    """A loop with a compensator and without it.
+    """A loop with a compensator and without it."""
 
-    Attributes
-    ----------
-    method : str
-        The compensator.
-    parameters : list of Parameter
-        What it worked with.
-    at_s : float
-        When it was switched on, s.
-    settle_s, window_s : float
-        How long it was then left alone, and how long it was measured, s.
-    run : Run
-        The loop with it; its OP is what the controller gave.
-    signal : ndarray
-        What the valve received, percent of span.
-    without : Run
-        The loop without it.
-    measures, measures_without : Measures
-        Measures in the window, with it and without.
-    """
-
-    method: str
-    parameters: list[Parameter]
-    at_s: float
+    method: str = about("The compensator.")
+    parameters: list[Parameter] = about("What it worked with.")
+    at_s: float = about("When it was switched on, s.")
     settle_s: float
-    window_s: float
-    run: Run
-    signal: Array
-    without: Run
+    window_s: float = about("How long it was then left alone, and how long it was measured, s.")
+    run: Run = about("The loop with it; its OP is what the controller gave.")
+    signal: Array = about("What the valve received, percent of span.")
+    without: Run = about("The loop without it.")
     measures: Measures
-    measures_without: Measures
+    measures_without: Measures = about("Measures in the window, with it and without.")
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw PV, signal and valve position before and after the compensator is switched on.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw PV, signal and valve position before and after the compensator is switched on."""
         process, valve = _plots.axes(ax, 2)
         time = self.run.time_s
         shown = (time >= self.at_s - 0.4 * self.settle_s) & (time <= self.at_s + 0.5 * self.settle_s)
@@ -183,6 +117,7 @@ class CompensatedRun(Result):
         return [process, valve]
 
 
+@documented
 def compensate(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -201,8 +136,6 @@ def compensate(
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; it lasts as long as is measured, whatever its duration.
-    settings : mapping, optional
-        Changes to it by dotted key.
     method : str
         Name of a compensator, see `compensators`.
     parameters : mapping, optional
@@ -216,10 +149,6 @@ def compensate(
         How long it is left alone before it is measured, s; by default ten cycles.
     window_s : float, optional
         How long it is measured, s; by default ten cycles.
-
-    Returns
-    -------
-    CompensatedRun
 
     Raises
     ------
@@ -267,115 +196,57 @@ def compensate(
 
 @result
 class Outcome(Result):
-    """What came of an action in one case.
-
-    Attributes
-    ----------
-    s_factor, j_factor : float
-        Factors on the S and J that were assumed.
-    noise : bool
-        Whether noise was added to the PV.
-    measures : Measures
-        Measures in the window without changes.
-    set_point_iae_per_s, load_iae_per_s : float
-        Mean absolute control error in the time given to the set-point step and to the load step, in PV units.
-    set_point_settling_s, load_settling_s : float or None
-        Time to settle after the step, s; None if it did not.
-    """
+    """What came of an action in one case."""
 
     s_factor: float
-    j_factor: float
-    noise: bool
-    measures: Measures
+    j_factor: float = about("Factors on the S and J that were assumed.")
+    noise: bool = about("Whether noise was added to the PV.")
+    measures: Measures = about("Measures in the window without changes.")
     set_point_iae_per_s: float
-    load_iae_per_s: float
+    load_iae_per_s: float = about(
+        "Mean absolute control error in the time given to the set-point step and to the load step, in PV units."
+    )
     set_point_settling_s: float | None
-    load_settling_s: float | None
+    load_settling_s: float | None = about("Time to settle after the step, s; None if it did not.")
 
 
 @result
 class Protocol(Result):
-    """What every action goes through: a window without changes, a set-point step, a load step.
+    """What every action goes through: a window without changes, a set-point step, a load step."""
 
-    Attributes
-    ----------
-    at_s : float
-        When compensators are switched on, s.
-    settle_s : float
-        How long they are left alone before they are measured, s.
-    window_s : float
-        Length of the window, s.
-    step_s : float
-        Time given to each step, s.
-    set_point_step : float
-        Height of the set-point step, in PV units.
-    load_step : float
-        Height of the load step, percent.
-    settling_band : float
-        Control error within which the loop has settled, in PV units.
-    error : float
-        Relative error of the assumed S and J, both ways.
-    noise_sd : float
-        Standard deviation of the noise in the case with noise, in PV units.
-    seed : int
-        Its seed.
-    """
-
-    at_s: float
-    settle_s: float
-    window_s: float
-    step_s: float
-    set_point_step: float
-    load_step: float
-    settling_band: float
-    error: float
-    noise_sd: float
-    seed: int
+    at_s: float = about("When compensators are switched on, s.")
+    settle_s: float = about("How long they are left alone before they are measured, s.")
+    window_s: float = about("Length of the window, s.")
+    step_s: float = about("Time given to each step, s.")
+    set_point_step: float = about("Height of the set-point step, in PV units.")
+    load_step: float = about("Height of the load step, percent.")
+    settling_band: float = about("Control error within which the loop has settled, in PV units.")
+    error: float = about("Relative error of the assumed S and J, both ways.")
+    noise_sd: float = about("Standard deviation of the noise in the case with noise, in PV units.")
+    seed: int = about("Its seed.")
 
 
 @result
 class CompensatorRow(Result):
-    """A compensator, or the loop as it is, in a comparison.
+    """A compensator, or the loop as it is, in a comparison."""
 
-    Attributes
-    ----------
-    action : str
-        Name of the compensator, or ``"as it is"``.
-    parameters : list of Parameter
-        What it worked with, nominally.
-    error : float
-        Mean absolute control error in the window, nominally, in PV units.
-    worst_error : float
-        The same in the worst of the cases without noise: the measure of the ranking.
-    reduction : float
-        By what it divides the standard deviation of the PV; infinite if nothing is left of it.
-    outcomes : list of Outcome
-        The nominal case first, then S and J wrong (less and less, less and more, more and less, more and more),
-        then with noise.
-    """
-
-    action: str
-    parameters: list[Parameter]
-    error: float
-    worst_error: float
-    reduction: float
-    outcomes: list[Outcome]
+    action: str = about('Name of the compensator, or ``"as it is"``.')
+    parameters: list[Parameter] = about("What it worked with, nominally.")
+    error: float = about("Mean absolute control error in the window, nominally, in PV units.")
+    worst_error: float = about("The same in the worst of the cases without noise: the measure of the ranking.")
+    reduction: float = about("By what it divides the standard deviation of the PV; infinite if nothing is left of it.")
+    outcomes: list[Outcome] = about(
+        "The nominal case first, then S and J wrong (less and less, less and more, more and less, more and more), "
+        "then with noise."
+    )
 
 
 @result
 class CompensatorComparison(Result):
-    """Compensators side by side.
+    """Compensators side by side."""
 
-    Attributes
-    ----------
-    rows : list of CompensatorRow
-        The loop as it is and with each compensator, the least worst error first.
-    protocol : Protocol
-        What they went through.
-    """
-
-    rows: list[CompensatorRow]
-    protocol: Protocol
+    rows: list[CompensatorRow] = about("The loop as it is and with each compensator, the least worst error first.")
+    protocol: Protocol = about("What they went through.")
 
     def _summary(self) -> list[str]:
         best = self.rows[0]
@@ -394,18 +265,9 @@ class CompensatorComparison(Result):
         """
         return _table(self.rows)
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw control error and travel of the stem with every compensator, with S and J right and wrong.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw control error and travel of the stem with every compensator, with S and J right and wrong."""
         return _bars(self.rows, ax)
 
 
@@ -472,6 +334,7 @@ def _names(name: str, values: Sequence[str] | None) -> list[str] | None:
     return [text(f"a name in {name}", each) for each in values]
 
 
+@documented
 def compare_compensators(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -488,10 +351,6 @@ def compare_compensators(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     methods : sequence of str, optional
         Names of compensators, see `compensators`; by default all.
     S, J : float, optional
@@ -501,10 +360,6 @@ def compare_compensators(
     progress : callable, optional
         Called with the number of simulations that are done whenever it has grown: six for each compensator, and two for the loop
         as it is.
-
-    Returns
-    -------
-    CompensatorComparison
 
     Raises
     ------

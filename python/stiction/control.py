@@ -13,6 +13,7 @@ import numpy.typing as npt
 from stiction import _core
 from stiction._arguments import choice, number, text
 from stiction._arrays import Array, unmasked
+from stiction._words import documented
 from stiction.cycles import describing_function as _describing_function
 from stiction.valves import Valve, valve_models
 
@@ -83,6 +84,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
 _MODELS = [m.name for m in valve_models() if _core.Valve(5.0, 2.0, model=m.name)._state() is not None]
 
 
+@documented
 def valve_system(
     S: float,
     J: float,
@@ -99,10 +101,6 @@ def valve_system(
 
     Parameters
     ----------
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
     model : str, default "two-phase"
         Name of a valve model. Kano's and Choudhury's remember more than this state holds; for J up to S
         "two-phase" is the same valve.
@@ -223,6 +221,7 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
         return False
 
 
+@documented
 def describing_function(S: float, J: float, model: str = "two-phase") -> ValveDescribingFunction:
     """Give the describing function of a sticking valve as python-control takes it.
 
@@ -231,16 +230,8 @@ def describing_function(S: float, J: float, model: str = "two-phase") -> ValveDe
 
     Parameters
     ----------
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
     model : str, default "two-phase"
         Name of a valve model, see `stiction.valve_models`.
-
-    Returns
-    -------
-    ValveDescribingFunction
 
     Raises
     ------

@@ -17,7 +17,8 @@ from stiction import _core, _plots
 from stiction._arguments import choice, integer, number, optional, text
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.closed_loop import ScenarioLike
 from stiction.closed_loop import scenario as _scenario
 
@@ -54,64 +55,38 @@ METHODS = ("exact", "describing-function")
 
 @result
 class Cycle(Result):
-    """A limit cycle.
+    """A limit cycle."""
 
-    Attributes
-    ----------
-    method : str
-        How it was found: ``"exact"`` or ``"describing-function"``.
-    period_s : float
-        Period, s.
-    half_pp_op, half_pp_vp, half_pp_pv : float
-        Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units. By describing
-        function the VP is its fundamental.
-    middle_op, middle_vp, middle_pv : float
-        The middle between the extremes, in the same units.
-    stable : bool
-        Whether a motion beside it approaches it, or the family it belongs to.
-    multipliers : ndarray of complex
-        Floquet multipliers: how much of a small deviation is left after a period, the largest first. Empty
-        where the method knows none.
-    slips : int
-        How often the stem begins to move in a period.
-    """
-
-    method: str
-    period_s: float
+    method: str = about('How it was found: ``"exact"`` or ``"describing-function"``.')
+    period_s: float = about("Period, s.")
     half_pp_op: float
     half_pp_vp: float
-    half_pp_pv: float
+    half_pp_pv: float = about(
+        "Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units. By describing "
+        "function the VP is its fundamental."
+    )
     middle_op: float
     middle_vp: float
-    middle_pv: float
-    stable: bool
-    multipliers: ComplexArray
-    slips: int
+    middle_pv: float = about("The middle between the extremes, in the same units.")
+    stable: bool = about("Whether a motion beside it approaches it, or the family it belongs to.")
+    multipliers: ComplexArray = about(
+        "Floquet multipliers: how much of a small deviation is left after a period, the largest first. Empty where "
+        "the method knows none."
+    )
+    slips: int = about("How often the stem begins to move in a period.")
 
 
 @result
 class LimitCycles(Result):
-    """What a search for limit cycles has found.
+    """What a search for limit cycles has found."""
 
-    Attributes
-    ----------
-    method : str
-        ``"exact"`` or ``"describing-function"``.
-    state : str
-        ``"cycle"``, ``"no cycle"`` or ``"not known"``.
-    cycles : list of Cycle
-        The cycles: exact ones with those that attract first, of describing functions the largest first.
-    reasons : list of str
-        Why there is no cycle, or why it is not known; beside cycles, how other motions end.
-    no_part : list of str
-        Keys of the scenario that have no part in the prediction.
-    """
-
-    method: str
-    state: str
-    cycles: list[Cycle]
-    reasons: list[str]
-    no_part: list[str]
+    method: str = about('``"exact"`` or ``"describing-function"``.')
+    state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"``.')
+    cycles: list[Cycle] = about(
+        "The cycles: exact ones with those that attract first, of describing functions the largest first."
+    )
+    reasons: list[str] = about("Why there is no cycle, or why it is not known; beside cycles, how other motions end.")
+    no_part: list[str] = about("Keys of the scenario that have no part in the prediction.")
 
     @property
     def cycle(self) -> Cycle | None:
@@ -123,6 +98,7 @@ def _found(found: dict[str, Any]) -> LimitCycles:
     return LimitCycles(**{**found, "cycles": [Cycle(**cycle) for cycle in found["cycles"]]})
 
 
+@documented
 def limit_cycle(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
@@ -130,10 +106,6 @@ def limit_cycle(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     method : {"exact", "describing-function"}, default "exact"
         By the flow of the loop from slip to slip, or by harmonic balance.
 
@@ -165,6 +137,7 @@ def limit_cycle(
     return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), False))
 
 
+@documented
 def limit_cycles(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
@@ -172,16 +145,8 @@ def limit_cycles(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     method : {"exact", "describing-function"}, default "exact"
         By tens of motions from near the equilibrium to far outside the friction bands, or by harmonic balance.
-
-    Returns
-    -------
-    LimitCycles
 
     Raises
     ------
@@ -198,6 +163,7 @@ def limit_cycles(
     return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), True))
 
 
+@documented
 def limit_cycle_member(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, offset: float
 ) -> LimitCycles:
@@ -208,16 +174,8 @@ def limit_cycle_member(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     offset : float
         How far the positions of the member lie above those of the symmetric one, percent of span.
-
-    Returns
-    -------
-    LimitCycles
 
     Raises
     ------
@@ -236,41 +194,18 @@ def limit_cycle_member(
 
 @result
 class Trajectory(Result):
-    """An exact limit cycle over one period.
+    """An exact limit cycle over one period."""
 
-    Attributes
-    ----------
-    cycle : Cycle
-        The cycle.
-    time_s : ndarray
-        Times since a slip upward, s; where the VP jumps, the same time stands twice.
-    op, vp : ndarray
-        OP and VP, percent of span, about the operating point of the loop.
-    pv : ndarray
-        PV about the operating point, in its units.
-    set_point : float
-        Set point about the operating point, in PV units.
-    """
-
-    cycle: Cycle
-    time_s: Array
+    cycle: Cycle = about("The cycle.")
+    time_s: Array = about("Times since a slip upward, s; where the VP jumps, the same time stands twice.")
     op: Array
-    vp: Array
-    pv: Array
-    set_point: float
+    vp: Array = about("OP and VP, percent of span, about the operating point of the loop.")
+    pv: Array = about("PV about the operating point, in its units.")
+    set_point: float = about("Set point about the operating point, in PV units.")
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw OP and VP, and the PV, over time.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw OP and VP, and the PV, over time."""
         valve, process = _plots.axes(ax, 2)
         valve.plot(self.time_s, self.op, label="OP")
         valve.plot(self.time_s, self.vp, label="VP")
@@ -283,18 +218,9 @@ class Trajectory(Result):
             _plots.legend_above(each)
         return [valve, process]
 
+    @drawn(2)
     def plot_phase(self, ax: Any = None) -> Any:
-        """Draw VP and PV over OP.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw VP and PV over OP."""
         valve, process = _plots.axes(ax, 2)
         valve.plot(self.op, self.vp, color="C1", label="VP")
         valve.set_ylabel("VP (%)")
@@ -306,6 +232,7 @@ class Trajectory(Result):
         return [valve, process]
 
 
+@documented
 def limit_cycle_trajectory(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, samples: int = 1000
 ) -> Trajectory:
@@ -313,17 +240,9 @@ def limit_cycle_trajectory(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     samples : int, default 1000
         Times in the period, equally far apart; slips and stops of the stem come on top of them. Values are exact
         at each time, not interpolated.
-
-    Returns
-    -------
-    Trajectory
 
     Raises
     ------
@@ -343,6 +262,7 @@ def limit_cycle_trajectory(
     return Trajectory(**{**found, "cycle": Cycle(**found["cycle"])})
 
 
+@documented
 def describing_function(
     amplitude: Samples, S: float, J: float, *, model: str = "two-phase", slips: int | None = None
 ) -> ComplexArray:
@@ -355,13 +275,6 @@ def describing_function(
     ----------
     amplitude : array_like
         Amplitudes X of the OP, percent of span, above 0.
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    model : str, default "two-phase"
-        Name of a valve model, see `valve_models`.
-
     slips : int, optional
         How often the stem slips in one direction, where a valve may do so more or less often under the same sine,
         as He's, He and Wang's and Stenman's; by default the fewest times.
@@ -393,17 +306,9 @@ def describing_function(
     return _core.describing_function(sines, number("S", S), number("J", J), text("model", model), stroke)
 
 
+@documented
 def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
     """Give the amplitude of a sine of the OP above which the valve goes on moving.
-
-    Parameters
-    ----------
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    model : str, default "two-phase"
-        Name of a valve model, see `valve_models`.
 
     Returns
     -------
@@ -426,70 +331,33 @@ def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
 
 @result
 class FrequencyResponse(Result):
-    """The frequency response of a loop that is cut open where its valve is.
+    """The frequency response of a loop that is cut open where its valve is."""
 
-    Attributes
-    ----------
-    omega : ndarray
-        Frequencies, rad/s.
-    loop_gain : ndarray of complex
-        L(jw), controller and process, with the sign for which ``L N = -1`` is the condition of a cycle.
-    process_gain : ndarray of complex
-        G(jw), from VP to PV, PV units per percent.
-    stability : str
-        Whether the loop would be ``"stable"``, ``"marginal"`` or ``"unstable"`` if the valve followed the OP.
-    gain_crossover : float or None
-        Where ``|L| = 1`` and the phase is nearest to -180 degrees, rad/s.
-    phase_margin : float or None
-        How far the phase is from -180 degrees there, rad.
-    ultimate_frequency : float or None
-        Where the loop would oscillate at the stability limit of its gain, rad/s.
-    gain_margin : float or None
-        The factor on the gain that leads there.
-    peak_sensitivity : float
-        Ms, the largest of ``|1 / (1 + L)|``.
-    peak_frequency : float
-        Where it is, rad/s.
-    crossing_omega : ndarray
-        Frequencies of the cycles by harmonic balance, rad/s.
-    crossings : ndarray of complex
-        L at them, where it meets ``-1/N(X)``.
-    crossing_slips : list of int
-        How often the stem slips in one direction in them.
-    model : str
-        The valve model.
-    bands : Bands
-        S and J of the valve.
-    """
+    omega: Array = about("Frequencies, rad/s.")
+    loop_gain: ComplexArray = about(
+        "L(jw), controller and process, with the sign for which ``L N = -1`` is the condition of a cycle."
+    )
+    process_gain: ComplexArray = about("G(jw), from VP to PV, PV units per percent.")
+    stability: str = about(
+        'Whether the loop would be ``"stable"``, ``"marginal"`` or ``"unstable"`` if the valve followed the OP.'
+    )
+    gain_crossover: float | None = about("Where ``|L| = 1`` and the phase is nearest to -180 degrees, rad/s.")
+    phase_margin: float | None = about("How far the phase is from -180 degrees there, rad.")
+    ultimate_frequency: float | None = about(
+        "Where the loop would oscillate at the stability limit of its gain, rad/s."
+    )
+    gain_margin: float | None = about("The factor on the gain that leads there.")
+    peak_sensitivity: float = about("Ms, the largest of ``|1 / (1 + L)|``.")
+    peak_frequency: float = about("Where it is, rad/s.")
+    crossing_omega: Array = about("Frequencies of the cycles by harmonic balance, rad/s.")
+    crossings: ComplexArray = about("L at them, where it meets ``-1/N(X)``.")
+    crossing_slips: list[int] = about("How often the stem slips in one direction in them.")
+    model: str = about("The valve model.")
+    bands: Bands = about("S and J of the valve.")
 
-    omega: Array
-    loop_gain: ComplexArray
-    process_gain: ComplexArray
-    stability: str
-    gain_crossover: float | None
-    phase_margin: float | None
-    ultimate_frequency: float | None
-    gain_margin: float | None
-    peak_sensitivity: float
-    peak_frequency: float
-    crossing_omega: Array
-    crossings: ComplexArray
-    crossing_slips: list[int]
-    model: str
-    bands: Bands
-
+    @drawn(1)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the Nyquist plot of the loop with ``-1/N(X)`` of its valve.
-
-        Parameters
-        ----------
-        ax : matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        matplotlib axes
-        """
+        """Draw the Nyquist plot of the loop with ``-1/N(X)`` of its valve."""
         (ax,) = _plots.axes(ax, height=5.0)
         S, J = self.bands.S, self.bands.J
         marks = np.concatenate([self.crossings, [-1, 0]])
@@ -525,6 +393,7 @@ class FrequencyResponse(Result):
         return ax
 
 
+@documented
 def frequency_response(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -535,16 +404,8 @@ def frequency_response(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     omega : array_like, optional
         Frequencies, rad/s; by default a thousand over the range in which L is between 50 and 1/50.
-
-    Returns
-    -------
-    FrequencyResponse
 
     Raises
     ------
@@ -571,49 +432,31 @@ def frequency_response(
 
 @result
 class LimitCycleMap(Result):
-    """The limit cycles of a loop over two of its parameters.
-
-    Attributes
-    ----------
-    x_name, y_name : str
-        Names of the parameters, see `loop_parameters`.
-    x_unit, y_unit : str
-        Their units.
-    x, y : ndarray
-        Their values.
-    method : str
-        How the cycles were found.
-    state : ndarray of str
-        ``"cycle"``, ``"no cycle"`` or ``"not known"``; this and what follows has a row for each of `y` and a
-        column for each of `x`.
-    period_s : ndarray
-        Periods, s; NaN where there is no cycle, as in the other arrays.
-    half_pp_op, half_pp_vp, half_pp_pv : ndarray
-        Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units.
-    slips : ndarray
-        How often the stem begins to move in a period.
-    reason : ndarray of str
-        Why there is no cycle, or why it is not known.
-    boundary : ndarray
-        Where cycling ends: line segments as an array of shape ``(n, 2, 2)`` of their two ends ``(x, y)``, halfway
-        between points with and without a cycle.
-    """
+    """The limit cycles of a loop over two of its parameters."""
 
     x_name: str
-    y_name: str
+    y_name: str = about("Names of the parameters, see `loop_parameters`.")
     x_unit: str
-    y_unit: str
+    y_unit: str = about("Their units.")
     x: Array
-    y: Array
-    method: str
-    state: npt.NDArray[np.str_]
-    period_s: Array
+    y: Array = about("Their values.")
+    method: str = about("How the cycles were found.")
+    state: npt.NDArray[np.str_] = about(
+        '``"cycle"``, ``"no cycle"`` or ``"not known"``; this and what follows has a row for each of `y` and a column '
+        "for each of `x`."
+    )
+    period_s: Array = about("Periods, s; NaN where there is no cycle, as in the other arrays.")
     half_pp_op: Array
     half_pp_vp: Array
-    half_pp_pv: Array
-    slips: Array
-    reason: npt.NDArray[np.str_]
-    boundary: Array
+    half_pp_pv: Array = about(
+        "Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units."
+    )
+    slips: Array = about("How often the stem begins to move in a period.")
+    reason: npt.NDArray[np.str_] = about("Why there is no cycle, or why it is not known.")
+    boundary: Array = about(
+        "Where cycling ends: line segments as an array of shape ``(n, 2, 2)`` of their two ends ``(x, y)``, halfway "
+        "between points with and without a cycle."
+    )
 
     def to_table(self) -> Table:
         """Give a row for every point.
@@ -698,6 +541,7 @@ def _axis(name: str, axis: Any) -> tuple[str, Array]:
     return text(f"the name in {name}", parameter), samples(f"the values in {name}", values)
 
 
+@documented
 def limit_cycle_map(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -711,10 +555,6 @@ def limit_cycle_map(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     x, y : tuple of str and array_like
         A parameter (see `loop_parameters`) and its values, such as ``("Kc", numpy.linspace(0.5, 2, 40))``; J stays
         when S is varied, and the integral time when Kc is.
@@ -722,10 +562,6 @@ def limit_cycle_map(
         How cycles are found.
     progress : callable, optional
         Called with the number of points that are done. An exception in it ends the computation.
-
-    Returns
-    -------
-    LimitCycleMap
 
     Raises
     ------
@@ -754,42 +590,22 @@ def limit_cycle_map(
 
 @result
 class Sensitivity(Result):
-    """How a limit cycle answers to a parameter, in percent per percent.
+    """How a limit cycle answers to a parameter, in percent per percent."""
 
-    Attributes
-    ----------
-    parameter : str
-        The parameter, see `loop_parameters`.
-    unit : str
-        Its unit.
-    value : float
-        Its value.
-    period : float
-        Of the period.
-    half_pp_op, half_pp_vp, half_pp_pv : float
-        Of half of the peak-to-peak ranges.
-    """
-
-    parameter: str
-    unit: str
-    value: float
-    period: float
+    parameter: str = about("The parameter, see `loop_parameters`.")
+    unit: str = about("Its unit.")
+    value: float = about("Its value.")
+    period: float = about("Of the period.")
     half_pp_op: float
     half_pp_vp: float
-    half_pp_pv: float
+    half_pp_pv: float = about("Of half of the peak-to-peak ranges.")
 
 
+@documented
 def sensitivities(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None
 ) -> list[Sensitivity]:
     """Tell by how many percent the exact limit cycle changes with a percent of each parameter.
-
-    Parameters
-    ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -812,23 +628,14 @@ def sensitivities(
 
 @result
 class Tuning(Result):
-    """Settings of a controller in ISA form.
+    """Settings of a controller in ISA form."""
 
-    Attributes
-    ----------
-    kc : float
-        Gain, percent per PV unit.
-    ti : float or None
-        Integral time, s; None without integral action.
-    td : float
-        Derivative time, s.
-    """
-
-    kc: float
-    ti: float | None
-    td: float
+    kc: float = about("Gain, percent per PV unit.")
+    ti: float | None = about("Integral time, s; None without integral action.")
+    td: float = about("Derivative time, s.")
 
 
+@documented
 def simc(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, tc: float | None = None
 ) -> Tuning:
@@ -838,14 +645,8 @@ def simc(
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; its controller and valve do not matter.
-    settings : mapping, optional
-        Changes to it by dotted key.
     tc : float, optional
         Time constant of the closed loop, s; by default the dead time, Skogestad's choice.
-
-    Returns
-    -------
-    Tuning
 
     Raises
     ------
@@ -867,6 +668,7 @@ def simc(
     return Tuning(**_core.simc(_scenario(scenario, settings), optional("tc", tc)))
 
 
+@documented
 def lambda_tuning(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, time_constant_s: float
 ) -> Tuning:
@@ -876,14 +678,8 @@ def lambda_tuning(
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; its controller and valve do not matter.
-    settings : mapping, optional
-        Changes to it by dotted key.
     time_constant_s : float
         Lambda, the time constant of the closed loop, s.
-
-    Returns
-    -------
-    Tuning
 
     Raises
     ------
@@ -901,6 +697,7 @@ def lambda_tuning(
     )
 
 
+@documented
 def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> float:
     """Give the integral of the absolute error after a step of the load while the valve follows the OP.
 
@@ -908,8 +705,6 @@ def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = N
     ----------
     scenario : Scenario, str, path or mapping
         A control loop, see `stiction.scenario`; its valve does not matter.
-    settings : mapping, optional
-        Changes to it by dotted key.
 
     Returns
     -------
@@ -932,56 +727,26 @@ def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = N
 
 @result
 class Assessment(Result):
-    """What a tuning is worth around a sticking valve.
+    """What a tuning is worth around a sticking valve."""
 
-    Attributes
-    ----------
-    tuning : Tuning
-        The tuning.
-    ms : float
-        Ms, the peak of the sensitivity function; infinite if the loop is not stable.
-    load_iae : float or None
-        IAE after a step of the load by 1 percent, see `load_step_iae`.
-    cycle : Cycle or None
-        The limit cycle with the sticking valve; None if it has none.
-    """
-
-    tuning: Tuning
-    ms: float
-    load_iae: float | None
-    cycle: Cycle | None
+    tuning: Tuning = about("The tuning.")
+    ms: float = about("Ms, the peak of the sensitivity function; infinite if the loop is not stable.")
+    load_iae: float | None = about("IAE after a step of the load by 1 percent, see `load_step_iae`.")
+    cycle: Cycle | None = about("The limit cycle with the sticking valve; None if it has none.")
 
 
 @result
 class Retuning(Result):
-    """The robust PI tuning with which the PV swings least, beside the present one.
-
-    Attributes
-    ----------
-    present, best : Assessment
-        The tuning that was given, and the best of those within the bound.
-    ms_bound : float
-        The bound on Ms.
-    pv_ratio : float or None
-        Swing of the PV over that with the present tuning; None if that is 0.
-    iae_ratio : float or None
-        What it costs: IAE of a load step over that with the present tuning.
-    robust_tunings : int
-        How many tunings were within the bound.
-    unjudged_tunings : int
-        Of how many of them the cycle could not be determined.
-    at_edge : bool
-        Whether the best lies at the end of what was searched: beyond there may be a better one.
-    """
+    """The robust PI tuning with which the PV swings least, beside the present one."""
 
     present: Assessment
-    best: Assessment
-    ms_bound: float
-    pv_ratio: float | None
-    iae_ratio: float | None
-    robust_tunings: int
-    unjudged_tunings: int
-    at_edge: bool
+    best: Assessment = about("The tuning that was given, and the best of those within the bound.")
+    ms_bound: float = about("The bound on Ms.")
+    pv_ratio: float | None = about("Swing of the PV over that with the present tuning; None if that is 0.")
+    iae_ratio: float | None = about("What it costs: IAE of a load step over that with the present tuning.")
+    robust_tunings: int = about("How many tunings were within the bound.")
+    unjudged_tunings: int = about("Of how many of them the cycle could not be determined.")
+    at_edge: bool = about("Whether the best lies at the end of what was searched: beyond there may be a better one.")
 
 
 def _assessment(found: dict[str, Any]) -> Assessment:
@@ -999,6 +764,7 @@ def _retuning(found: dict[str, Any]) -> Retuning:
     return Retuning(**{**found, **judged})
 
 
+@documented
 def retune(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -1013,10 +779,6 @@ def retune(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     ms : float, default 1.7
         Largest peak of the sensitivity function that is allowed, above 1.
     method : {"exact", "describing-function"}, default "exact"
@@ -1027,10 +789,6 @@ def retune(
         Gains, and as many integral times, that are tried before the search is refined.
     progress : callable, optional
         Called with the number of tunings that were judged. An exception in it ends the search.
-
-    Returns
-    -------
-    Retuning
 
     Raises
     ------

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from stiction._arguments import choice
 from stiction._core import Recording
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented
 from stiction.recordings import read
 
 __all__ = ["SampleTruth", "load", "names", "path", "truth"]
@@ -18,41 +19,19 @@ __all__ = ["SampleTruth", "load", "names", "path", "truth"]
 
 @result
 class SampleTruth(Result):
-    """What is true of a sample recording.
+    """What is true of a sample recording."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    sticks : bool
-        Whether its valve sticks.
-    model : str
-        Its valve model, see `valve_models`.
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    cause : str
-        What makes the loop swing.
-    scenario : str
-        The built-in scenario that it comes from, see `scenarios`.
-    """
-
-    name: str
-    sticks: bool
-    model: str
-    S: float
-    J: float
-    cause: str
-    scenario: str
+    name: str = about("Its name.")
+    sticks: bool = about("Whether its valve sticks.")
+    model: str = about("Its valve model, see `valve_models`.")
+    S: float = about("Stick band plus dead band, percent of span.")
+    J: float = about("Slip jump, percent of span.")
+    cause: str = about("What makes the loop swing.")
+    scenario: str = about("The built-in scenario that it comes from, see `scenarios`.")
 
 
 def names() -> list[str]:
     """List the sample recordings.
-
-    Returns
-    -------
-    list of str
 
     Examples
     --------
@@ -63,13 +42,9 @@ def names() -> list[str]:
     return list(_truths())
 
 
+@documented
 def path(name: str) -> Path:
     """Tell where the file of a sample recording is.
-
-    Parameters
-    ----------
-    name : str
-        Its name, see `names`.
 
     Returns
     -------
@@ -90,17 +65,9 @@ def path(name: str) -> Path:
     return _folder() / f"{choice('name', name, names())}.csv"
 
 
+@documented
 def load(name: str) -> Recording:
     """Read a sample recording.
-
-    Parameters
-    ----------
-    name : str
-        Its name, see `names`.
-
-    Returns
-    -------
-    Recording
 
     Raises
     ------
@@ -117,17 +84,9 @@ def load(name: str) -> Recording:
     return recording
 
 
+@documented
 def truth(name: str) -> SampleTruth:
     """Tell what is true of a sample recording.
-
-    Parameters
-    ----------
-    name : str
-        Its name, see `names`.
-
-    Returns
-    -------
-    SampleTruth
 
     Raises
     ------

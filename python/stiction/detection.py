@@ -8,7 +8,8 @@ from typing import Any
 from stiction import _core, _plots
 from stiction._arguments import text
 from stiction._arrays import Array, Samples, samples
-from stiction._result import Result, result, result_of
+from stiction._result import Result, about, result, result_of
+from stiction._words import documented
 from stiction.oscillations import _period, _step
 
 __all__ = [
@@ -29,95 +30,43 @@ _DRAWN = {"line": "-", "steps": "-", "dashed": "--", "dotted": ":", "points": "o
 
 @result
 class Detector(Result):
-    """A published method.
+    """A published method."""
 
-    Attributes
-    ----------
-    name : str
-        Its name, such as ``"horch"``.
-    title : str
-        Its title.
-    source : str
-        Authors, year, journal; and what of it was recalled, not read.
-    statistic : str
-        What its statistic is. The larger it is, the more it speaks for a positive decision.
-    rule : str
-        The decision rule with its thresholds.
-    family : str
-        What it looks at: methods of one family have one vote together.
-    applies : str
-        The loops it was made for.
-    decides : {"stiction", "nonlinearity"}
-        What a positive decision means.
-    needs : str
-        The signals it cannot do without.
-    explains_oscillation : bool
-        Whether it was made to tell the cause of an oscillation that was found before.
-    parameters : dict
-        Its parameters by name, each with its value and its unit.
-    """
-
-    name: str
-    title: str
-    source: str
-    statistic: str
-    rule: str
-    family: str
-    applies: str
-    decides: str
-    needs: str
-    explains_oscillation: bool
-    parameters: dict[str, tuple[float, str]]
+    name: str = about('Its name, such as ``"horch"``.')
+    title: str = about("Its title.")
+    source: str = about("Authors, year, journal; and what of it was recalled, not read.")
+    statistic: str = about("What its statistic is. The larger it is, the more it speaks for a positive decision.")
+    rule: str = about("The decision rule with its thresholds.")
+    family: str = about("What it looks at: methods of one family have one vote together.")
+    applies: str = about("The loops it was made for.")
+    decides: str = about("What a positive decision means.", kind='{"stiction", "nonlinearity"}')
+    needs: str = about("The signals it cannot do without.")
+    explains_oscillation: bool = about("Whether it was made to tell the cause of an oscillation that was found before.")
+    parameters: dict[str, tuple[float, str]] = about("Its parameters by name, each with its value and its unit.")
 
 
 @result
 class Finding(Result):
-    """What a method says of signals.
-
-    Attributes
-    ----------
-    name, title : str
-        Name and title of the method.
-    decision : str
-        ``"sticks"``, ``"does not stick"``, ``"nonlinear"``, ``"linear"``, ``"undecided"`` or ``"abstains"``.
-    statistic : float or None
-        The number the decision rests on; None if it abstains.
-    statistic_name : str
-        What that number is.
-    threshold : float or None
-        Its value from which the decision is positive.
-    reason : str
-        What the numbers say, or why it abstains.
-    numbers : dict
-        All numbers of the method by name; None where one is not finite.
-    units : dict
-        Their units by name; empty for a ratio or a count.
-    caveats : list of str
-        What to keep in mind.
-    parameters : dict
-        The parameters of the method by name, each with its value and its unit.
-    family : str
-        What it looks at.
-    votes : bool
-        Whether its decision is counted in the vote of its family.
-    reference : str
-        Authors, year, journal.
-    """
+    """What a method says of signals."""
 
     name: str
-    title: str
-    decision: str
-    statistic: float | None
-    statistic_name: str
-    threshold: float | None
-    reason: str
-    numbers: dict[str, float | None]
-    units: dict[str, str]
-    caveats: list[str]
-    parameters: dict[str, tuple[float, str]]
-    family: str
-    votes: bool
-    reference: str
+    title: str = about("Name and title of the method.")
+    decision: str = about(
+        '``"sticks"``, ``"does not stick"``, ``"nonlinear"``, ``"linear"``, ``"undecided"`` or ``"abstains"``.'
+    )
+    statistic: float | None = about("The number the decision rests on; None if it abstains.")
+    statistic_name: str = about("What that number is.")
+    threshold: float | None = about("Its value from which the decision is positive.")
+    reason: str = about("What the numbers say, or why it abstains.")
+    numbers: dict[str, float | None] = about("All numbers of the method by name; None where one is not finite.")
+    units: dict[str, str] = about("Their units by name; empty for a ratio or a count.")
+    caveats: list[str] = about("What to keep in mind.")
+    parameters: dict[str, tuple[float, str]] = about(
+        "The parameters of the method by name, each with its value and its unit."
+    )
+    family: str = about("What it looks at.")
+    votes: bool = about("Whether its decision is counted in the vote of its family.")
+    reference: str = about("Authors, year, journal.")
 
     @classmethod
     def _prepared(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -132,56 +81,32 @@ class Finding(Result):
 
 @result
 class EvidenceSeries(Result):
-    """A curve, a cloud of points or a mark.
-
-    Attributes
-    ----------
-    x, y : ndarray
-        Its samples.
-    style : {"line", "dashed", "dotted", "steps", "points", "bars"}
-        How they are joined.
-    """
+    """A curve, a cloud of points or a mark."""
 
     x: Array
-    y: Array
-    style: str
+    y: Array = about("Its samples.")
+    style: str = about("How they are joined.", kind='{"line", "dashed", "dotted", "steps", "points", "bars"}')
 
 
 @result
 class EvidencePanel(Result):
-    """Series that belong between one pair of axes.
-
-    Attributes
-    ----------
-    x_label, y_label : str
-        What the axes are, with their units.
-    series : dict of EvidenceSeries
-        By name. A mark is a series of one point, an upright line one of two.
-    """
+    """Series that belong between one pair of axes."""
 
     x_label: str
-    y_label: str
-    series: dict[str, EvidenceSeries]
+    y_label: str = about("What the axes are, with their units.")
+    series: dict[str, EvidenceSeries] = about("By name. A mark is a series of one point, an upright line one of two.")
 
 
 @result
 class MethodEvidence(Result):
-    """What a method looked at, as the report draws it.
+    """What a method looked at, as the report draws it."""
 
-    Attributes
-    ----------
-    method : str
-        Name of the method.
-    caption : str
-        What the panels show.
-    panels : list of EvidencePanel
-        The series, by the axes that they share. Of long recordings they hold the last periods, and of many points
-        some; the caption tells.
-    """
-
-    method: str
-    caption: str
-    panels: list[EvidencePanel]
+    method: str = about("Name of the method.")
+    caption: str = about("What the panels show.")
+    panels: list[EvidencePanel] = about(
+        "The series, by the axes that they share. Of long recordings they hold the last periods, and of many points "
+        "some; the caption tells."
+    )
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the panels.
@@ -227,6 +152,7 @@ def detectors() -> list[Detector]:
     ]
 
 
+@documented
 def detect(
     method: str,
     op: Samples,
@@ -242,21 +168,15 @@ def detect(
 
     Parameters
     ----------
-    method : str
-        Its name, see `detectors`.
     op : array_like
         Controller output, percent of span. All signals are of one length and finite.
     pv, sp : array_like, optional
         Process value and set point, in units of the PV.
     vp : array_like, optional
         Measured valve position, percent of span.
-    sample_time : float
-        Time between samples, s.
     period_s : float, optional
         Period of the oscillation, s; by default that of the dominant one, as in a diagnosis. Without an
         oscillation, methods that tell its cause abstain.
-    loop_type : str, default "unknown"
-        What the loop controls, see `loop_types`.
 
     Returns
     -------
@@ -281,6 +201,7 @@ def detect(
     return finding
 
 
+@documented
 def detect_all(
     op: Samples,
     pv: Samples | None = None,
@@ -297,12 +218,6 @@ def detect_all(
     ----------
     op, pv, sp, vp : array_like
         As in `detect`.
-    sample_time : float
-        Time between samples, s.
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
-    loop_type : str, default "unknown"
-        What the loop controls, see `loop_types`.
 
     Returns
     -------
@@ -319,6 +234,7 @@ def detect_all(
     return {each.name: each for each in _detect(None, op, pv, sp, vp, sample_time, period_s, loop_type)}
 
 
+@documented
 def method_evidence(
     method: str,
     op: Samples,
@@ -334,16 +250,8 @@ def method_evidence(
 
     Parameters
     ----------
-    method : str
-        Its name, see `detectors`.
     op, pv, sp, vp : array_like
         As in `detect`.
-    sample_time : float
-        Time between samples, s.
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
-    loop_type : str, default "unknown"
-        What the loop controls, see `loop_types`.
 
     Returns
     -------

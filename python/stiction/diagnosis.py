@@ -8,42 +8,26 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stiction import _core, _html, _plots
+from stiction import _core, _document, _html, _plots
 from stiction._arguments import number, optional, text
 from stiction._arrays import Samples
 from stiction._core import Recording, Table
-from stiction._result import Result, result, result_of
-from stiction.detection import Finding, MethodEvidence, _evidence
-from stiction.oscillations import Oscillation
-from stiction.recordings import Fitness, RecordingLike, Segment, _checked, _is_table
+from stiction._document import *
+from stiction._document import Estimate, Found
+from stiction._result import Result, about, result, result_of
+from stiction._words import documented, drawn
+from stiction.detection import MethodEvidence, _evidence
+from stiction.recordings import RecordingLike, Segment, _checked, _is_table
 from stiction.recordings import recording as _recording
 
 __all__ = [
-    "Alternative",
-    "ConfirmingTest",
     "Contrast",
-    "Definition",
     "Diagnosis",
     "Drift",
-    "Estimate",
-    "Fault",
-    "FewSlips",
     "History",
-    "Judged",
-    "Kpi",
-    "Limit",
-    "Mended",
-    "NoResponse",
     "Observation",
-    "PlantTime",
-    "Relation",
     "RepairEffect",
-    "Rest",
-    "Stiction",
-    "Verdict",
-    "Votes",
     "Weighing",
-    "Window",
     "combine",
     "diagnose",
     "diagnose_all",
@@ -52,575 +36,59 @@ __all__ = [
     "report",
     "summary_table",
 ]
-
-
-@result
-class Estimate(Result):
-    """A number with an interval.
-
-    Attributes
-    ----------
-    value : float
-        The best value.
-    low, high : float
-        Ends of its interval.
-    """
-
-    value: float
-    low: float
-    high: float
-
-
-@result
-class Votes(Result):
-    """How the families of published methods voted, one vote each.
-
-    Attributes
-    ----------
-    sticks, does_not_stick : int
-        Families that say that the valve sticks, or does not.
-    undecided, abstains : int
-        Families that apply and are undecided, and those that abstain.
-    """
-
-    sticks: int
-    does_not_stick: int
-    undecided: int
-    abstains: int
-
-
-@result
-class Alternative(Result):
-    """A cause other than the concluded one.
-
-    Attributes
-    ----------
-    cause : str
-        The cause, such as ``"aggressive tuning"``.
-    likelihood : float
-        Its probability; together with that of sticking they add up to one.
-    because : str
-        What the data show of it, and how to tell it apart.
-    """
-
-    cause: str
-    likelihood: float
-    because: str
-
-
-@result
-class ConfirmingTest(Result):
-    """A test with the controller in manual that settles whether the valve sticks.
-
-    Attributes
-    ----------
-    kind : {"steps in manual", "pulses in manual", "set-point bumps in automatic", "none in operation"}
-        How it is carried out.
-    step : float
-        Size of each step of the OP, percent of span.
-    steps : int
-        How many steps in one direction before they turn.
-    up_first : bool
-        Whether the first steps go up.
-    wait_s : float
-        How long to wait after each step, pulse or bump, s.
-    total_s : float
-        How long all of it takes, s; 0 where there is no test in operation.
-    pv_change : float or None
-        By how much the PV should change with one step if the valve follows, in its units.
-    pv_low : float or None
-        The PV below which the test is stopped, in its units; None without a PV.
-    pv_high : float or None
-        The PV above which it is stopped.
-    instructions : list of str
-        What to do and what to look for, in order.
-    """
-
-    kind: str
-    step: float
-    steps: int
-    up_first: bool
-    wait_s: float
-    total_s: float
-    pv_change: float | None
-    pv_low: float | None
-    pv_high: float | None
-    instructions: list[str]
-
-
-@result
-class Limit(Result):
-    """An upper limit of S.
-
-    Attributes
-    ----------
-    value : float
-        Stick band plus dead band, percent of span.
-    confidence : float
-        Of valves that stick by more, the share that would have been seen.
-    """
-
-    value: float
-    confidence: float
-
-
-@result
-class Verdict(Result):
-    """The conclusion.
-
-    Attributes
-    ----------
-    class_ : {"sticks", "does not stick", "does not respond", "cannot tell"}
-        What was concluded.
-    grade : {"sticks", "does not respond", "probably sticks", "unclear", "probably fine", "fine", "data cannot answer"}
-        The same in one graded word, which tells more where the class cannot tell.
-    probability : float or None
-        The probability that the valve sticks; None where there is none.
-    basis : str
-        What it rests on, such as ``"evidence in OP and PV"``.
-    S_below : Limit or None
-        An S above this would have shown in this very recording; None where the valve is at fault or no such
-        number is known.
-    votes : Votes
-        How the published methods voted.
-    reasons : list of str
-        Why.
-    contradictions : list of str
-        Evidence that speaks against it.
-    alternatives : list of Alternative
-        What else it could be, the likeliest first.
-    confirm : ConfirmingTest or None
-        The manual test that would settle it; None if none can be sized.
-    """
-
-    class_: str
-    grade: str
-    probability: float | None
-    basis: str
-    S_below: Limit | None
-    votes: Votes
-    reasons: list[str]
-    contradictions: list[str]
-    alternatives: list[Alternative]
-    confirm: ConfirmingTest | None
-
-    _left_out: ClassVar[Mapping[str, str]] = {"override": "what people concluded is kept by the command"}
-
-
-@result
-class Definition(Result):
-    """One of the numbers that are called "stiction in percent".
-
-    Attributes
-    ----------
-    name : str
-        Its name.
-    value : float or None
-        Its value; None where it cannot be measured.
-    unit : str
-        Its unit.
-    meaning : str
-        What it is, and by whom.
-    """
-
-    name: str
-    value: float | None
-    unit: str
-    meaning: str
-
-
-@result
-class Stiction(Result):
-    """How much a valve sticks.
-
-    Attributes
-    ----------
-    S : Estimate or None
-        Stick band plus dead band, percent of span.
-    J : Estimate or None
-        Slip jump, percent of span.
-    coverage : float or None
-        Nominal coverage of the intervals; None where they are not of that kind.
-    model : str or None
-        What S and J were found with.
-    why_not : str or None
-        Why a number is missing.
-    definitions : list of Definition
-        The competing definitions of "stiction in percent", side by side.
-    """
-
-    S: Estimate | None
-    J: Estimate | None
-    coverage: float | None
-    model: str | None
-    why_not: str | None
-    definitions: list[Definition]
-
-
-@result
-class Relation(Result):
-    """A likely mistake in the columns of a recording.
-
-    Attributes
-    ----------
-    mismatch : str
-        The mistake, such as ``"PV and OP look exchanged"``.
-    because : str
-        What the data show of it.
-    remedy : str
-        What to do about it.
-    """
-
-    mismatch: str
-    because: str
-    remedy: str
-
-
-@result
-class Rest(Result):
-    """A time in which the PV rests away from its set point while the OP travels.
-
-    Attributes
-    ----------
-    from_s, to_s : float
-        Its beginning and end, s on the recording's clock.
-    op_travel : float
-        How far the OP travels in it, percent.
-    error : float
-        Mean of SP less PV in it, in units of the PV.
-    overwhelming : bool
-        Whether that alone names the fault.
-    """
-
-    from_s: float
-    to_s: float
-    op_travel: float
-    error: float
-    overwhelming: bool
-
-
-@result
-class Fault(Result):
-    """Why a PV may not respond.
-
-    Attributes
-    ----------
-    name : str
-        Its name, such as ``"line isolated"``.
-    told_by : str
-        How to tell it from the others.
-    """
-
-    name: str
-    told_by: str
-
-
-@result
-class NoResponse(Result):
-    """A PV that does not respond.
-
-    Attributes
-    ----------
-    silence : {"PV at its low end", "PV at its high end", "PV frozen", "PV moves without the OP"}
-        What the PV does.
-    decides : bool
-        Whether the verdict rests on it.
-    rest : Rest or None
-        The rest of the PV in which the OP travels farthest; None if it moves on.
-    faults : list of Fault
-        What it may be, the likeliest first.
-    """
-
-    silence: str
-    decides: bool
-    rest: Rest | None
-    faults: list[Fault]
-
-
-@result
-class FewSlips(Result):
-    """A record that looks stuck, with too few slips to decide.
-
-    Attributes
-    ----------
-    seen, needed : int
-        Slips that the best valve model sees, and those that a decision takes.
-    record_for_s : float or None
-        For how much longer to record, s, if the valve goes on slipping as often; None if it never slipped.
-    step : float
-        How large steps of the OP would make it slip, percent of span.
-    words : str
-        The same in a sentence.
-    """
-
-    seen: int
-    needed: int
-    record_for_s: float | None
-    step: float
-    words: str
-
-
-@result
-class Kpi(Result):
-    """A key figure of a loop.
-
-    Attributes
-    ----------
-    name : str
-        Its name.
-    value : float or None
-        Its value; None where it cannot be computed.
-    unit : str
-        Its unit; empty for a ratio or a count.
-    meaning : str
-        What it is.
-    note : str or None
-        What was assumed, or why there is no value.
-    """
-
-    name: str
-    value: float | None
-    unit: str
-    meaning: str
-    note: str | None
-
-
-@result
-class Window(Result):
-    """What one window of the judged segment says.
-
-    Attributes
-    ----------
-    from_s : float
-        Time of its first sample, s on the recording's clock.
-    duration_s : float
-        Its duration, s.
-    probability : float
-        The probability that the valve sticks.
-    S, J : Estimate or None
-        Percent of span; None where they could not be quantified.
-    S_below : Limit or None
-        An S above this would have shown in this window; None where nothing could have been seen.
-    """
-
-    from_s: float
-    duration_s: float
-    probability: float
-    S: Estimate | None
-    J: Estimate | None
-    S_below: Limit | None
-
-
-@result
-class Judged(Result):
-    """The part of a recording that was judged.
-
-    Attributes
-    ----------
-    from_s : float
-        Time of its first sample, s on the recording's clock.
-    duration_s : float
-        Its duration, s.
-    sample_time_s : float
-        Time between samples, s.
-    samples : int
-        Number of samples.
-    bridged : int
-        How many of them were bridged.
-    segments : int
-        Out of how many segments it was taken.
-    signals : list of str
-        The signals it has.
-    """
-
-    from_s: float
-    duration_s: float
-    sample_time_s: float
-    samples: int
-    bridged: int
-    segments: int
-    signals: list[str]
-
-
-@result
-class PlantTime(Result):
-    """The clock on the plant's wall, by which the times of a recording are told.
-
-    Attributes
-    ----------
-    name : str
-        What it is called, such as ``"CET"`` or ``"UTC"``; empty where it was not recorded.
-    offset_s : int
-        How far it goes before UTC, s.
-    """
-
-    name: str
-    offset_s: int
-
-
-@result
-class Mended(Result):
-    """Something that had to be mended in the data.
-
-    Attributes
-    ----------
-    signal : str
-        The signal, or ``"time"``.
-    count : int
-        How many samples or steps.
-    first_s : float
-        The first place, s on the recording's clock.
-    done : str
-        What was done.
-    """
-
-    signal: str
-    count: int
-    first_s: float
-    done: str
+__all__ += _document.__all__
 
 
 @result
 class Weighing(Result):
-    """The evidence that was weighed.
+    """The evidence that was weighed."""
 
-    Attributes
-    ----------
-    probability : float
-        The probability that the valve is at fault: that it sticks or does not respond.
-    lines : dict
-        The probability that each line of evidence gives by itself.
-    causes : dict
-        The probability of every cause; they add up to one.
-    S : Estimate
-        S if the valve sticks, percent of span, with its 90 % interval, however wide.
-    J_over_S : Estimate
-        J over S if the valve sticks, with its 90 % interval, however wide.
-    limit : float or None
-        Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been
-        seen.
-    z : float
-        Standard errors by which a valve that sticks predicts the PV better than one that follows; from 3 on a valve
-        is not cleared.
-    op_range : float
-        Range of the OP in its widest window, percent of span.
-    distance : float
-        How far the recording is from the loops of training; above 1 it is unlike all of them and not judged.
-    strangest : list of str
-        What lies farthest outside of them.
-    features : dict
-        The numbers of the most typical window by name, see `evidence_features`; NaN where not measured.
-    """
-
-    probability: float
-    lines: dict[str, float]
-    causes: dict[str, float]
-    S: Estimate
-    J_over_S: Estimate
-    limit: float | None
-    z: float
-    op_range: float
-    distance: float
-    strangest: list[str]
-    features: dict[str, float]
+    probability: float = about("The probability that the valve is at fault: that it sticks or does not respond.")
+    lines: dict[str, float] = about("The probability that each line of evidence gives by itself.")
+    causes: dict[str, float] = about("The probability of every cause; they add up to one.")
+    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval, however wide.")
+    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval, however wide.")
+    limit: float | None = about(
+        "Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been "
+        "seen."
+    )
+    z: float = about(
+        "Standard errors by which a valve that sticks predicts the PV better than one that follows; from 3 on a valve "
+        "is not cleared."
+    )
+    op_range: float = about("Range of the OP in its widest window, percent of span.")
+    distance: float = about(
+        "How far the recording is from the loops of training; above 1 it is unlike all of them and not judged."
+    )
+    strangest: list[str] = about("What lies farthest outside of them.")
+    features: dict[str, float] = about(
+        "The numbers of the most typical window by name, see `evidence_features`; NaN where not measured."
+    )
 
 
 @result
 class Observation(Result):
-    """What one recording, or one window, said of a valve.
+    """What one recording, or one window, said of a valve."""
 
-    Attributes
-    ----------
-    time_s : float
-        When, s on a clock that all observations share.
-    class_ : str
-        The conclusion, as in `Verdict`.
-    probability : float or None
-        The probability that the valve sticks.
-    S, J : Estimate or None
-        Percent of span, where they were quantified.
-    weight : float
-        How much it counts, such as its number of cycles.
-    windows : float
-        Of how many windows of evidence it was put together: one of a week says more than one of an hour.
-    """
-
-    time_s: float
-    class_: str
-    probability: float | None = None
-    S: Estimate | None = None
-    J: Estimate | None = None
-    weight: float = 1.0
-    windows: float = 1.0
+    time_s: float = about("When, s on a clock that all observations share.")
+    class_: str = about("The conclusion, as in `Verdict`.")
+    probability: float | None = about("The probability that the valve sticks.", default=None)
+    S: Estimate | None = about("Percent of span, where they were quantified.", default=None)
+    J: Estimate | None = about("Percent of span, where they were quantified.", default=None)
+    weight: float = about("How much it counts, such as its number of cycles.", default=1.0)
+    windows: float = about(
+        "Of how many windows of evidence it was put together: one of a week says more than one of an hour.",
+        default=1.0,
+    )
 
 
 @result
-class Diagnosis(Result):
-    """Everything that was found out about one loop.
+class Diagnosis(Found):
+    """Everything that was found out about one loop."""
 
-    Attributes
-    ----------
-    name : str
-        Tag of the loop.
-    loop_type : str
-        What it controls.
-    verdict : Verdict
-        The conclusion.
-    stiction : Stiction
-        How much the valve sticks.
-    oscillation : Oscillation or None
-        The oscillation that speaks for the loop; None without a segment to judge.
-    oscillating_signal : {"error", "OP"} or None
-        The signal it was found in.
-    fitness : Fitness
-        Whether the data can answer.
-    findings : dict of Finding
-        What each published method says, by its name.
-    kpis : dict of Kpi
-        Key figures of the loop by name.
-    relation : Relation or None
-        The likely mistake in the columns; None where OP and PV belong together, as far as can be told.
-    no_response : NoResponse or None
-        What the PV does that does not respond; None where it responds, as far as can be told.
-    few_slips : FewSlips or None
-        Slips that a record lacks which looks stuck; None where it does not, or has enough.
-    windows : list of Window
-        The windows of the judged segment that were weighed one by one, in order of time.
-    evidence : Weighing or None
-        The evidence that was weighed; None where nothing could be.
-    judged : Judged or None
-        The segment that was judged; None if there is none.
-    plant_time : PlantTime
-        The clock by which its times are told.
-    repairs : list of Mended
-        What had to be mended in the data.
-    rank : float
-        Where the loop stands in a ranked list, the worst lowest.
-    notes : list of str
-        What the user should know.
-    """
-
-    name: str
-    loop_type: str
-    verdict: Verdict
-    stiction: Stiction
-    oscillation: Oscillation | None
-    oscillating_signal: str | None
-    fitness: Fitness
-    findings: dict[str, Finding]
-    kpis: dict[str, Kpi]
-    relation: Relation | None
-    no_response: NoResponse | None
-    few_slips: FewSlips | None
-    windows: list[Window]
-    evidence: Weighing | None
-    judged: Judged | None
-    plant_time: PlantTime
-    repairs: list[Mended]
-    rank: float
-    notes: list[str]
-
-    _documented_as: ClassVar[Mapping[str, str]] = {"name": "loop", "loop_type": "type", "findings": "detectors"}
+    evidence: Weighing | None = about("The evidence that was weighed; None where nothing could be.")
+    oscillating_signal: str | None = about("The signal its oscillation was found in.", kind='{"error", "OP"} or None')
+    rank: float = about("Where the loop stands in a ranked list, the worst lowest.")
 
     @property
     def segment(self) -> Segment | None:
@@ -640,13 +108,9 @@ class Diagnosis(Result):
         seen = _kept(self).observation()
         return None if seen is None else result_of(Observation, seen)
 
+    @documented
     def method_evidence(self, method: str) -> MethodEvidence | None:
         """Give the arrays by which a method judged the segment.
-
-        Parameters
-        ----------
-        method : str
-            Its name, see `detectors`.
 
         Returns
         -------
@@ -661,12 +125,7 @@ class Diagnosis(Result):
         return _evidence(_kept(self).method_evidence(text("method", method)))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the diagnosis as the document that ``stiction diagnose --json`` prints.
-
-        Returns
-        -------
-        dict
-        """
+        """Give the diagnosis as the document that ``stiction diagnose --json`` prints."""
         return document([self])
 
     def _summary(self) -> list[str]:
@@ -681,12 +140,7 @@ class Diagnosis(Result):
         )
 
     def to_html(self) -> str:
-        """Give the report: one self-contained HTML page.
-
-        Returns
-        -------
-        str
-        """
+        """Give the report: one self-contained HTML page."""
         return report([self])
 
     def save_report(self, path: str | PathLike[str]) -> None:
@@ -704,17 +158,9 @@ class Diagnosis(Result):
         """
         _core.write_whole(Path(path), self.to_html().encode())
 
+    @drawn(3)
     def plot(self, ax: Any = None) -> Any:
         """Draw PV and SP over time, OP over time, and PV over OP.
-
-        Parameters
-        ----------
-        ax : sequence of three axes, optional
-            Where to draw; by default a new figure.
-
-        Returns
-        -------
-        list of matplotlib.axes.Axes
 
         Raises
         ------
@@ -889,43 +335,21 @@ def diagnose_all(
     return [_diagnosis(*each, told) for each in zip(handles, checked)]
 
 
+@documented
 def document(diagnoses: Iterable[Diagnosis]) -> dict[str, Any]:
-    """Give diagnoses as the document that ``stiction diagnose --json`` prints.
-
-    Parameters
-    ----------
-    diagnoses : iterable of Diagnosis
-        The diagnoses.
-
-    Returns
-    -------
-    dict
-    """
+    """Give diagnoses as the document that ``stiction diagnose --json`` prints."""
     return _core.diagnoses_document(_all_kept(diagnoses))
 
 
+@documented
 def report(diagnoses: Iterable[Diagnosis]) -> str:
-    """Give the report on diagnoses: one self-contained HTML page, the worst loop first.
-
-    Parameters
-    ----------
-    diagnoses : iterable of Diagnosis
-        The diagnoses.
-
-    Returns
-    -------
-    str
-    """
+    """Give the report on diagnoses: one self-contained HTML page, the worst loop first."""
     return _core.diagnoses_html(_all_kept(diagnoses))
 
 
+@documented
 def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
     """Give diagnoses as a table, one row a loop.
-
-    Parameters
-    ----------
-    diagnoses : iterable of Diagnosis
-        The diagnoses.
 
     Returns
     -------
@@ -937,62 +361,28 @@ def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
 
 @result
 class Drift(Result):
-    """The drift of S.
+    """The drift of S."""
 
-    Attributes
-    ----------
-    per_day : float
-        Growth of S as a share of itself, 1/day.
-    low, high : float
-        Ends of its 95 % interval.
-    p_value : float
-        Probability of as much if there were no drift, two-sided.
-    robust_per_day : float
-        The same by the median of the slopes of all pairs (Theil, 1950; Sen, 1968), 1/day.
-    robust_p_value : float
-        p-value of Mann and Kendall's test.
-    significant : bool
-        Whether both tests and both slopes say that S drifts.
-    """
-
-    per_day: float
+    per_day: float = about("Growth of S as a share of itself, 1/day.")
     low: float
-    high: float
-    p_value: float
-    robust_per_day: float
-    robust_p_value: float
-    significant: bool
+    high: float = about("Ends of its 95 % interval.")
+    p_value: float = about("Probability of as much if there were no drift, two-sided.")
+    robust_per_day: float = about("The same by the median of the slopes of all pairs (Theil, 1950; Sen, 1968), 1/day.")
+    robust_p_value: float = about("p-value of Mann and Kendall's test.")
+    significant: bool = about("Whether both tests and both slopes say that S drifts.")
 
 
 @result
 class History(Result):
-    """What observations of one valve say together.
+    """What observations of one valve say together."""
 
-    Attributes
-    ----------
-    class_ : str
-        The conclusion, as in `Verdict`.
-    grade : str
-        The same in one graded word, as in `Verdict`.
-    probability : float or None
-        The combined probability that the valve sticks.
-    observations : int
-        How many there are.
-    decided : int
-        How many of them decided, or have a probability.
-    drift : Drift or None
-        Whether S drifts; None with too few observations of S.
-    trend : str
-        What there is to say of the drift.
-    """
-
-    class_: str
-    grade: str
-    probability: float | None
-    observations: int
-    decided: int
-    drift: Drift | None
-    trend: str
+    class_: str = about("The conclusion, as in `Verdict`.")
+    grade: str = about("The same in one graded word, as in `Verdict`.")
+    probability: float | None = about("The combined probability that the valve sticks.")
+    observations: int = about("How many there are.")
+    decided: int = about("How many of them decided, or have a probability.")
+    drift: Drift | None = about("Whether S drifts; None with too few observations of S.")
+    trend: str = about("What there is to say of the drift.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {"observations": "windows"}
 
@@ -1004,10 +394,6 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     ----------
     observations : iterable of Diagnosis or Observation
         What was seen of the valve; diagnoses without a judged segment are left out.
-
-    Returns
-    -------
-    History
 
     Raises
     ------
@@ -1026,58 +412,28 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
 
 @result
 class Contrast(Result):
-    """A quantity before and after a repair.
-
-    Attributes
-    ----------
-    before_count, after_count : int
-        Observations before and after that have it.
-    before, after : float
-        Its typical value before and after.
-    p_value : float
-        Probability of as large a difference by chance, two-sided.
-    delta : float
-        Cliff's delta: from -1, all fell, to 1, all rose.
-    significant : bool
-        Whether the difference is significant, being one of two that are tested.
-    """
+    """A quantity before and after a repair."""
 
     before_count: int
-    after_count: int
+    after_count: int = about("Observations before and after that have it.")
     before: float
-    after: float
-    p_value: float
-    delta: float
-    significant: bool
+    after: float = about("Its typical value before and after.")
+    p_value: float = about("Probability of as large a difference by chance, two-sided.")
+    delta: float = about("Cliff's delta: from -1, all fell, to 1, all rose.")
+    significant: bool = about("Whether the difference is significant, being one of two that are tested.")
 
 
 @result
 class RepairEffect(Result):
-    """Before and after a repair.
+    """Before and after a repair."""
 
-    Attributes
-    ----------
-    time_s : float
-        When it was, s on the clock of the observations.
-    outcome : {"worked", "helped", "no change", "worse", "cannot tell"}
-        What it did.
-    words : str
-        The same in a sentence.
-    before, after : int
-        Observations before and after it.
-    probability : Contrast or None
-        The probability that the valve sticks; None with too few observations.
-    S : Contrast or None
-        S in percent of span; None with too few observations.
-    """
-
-    time_s: float
-    outcome: str
-    words: str
+    time_s: float = about("When it was, s on the clock of the observations.")
+    outcome: str = about("What it did.", kind='{"worked", "helped", "no change", "worse", "cannot tell"}')
+    words: str = about("The same in a sentence.")
     before: int
-    after: int
-    probability: Contrast | None
-    S: Contrast | None
+    after: int = about("Observations before and after it.")
+    probability: Contrast | None = about("The probability that the valve sticks; None with too few observations.")
+    S: Contrast | None = about("S in percent of span; None with too few observations.")
 
 
 def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float) -> RepairEffect:
@@ -1089,10 +445,6 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
         What was seen of the valve, in any order.
     time_s : float
         When it was repaired, s on the clock of the observations.
-
-    Returns
-    -------
-    RepairEffect
 
     Raises
     ------

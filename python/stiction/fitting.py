@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 from stiction import _core, _plots
 from stiction._arguments import choice, integer, optional, text
 from stiction._core import Recording, Scenario
-from stiction._result import Result, result, result_of
+from stiction._result import Result, about, result, result_of
+from stiction._words import drawn
 from stiction.closed_loop import simulate
 from stiction.compensation import compensators
 from stiction.diagnosis import Estimate
@@ -38,288 +39,156 @@ SHOWN = 1200
 
 @result
 class OperatingPoint(Result):
-    """What a recorded loop moves about.
+    """What a recorded loop moves about."""
 
-    Attributes
-    ----------
-    op : float
-        Mean of the OP, percent of span.
-    pv : float
-        Mean of the PV, in its units.
-    op_drift_per_hour : float
-        Slope of the OP, percent of span per hour: how fast the load drifts.
-    """
-
-    op: float
-    pv: float
-    op_drift_per_hour: float
+    op: float = about("Mean of the OP, percent of span.")
+    pv: float = about("Mean of the PV, in its units.")
+    op_drift_per_hour: float = about("Slope of the OP, percent of span per hour: how fast the load drifts.")
 
 
 @result
 class FittedController(Result):
-    """A controller as its output shows it; intervals of 90 %.
+    """A controller as its output shows it; intervals of 90 %."""
 
-    Attributes
-    ----------
-    structure : {"P", "PI", "PID"}
-        What it consists of.
-    kc : Estimate
-        Gain, percent of the OP per unit of the PV; negative of a direct-acting controller.
-    ti, td : Estimate or None
-        Integral and derivative time, s; None without such action.
-    filter : float or None
-        Time constant of the derivative's filter, s.
-    set_point_weight : float or None
-        Weight of the set point in the proportional part; None where the set point never moves.
-    set_point : Estimate or None
-        The constant set point, in units of the PV, where none is recorded.
-    gap : float
-        Half the width of the gap within which the error counts for nothing, in units of the PV; 0 for none.
-    execution : float or None
-        Time between executions, s; None where it is shorter than the record can show.
-    delay_samples : int
-        Samples from a PV to the OP that answers it: 0 or 1.
-    low, high : float or None
-        Limits of the OP, percent of span, where they were reached.
-    rate_limit : float or None
-        The most that the OP moves, percent of span per second, where that was reached often.
-    op_quantum : float
-        Resolution of the recorded OP, percent of span; 0 where none shows.
-    explained : float
-        Share of what is new in the OP that it explains.
-    otherwise : float
-        Share of the samples at which something else moved the OP: a hand, tracking, an upset of the record.
-    """
-
-    structure: str
-    kc: Estimate
+    structure: str = about("What it consists of.", kind='{"P", "PI", "PID"}')
+    kc: Estimate = about("Gain, percent of the OP per unit of the PV; negative of a direct-acting controller.")
     ti: Estimate | None
-    td: Estimate | None
-    filter: float | None
-    set_point_weight: float | None
-    set_point: Estimate | None
-    gap: float
-    execution: float | None
-    delay_samples: int
+    td: Estimate | None = about("Integral and derivative time, s; None without such action.")
+    filter: float | None = about("Time constant of the derivative's filter, s.")
+    set_point_weight: float | None = about(
+        "Weight of the set point in the proportional part; None where the set point never moves."
+    )
+    set_point: Estimate | None = about("The constant set point, in units of the PV, where none is recorded.")
+    gap: float = about(
+        "Half the width of the gap within which the error counts for nothing, in units of the PV; 0 for none."
+    )
+    execution: float | None = about("Time between executions, s; None where it is shorter than the record can show.")
+    delay_samples: int = about("Samples from a PV to the OP that answers it: 0 or 1.")
     low: float | None
-    high: float | None
-    rate_limit: float | None
-    op_quantum: float
-    explained: float
-    otherwise: float
+    high: float | None = about("Limits of the OP, percent of span, where they were reached.")
+    rate_limit: float | None = about(
+        "The most that the OP moves, percent of span per second, where that was reached often."
+    )
+    op_quantum: float = about("Resolution of the recorded OP, percent of span; 0 where none shows.")
+    explained: float = about("Share of what is new in the OP that it explains.")
+    otherwise: float = about(
+        "Share of the samples at which something else moved the OP: a hand, tracking, an upset of the record."
+    )
 
 
 @result
 class FittedProcess(Result):
-    """A process between valve and PV as the recording shows it; intervals of 90 %.
+    """A process between valve and PV as the recording shows it; intervals of 90 %."""
 
-    Attributes
-    ----------
-    kind : {"self-regulating", "integrating"}
-        What it does under a constant input.
-    gain : Estimate or None
-        Units of the PV per percent; None of one that integrates, and where it is not known apart from the lag.
-    tau : Estimate or None
-        Time constant, s; None likewise.
-    slope : Estimate
-        How fast the PV first moves after a step of one percent, units of the PV per second: gain over time constant,
-        which is known where the two are not.
-    delay : Estimate
-        Dead time with all small lags, s.
-    explained : float
-        Share of what is new in the PV that the input explains.
-    jointly : str or None
-        What the data do not tell apart, in a sentence; None where they do.
-    disturbance_sd : float
-        Standard deviation of what disturbs the PV, in its units.
-    innovation_sd : float
-        Standard deviation of what is new in that from sample to sample.
-    """
-
-    kind: str
-    gain: Estimate | None
-    tau: Estimate | None
-    slope: Estimate
-    delay: Estimate
-    explained: float
-    jointly: str | None
-    disturbance_sd: float
-    innovation_sd: float
+    kind: str = about("What it does under a constant input.", kind='{"self-regulating", "integrating"}')
+    gain: Estimate | None = about(
+        "Units of the PV per percent; None of one that integrates, and where it is not known apart from the lag."
+    )
+    tau: Estimate | None = about("Time constant, s; None likewise.")
+    slope: Estimate = about(
+        "How fast the PV first moves after a step of one percent, units of the PV per second: gain over time "
+        "constant, which is known where the two are not."
+    )
+    delay: Estimate = about("Dead time with all small lags, s.")
+    explained: float = about("Share of what is new in the PV that the input explains.")
+    jointly: str | None = about("What the data do not tell apart, in a sentence; None where they do.")
+    disturbance_sd: float = about("Standard deviation of what disturbs the PV, in its units.")
+    innovation_sd: float = about("Standard deviation of what is new in that from sample to sample.")
 
 
 @result
 class FittedValve(Result):
-    """A valve as the recording shows it; intervals of 90 %.
+    """A valve as the recording shows it; intervals of 90 %."""
 
-    Attributes
-    ----------
-    model : str or None
-        Its model; None where every valve that is possible follows its OP.
-    S : Estimate
-        Stick band plus dead band if it sticks, percent of span.
-    J : Estimate
-        Slip jump if it sticks, percent of span.
-    follows : float
-        Weight of valves that follow their OP among all that are possible, from 0 to 1.
-    from_ : str
-        What S and J come from.
-    """
-
-    model: str | None
-    S: Estimate
-    J: Estimate
-    follows: float
-    from_: str
+    model: str | None = about("Its model; None where every valve that is possible follows its OP.")
+    S: Estimate = about("Stick band plus dead band if it sticks, percent of span.")
+    J: Estimate = about("Slip jump if it sticks, percent of span.")
+    follows: float = about("Weight of valves that follow their OP among all that are possible, from 0 to 1.")
+    from_: str = about("What S and J come from.")
 
 
 @result
 class RecordedSwing(Result):
-    """The swing that was recorded.
+    """The swing that was recorded."""
 
-    Attributes
-    ----------
-    period_s : float
-        Its period, s.
-    op : float
-        Half of the OP's typical peak-to-peak value, percent of span.
-    pv : float
-        Half of the PV's typical peak-to-peak value, in its units.
-    """
-
-    period_s: float
-    op: float
-    pv: float
+    period_s: float = about("Its period, s.")
+    op: float = about("Half of the OP's typical peak-to-peak value, percent of span.")
+    pv: float = about("Half of the PV's typical peak-to-peak value, in its units.")
 
 
 @result
 class PredictedSwing(Result):
-    """The limit cycle of a fitted loop.
+    """The limit cycle of a fitted loop."""
 
-    Attributes
-    ----------
-    period_s : Estimate
-        Its period, s.
-    op : Estimate
-        Half of the OP's peak-to-peak value, percent of span.
-    pv : Estimate
-        Half of the PV's peak-to-peak value, in its units.
-    """
-
-    period_s: Estimate
-    op: Estimate
-    pv: Estimate
+    period_s: Estimate = about("Its period, s.")
+    op: Estimate = about("Half of the OP's peak-to-peak value, percent of span.")
+    pv: Estimate = about("Half of the PV's peak-to-peak value, in its units.")
 
 
 @result
 class FittedCycle(Result):
-    """The swing that was recorded beside what the fitted loop does by itself, and would do behind a valve that follows.
+    """The swing that was recorded beside what the fitted loop does by itself, and would do behind a valve that follows."""
 
-    Attributes
-    ----------
-    recorded : RecordedSwing or None
-        What was recorded; None where nothing oscillates.
-    predicted : PredictedSwing or None
-        What the loop does by itself; None where hardly a loop that is possible cycles.
-    cycling : float
-        Share of the loops drawn that cycle at all, from 0 to 1.
-    pv_swing_left : Estimate or None
-        Share of the PV's swing that would be left, had the valve followed its OP; None where nothing oscillates, and
-        where it could not be computed.
-    explained : bool or None
-        Whether the valve explains the swing: the fitted loop cycles as the recording does, or so much of the swing would
-        be gone without the valve's sticking. None where nothing oscillates.
-    sentence : str
-        The same in words.
-    """
-
-    recorded: RecordedSwing | None
-    predicted: PredictedSwing | None
-    cycling: float
-    pv_swing_left: Estimate | None
-    explained: bool | None
-    sentence: str
+    recorded: RecordedSwing | None = about("What was recorded; None where nothing oscillates.")
+    predicted: PredictedSwing | None = about(
+        "What the loop does by itself; None where hardly a loop that is possible cycles."
+    )
+    cycling: float = about("Share of the loops drawn that cycle at all, from 0 to 1.")
+    pv_swing_left: Estimate | None = about(
+        "Share of the PV's swing that would be left, had the valve followed its OP; None where nothing oscillates, "
+        "and where it could not be computed."
+    )
+    explained: bool | None = about(
+        "Whether the valve explains the swing: the fitted loop cycles as the recording does, or so much of the swing "
+        "would be gone without the valve's sticking. None where nothing oscillates."
+    )
+    sentence: str = about("The same in words.")
 
 
 @result
 class Proposal(Result):
-    """A tuning that is proposed.
+    """A tuning that is proposed."""
 
-    Attributes
-    ----------
-    kc : float
-        Gain, percent of the OP per unit of the PV.
-    ti : float
-        Integral time, s.
-    ms : Estimate
-        Peak of the sensitivity function with it, over all loops drawn; 2 and less is robust.
-    rule : str
-        The rule it comes from.
-    """
-
-    kc: float
-    ti: float
-    ms: Estimate
-    rule: str
+    kc: float = about("Gain, percent of the OP per unit of the PV.")
+    ti: float = about("Integral time, s.")
+    ms: Estimate = about("Peak of the sensitivity function with it, over all loops drawn; 2 and less is robust.")
+    rule: str = about("The rule it comes from.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {"ms": "Ms"}
 
 
 @result
 class Prospect(Result):
-    """What an action would bring; intervals are the 5 and 95 % points of the loops drawn.
+    """What an action would bring; intervals are the 5 and 95 % points of the loops drawn."""
 
-    Attributes
-    ----------
-    action : str
-        ``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"repaired and retuned"``, ``"positioner"``, or the name of
-        a compensator.
-    pv_swing : Estimate
-        Half of the PV's peak-to-peak value, in its units.
-    pv_swing_ratio : Estimate
-        The same over that of the loop as it is, loop by loop.
-    error : Estimate
-        Mean absolute control error, in units of the PV.
-    error_ratio : Estimate
-        The same over that of the loop as it is, loop by loop.
-    travel : Estimate
-        Travel of the valve, percent of span per hour.
-    settling_s : Estimate or None
-        Time to settle after a load step, s; None where half of the loops do not settle.
-    sure : float
-        Share of the loops drawn in which the PV swings less than 0.8 times as much: from 0.95 on the benefit is
-        called certain.
-    tuning : Proposal or None
-        The tuning that is meant, where it is one.
-    """
-
-    action: str
-    pv_swing: Estimate
-    pv_swing_ratio: Estimate
-    error: Estimate
-    error_ratio: Estimate
-    travel: Estimate
-    settling_s: Estimate | None
-    sure: float
-    tuning: Proposal | None
+    action: str = about(
+        '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"repaired and retuned"``, ``"positioner"``, or the '
+        "name of a compensator."
+    )
+    pv_swing: Estimate = about("Half of the PV's peak-to-peak value, in its units.")
+    pv_swing_ratio: Estimate = about("The same over that of the loop as it is, loop by loop.")
+    error: Estimate = about("Mean absolute control error, in units of the PV.")
+    error_ratio: Estimate = about("The same over that of the loop as it is, loop by loop.")
+    travel: Estimate = about("Travel of the valve, percent of span per hour.")
+    settling_s: Estimate | None = about(
+        "Time to settle after a load step, s; None where half of the loops do not settle."
+    )
+    sure: float = about(
+        "Share of the loops drawn in which the PV swings less than 0.8 times as much: from 0.95 on the benefit is "
+        "called certain."
+    )
+    tuning: Proposal | None = about("The tuning that is meant, where it is one.")
 
 
 @result
 class Prospects(Result):
-    """What could be done about a recorded loop.
+    """What could be done about a recorded loop."""
 
-    Attributes
-    ----------
-    actions : list of Prospect
-        The actions, the best first: by the upper end of the ratio of the control error, then by effort.
-    loops : int
-        How many loops that the recording leaves possible were simulated.
-    advice : list of str
-        What to do, in sentences.
-    """
-
-    actions: list[Prospect]
-    loops: int
-    advice: list[str]
+    actions: list[Prospect] = about(
+        "The actions, the best first: by the upper end of the ratio of the control error, then by effort."
+    )
+    loops: int = about("How many loops that the recording leaves possible were simulated.")
+    advice: list[str] = about("What to do, in sentences.")
 
     def _summary(self) -> list[str]:
         best = self.actions[0]
@@ -329,18 +198,9 @@ class Prospects(Result):
             f" {best.pv_swing.high:.2g})",
         ]
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the swing of the PV and the control error with every action, with their intervals.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw the swing of the PV and the control error with every action, with their intervals."""
         made = _plots.axes(ax, 2, sharex=False, height=max(2.0, 0.33 * len(self.actions)))
         names = [row.action for row in self.actions]
         quantities = (
@@ -358,62 +218,31 @@ class Prospects(Result):
 
 @result
 class Ring(Result):
-    """What was predicted of an action, and what came.
+    """What was predicted of an action, and what came."""
 
-    Attributes
-    ----------
-    action : str
-        The action, as in `Prospect`.
-    before, after : float
-        Half of the PV's peak-to-peak value before and after it, in its units.
-    predicted : Estimate
-        What was predicted of the latter.
-    as_predicted : bool
-        Whether it came within the predicted interval, or better.
-    sentence : str
-        The same in words.
-    """
-
-    action: str
+    action: str = about("The action, as in `Prospect`.")
     before: float
-    after: float
-    predicted: Estimate
-    as_predicted: bool
-    sentence: str
+    after: float = about("Half of the PV's peak-to-peak value before and after it, in its units.")
+    predicted: Estimate = about("What was predicted of the latter.")
+    as_predicted: bool = about("Whether it came within the predicted interval, or better.")
+    sentence: str = about("The same in words.")
 
 
 @result
 class Fit(Result):
-    """The loop behind a recording. Parts that could not be identified are None, and `why_not` says why.
+    """The loop behind a recording. Parts that could not be identified are None, and `why_not` says why."""
 
-    Attributes
-    ----------
-    name : str
-        Tag of the loop.
-    sample_time_s : float
-        Time between the samples that it was fitted to, s.
-    resting : OperatingPoint
-        What the loop moves about.
-    controller : FittedController or None
-        The controller.
-    process : FittedProcess or None
-        The process behind the valve.
-    valve : FittedValve or None
-        The valve.
-    cycle : FittedCycle or None
-        The limit cycle of that loop beside the swing that was recorded.
-    why_not : dict of str
-        Why a part could not be identified, by its name; empty where all were.
-    """
-
-    name: str
-    sample_time_s: float
-    resting: OperatingPoint
-    controller: FittedController | None
-    process: FittedProcess | None
-    valve: FittedValve | None
-    cycle: FittedCycle | None
-    why_not: dict[str, str]
+    name: str = about("Tag of the loop.")
+    sample_time_s: float = about("Time between the samples that it was fitted to, s.")
+    resting: OperatingPoint = about("What the loop moves about.")
+    controller: FittedController | None = about("The controller.")
+    process: FittedProcess | None = about("The process behind the valve.")
+    valve: FittedValve | None = about("The valve.")
+    cycle: FittedCycle | None = about("The limit cycle of that loop beside the swing that was recorded.")
+    why_not: dict[str, str] = about(
+        "Why a part could not be identified, by its name; empty where all were.",
+        kind="dict of str",
+    )
 
     @classmethod
     def _prepared(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -500,10 +329,6 @@ class Fit(Result):
             What was done: ``"nothing"``, ``"repair"``, ``"retune"``, ``"repair-and-retune"``, ``"positioner"``, or the
             name of a compensator, see `compensators`.
 
-        Returns
-        -------
-        Ring
-
         Raises
         ------
         ValueError
@@ -524,18 +349,11 @@ class Fit(Result):
         told = self.__dict__["_made_of"][1]
         return result_of(Ring, _kept(self).ring(_checked(after, "after"), told, chosen))
 
+    @drawn(4)
     def plot(self, ax: Any = None) -> Any:
         """Draw PV and OP as recorded, and below in equal scales what the fitted loop does when it is simulated.
 
-        Parameters
-        ----------
-        ax : sequence of four matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-            At most 1,200 samples of the recording, from its middle; of the simulation as long a part, its end.
+        At most 1,200 samples of the recording, from its middle; of the simulation as long a part, its end.
 
         Raises
         ------

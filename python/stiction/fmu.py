@@ -15,7 +15,7 @@ from typing import Literal
 
 from stiction import _core
 from stiction._arguments import integer, number, text
-from stiction._result import Result, result
+from stiction._result import Result, about, result
 from stiction.closed_loop import ScenarioLike, scenario
 
 __all__ = ["FmuModel", "FmuVariable", "export", "models", "variables"]
@@ -23,55 +23,32 @@ __all__ = ["FmuModel", "FmuVariable", "export", "models", "variables"]
 
 @result
 class FmuModel(Result):
-    """A model that can be exported.
+    """A model that can be exported."""
 
-    Attributes
-    ----------
-    kind : str
-        ``"valve"``, ``"stem"`` or ``"loop"``.
-    name : str
-        Its valve model, or the friction law or parameter set of the stem.
-    summary : str
-        What it is, in a line.
-    """
-
-    kind: str
-    name: str
-    summary: str
+    kind: str = about('``"valve"``, ``"stem"`` or ``"loop"``.')
+    name: str = about("Its valve model, or the friction law or parameter set of the stem.")
+    summary: str = about("What it is, in a line.")
 
 
 @result
 class FmuVariable(Result):
-    """A variable of an FMU.
+    """A variable of an FMU."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    role : str
-        ``"time"``, ``"input"``, ``"output"``, ``"parameter"``, ``"tunable"`` (a parameter that may be changed while
-        the simulation runs) or ``"local"``.
-    start : float or int or bool or None
-        Value at the start; None if it is computed.
-    unit : str
-        Its unit.
-    description : str
-        What it is, in a line.
-    """
-
-    name: str
-    role: str
-    start: float | bool | None
-    unit: str
-    description: str
+    name: str = about("Its name.")
+    role: str = about(
+        '``"time"``, ``"input"``, ``"output"``, ``"parameter"``, ``"tunable"`` (a parameter that may be changed while '
+        'the simulation runs) or ``"local"``.'
+    )
+    start: float | bool | None = about(
+        "Value at the start; None if it is computed.",
+        kind="float or int or bool or None",
+    )
+    unit: str = about("Its unit.")
+    description: str = about("What it is, in a line.")
 
 
 def models() -> list[FmuModel]:
     """List what can be exported.
-
-    Returns
-    -------
-    list of FmuModel
 
     Examples
     --------
@@ -97,10 +74,6 @@ def variables(
     ----------
     model, S, J, stem, loop, start
         What the FMU holds, as `export` takes it.
-
-    Returns
-    -------
-    list of FmuVariable
 
     Raises
     ------

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from stiction import _core
 from stiction._arrays import Samples, samples
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented
 from stiction.diagnosis import Estimate, _interval
 from stiction.oscillations import _step
 
@@ -22,35 +23,20 @@ __all__ = [
 
 @result
 class Feature(Result):
-    """A number that evidence consists of.
+    """A number that evidence consists of."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    meaning : str
-        What it is.
-    line : str
-        The line of evidence it belongs to.
-    monotone : {1, 0, -1}
-        1 if more of it can only speak for stiction, -1 if only against, 0 if either.
-    op_only : bool
-        Whether it needs the OP only.
-    """
-
-    name: str
-    meaning: str
-    line: str
-    monotone: int
-    op_only: bool
+    name: str = about("Its name.")
+    meaning: str = about("What it is.")
+    line: str = about("The line of evidence it belongs to.")
+    monotone: int = about(
+        "1 if more of it can only speak for stiction, -1 if only against, 0 if either.",
+        kind="{1, 0, -1}",
+    )
+    op_only: bool = about("Whether it needs the OP only.")
 
 
 def evidence_features() -> list[Feature]:
     """List the numbers that evidence consists of.
-
-    Returns
-    -------
-    list of Feature
 
     Examples
     --------
@@ -63,30 +49,20 @@ def evidence_features() -> list[Feature]:
 
 @result
 class Evidence(Result):
-    """What a window of signals says.
+    """What a window of signals says."""
 
-    Attributes
-    ----------
-    values : dict
-        The numbers by name, see `evidence_features`; NaN where one cannot be measured.
-    op_span : float
-        Span of the OP without its slow part, percent of span: the scale of S.
-    period_s : float
-        Dominant period, s.
-    op_only : bool
-        Whether it is of the OP alone.
-    z : float
-        Standard errors by which a valve that sticks predicts the PV better than one that follows; 0 where nothing
-        can be predicted.
-    """
-
-    values: dict[str, float]
-    op_span: float
-    period_s: float
-    op_only: bool
-    z: float = 0.0
+    values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN where one cannot be measured.")
+    op_span: float = about("Span of the OP without its slow part, percent of span: the scale of S.")
+    period_s: float = about("Dominant period, s.")
+    op_only: bool = about("Whether it is of the OP alone.")
+    z: float = about(
+        "Standard errors by which a valve that sticks predicts the PV better than one that follows; 0 where nothing "
+        "can be predicted.",
+        default=0.0,
+    )
 
 
+@documented
 def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, *, sample_time: float) -> Evidence:
     """Measure the evidence in a window of signals.
 
@@ -96,12 +72,6 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
         Controller output, percent of span. All signals are of one length and finite.
     pv, sp : array_like, optional
         Process value and set point, in units of the PV.
-    sample_time : float
-        Time between samples, s.
-
-    Returns
-    -------
-    Evidence
 
     Raises
     ------
@@ -129,38 +99,22 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
 
 @result
 class Weighed(Result):
-    """What the frozen model makes of evidence.
+    """What the frozen model makes of evidence."""
 
-    Attributes
-    ----------
-    probability : float
-        The probability that the valve is at fault: that it sticks or does not respond.
-    lines : dict
-        The probability that each line of evidence gives by itself.
-    causes : dict
-        The probability of every cause; they add up to one.
-    S : Estimate
-        S if the valve sticks, percent of span, with its 90 % interval.
-    J_over_S : Estimate
-        J over S if the valve sticks, with its 90 % interval.
-    limit : float or None
-        Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been
-        seen, or the OP is alone.
-    z : float
-        As that of the evidence; from 3 on a diagnosis does not clear a valve.
-    distance : float
-        How far the evidence is from that of the loops of training; above 1 it is unlike all of them, and what else
-        is said means little.
-    """
-
-    probability: float
-    lines: dict[str, float]
-    causes: dict[str, float]
-    S: Estimate
-    J_over_S: Estimate
-    limit: float | None
-    z: float
-    distance: float
+    probability: float = about("The probability that the valve is at fault: that it sticks or does not respond.")
+    lines: dict[str, float] = about("The probability that each line of evidence gives by itself.")
+    causes: dict[str, float] = about("The probability of every cause; they add up to one.")
+    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval.")
+    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval.")
+    limit: float | None = about(
+        "Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been "
+        "seen, or the OP is alone."
+    )
+    z: float = about("As that of the evidence; from 3 on a diagnosis does not clear a valve.")
+    distance: float = about(
+        "How far the evidence is from that of the loops of training; above 1 it is unlike all of them, and what else "
+        "is said means little."
+    )
 
 
 def weigh(evidence: Evidence) -> Weighed:
@@ -170,10 +124,6 @@ def weigh(evidence: Evidence) -> Weighed:
     ----------
     evidence : Evidence
         As `stiction.evidence` measures it.
-
-    Returns
-    -------
-    Weighed
 
     Raises
     ------
@@ -202,40 +152,17 @@ def weigh(evidence: Evidence) -> Weighed:
 
 @result
 class VerdictModel(Result):
-    """Where the frozen model comes from: enough to train it again.
+    """Where the frozen model comes from: enough to train it again."""
 
-    Attributes
-    ----------
-    command : str
-        The command that trained it.
-    population : int
-        Version of the population it was trained on.
-    seed : int
-        Seed of that population.
-    trained : int
-        Members it was trained on.
-    calibrated : int
-        Members after those, on which calibration and intervals rest.
-    features : list of str
-        The numbers it was trained on, in their order.
-    coverage : float
-        Nominal coverage of its intervals.
-    """
-
-    command: str
-    population: int
-    seed: int
-    trained: int
-    calibrated: int
-    features: list[str]
-    coverage: float
+    command: str = about("The command that trained it.")
+    population: int = about("Version of the population it was trained on.")
+    seed: int = about("Seed of that population.")
+    trained: int = about("Members it was trained on.")
+    calibrated: int = about("Members after those, on which calibration and intervals rest.")
+    features: list[str] = about("The numbers it was trained on, in their order.")
+    coverage: float = about("Nominal coverage of its intervals.")
 
 
 def verdict_model() -> VerdictModel:
-    """Tell where the frozen model comes from.
-
-    Returns
-    -------
-    VerdictModel
-    """
+    """Tell where the frozen model comes from."""
     return VerdictModel(**_core.verdict_provenance())

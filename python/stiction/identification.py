@@ -10,7 +10,8 @@ from stiction import _core, _plots
 from stiction._arguments import choice, integer, number, optional
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.diagnosis import Estimate, _interval
 from stiction.oscillations import _period, _step
 
@@ -38,35 +39,24 @@ __all__ = [
 
 @result
 class FirstOrderFit(Result):
-    """A process of first order with dead time, fitted to OP and PV.
-
-    Attributes
-    ----------
-    gain, gain_error : float
-        Units of PV per percent of the OP, of one that integrates per percent and s; and its standard error.
-    time_constant_s, time_constant_error_s : float or None
-        Time constant and its standard error, s; None of a process that integrates.
-    dead_time_s, dead_time_error_s : float
-        Dead time and its standard error, s.
-    delay : int
-        Samples from OP to PV.
-    explained : float
-        Share of the variance of the PV that is explained.
-    pv : ndarray
-        The PV as the model has it, in its units.
-    """
+    """A process of first order with dead time, fitted to OP and PV."""
 
     gain: float
-    gain_error: float
+    gain_error: float = about(
+        "Units of PV per percent of the OP, of one that integrates per percent and s; and its standard error."
+    )
     time_constant_s: float | None
-    time_constant_error_s: float | None
+    time_constant_error_s: float | None = about(
+        "Time constant and its standard error, s; None of a process that integrates."
+    )
     dead_time_s: float
-    dead_time_error_s: float
-    delay: int
-    explained: float
-    pv: Array
+    dead_time_error_s: float = about("Dead time and its standard error, s.")
+    delay: int = about("Samples from OP to PV.")
+    explained: float = about("Share of the variance of the PV that is explained.")
+    pv: Array = about("The PV as the model has it, in its units.")
 
 
+@documented
 def fit_first_order(
     op: Samples,
     pv: Samples,
@@ -83,16 +73,10 @@ def fit_first_order(
         Input: OP, or better the valve position, percent of span.
     pv : array_like
         Process value.
-    sample_time : float
-        Time between samples, s.
     integrating : bool, default False
         Whether the process integrates.
     longest_delay : int, default 40
         The longest delay tried, samples.
-
-    Returns
-    -------
-    FirstOrderFit
 
     Raises
     ------
@@ -121,36 +105,22 @@ def fit_first_order(
 
 @result
 class Arx(Result):
-    """A linear model of the PV by its own past and the OP.
+    """A linear model of the PV by its own past and the OP."""
 
-    Attributes
-    ----------
-    gain : float
-        What the PV moves by in the end, units of the PV per percent; of no meaning where the process integrates.
-    delay : int
-        Samples from OP to PV, at least 1.
-    constant : float
-        What is added at every sample, in units of the PV.
-    past : list of float
-        Coefficients of the PV one to five samples before.
-    taps : list of float
-        Coefficients of the OP at the delay and up to three samples before, units of the PV per percent.
-    residual_std : float
-        Standard deviation of what is left, in units of the PV.
-    explained : float
-        Share of the variance of the PV that is explained from sample to sample.
-    predicted : ndarray
-        The PV as it is expected from the samples before, in its units; the first samples are the PV's own.
-    """
-
-    gain: float
-    delay: int
-    constant: float
-    past: list[float]
-    taps: list[float]
-    residual_std: float
-    explained: float
-    predicted: Array
+    gain: float = about(
+        "What the PV moves by in the end, units of the PV per percent; of no meaning where the process integrates."
+    )
+    delay: int = about("Samples from OP to PV, at least 1.")
+    constant: float = about("What is added at every sample, in units of the PV.")
+    past: list[float] = about("Coefficients of the PV one to five samples before.")
+    taps: list[float] = about(
+        "Coefficients of the OP at the delay and up to three samples before, units of the PV per percent."
+    )
+    residual_std: float = about("Standard deviation of what is left, in units of the PV.")
+    explained: float = about("Share of the variance of the PV that is explained from sample to sample.")
+    predicted: Array = about(
+        "The PV as it is expected from the samples before, in its units; the first samples are the PV's own."
+    )
 
 
 def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
@@ -164,10 +134,6 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
         Process value, in its units.
     longest_delay : int, default 40
         The longest delay tried, samples; the one that explains most is taken.
-
-    Returns
-    -------
-    Arx
 
     Raises
     ------
@@ -193,37 +159,17 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
 
 @result
 class ExtendedArx(Result):
-    """A linear model with a disturbance that wanders.
+    """A linear model with a disturbance that wanders."""
 
-    Attributes
-    ----------
-    past : list of float
-        Coefficients of the past two outputs.
-    taps : list of float
-        Coefficients of the two inputs.
-    error : float
-        Coefficient of the last innovation.
-    variance : float
-        Variance of the innovations.
-    log_likelihood : float
-        Logarithm of the likelihood, but for a constant.
-    samples : int
-        Innovations that count in it.
-    process, disturbance : ndarray
-        The parts of the input and of the disturbance in the output.
-    predicted : ndarray
-        The output less the innovations.
-    """
-
-    past: list[float]
-    taps: list[float]
-    error: float
-    variance: float
-    log_likelihood: float
-    samples: int
+    past: list[float] = about("Coefficients of the past two outputs.")
+    taps: list[float] = about("Coefficients of the two inputs.")
+    error: float = about("Coefficient of the last innovation.")
+    variance: float = about("Variance of the innovations.")
+    log_likelihood: float = about("Logarithm of the likelihood, but for a constant.")
+    samples: int = about("Innovations that count in it.")
     process: Array
-    disturbance: Array
-    predicted: Array
+    disturbance: Array = about("The parts of the input and of the disturbance in the output.")
+    predicted: Array = about("The output less the innovations.")
 
 
 def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float) -> ExtendedArx:
@@ -237,10 +183,6 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
         Samples from input to output, at least 1.
     walk : float
         How fast the disturbance may wander: variance of its steps over that of the innovations; 0 is not at all.
-
-    Returns
-    -------
-    ExtendedArx
 
     Raises
     ------
@@ -263,74 +205,31 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
 
 @result
 class HammersteinFit(Result):
-    """A valve model before a linear process, fitted to OP and PV.
+    """A valve model before a linear process, fitted to OP and PV."""
 
-    Attributes
-    ----------
-    method : str
-        The method.
-    model : str
-        The valve model.
-    S, J : float
-        Percent of span.
-    sticks : bool
-        Whether the valve is said to stick.
-    gain : float
-        Logarithm of the mean square error with a valve that follows over that with this one.
-    threshold : float
-        Gain above which the valve is said to stick.
-    delay : int
-        Delay from valve to PV, samples of the fit.
-    profile_S, profile_gain : ndarray
-        S that were tried, ascending, percent of span, and their gain with the best J.
-    factor : int
-        Recorded samples to one of the fit.
-    first : int
-        First recorded sample of the fit.
-    op, vp : ndarray
-        OP and position of the valve, percent of span.
-    pv, fitted : ndarray
-        PV of mean 0 and variance 1, and as the fit has it.
-    cause : str or None
-        Of Karra and Karim's method, what makes the loop oscillate.
-    disturbance_share : float or None
-        Of that method, share of the disturbance in the variance of the PV.
-    disturbance : ndarray or None
-        Of that method, the part of the disturbance in the PV.
-    """
-
-    method: str
-    model: str
+    method: str = about("The method.")
+    model: str = about("The valve model.")
     S: float
-    J: float
-    sticks: bool
-    gain: float
-    threshold: float
-    delay: int
+    J: float = about("Percent of span.")
+    sticks: bool = about("Whether the valve is said to stick.")
+    gain: float = about("Logarithm of the mean square error with a valve that follows over that with this one.")
+    threshold: float = about("Gain above which the valve is said to stick.")
+    delay: int = about("Delay from valve to PV, samples of the fit.")
     profile_S: Array
-    profile_gain: Array
-    factor: int
-    first: int
+    profile_gain: Array = about("S that were tried, ascending, percent of span, and their gain with the best J.")
+    factor: int = about("Recorded samples to one of the fit.")
+    first: int = about("First recorded sample of the fit.")
     op: Array
-    vp: Array
+    vp: Array = about("OP and position of the valve, percent of span.")
     pv: Array
-    fitted: Array
-    cause: str | None
-    disturbance_share: float | None
-    disturbance: Array | None
+    fitted: Array = about("PV of mean 0 and variance 1, and as the fit has it.")
+    cause: str | None = about("Of Karra and Karim's method, what makes the loop oscillate.")
+    disturbance_share: float | None = about("Of that method, share of the disturbance in the variance of the PV.")
+    disturbance: Array | None = about("Of that method, the part of the disturbance in the PV.")
 
+    @drawn(1)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the gain over the S that were tried.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Where to draw; by default a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-        """
+        """Draw the gain over the S that were tried."""
         [made] = _plots.axes(ax)
         made.plot(self.profile_S, self.profile_gain, "o", label=f"{self.method}, {self.model} valve")
         made.axhline(self.threshold, color="grey", linestyle=":", label="threshold")
@@ -340,6 +239,7 @@ class HammersteinFit(Result):
         return made
 
 
+@documented
 def fit_hammerstein(
     op: Samples,
     pv: Samples,
@@ -353,22 +253,10 @@ def fit_hammerstein(
 
     Parameters
     ----------
-    op : array_like
-        Controller output, percent of span.
-    pv : array_like
-        Process value, of the same length.
-    sample_time : float
-        Time between samples, s.
     method : {"srinivasan", "lee", "jelali", "karra-karim"}, default "jelali"
         By Srinivasan et al. (2005), Lee et al. (2008), Jelali (2008) or Karra and Karim (2009).
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
     threshold : float, optional
         Gain above which the valve is said to stick; by default the method's.
-
-    Returns
-    -------
-    HammersteinFit
 
     Raises
     ------
@@ -400,43 +288,19 @@ def fit_hammerstein(
 
 @result
 class ValveFit(Result):
-    """The process behind a valve of one model that sticks.
+    """The process behind a valve of one model that sticks."""
 
-    Attributes
-    ----------
-    model : str
-        The valve's model.
-    s_over_span : float
-        S as a share of the span of the OP without its slow part.
-    j_over_s : float
-        J as a share of S.
-    delay : int
-        Delay, samples.
-    mse : float
-        Mean square of what one-step prediction leaves, variances of the PV.
-    gain : float
-        Logarithm of the squares left by a valve that follows over those left by this one.
-    information : float
-        The same as Schwarz's criterion has it.
-    jump_gain : float
-        What the slip jump explains; near 0, J is not identified.
-    width : float
-        Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.
-    profile_s, profile_mse : ndarray
-        S that were tried, as shares of the span, and the least mean square over J and delay.
-    """
-
-    model: str
-    s_over_span: float
-    j_over_s: float
-    delay: int
-    mse: float
-    gain: float
-    information: float
-    jump_gain: float
-    width: float
+    model: str = about("The valve's model.")
+    s_over_span: float = about("S as a share of the span of the OP without its slow part.")
+    j_over_s: float = about("J as a share of S.")
+    delay: int = about("Delay, samples.")
+    mse: float = about("Mean square of what one-step prediction leaves, variances of the PV.")
+    gain: float = about("Logarithm of the squares left by a valve that follows over those left by this one.")
+    information: float = about("The same as Schwarz's criterion has it.")
+    jump_gain: float = about("What the slip jump explains; near 0, J is not identified.")
+    width: float = about("Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.")
     profile_s: Array
-    profile_mse: Array
+    profile_mse: Array = about("S that were tried, as shares of the span, and the least mean square over J and delay.")
 
 
 @result
@@ -444,77 +308,30 @@ class ValveEvidence(Result):
     """How much better a sticking valve explains the PV than one that follows, with controls.
 
     All gains are logarithms of ratios of squares left; 0 is no evidence.
-
-    Attributes
-    ----------
-    samples : int
-        Samples that were predicted.
-    op_span : float
-        Span of the OP without its slow part, standard deviations of the OP.
-    linear_mse : float
-        Mean square left behind a valve that follows, variances of the PV.
-    two_phase, he : ValveFit
-        Behind a two-phase valve, and behind one as He et al. (2007) have it.
-    best : str
-        The model of the one that predicts better.
-    kurtosis : float
-        Excess kurtosis of the error behind the better one.
-    forward_gain, reversed_gain : float
-        Gain of the first two-phase candidates, and in reversed time.
-    walk_gain : float
-        Gain if the disturbance is a random walk.
-    over_load : float
-        Evidence against a load that jumps when the model slips.
-    over_placebo : float
-        Evidence against the same valves under another OP.
-    output_error_gain : float
-        Gain without the PV's past.
-    over_sensor : float
-        Evidence against play in the sensor.
-    slip_rate : float
-        Slips a period.
-    slip_concentration : float
-        How much the error of the linear process gathers where slips arrive.
-    slip_removed : float
-        Share of the energy there that the sticking valve explains.
     """
 
-    samples: int
-    op_span: float
-    linear_mse: float
+    samples: int = about("Samples that were predicted.")
+    op_span: float = about("Span of the OP without its slow part, standard deviations of the OP.")
+    linear_mse: float = about("Mean square left behind a valve that follows, variances of the PV.")
     two_phase: ValveFit
-    he: ValveFit
-    best: str
-    kurtosis: float
+    he: ValveFit = about("Behind a two-phase valve, and behind one as He et al. (2007) have it.")
+    best: str = about("The model of the one that predicts better.")
+    kurtosis: float = about("Excess kurtosis of the error behind the better one.")
     forward_gain: float
-    reversed_gain: float
-    walk_gain: float
-    over_load: float
-    over_placebo: float
-    output_error_gain: float
-    over_sensor: float
-    slip_rate: float
-    slip_concentration: float
-    slip_removed: float
+    reversed_gain: float = about("Gain of the first two-phase candidates, and in reversed time.")
+    walk_gain: float = about("Gain if the disturbance is a random walk.")
+    over_load: float = about("Evidence against a load that jumps when the model slips.")
+    over_placebo: float = about("Evidence against the same valves under another OP.")
+    output_error_gain: float = about("Gain without the PV's past.")
+    over_sensor: float = about("Evidence against play in the sensor.")
+    slip_rate: float = about("Slips a period.")
+    slip_concentration: float = about("How much the error of the linear process gathers where slips arrive.")
+    slip_removed: float = about("Share of the energy there that the sticking valve explains.")
 
 
+@documented
 def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float | None = None) -> ValveEvidence:
     """Weigh a sticking valve before a linear process against one that follows.
-
-    Parameters
-    ----------
-    op : array_like
-        Controller output, percent of span.
-    pv : array_like
-        Process value, of the same length.
-    sample_time : float
-        Time between samples, s.
-    period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one.
-
-    Returns
-    -------
-    ValveEvidence
 
     Raises
     ------
@@ -538,74 +355,32 @@ def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float
 
 @result
 class PositionFit(Result):
-    """A valve model fitted to a recorded position.
+    """A valve model fitted to a recorded position."""
 
-    Attributes
-    ----------
-    model : str
-        The model.
-    bands : Bands
-        Its S and J, percent of span of the OP.
-    gain : float
-        Percent of VP per percent of the model's position.
-    offset : float
-        VP where the model's position is 0, percent of span.
-    delay : int
-        Samples by which VP is behind the model.
-    rmse : float
-        Root of the mean square error, percent of VP.
-    explained : float
-        Share of the variance of VP that is explained.
-    information : float
-        Schwarz's information; only differences mean something.
-    slips : int
-        How often the model slips.
-    vp : ndarray
-        VP as the model has it, percent of span.
-    """
-
-    model: str
-    bands: Bands
-    gain: float
-    offset: float
-    delay: int
-    rmse: float
-    explained: float
-    information: float
-    slips: int
-    vp: Array
+    model: str = about("The model.")
+    bands: Bands = about("Its S and J, percent of span of the OP.")
+    gain: float = about("Percent of VP per percent of the model's position.")
+    offset: float = about("VP where the model's position is 0, percent of span.")
+    delay: int = about("Samples by which VP is behind the model.")
+    rmse: float = about("Root of the mean square error, percent of VP.")
+    explained: float = about("Share of the variance of VP that is explained.")
+    information: float = about("Schwarz's information; only differences mean something.")
+    slips: int = about("How often the model slips.")
+    vp: Array = about("VP as the model has it, percent of span.")
 
 
 @result
 class PositionFits(Result):
-    """All valve models fitted to a recorded position.
-
-    Attributes
-    ----------
-    S, J : Estimate
-        Those of the best, percent of span, with the 90 % interval of a block bootstrap.
-    ranked : list of PositionFit
-        The fits, the best first.
-    """
+    """All valve models fitted to a recorded position."""
 
     S: Estimate
-    J: Estimate
-    ranked: list[PositionFit]
+    J: Estimate = about("Those of the best, percent of span, with the 90 % interval of a block bootstrap.")
+    ranked: list[PositionFit] = about("The fits, the best first.")
 
 
+@documented
 def fit_position(op: Samples, vp: Samples) -> PositionFits:
     """Fit all valve models to a recorded valve position.
-
-    Parameters
-    ----------
-    op : array_like
-        Controller output, percent of span.
-    vp : array_like
-        Measured valve position, percent of span, of the same length.
-
-    Returns
-    -------
-    PositionFits
 
     Raises
     ------
@@ -631,87 +406,35 @@ def fit_position(op: Samples, vp: Samples) -> PositionFits:
 
 @result
 class FittedNumber(Result):
-    """A fitted number.
+    """A fitted number."""
 
-    Attributes
-    ----------
-    value : float
-        The number.
-    deviation : float or None
-        Its standard deviation; None if the recording does not depend on it.
-    """
-
-    value: float
-    deviation: float | None
+    value: float = about("The number.")
+    deviation: float | None = about("Its standard deviation; None if the recording does not depend on it.")
 
 
 @result
 class StemFit(Result):
-    """A stem with friction fitted to a recorded position.
+    """A stem with friction fitted to a recorded position."""
 
-    Attributes
-    ----------
-    static_band : FittedNumber
-        Static friction over spring constant, percent of span of the OP.
-    coulomb_band : FittedNumber
-        Coulomb friction over spring constant, percent of span of the OP.
-    lag_s : FittedNumber
-        Viscous friction over spring constant, s.
-    bands : Bands
-        The S and J that follow, percent of span.
-    gain : float
-        Percent of VP per percent of the stem's position.
-    offset : float
-        VP where the stem's position is 0, percent of span.
-    rmse : float
-        Root of the mean square error, percent of VP.
-    explained : float
-        Share of the variance of VP that is explained.
-    information : float
-        Schwarz's information; only differences mean something.
-    slips : int
-        How often the stem slips against its last direction.
-    vp : ndarray
-        VP as the stem has it, percent of span.
-    data_driven : PositionFit
-        The best data-driven model on the same samples.
-    explains_better : bool
-        Whether Schwarz's information prefers the stem to that.
-    unidentified : list of str
-        What the recording does not say, and why.
-    """
-
-    static_band: FittedNumber
-    coulomb_band: FittedNumber
-    lag_s: FittedNumber
-    bands: Bands
-    gain: float
-    offset: float
-    rmse: float
-    explained: float
-    information: float
-    slips: int
-    vp: Array
-    data_driven: PositionFit
-    explains_better: bool
-    unidentified: list[str]
+    static_band: FittedNumber = about("Static friction over spring constant, percent of span of the OP.")
+    coulomb_band: FittedNumber = about("Coulomb friction over spring constant, percent of span of the OP.")
+    lag_s: FittedNumber = about("Viscous friction over spring constant, s.")
+    bands: Bands = about("The S and J that follow, percent of span.")
+    gain: float = about("Percent of VP per percent of the stem's position.")
+    offset: float = about("VP where the stem's position is 0, percent of span.")
+    rmse: float = about("Root of the mean square error, percent of VP.")
+    explained: float = about("Share of the variance of VP that is explained.")
+    information: float = about("Schwarz's information; only differences mean something.")
+    slips: int = about("How often the stem slips against its last direction.")
+    vp: Array = about("VP as the stem has it, percent of span.")
+    data_driven: PositionFit = about("The best data-driven model on the same samples.")
+    explains_better: bool = about("Whether Schwarz's information prefers the stem to that.")
+    unidentified: list[str] = about("What the recording does not say, and why.")
 
 
+@documented
 def fit_stem(op: Samples, vp: Samples, *, sample_time: float) -> StemFit:
     """Fit a stem with classical friction to a recorded valve position.
-
-    Parameters
-    ----------
-    op : array_like
-        Controller output, percent of span.
-    vp : array_like
-        Measured valve position, percent of span, of the same length.
-    sample_time : float
-        Time between samples, s.
-
-    Returns
-    -------
-    StemFit
 
     Raises
     ------
@@ -755,10 +478,6 @@ def bands_of_cycle(
         Time constant of the process and integral time, s.
     dead_time_s : float
         Dead time, s.
-
-    Returns
-    -------
-    Bands
 
     Raises
     ------

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+from stiction._words import documented
+
 __all__ = ["OwnController", "OwnProcess", "OwnValve"]
 
 
@@ -70,13 +72,12 @@ class OwnController(ABC):
     """
 
     @abstractmethod
+    @documented
     def restart(self, sample_time: float, op: float, sp: float, pv: float) -> None:
         """Take over.
 
         Parameters
         ----------
-        sample_time : float
-            Time between samples, s.
         op : float
             OP at which it takes over, percent of span.
         sp, pv : float
@@ -120,14 +121,9 @@ class OwnProcess(ABC):
     """
 
     @abstractmethod
+    @documented
     def restart(self, sample_time: float) -> None:
-        """Begin at rest.
-
-        Parameters
-        ----------
-        sample_time : float
-            Time between samples, s.
-        """
+        """Begin at rest."""
 
     @abstractmethod
     def output(self) -> float:

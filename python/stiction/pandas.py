@@ -47,10 +47,6 @@ class StictionAccessor:
         ----------
         **keywords
             As in `stiction.recording_from`.
-
-        Returns
-        -------
-        Recording
         """
         return recording_from(self._frame, **keywords)
 
@@ -61,9 +57,5 @@ class StictionAccessor:
         ----------
         **keywords
             As in `stiction.diagnose`. Where columns or the tag must be named, diagnose ``frame.stiction.recording()``.
-
-        Returns
-        -------
-        Diagnosis
         """
         return diagnose(self._frame, **keywords)

@@ -12,7 +12,8 @@ from stiction._arguments import callback, integer, text
 from stiction._arrays import Array
 from stiction._core import POPULATION_VERSION, Table
 from stiction._plots import axes, pv_over_time, valve_over_time
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 
 __all__ = ["POPULATION_VERSION", "Member", "Population", "Truth", "population", "population_kinds"]
 
@@ -21,80 +22,41 @@ MOST_LOOPS = 1_000_000  # Already some tens of GB.
 
 @result
 class Truth(Result):
-    """What is true of a simulated loop.
+    """What is true of a simulated loop."""
 
-    Attributes
-    ----------
-    kind : str
-        What it has that others have not, one of `population_kinds`.
-    sticks : bool
-        Whether its valve is at fault: it sticks or is stuck.
-    visible : bool
-        Whether the record can show the fault; False of healthy valves.
-    model : str or None
-        Model of a sticking or stuck valve; None of a healthy one.
-    S : float
-        Stick band plus dead band, percent of span; of a healthy valve its harmless dead band, of a stuck one 200.
-    J : float
-        Slip jump, percent of span.
-    slips : int
-        How often the stem of a sticking valve began to move within the record.
-    evidence_nats : float
-        How much likelier the recorded PV is to who knows the stem besides the OP, nats; 0 unless its own valve sticks.
-    swing : float
-        Range of the OP over the S that the valve has, or would have if it stuck.
-    op_noise : float
-        Standard deviation of the noise that the controller gives its OP, over that S.
-    facts : dict
-        What else was drawn, and what came of it, by name; ``docs/population.md`` of the project explains it.
-        Times are in seconds, PVs in percent of the transmitter's span.
-    """
-
-    kind: str
-    sticks: bool
-    visible: bool
-    model: str | None
-    S: float
-    J: float
-    slips: int
-    evidence_nats: float
-    swing: float
-    op_noise: float
-    facts: dict[str, float | int | bool | str]
+    kind: str = about("What it has that others have not, one of `population_kinds`.")
+    sticks: bool = about("Whether its valve is at fault: it sticks or is stuck.")
+    visible: bool = about("Whether the record can show the fault; False of healthy valves.")
+    model: str | None = about("Model of a sticking or stuck valve; None of a healthy one.")
+    S: float = about(
+        "Stick band plus dead band, percent of span; of a healthy valve its harmless dead band, of a stuck one 200."
+    )
+    J: float = about("Slip jump, percent of span.")
+    slips: int = about("How often the stem of a sticking valve began to move within the record.")
+    evidence_nats: float = about(
+        "How much likelier the recorded PV is to who knows the stem besides the OP, nats; 0 unless its own valve "
+        "sticks."
+    )
+    swing: float = about("Range of the OP over the S that the valve has, or would have if it stuck.")
+    op_noise: float = about("Standard deviation of the noise that the controller gives its OP, over that S.")
+    facts: dict[str, float | int | bool | str] = about(
+        "What else was drawn, and what came of it, by name; ``docs/population.md`` of the project explains it. Times "
+        "are in seconds, PVs in percent of the transmitter's span."
+    )
 
 
 @result
 class Member(Result):
-    """A simulated loop: what a plant would have recorded, and what is true of it.
+    """A simulated loop: what a plant would have recorded, and what is true of it."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    loop_type : str
-        What it controls.
-    sample_time : float
-        Time between samples, s.
-    op : ndarray
-        Recorded controller output, percent.
-    pv : ndarray or None
-        Recorded process value.
-    sp : ndarray or None
-        Recorded set point, in units of the PV; None where it is not recorded.
-    vp : ndarray
-        True valve position, percent; no plant would have recorded it.
-    truth : Truth
-        What is true of it.
-    """
-
-    name: str
-    loop_type: str
-    sample_time: float
-    op: Array
-    pv: Array | None
-    sp: Array | None
-    vp: Array
-    truth: Truth
+    name: str = about("Its name.")
+    loop_type: str = about("What it controls.")
+    sample_time: float = about("Time between samples, s.")
+    op: Array = about("Recorded controller output, percent.")
+    pv: Array | None = about("Recorded process value.")
+    sp: Array | None = about("Recorded set point, in units of the PV; None where it is not recorded.")
+    vp: Array = about("True valve position, percent; no plant would have recorded it.")
+    truth: Truth = about("What is true of it.")
 
     @property
     def time_s(self) -> Array:
@@ -112,18 +74,9 @@ class Member(Result):
         signals = {"time_s": self.time_s, "sp": self.sp, "pv": self.pv, "op": self.op, "vp": self.vp}
         return _core.number_table([(name, x) for name, x in signals.items() if x is not None])
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Plot SP and PV, and OP and true VP, over time.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Two axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot SP and PV, and OP and true VP, over time."""
         above, below = axes(ax, 2)
         pv_over_time(above, self.time_s, self.sp, self.pv)
         valve_over_time(below, self.time_s, self.op, self.vp)
@@ -175,6 +128,7 @@ class Population(Sequence[Member]):
         return f"<Population of {len(self)} loops>"
 
 
+@documented
 def population(
     n: int,
     seed: int = 1,
@@ -198,12 +152,6 @@ def population(
         Loops of this kind only, see `population_kinds`; of the seeds from `seed` on.
     first : int, default 0
         Number of the first loop.
-    progress : callable, optional
-        Called now and then with the number of loops done.
-
-    Returns
-    -------
-    Population
 
     Raises
     ------

@@ -12,7 +12,8 @@ from stiction import _core
 from stiction._arguments import number, optional, text
 from stiction._arrays import Array, Samples, samples, unmasked
 from stiction._core import Recording
-from stiction._result import Result, result, result_of
+from stiction._result import Result, about, result, result_of
+from stiction._words import documented
 
 __all__ = [
     "Fitness",
@@ -35,10 +36,6 @@ RecordingLike: TypeAlias = Any
 
 def loop_types() -> list[str]:
     """List what a loop can control.
-
-    Returns
-    -------
-    list of str
 
     Examples
     --------
@@ -162,10 +159,6 @@ def recording(
         Time zero as seconds since 1970-01-01 UTC.
     op_range, pv_range, vp_range : tuple of float, optional
         The values that are 0 % and 100 %.
-
-    Returns
-    -------
-    Recording
 
     Raises
     ------
@@ -292,10 +285,6 @@ def recording_from(
     zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type : optional
         As in `read`.
 
-    Returns
-    -------
-    Recording
-
     Raises
     ------
     TypeError
@@ -333,59 +322,32 @@ def recording_from(
 
 @result
 class Measure(Result):
-    """One thing that was measured about the data.
+    """One thing that was measured about the data."""
 
-    Attributes
-    ----------
-    name : str
-        What.
-    value : float or None
-        What was found; None where it could not be measured.
-    unit : str
-        Its unit; empty for a ratio.
-    caveat_at, unfit_at : float or None
-        Where caveats begin, and where the data become unfit.
-    class_ : {"fit", "caveats", "unfit"}
-        What follows of it.
-    reason : str
-        What it means.
-    """
-
-    name: str
-    value: float | None
-    unit: str
+    name: str = about("What.")
+    value: float | None = about("What was found; None where it could not be measured.")
+    unit: str = about("Its unit; empty for a ratio.")
     caveat_at: float | None
-    unfit_at: float | None
-    class_: str
-    reason: str
+    unfit_at: float | None = about("Where caveats begin, and where the data become unfit.")
+    class_: str = about("What follows of it.", kind='{"fit", "caveats", "unfit"}')
+    reason: str = about("What it means.")
 
 
 @result
 class Fitness(Result):
-    """Whether the data can answer.
+    """Whether the data can answer."""
 
-    Attributes
-    ----------
-    class_ : {"fit", "caveats", "unfit"}
-        The worst class of the measures.
-    reasons : list of str
-        Why it is not fit, worst first.
-    measures : list of Measure
-        All that was measured.
-    """
-
-    class_: str
-    reasons: list[str]
-    measures: list[Measure]
+    class_: str = about("The worst class of the measures.", kind='{"fit", "caveats", "unfit"}')
+    reasons: list[str] = about("Why it is not fit, worst first.")
+    measures: list[Measure] = about("All that was measured.")
 
 
+@documented
 def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fitness:
     """Tell whether a recording can answer.
 
     Parameters
     ----------
-    recording : Recording or table
-        The recording, or a table with the columns of one loop.
     sample_time : float, optional
         Time between samples of the grid, s; by default the commonest one of the recording.
 
@@ -412,33 +374,18 @@ def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fi
 
 @result
 class Segment(Result):
-    """Part of a recording in automatic without gaps, on a regular grid.
+    """Part of a recording in automatic without gaps, on a regular grid."""
 
-    Attributes
-    ----------
-    time_s : ndarray
-        Times of its samples, s on the recording's clock.
-    sample_time : float
-        Time between samples, s.
-    op : ndarray
-        Controller output, percent of span.
-    pv, sp : ndarray or None
-        Process value and set point, in units of the PV.
-    vp : ndarray or None
-        Measured valve position, percent of span.
-    bridged : int
-        How many of its samples were missing and bridged.
-    """
-
-    time_s: Array
-    sample_time: float
-    op: Array
+    time_s: Array = about("Times of its samples, s on the recording's clock.")
+    sample_time: float = about("Time between samples, s.")
+    op: Array = about("Controller output, percent of span.")
     pv: Array | None
-    sp: Array | None
-    vp: Array | None
-    bridged: int
+    sp: Array | None = about("Process value and set point, in units of the PV.")
+    vp: Array | None = about("Measured valve position, percent of span.")
+    bridged: int = about("How many of its samples were missing and bridged.")
 
 
+@documented
 def segments(recording: RecordingLike, *, sample_time: float | None = None) -> list[Segment]:
     """Bring a recording onto a regular grid.
 
@@ -446,8 +393,6 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
 
     Parameters
     ----------
-    recording : Recording or table
-        The recording, or a table with the columns of one loop.
     sample_time : float, optional
         Time between samples of the grid, s; by default the commonest one of the recording.
 

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from stiction._arguments import choice, number
 from stiction._arrays import Array, unmasked
 from stiction._core import Recording
+from stiction._words import documented
 from stiction.diagnosis import Diagnosis, diagnose_all
 from stiction.recordings import RecordingLike, _checked, _is_table, recording
 
@@ -80,13 +81,12 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         self.loop_type = loop_type
         self.sample_time = sample_time
 
+    @documented
     def fit(self, X: Iterable[RecordingLike], y: npt.ArrayLike | None = None) -> StictionDetector:
         """Check recordings and labels; nothing is learnt.
 
         Parameters
         ----------
-        X : iterable of Recording or table, or array_like
-            The cases.
         y : array_like, optional
             Whether their valves stick: truth values, or 0 and 1.
 
@@ -112,13 +112,9 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         self.classes_ = np.array([False, True])
         return self
 
+    @documented
     def predict_proba(self, X: Iterable[RecordingLike]) -> Array:
         """Give the probabilities of both classes.
-
-        Parameters
-        ----------
-        X : iterable of Recording or table, or array_like
-            The cases.
 
         Returns
         -------
@@ -131,18 +127,9 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         p = np.array([self._probability(each) for each in found], dtype=np.float64)
         return np.column_stack([1 - p, p])
 
+    @documented
     def predict(self, X: Iterable[RecordingLike]) -> npt.NDArray[np.bool_]:
-        """Tell whether valves stick.
-
-        Parameters
-        ----------
-        X : iterable of Recording or table, or array_like
-            The cases.
-
-        Returns
-        -------
-        ndarray of bool
-        """
+        """Tell whether valves stick."""
         sticks: npt.NDArray[np.bool_] = self.predict_proba(X)[:, 1] >= self.threshold
         return sticks
 
@@ -189,13 +176,12 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.loop_type = loop_type
         self.sample_time = sample_time
 
+    @documented
     def fit(self, X: Iterable[RecordingLike], y: npt.ArrayLike | None = None) -> StictionQuantifier:
         """Check recordings and values; nothing is learnt.
 
         Parameters
         ----------
-        X : iterable of Recording or table, or array_like
-            The cases.
         y : array_like, optional
             Their true S or J, percent of span.
 
@@ -216,13 +202,9 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.is_fitted_ = True
         return self
 
+    @documented
     def predict(self, X: Iterable[RecordingLike]) -> Array:
         """Estimate S or J.
-
-        Parameters
-        ----------
-        X : iterable of Recording or table, or array_like
-            The cases.
 
         Returns
         -------
@@ -231,13 +213,9 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """
         return self._estimates(X)[:, 0]
 
+    @documented
     def predict_interval(self, X: Iterable[RecordingLike]) -> Array:
         """Give the intervals of the estimates.
-
-        Parameters
-        ----------
-        X : iterable of Recording or table, or array_like
-            The cases.
 
         Returns
         -------

@@ -11,7 +11,8 @@ from stiction._arguments import number, optional
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
 from stiction._plots import axes, legend, valve_over_time
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import drawn
 
 __all__ = [
     "FrictionLaw",
@@ -28,65 +29,31 @@ __all__ = [
 
 @result
 class StemEvent(Result):
-    """Something that happened to a stem.
+    """Something that happened to a stem."""
 
-    Attributes
-    ----------
-    time_s : float
-        When, s; located, not rounded to a sample.
-    kind : {"slip", "stop", "reversal", "end stop"}
-        What: it broke away, came to rest, turned without a rest, or met an end stop.
-    direction : {1, -1}
-        Direction of the motion that begins (slip, reversal) or ends (stop, end stop).
-    vp : float
-        Where, percent of stroke.
-    position_m : float
-        Where, m.
-    """
-
-    time_s: float
-    kind: Literal["slip", "stop", "reversal", "end stop"]
-    direction: Literal[1, -1]
-    vp: float
-    position_m: float
+    time_s: float = about("When, s; located, not rounded to a sample.")
+    kind: Literal['slip', 'stop', 'reversal', 'end stop'] = about(
+        "What: it broke away, came to rest, turned without a rest, or met an end stop."
+    )
+    direction: Literal[1, -1] = about("Direction of the motion that begins (slip, reversal) or ends (stop, end stop).")
+    vp: float = about("Where, percent of stroke.")
+    position_m: float = about("Where, m.")
 
 
 @result
 class StemResponse(Result):
-    """How a stem moved.
+    """How a stem moved."""
 
-    Attributes
-    ----------
-    time_s : ndarray
-        Times of the samples, s.
-    op : ndarray or None
-        Controller output at those times, percent; None if a pressure was given.
-    pressure_pa : ndarray
-        Acting air pressure, Pa.
-    vp : ndarray
-        Position, percent of stroke.
-    position_m : ndarray
-        Position, m.
-    velocity_m_per_s : ndarray
-        Velocity, m/s.
-    friction_n : ndarray
-        Friction force, N; positive if it holds back upward motion.
-    slips, stops : int
-        How often the stem broke away, and came to rest.
-    events : list of StemEvent
-        All events, in order of time.
-    """
-
-    time_s: Array
-    op: Array | None
-    pressure_pa: Array
-    vp: Array
-    position_m: Array
-    velocity_m_per_s: Array
-    friction_n: Array
+    time_s: Array = about("Times of the samples, s.")
+    op: Array | None = about("Controller output at those times, percent; None if a pressure was given.")
+    pressure_pa: Array = about("Acting air pressure, Pa.")
+    vp: Array = about("Position, percent of stroke.")
+    position_m: Array = about("Position, m.")
+    velocity_m_per_s: Array = about("Velocity, m/s.")
+    friction_n: Array = about("Friction force, N; positive if it holds back upward motion.")
     slips: int
-    stops: int
-    events: list[StemEvent]
+    stops: int = about("How often the stem broke away, and came to rest.")
+    events: list[StemEvent] = about("All events, in order of time.")
 
     def to_table(self) -> Table:
         """Give the samples as an Arrow table.
@@ -100,18 +67,9 @@ class StemResponse(Result):
         columns = {name: value for name, value in self.to_dict().items() if isinstance(value, np.ndarray)}
         return _core.number_table(list(columns.items()))
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Plot OP and VP, and the friction force, over time; slips are marked.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib Axes, optional
-            Two axes to draw on; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib Axes
-        """
+        """Plot OP and VP, and the friction force, over time; slips are marked."""
         above, below = axes(ax, 2)
         valve_over_time(above, self.time_s, self.op, self.vp, "OP (%), VP (% of stroke)")
         above.set_xlabel("")
@@ -132,37 +90,20 @@ class StemEquivalent(Result):
     """A stem in the terms of the data-driven models: ``S = (Fs + Fc) / k``, ``J = (Fs - Fc) / k``.
 
     It holds for motion so slow that inertia and viscous friction do not matter.
-
-    Attributes
-    ----------
-    bands : Bands
-        S and J in percent of stroke.
-    signal_bands : Bands
-        S and J in percent of the pressure signal.
-    fs_m, fd_m : float
-        Static and dynamic friction band ``Fs / k`` and ``Fc / k``, m.
-    S_m, J_m : float
-        Stick band plus dead band, and slip jump, m.
-    damping_ratio : float
-        ``Fv / (2 sqrt(k M))``.
-    overshoot : float
-        The first slip covers so many times J; 1 without overshoot.
-    viscous_lag_s : float
-        ``Fv / k``, s.
-    sliding : {"smooth", "rippling", "staircase"}
-        How it moves under a slow ramp: goes on, goes on with a swinging velocity, or stops again and again.
     """
 
-    bands: Bands
-    signal_bands: Bands
+    bands: Bands = about("S and J in percent of stroke.")
+    signal_bands: Bands = about("S and J in percent of the pressure signal.")
     fs_m: float
-    fd_m: float
+    fd_m: float = about("Static and dynamic friction band ``Fs / k`` and ``Fc / k``, m.")
     S_m: float
-    J_m: float
-    damping_ratio: float
-    overshoot: float
-    viscous_lag_s: float
-    sliding: Literal["smooth", "rippling", "staircase"]
+    J_m: float = about("Stick band plus dead band, and slip jump, m.")
+    damping_ratio: float = about("``Fv / (2 sqrt(k M))``.")
+    overshoot: float = about("The first slip covers so many times J; 1 without overshoot.")
+    viscous_lag_s: float = about("``Fv / k``, s.")
+    sliding: Literal['smooth', 'rippling', 'staircase'] = about(
+        "How it moves under a slow ramp: goes on, goes on with a swinging velocity, or stops again and again."
+    )
 
 
 class Stem(_core.Stem):
@@ -170,10 +111,6 @@ class Stem(_core.Stem):
 
     def equivalent(self) -> StemEquivalent:
         """Give the stem in the terms of the data-driven models.
-
-        Returns
-        -------
-        StemEquivalent
 
         Examples
         --------
@@ -212,10 +149,6 @@ class Stem(_core.Stem):
             Air pressure to begin with, Pa, if the stem has an air lag; by default the first demanded one.
         relaxed : bool, default False
             Whether the bristles of Dahl, LuGre and GMS friction begin relaxed, or carrying the net force.
-
-        Returns
-        -------
-        StemResponse
 
         Raises
         ------
@@ -275,10 +208,6 @@ class Stem(_core.Stem):
             Times at which to sample the response, s, ascending and within `time_s`; by default `time_s`.
         position, acting_pa, relaxed
             As for `follow`.
-
-        Returns
-        -------
-        StemResponse
 
         Raises
         ------
@@ -340,35 +269,17 @@ class StemValve(_core.StemValve):
 
 @result
 class StemSet(Result):
-    """A valve whose parameters have a name.
+    """A valve whose parameters have a name."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    summary : str
-        What it is, in a line.
-    source : str
-        Where the numbers come from, and whether that was verified.
-    friction : str
-        Its friction law.
-    parameters : dict
-        Parameters of stem and friction by name, units in the names.
-    """
-
-    name: str
-    summary: str
-    source: str
-    friction: str
-    parameters: dict[str, float | bool]
+    name: str = about("Its name.")
+    summary: str = about("What it is, in a line.")
+    source: str = about("Where the numbers come from, and whether that was verified.")
+    friction: str = about("Its friction law.")
+    parameters: dict[str, float | bool] = about("Parameters of stem and friction by name, units in the names.")
 
 
 def stem_sets() -> list[StemSet]:
     """List the sets of parameters.
-
-    Returns
-    -------
-    list of StemSet
 
     Examples
     --------
@@ -381,32 +292,16 @@ def stem_sets() -> list[StemSet]:
 
 @result
 class FrictionLaw(Result):
-    """A friction law.
+    """A friction law."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    summary : str
-        What it is, in a line.
-    source : str
-        Where it was published; recalled, not verified, unless said otherwise.
-    parameters : list of str
-        Names of its parameters, units in them.
-    """
-
-    name: str
-    summary: str
-    source: str
-    parameters: list[str]
+    name: str = about("Its name.")
+    summary: str = about("What it is, in a line.")
+    source: str = about("Where it was published; recalled, not verified, unless said otherwise.")
+    parameters: list[str] = about("Names of its parameters, units in them.")
 
 
 def friction_laws() -> list[FrictionLaw]:
     """List the friction laws.
-
-    Returns
-    -------
-    list of FrictionLaw
 
     Examples
     --------

@@ -9,7 +9,8 @@ import numpy as np
 from stiction import _core
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented
 
 __all__ = ["Bands", "Table", "Valve", "ValveModel", "valve", "valve_models", "valve_table"]
 
@@ -57,6 +58,7 @@ class Valve(_core.Valve):
         return vp
 
 
+@documented
 def valve(
     op: Samples,
     S: float,
@@ -78,12 +80,6 @@ def valve(
     ----------
     op : array_like
         OP, percent of span, one-dimensional and finite.
-    S : float
-        Stick band plus dead band, percent of span.
-    J : float
-        Slip jump, percent of span.
-    model : str, default "two-phase"
-        Name of a valve model, see `valve_models`.
     position : float, optional
         Valve position to begin with, percent of span; by default the first OP.
     direction : {1, -1}, default 1
@@ -141,38 +137,20 @@ def valve(
 
 @result
 class ValveModel(Result):
-    """A published valve model.
+    """A published valve model."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    aliases : list of str
-        Other names it is found by.
-    summary : str
-        What it does, in a line.
-    citation : str
-        Where it was published.
-    uses_s, uses_j, uses_k, uses_rest_tolerance : bool
-        Whether S, J, the overshoot K and a rest tolerance matter to it.
-    """
-
-    name: str
-    aliases: list[str]
-    summary: str
-    citation: str
+    name: str = about("Its name.")
+    aliases: list[str] = about("Other names it is found by.")
+    summary: str = about("What it does, in a line.")
+    citation: str = about("Where it was published.")
     uses_s: bool
     uses_j: bool
     uses_k: bool
-    uses_rest_tolerance: bool
+    uses_rest_tolerance: bool = about("Whether S, J, the overshoot K and a rest tolerance matter to it.")
 
 
 def valve_models() -> list[ValveModel]:
     """List the valve models.
-
-    Returns
-    -------
-    list of ValveModel
 
     Examples
     --------
@@ -185,10 +163,6 @@ def valve_models() -> list[ValveModel]:
 
 def valve_table() -> Table:
     """Give the valve models as an Arrow table.
-
-    Returns
-    -------
-    Table
 
     Examples
     --------

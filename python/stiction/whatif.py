@@ -8,124 +8,64 @@ from typing import Any
 from stiction import _core
 from stiction._arguments import callback, optional
 from stiction._core import Table
-from stiction._result import Result, result
-from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
-from stiction.cycles import Cycle, Retuning, _retuning
+from stiction._result import Result, about, result
+from stiction._words import documented, drawn
 from stiction.closed_loop import ScenarioLike
 from stiction.closed_loop import scenario as _scenario
+from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
+from stiction.cycles import Cycle, Retuning, _retuning
 
 __all__ = ["Action", "ManualTest", "WhatIf", "what_if"]
 
 
 @result
 class Action(Result):
-    """What could be done, and what would become of the loop.
+    """What could be done, and what would become of the loop."""
 
-    Attributes
-    ----------
-    action : str
-        ``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a compensator.
-    parameters : list of Parameter
-        What it worked with, nominally.
-    error : float
-        Mean absolute control error in the window, nominally, in PV units.
-    worst_error : float
-        The same in the worst of the cases without noise: the measure of the ranking.
-    outcomes : list of Outcome
-        The nominal case first, then S and J wrong, then with noise.
-    against : list of str
-        What speaks against it, each in a few words.
-    state : str
-        ``"cycle"``, ``"no cycle"`` or ``"not known"``: whether the loop that it leaves cycles.
-    reason : str
-        Why it does not, or why it is not known.
-    cycle : Cycle or None
-        The exact limit cycle of the loop that it leaves.
-    """
-
-    action: str
-    parameters: list[Parameter]
-    error: float
-    worst_error: float
-    outcomes: list[Outcome]
-    against: list[str]
-    state: str
-    reason: str
-    cycle: Cycle | None
+    action: str = about(
+        '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a compensator.'
+    )
+    parameters: list[Parameter] = about("What it worked with, nominally.")
+    error: float = about("Mean absolute control error in the window, nominally, in PV units.")
+    worst_error: float = about("The same in the worst of the cases without noise: the measure of the ranking.")
+    outcomes: list[Outcome] = about("The nominal case first, then S and J wrong, then with noise.")
+    against: list[str] = about("What speaks against it, each in a few words.")
+    state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"``: whether the loop that it leaves cycles.')
+    reason: str = about("Why it does not, or why it is not known.")
+    cycle: Cycle | None = about("The exact limit cycle of the loop that it leaves.")
 
 
 @result
 class ManualTest(Result):
-    """The test with the controller in manual that confirms a sticking valve.
+    """The test with the controller in manual that confirms a sticking valve."""
 
-    Attributes
-    ----------
-    kind : {"steps in manual", "pulses in manual", "set-point bumps in automatic", "none in operation"}
-        How it is carried out.
-    step : float
-        Height of a step of the OP, percent of span.
-    steps : int
-        Steps in one direction.
-    direction : str
-        ``"up"`` or ``"down"``: where to go first.
-    wait_s : float
-        How long to wait after each step, pulse or bump, s.
-    total_s : float
-        How long all of it takes, s; 0 where there is no test in operation.
-    pv_change : float or None
-        By how much the PV answers a step that the valve follows, in its units.
-    pv_low : float or None
-        The PV below which the test is stopped, in its units; None without a PV.
-    pv_high : float or None
-        The PV above which it is stopped.
-    instructions : list of str
-        What to do, in sentences.
-    """
-
-    kind: str
-    step: float
-    steps: int
-    direction: str
-    wait_s: float
-    total_s: float
-    pv_change: float | None
-    pv_low: float | None
-    pv_high: float | None
-    instructions: list[str]
+    kind: str = about(
+        "How it is carried out.",
+        kind='{"steps in manual", "pulses in manual", "set-point bumps in automatic", "none in operation"}',
+    )
+    step: float = about("Height of a step of the OP, percent of span.")
+    steps: int = about("Steps in one direction.")
+    direction: str = about('``"up"`` or ``"down"``: where to go first.')
+    wait_s: float = about("How long to wait after each step, pulse or bump, s.")
+    total_s: float = about("How long all of it takes, s; 0 where there is no test in operation.")
+    pv_change: float | None = about("By how much the PV answers a step that the valve follows, in its units.")
+    pv_low: float | None = about("The PV below which the test is stopped, in its units; None without a PV.")
+    pv_high: float | None = about("The PV above which it is stopped.")
+    instructions: list[str] = about("What to do, in sentences.")
 
 
 @result
 class WhatIf(Result):
-    """Everything that could be done, ranked, and what is recommended.
+    """Everything that could be done, ranked, and what is recommended."""
 
-    Attributes
-    ----------
-    rows : list of Action
-        The actions, the least worst error first.
-    interim : str or None
-        The action that is recommended until the valve is repaired, if one is.
-    recommendation : list of str
-        What to do, in sentences.
-    assumptions : list of str
-        What this rests on, in sentences.
-    manual_test : ManualTest or None
-        The test that confirms it first; None for a valve without friction.
-    retuning : Retuning or None
-        What retuning does and costs.
-    no_retuning : str or None
-        Why there is no other tuning.
-    protocol : Protocol
-        What the actions went through.
-    """
-
-    rows: list[Action]
-    interim: str | None
-    recommendation: list[str]
-    assumptions: list[str]
-    manual_test: ManualTest | None
-    retuning: Retuning | None
-    no_retuning: str | None
-    protocol: Protocol
+    rows: list[Action] = about("The actions, the least worst error first.")
+    interim: str | None = about("The action that is recommended until the valve is repaired, if one is.")
+    recommendation: list[str] = about("What to do, in sentences.")
+    assumptions: list[str] = about("What this rests on, in sentences.")
+    manual_test: ManualTest | None = about("The test that confirms it first; None for a valve without friction.")
+    retuning: Retuning | None = about("What retuning does and costs.")
+    no_retuning: str | None = about("Why there is no other tuning.")
+    protocol: Protocol = about("What the actions went through.")
 
     def _summary(self) -> list[str]:
         best = self.rows[0]
@@ -146,21 +86,13 @@ class WhatIf(Result):
         """
         return _table(self.rows)
 
+    @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw control error and travel of the stem with every action, with S and J right and wrong.
-
-        Parameters
-        ----------
-        ax : sequence of two matplotlib axes, optional
-            Where to draw; by default new ones.
-
-        Returns
-        -------
-        list of matplotlib axes
-        """
+        """Draw control error and travel of the stem with every action, with S and J right and wrong."""
         return _bars(self.rows, ax)
 
 
+@documented
 def what_if(
     scenario: ScenarioLike,
     settings: Mapping[str, Any] | None = None,
@@ -179,10 +111,6 @@ def what_if(
 
     Parameters
     ----------
-    scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`.
-    settings : mapping, optional
-        Changes to it by dotted key.
     repaired_S, repaired_J : float, optional
         S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or what the valve has if that is less.
     positioner_gain : float, optional
@@ -193,10 +121,6 @@ def what_if(
         Compensators to be tried, see `compensators`; by default all.
     progress : callable, optional
         Called with the number of simulations and tunings that are done whenever it has grown; how many there will be is not known before.
-
-    Returns
-    -------
-    WhatIf
 
     Raises
     ------

@@ -1,18 +1,21 @@
-"""The page of the Python API is what `docs/python_api.py` makes of the sources, and has every public name."""
+"""The page of the Python API and the classes of a diagnosis are what `docs/python_api.py` makes, and have every name."""
 
 import importlib.util
 from pathlib import Path
 
+import pytest
 import stiction
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-def test_the_page_is_up_to_date():
+@pytest.mark.parametrize("made", ["classes", "page"])
+def test_what_is_made_is_up_to_date(made):
     spec = importlib.util.spec_from_file_location("python_api", DOCS / "python_api.py")
     maker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(maker)
-    assert maker.page() == (DOCS / "python-api.md").read_text(encoding="utf-8"), "run python3 docs/python_api.py"
+    path = {"classes": maker.CLASSES, "page": maker.PAGE}[made]
+    assert getattr(maker, made)() == path.read_text(encoding="utf-8"), "run python3 docs/python_api.py"
 
 
 def test_every_public_name_has_a_heading_and_words():

@@ -14,7 +14,8 @@ from typing import Any, TypeAlias
 from stiction import _core
 from stiction._arguments import callback, integer, optional, text
 from stiction._core import Table
-from stiction._result import Result, result, result_of
+from stiction._result import Result, about, result, result_of
+from stiction._words import documented
 
 __all__ = [
     "Checked",
@@ -46,221 +47,107 @@ Settings: TypeAlias = "str | os.PathLike[str] | None"
 
 @result
 class Problem(Result):
-    """Something that could not be read.
+    """Something that could not be read."""
 
-    Attributes
-    ----------
-    file : str or None
-        The file; None if it is about all of them.
-    loop : str or None
-        The loop; None if it is about the whole file.
-    message : str
-        What is wrong, and what would help.
-    """
-
-    file: str | None
-    loop: str | None
-    message: str
+    file: str | None = about("The file; None if it is about all of them.")
+    loop: str | None = about("The loop; None if it is about the whole file.")
+    message: str = about("What is wrong, and what would help.")
 
 
 @result
 class Scanned(Result):
-    """What a scan did.
+    """What a scan did."""
 
-    Attributes
-    ----------
-    plant : str
-        Name of the plant.
-    run : str or None
-        Name of the run; None if nothing was new.
-    engine_version : str
-        Version of the program.
-    model_version : str
-        What the verdict was trained on.
-    files : int
-        Files that were looked at.
-    loops : int
-        Loops in them.
-    windows : int
-        Windows that were judged in this run.
-    errors : int
-        Of these, windows that could not be judged.
-    parts : int
-        Parts in which they are kept.
-    problems : list of Problem
-        What could not be read.
-    """
-
-    plant: str
-    run: str | None
-    engine_version: str
-    model_version: str
-    files: int
-    loops: int
-    windows: int
-    errors: int
-    parts: int
-    problems: list[Problem]
+    plant: str = about("Name of the plant.")
+    run: str | None = about("Name of the run; None if nothing was new.")
+    engine_version: str = about("Version of the program.")
+    model_version: str = about("What the verdict was trained on.")
+    files: int = about("Files that were looked at.")
+    loops: int = about("Loops in them.")
+    windows: int = about("Windows that were judged in this run.")
+    errors: int = about("Of these, windows that could not be judged.")
+    parts: int = about("Parts in which they are kept.")
+    problems: list[Problem] = about("What could not be read.")
 
 
 @result
 class LoopThere(Result):
-    """A loop that the data of a plant hold.
+    """A loop that the data of a plant hold."""
 
-    Attributes
-    ----------
-    loop : str
-        Its tag.
-    days : int
-        Days with samples.
-    first_day, last_day : str or None
-        The first and the last of them.
-    in_plant_file : bool
-        Whether the plant's file knows it.
-    tags : list of str
-        What its last file says of it, or the beginning of that: the tags of its signals, such as ``op = "FIC101.OP"``.
-    op_range : list of two floats or None
-        The values of OP that are 0 % and 100 %.
-    modes : list of str
-        The modes it is in; none of a loop whose mode is not recorded.
-    notes : list of str
-        What to confirm, and what was assumed.
-    """
-
-    loop: str
-    days: int
+    loop: str = about("Its tag.")
+    days: int = about("Days with samples.")
     first_day: str | None
-    last_day: str | None
-    in_plant_file: bool
-    tags: list[str]
-    op_range: list[float] | None
-    modes: list[str]
-    notes: list[str]
+    last_day: str | None = about("The first and the last of them.")
+    in_plant_file: bool = about("Whether the plant's file knows it.")
+    tags: list[str] = about(
+        "What its last file says of it, or the beginning of that: the tags of its signals, such as ``op = "
+        '"FIC101.OP"``.'
+    )
+    op_range: list[float] | None = about("The values of OP that are 0 % and 100 %.", kind="list of two floats or None")
+    modes: list[str] = about("The modes it is in; none of a loop whose mode is not recorded.")
+    notes: list[str] = about("What to confirm, and what was assumed.")
 
 
 @result
 class Checked(Result):
-    """What the data of a plant hold.
+    """What the data of a plant hold."""
 
-    Attributes
-    ----------
-    plant : str
-        Name of the plant.
-    files : int
-        Files that the plant's file names.
-    loops : list of LoopThere
-        Loops in them.
-    problems : list of Problem
-        What is wrong.
-    """
-
-    plant: str
-    files: int
-    loops: list[LoopThere]
-    problems: list[Problem]
+    plant: str = about("Name of the plant.")
+    files: int = about("Files that the plant's file names.")
+    loops: list[LoopThere] = about("Loops in them.")
+    problems: list[Problem] = about("What is wrong.")
 
 
 @result
 class Graded(Result):
-    """How many windows have a grade.
+    """How many windows have a grade."""
 
-    Attributes
-    ----------
-    grade : str
-        The grade.
-    windows : int
-        Windows.
-    """
-
-    grade: str
-    windows: int
+    grade: str = about("The grade.")
+    windows: int = about("Windows.")
 
 
 @result
 class Status(Result):
-    """What was judged of a plant so far.
+    """What was judged of a plant so far."""
 
-    Attributes
-    ----------
-    plant : str
-        Name of the plant.
-    loops : int
-        Loops with a window.
-    days : int
-        Days of the plant with a window.
-    first_day, last_day : str or None
-        The first and the last of them.
-    windows : int
-        Windows that count.
-    errors : int
-        Of these, windows that could not be judged.
-    grades : list of Graded
-        Windows by grade, the worst first.
-    runs : int
-        Runs.
-    cut_short : int
-        Runs that did not come to their end.
-    """
-
-    plant: str
-    loops: int
-    days: int
+    plant: str = about("Name of the plant.")
+    loops: int = about("Loops with a window.")
+    days: int = about("Days of the plant with a window.")
     first_day: str | None
-    last_day: str | None
-    windows: int
-    errors: int
-    grades: list[Graded]
-    runs: int
-    cut_short: int
+    last_day: str | None = about("The first and the last of them.")
+    windows: int = about("Windows that count.")
+    errors: int = about("Of these, windows that could not be judged.")
+    grades: list[Graded] = about("Windows by grade, the worst first.")
+    runs: int = about("Runs.")
+    cut_short: int = about("Runs that did not come to their end.")
 
 
 @result
 class Member(Result):
-    """A loop of a group.
+    """A loop of a group."""
 
-    Attributes
-    ----------
-    loop : str
-        Its tag.
-    coherence : float
-        How much of its swing at the period is that of the group: squared coherence with the common swing, 0 to 1.
-    candidate_rank : int or None
-        Its place among the candidates for the source, from one; None if it is no candidate.
-    reasons : list of str
-        What speaks for and against it as the source, sentences.
-    """
-
-    loop: str
-    coherence: float
-    candidate_rank: int | None
-    reasons: list[str]
+    loop: str = about("Its tag.")
+    coherence: float = about(
+        "How much of its swing at the period is that of the group: squared coherence with the common swing, 0 to 1."
+    )
+    candidate_rank: int | None = about(
+        "Its place among the candidates for the source, from one; None if it is no candidate."
+    )
+    reasons: list[str] = about("What speaks for and against it as the source, sentences.")
 
 
 @result
 class Group(Result):
-    """Loops that swing together, and who of them may be the source.
+    """Loops that swing together, and who of them may be the source."""
 
-    Attributes
-    ----------
-    id : int
-        Its number, from one.
-    period_s : float
-        Period of the swing, s.
-    members : list of Member
-        The loops: candidates for the source in their order, then the others by coherence.
-    source : str
-        Whether one of them may be the source: ``"candidates"`` or ``"not-recorded"``.
-    reasons : list of str
-        What the group rests on, sentences.
-    """
-
-    id: int
-    period_s: float
-    members: list[Member]
-    source: str
-    reasons: list[str]
+    id: int = about("Its number, from one.")
+    period_s: float = about("Period of the swing, s.")
+    members: list[Member] = about("The loops: candidates for the source in their order, then the others by coherence.")
+    source: str = about('Whether one of them may be the source: ``"candidates"`` or ``"not-recorded"``.')
+    reasons: list[str] = about("What the group rests on, sentences.")
 
 
+@documented
 def scan(
     folder: Folder,
     *,
@@ -275,12 +162,6 @@ def scan(
 
     Parameters
     ----------
-    folder : path
-        The folder of ``plant.toml``.
-    since : str, optional
-        Judge windows from this day on, such as ``"2026-03-01"``.
-    loops : str, optional
-        Judge loops whose names fit this pattern, such as ``"FIC*"``.
     threads : int, optional
         Threads; as many as the machine has without it. The rows are the same for any number.
     memory : float, optional
@@ -324,13 +205,9 @@ def scan(
     return result_of(Scanned, document)
 
 
+@documented
 def check(folder: Folder) -> Checked:
     """Read all data of a plant, and judge nothing.
-
-    Parameters
-    ----------
-    folder : path
-        The folder of ``plant.toml``.
 
     Returns
     -------
@@ -340,13 +217,9 @@ def check(folder: Folder) -> Checked:
     return result_of(Checked, _core.plant_check(os.fspath(folder)))
 
 
+@documented
 def status(folder: Folder) -> Status:
     """Tell what was judged of a plant so far.
-
-    Parameters
-    ----------
-    folder : path
-        The folder of ``plant.toml``.
 
     Returns
     -------
@@ -356,13 +229,12 @@ def status(folder: Folder) -> Status:
     return result_of(Status, _core.plant_status(os.fspath(folder)))
 
 
+@documented
 def windows(folder: Folder, *, since: str | None = None, until: str | None = None) -> Table:
     """Give the rows that count of a plant's windows, by loop and time.
 
     Parameters
     ----------
-    folder : path
-        The folder of ``plant.toml``.
     since, until : str, optional
         Windows that begin on this day or later, and before that day.
 
@@ -374,15 +246,9 @@ def windows(folder: Folder, *, since: str | None = None, until: str | None = Non
     return _core.plant_windows(os.fspath(folder), since, until)
 
 
+@documented
 def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
     """Find loops that swing together in a week, as its report does.
-
-    Parameters
-    ----------
-    folder : path
-        The folder of ``plant.toml``.
-    week : str, optional
-        Such as ``"2026-W10"``; the last one with windows without it.
 
     Returns
     -------
@@ -398,13 +264,12 @@ def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
     return [result_of(Group, each) for each in found]
 
 
+@documented
 def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:
     """Put rows that were judged elsewhere into the store of a plant, as a run.
 
     Parameters
     ----------
-    folder : path
-        The folder of ``plant.toml``.
     table : table
         Rows in the columns of `schema`, others are left alone; anything that speaks the Arrow capsule interface.
     traces : table, optional

@@ -22,7 +22,8 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from stiction import _core
-from stiction._result import Result, result
+from stiction._result import Result, about, result
+from stiction._words import documented
 from stiction.plant import Settings, _plant, ddl, model_version, schema, take
 
 try:
@@ -57,81 +58,42 @@ UNKNOWN = -32_768
 
 @result
 class Plan(Result):
-    """What a scan would do.
+    """What a scan would do."""
 
-    Attributes
-    ----------
-    loops : int
-        Loops that the data hold.
-    windows : int
-        Windows that are to be judged, of a day each; a loop that swings slowly has fewer, longer ones.
-    done : int
-        Windows that are done.
-    partitions : int
-        Tasks they are spread over.
-    samples : int
-        Samples that are sent to them; of a wide table, rows.
-    bytes : int
-        About what these take on their way.
-    """
-
-    loops: int
-    windows: int
-    done: int
-    partitions: int
-    samples: int
-    bytes: int
+    loops: int = about("Loops that the data hold.")
+    windows: int = about(
+        "Windows that are to be judged, of a day each; a loop that swings slowly has fewer, longer ones."
+    )
+    done: int = about("Windows that are done.")
+    partitions: int = about("Tasks they are spread over.")
+    samples: int = about("Samples that are sent to them; of a wide table, rows.")
+    bytes: int = about("About what these take on their way.")
 
 
 @result
 class Scan(Result):
-    """What a scan did.
+    """What a scan did."""
 
-    Attributes
-    ----------
-    rows : pyspark.sql.DataFrame
-        The rows of what was judged, in the columns of `stiction.plant.schema`, and behind them the traces by which a report
-        finds loops that swing together; they are kept by Spark until ``unpersist``.
-    plan : Plan
-        What was to do.
-    windows : int
-        Rows.
-    errors : int
-        Of these, windows that could not be judged.
-    loops_in_error : frozenset of str
-        Loops that have such windows.
-    """
-
-    rows: Any
-    plan: Plan
-    windows: int
-    errors: int
-    loops_in_error: frozenset[str]
+    rows: Any = about(
+        "The rows of what was judged, in the columns of `stiction.plant.schema`, and behind them the traces by which "
+        "a report finds loops that swing together; they are kept by Spark until ``unpersist``.",
+        kind="pyspark.sql.DataFrame",
+    )
+    plan: Plan = about("What was to do.")
+    windows: int = about("Rows.")
+    errors: int = about("Of these, windows that could not be judged.")
+    loops_in_error: frozenset[str] = about("Loops that have such windows.")
 
 
 @result
 class Pairs(Result):
-    """Which loops may swing together in a week.
+    """Which loops may swing together in a week."""
 
-    Attributes
-    ----------
-    week : str
-        The week.
-    loops : int
-        Loops that were compared.
-    blocks : int
-        Blocks that they were cut into; each was compared with each.
-    compared : int
-        Pairs of loops.
-    kept : int
-        What was kept of them for the report: each pair in each band in which it may swing in step.
-    """
-
-    week: str
-    loops: int
-    blocks: int
-    compared: int
-    kept: int
+    week: str = about("The week.")
+    loops: int = about("Loops that were compared.")
+    blocks: int = about("Blocks that they were cut into; each was compared with each.")
+    compared: int = about("Pairs of loops.")
+    kept: int = about("What was kept of them for the report: each pair in each band in which it may swing in step.")
 
 
 Window: TypeAlias = tuple[int, int, int]
@@ -556,6 +518,7 @@ def explain(
     return plan
 
 
+@documented
 def scan(
     df: Any, settings: Settings = None, *, since: str | None = None, loops: str | None = None, known: Any = None
 ) -> Scan:
@@ -568,10 +531,6 @@ def scan(
         are; that of times is a timestamp.
     settings : str or path, optional
         The text of a ``plant.toml``, or as a path its folder; without it the zone is UTC and all is recognised.
-    since : str, optional
-        Judge windows from this day on, such as ``"2026-03-01"``.
-    loops : str, optional
-        Judge loops whose names fit this pattern, such as ``"FIC*"``.
     known : pyspark.sql.DataFrame, optional
         Rows of scans before; with a column ``run``, the last run counts. What is among them, made of the same samples by
         the same settings, is not judged again.
@@ -663,6 +622,7 @@ def _traces(rows: Any) -> Any:
     return rows.select(["loop", *TRACE]).rename_columns(["loop", *(name.removeprefix("trace_") for name in TRACE)])
 
 
+@documented
 def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
     """Find pairs of loops that may swing together, in blocks, and keep them in the store of the plant.
 
@@ -674,10 +634,6 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     rows : pyspark.sql.DataFrame
         Rows with their traces, as `scan` gives them; with a column ``run``, the last run counts. The plant's store must have
         taken them.
-    folder : path
-        The folder of ``plant.toml``.
-    week : str, optional
-        Such as ``"2026-W10"``; the last one with windows without it.
 
     Returns
     -------

@@ -97,7 +97,10 @@ pub struct Diagnosis {
     #[cfg_attr(
         feature = "serde",
         serde(rename = "repairs", serialize_with = "repairs"),
-        schemars(with = "Vec<crate::recording::GridRepair>")
+        schemars(
+            with = "Vec<crate::recording::GridRepair>",
+            description = "What had to be mended in the data."
+        )
     )]
     pub grid: Grid,
     /// The controller's mode over time, where it is recorded.
@@ -112,7 +115,10 @@ pub struct Diagnosis {
     #[cfg_attr(
         feature = "serde",
         serde(rename = "oscillation", serialize_with = "dominant"),
-        schemars(with = "Option<Dominant<'static>>")
+        schemars(
+            with = "Option<Dominant<'static>>",
+            description = "The oscillation that speaks for the loop, with times on the recording's clock; null without a segment to judge."
+        )
     )]
     pub oscillations: Oscillations,
     /// What each method that was asked says, in the order of the registry.
@@ -124,16 +130,19 @@ pub struct Diagnosis {
     #[cfg_attr(
         feature = "serde",
         serde(serialize_with = "Mistake::of"),
-        schemars(with = "Option<Mistake<'static>>")
+        schemars(
+            with = "Option<Mistake<'static>>",
+            description = "The likely mistake in the columns; null where OP and PV belong together, as far as can be told."
+        )
     )]
     pub relation: Option<Relation>,
     /// What the PV does that does not respond; `None` where it responds, as far as can be told.
     pub no_response: Option<NoResponse>,
     /// The conclusion.
     pub verdict: Verdict,
-    /// How much it sticks.
+    /// How much the valve sticks.
     pub stiction: Stiction,
-    /// What is missing of a record that looks stuck and is not decided, if it is slips.
+    /// Slips that a record lacks which looks stuck; `None` where it does not, or has enough.
     pub few_slips: Option<FewSlips>,
     /// The evidence that was weighed, all windows together; `None` where nothing could be.
     pub evidence: Option<Weighing>,

@@ -22,11 +22,11 @@ const BEYOND: f64 = 1.5;
 pub struct FewSlips {
     /// Slips that the best valve model sees in all windows, scaled to all of the record.
     pub seen: usize,
-    /// Slips that a decision takes: [`NEEDED`].
+    /// Slips that a decision takes.
     pub needed: usize,
     /// For how much longer to record, s, if the valve goes on slipping as often; `None` if it never slipped.
     pub record_for_s: Option<f64>,
-    /// How large steps would make it slip, percent of span: half more than the S that is estimated.
+    /// How large steps of the OP would make it slip, percent of span: half more than the S that is estimated.
     pub step: f64,
     /// The same, a sentence.
     pub words: String,

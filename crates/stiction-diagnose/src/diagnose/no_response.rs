@@ -121,7 +121,7 @@ impl Fault {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct NoResponse {
-    /// What the PV does.
+    /// What the PV does: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the OP`.
     pub silence: Silence,
     /// Whether the verdict rests on it.
     pub decides: bool,
@@ -145,7 +145,7 @@ impl NoResponse {
     }
 }
 
-/// A fault as documents tell it.
+/// Why a PV may not respond, as documents tell it.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Fault")]

@@ -100,7 +100,7 @@ pub struct Relation {
     pub order: Option<f64>,
 }
 
-/// A relation as documents tell it: the likely mistake, or null.
+/// A likely mistake in the columns of a recording, as documents tell it.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Relation")]

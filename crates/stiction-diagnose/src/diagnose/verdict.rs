@@ -146,13 +146,14 @@ impl Votes {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Verdict {
-    /// The conclusion.
+    /// The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.
     pub class: VerdictClass,
-    /// The same in one graded word, which tells "probably sticks" from "probably fine" where the class cannot tell.
+    /// The same in one graded word, which tells `probably sticks` from `unclear` and `probably fine` where the class cannot
+    /// tell. The others are `sticks`, `fine`, `does not respond` and `data cannot answer`.
     pub grade: Grade,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
-    /// What it rests on.
+    /// What it rests on, such as `evidence in OP and PV`.
     pub basis: Basis,
     /// What this very recording would have shown: an S above this is ruled out with this confidence. Told where
     /// the valve is cleared, and where nothing is decided; `None` where the valve is at fault, where S is a number with
@@ -168,7 +169,7 @@ pub struct Verdict {
     pub contradictions: Vec<String>,
     /// What else it could be, the likeliest first.
     pub alternatives: Vec<Alternative>,
-    /// The manual test that would settle it, if one can be sized.
+    /// The manual test that would settle it; `None` if none can be sized.
     pub confirm: Option<ConfirmingTest>,
     /// What a person concluded of this recording, if somebody did. It stands beside the rest, which is what was
     /// computed.
@@ -208,7 +209,7 @@ pub struct Limit {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Alternative {
-    /// The cause.
+    /// The cause, such as `aggressive tuning`.
     pub cause: Cause,
     /// Its probability; together with that of sticking they add up to one.
     pub likelihood: f64,
@@ -245,7 +246,8 @@ impl TestKind {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct ConfirmingTest {
-    /// How it is carried out.
+    /// How it is carried out: `steps in manual`, `pulses in manual`, `set-point bumps in automatic` or
+    /// `none in operation`.
     pub kind: TestKind,
     /// Size of each step of the OP, percent of span.
     pub step: f64,
