@@ -1,7 +1,8 @@
 //! `stiction fit`: the loop behind a recording.
 
-use crate::diagnose::{Diagnosed, diagnose_all, ended, read_all};
+use crate::diagnose::ended;
 use crate::files::{In, Out};
+use crate::loops::{Diagnosed, diagnose_all, read_all};
 use crate::reading_args::Reading;
 use crate::text::number;
 use crate::{output, progress, text};

@@ -1,7 +1,8 @@
 //! `stiction history`: several recordings, or a long one, of the same valves.
 
-use crate::diagnose::{Diagnosed, diagnose_all, ended, find_all, joined, tool};
+use crate::diagnose::{ended, joined, tool};
 use crate::files::{In, Out};
+use crate::loops::{Diagnosed, diagnose_all, find_all};
 use crate::output::{self, Sheet};
 use crate::reading_args::Reading;
 use crate::text::{coloured, columns, number, wrapped};

@@ -2,14 +2,15 @@
 
 use crate::closed;
 use crate::files::Out;
+use crate::shown::steers;
 use crate::text::painted;
 use anyhow::{Context, Result, bail};
-use std::borrow::Cow;
 use std::io::{ErrorKind, IsTerminal, StdoutLock, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction_figure::Figure;
 use stiction_io::whole;
 
+pub use crate::shown::{name, shown};
 pub use stiction_report::sheet::Sheet;
 
 /// The program with its version, as documents name it.
@@ -47,34 +48,6 @@ fn opened(write: impl FnOnce(&mut StdoutLock<'static>) -> std::io::Result<()>) -
     let mut out = std::io::stdout().lock();
     write(&mut out)?;
     Ok(out.flush()?)
-}
-
-/// Text as a terminal may have it: what would steer it, or turn the direction of reading, is written out as `\u{1b}`.
-/// Lines stay lines.
-pub fn shown(text: &str) -> Cow<'_, str> {
-    escaped(text, |c| steers(c) && !matches!(c, '\n' | '\t'))
-}
-
-/// The same of what stands within a line, such as a tag or the name of a file.
-pub fn name(text: &str) -> Cow<'_, str> {
-    escaped(text, steers)
-}
-
-/// Whether a character steers a terminal or the direction of reading.
-fn steers(c: char) -> bool {
-    c.is_control()
-        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-}
-
-fn escaped(text: &str, is_meant: impl Fn(char) -> bool) -> Cow<'_, str> {
-    if !text.contains(&is_meant) {
-        return text.into();
-    }
-    let mut out = String::new();
-    for c in text.chars() {
-        if is_meant(c) { out.extend(c.escape_unicode()) } else { out.push(c) }
-    }
-    out.into()
 }
 
 /// Draws `figure` to the file that `option` named, .svg or .png.
@@ -169,16 +142,4 @@ pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
         .chain()
         .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
         .any(|cause| cause.kind() == ErrorKind::BrokenPipe)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{name, shown};
-
-    #[test]
-    fn what_steers_a_terminal_is_written_out() {
-        assert_eq!(shown("a\tb\nc \u{1b}[2J"), "a\tb\nc \\u{1b}[2J");
-        assert_eq!(name("a\nb\r\u{202e}\u{9b}"), "a\\u{a}b\\u{d}\\u{202e}\\u{9b}");
-        assert_eq!(shown("Hägglund, 5 ÷ 2 − 1"), "Hägglund, 5 ÷ 2 − 1");
-    }
 }

@@ -1,7 +1,7 @@
 //! `stiction override`: what people concluded of a valve, kept beside the recordings.
 
-use crate::diagnose::{Diagnosed, read_all};
 use crate::files::{In, Out, STANDARD_INPUT};
+use crate::loops::{Diagnosed, read_all};
 use crate::output;
 use crate::reading_args::Reading;
 use anyhow::{Result, bail};

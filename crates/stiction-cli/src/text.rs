@@ -1,6 +1,6 @@
 //! Numbers, durations, paragraphs and columns on a terminal.
 
-use crate::output::name;
+use crate::shown::name;
 use anstyle::{AnsiColor, Reset, Style};
 use std::borrow::Cow;
 use stiction::diagnose::Grade;

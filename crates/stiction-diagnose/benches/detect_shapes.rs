@@ -1,7 +1,18 @@
 //! The shape and correlation detectors, each alone and all together.
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use stiction_diagnose::detect::*;
+use stiction_diagnose::finding::{Decision, Finding};
+use stiction_diagnose::methods::area_ratio::AreaRatio;
+use stiction_diagnose::methods::curve_fit::CurveFit;
+use stiction_diagnose::methods::horch::Horch;
+use stiction_diagnose::methods::horch_density::HorchDensity;
+use stiction_diagnose::methods::kano::Kano;
+use stiction_diagnose::methods::relay_fit::RelayFit;
+use stiction_diagnose::methods::square_wave::SquareWave;
+use stiction_diagnose::methods::valve_position::ValvePosition;
+use stiction_diagnose::methods::yamashita::{Follower, Yamashita};
+use stiction_diagnose::methods::yamashita_level::YamashitaLevel;
+use stiction_diagnose::methods::{Detector, Subject};
 use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Signal};

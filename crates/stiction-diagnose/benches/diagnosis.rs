@@ -5,8 +5,8 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use stiction_diagnose::detect::{self, Subject};
 use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::methods::{self, Subject};
 use stiction_diagnose::recording::{LoopType, Recording};
 use stiction_diagnose::series::{Spectrum, fft_length};
 use stiction_model::Bands;
@@ -45,7 +45,7 @@ fn diagnosis(c: &mut Criterion) {
             b.iter(|| Spectrum::of(black_box(pv), fft_length(samples)));
         });
         let found = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
-        for detector in detect::all() {
+        for detector in methods::all() {
             let name = format!("{}/{samples}", detector.method().name);
             group.bench_function(name, |b| {
                 let subject = found.subject().unwrap();

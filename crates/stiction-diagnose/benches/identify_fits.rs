@@ -4,9 +4,8 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, diagnose};
 use stiction_diagnose::fit::{FitOptions, fit, prospects};
-use stiction_diagnose::identify::{
-    controller, fopdt, jelali, karra_karim, lee, position, process, srinivasan,
-};
+use stiction_diagnose::identify::{controller, fopdt, position, process};
+use stiction_diagnose::methods::model_fit::{jelali, karra_karim, lee, srinivasan};
 use stiction_diagnose::recording::Recording;
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};

@@ -2,11 +2,12 @@
 //!
 //! * [`recording`]: a loop as a plant recorded it; whether it can answer.
 //! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
-//! * [`detect`]: the published detectors of stiction, behind one trait and one registry.
+//! * [`finding`]: what a method says; [`methods`]: the published ones, a folder each, behind one registry.
 //! * [`identify`]: linear models of the loop, and valve models fitted to OP and PV or a valve position.
 //! * [`evidence`]: what a window of data says about the valve, as numbers free of units.
 //! * [`fusion`]: the frozen model that makes probabilities and intervals of evidence.
 //! * [`diagnose`]: from a recording to a verdict with its evidence.
+//! * `drawing`, with the feature `figure`: what the figures of all methods share.
 //! * [`what_if`]: what repair, retuning, a compensator or a positioner would make of a loop.
 //! * [`spoken`]: numbers and times as a person would say them.
 //! * [`series`]: moments, correlation, spectra, crossings.
@@ -43,12 +44,17 @@
 //! ```
 #![forbid(unsafe_code)]
 
-pub mod detect;
+mod cause;
 pub mod diagnose;
+#[cfg(feature = "figure")]
+pub mod drawing;
+mod estimate;
 pub mod evidence;
+pub mod finding;
 pub mod fit;
 pub mod fusion;
 pub mod identify;
+pub mod methods;
 pub mod oscillation;
 pub mod recording;
 pub mod series;
@@ -57,8 +63,8 @@ pub mod what_if;
 
 pub use stiction_model::Number;
 stiction_model::written_by_name!(
-    detect::Decision,
-    detect::Family,
+    finding::Decision,
+    finding::Family,
     diagnose::Basis,
     diagnose::Cause,
     diagnose::Grade,

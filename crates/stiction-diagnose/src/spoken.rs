@@ -42,6 +42,30 @@ fn without_zeros(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
+/// A number with four digits, without zeros at its end, and with a true minus sign.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    let text = if !value.is_finite() {
+        return "–".to_owned();
+    } else if size < 1e-12 {
+        // Nothing that is recorded is so small: what is left of a difference.
+        "0".to_owned()
+    } else if !(1e-4..1e7).contains(&size) {
+        let text = format!("{value:.3e}");
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        format!("{}e{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
+    } else {
+        let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
+        let text = format!("{value:.decimals$}");
+        if decimals > 0 {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    };
+    text.replace('-', "−")
+}
+
 /// Two limits, as far as their distance tells digits apart: `213 to 221`.
 pub fn range(low: f64, high: f64) -> String {
     let width = high - low;
@@ -76,6 +100,11 @@ pub fn time(seconds: f64) -> String {
     format!("{whole} {name} {rest} {small}")
 }
 
+/// The same, with a true minus sign and spaces at which no line breaks.
+pub fn unparted(seconds: f64) -> String {
+    time(seconds).replace(' ', "\u{a0}").replace('-', "\u{2212}")
+}
+
 /// A cardinal and its noun: `1 sample`, `3 samples`.
 pub fn counted(number: usize, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
@@ -108,6 +137,24 @@ mod tests {
         assert_eq!(range(213.04, 221.3), "213.0 to 221.3");
         assert_eq!(range(-94.2, 462.0), "-94 to 462");
         assert_eq!((counted(1, "slip"), counted(2, "slip")), ("1 slip".into(), "2 slips".into()));
+    }
+
+    #[test]
+    fn numbers_have_four_digits_at_most() {
+        for (value, want) in [
+            (0.0, "0"),
+            (100.0, "100"),
+            (2.5, "2.5"),
+            (59.999_99, "60"),
+            (-6.543_21, "−6.543"),
+            (123_456.0, "123456"),
+            (0.012_345, "0.01235"),
+            (1e-9, "1e−9"),
+            (3e-14, "0"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(number(value), want);
+        }
     }
 
     #[test]

@@ -6,7 +6,9 @@ use common::Table;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::PathBuf;
-use stiction_diagnose::detect::{AreaRatio, CurveFit, Horch, Subject, Yamashita};
+use stiction_diagnose::methods::{
+    Subject, area_ratio::AreaRatio, curve_fit::CurveFit, horch::Horch, yamashita::Yamashita,
+};
 use stiction_diagnose::recording::{LoopType, Segment};
 
 const TOLERANCE: f64 = 1e-6;

@@ -2,9 +2,17 @@
 
 use serde_json::Value;
 use std::path::Path;
-use stiction_diagnose::detect::{
-    Bicoherence, BicoherenceOp, Butterfly, DamarlaRegression, DamarlaSigmoid, DamarlaTest,
-    Decision, Detector, Ellipse, SharpCorner, SteadinessTest, Subject, Surrogates,
+use stiction_diagnose::finding::Decision;
+use stiction_diagnose::methods::{
+    Detector, Ellipse, Subject,
+    bicoherence::Bicoherence,
+    bicoherence_op::BicoherenceOp,
+    butterfly::Butterfly,
+    damarla_regression::DamarlaRegression,
+    damarla_sigmoid::DamarlaSigmoid,
+    damarla_steadiness::{DamarlaTest, SteadinessTest},
+    sharp_corner::SharpCorner,
+    surrogates::Surrogates,
 };
 use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_model::Bands;

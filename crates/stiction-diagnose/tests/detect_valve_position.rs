@@ -1,6 +1,10 @@
 //! Stiction measured on simulated valves, whose S and J are known.
 
-use stiction_diagnose::detect::{Decision, MeasuredValve, Subject, ValvePosition};
+use stiction_diagnose::finding::Decision;
+use stiction_diagnose::methods::{
+    Subject,
+    valve_position::{MeasuredValve, ValvePosition},
+};
 use stiction_diagnose::recording::{LoopType, Segment};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{ClosedLoop, Controller, NormalStream, Process, Signal};
@@ -41,7 +45,7 @@ fn noisy(vp: &[f64], sd: f64, quantum: f64) -> Vec<f64> {
 }
 
 fn show(what: &str, m: &MeasuredValve) {
-    let number = |q: &stiction_diagnose::detect::Measured| match q {
+    let number = |q: &stiction_diagnose::methods::valve_position::Measured| match q {
         Ok(q) => format!(
             "{:.3} ({:.3}..{:.3}, {})",
             q.median, q.lower_quartile, q.upper_quartile, q.count

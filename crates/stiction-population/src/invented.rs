@@ -19,6 +19,7 @@ mod near_the_seat;
 mod on_off_neighbour;
 mod one_sided_friction;
 mod parts;
+mod played;
 mod predictive_controller;
 mod recipe;
 mod ringing_positioner;

@@ -27,6 +27,7 @@ pub mod network;
 mod plant;
 pub mod position;
 pub mod scoreboard;
+mod stem;
 mod switched;
 mod truth;
 mod visibility;

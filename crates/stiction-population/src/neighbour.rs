@@ -1,9 +1,7 @@
 //! The second loop, where there is one: the inner loop of a cascade, or a neighbour that a loop interacts with.
 
-use super::design::Design;
 use super::draw::Draw;
-use super::families::ProcessKind;
-use super::plant::{Fitting, Stem};
+use super::stem::{Fitting, Stem};
 use realfft::num_complex::Complex;
 use stiction_model::bands::Bands;
 use stiction_model::closed_loop::{
@@ -35,13 +33,8 @@ pub(super) struct Inner {
 }
 
 impl Inner {
-    /// One that is faster than the loop above.
-    pub fn draw(design: &Design, draw: &mut Draw) -> Self {
-        let step = design.step();
-        let slower = match design.process {
-            ProcessKind::Integrating => design.dead_time + design.step(),
-            _ => design.tau.min(design.ti) + design.dead_time,
-        };
+    /// One that is faster than the loop above, which answers in `slower` s and moves by `activity` percent.
+    pub fn draw(step: f64, slower: f64, activity: f64, draw: &mut Draw) -> Self {
         let lambda = (slower * draw.log(0.05, 0.5)).max(3.0 * step);
         let tau = lambda * draw.log(0.7, 5.0);
         Self {
@@ -49,9 +42,9 @@ impl Inner {
             lambda,
             gain: draw.log(0.5, 2.0),
             valve_lag: lambda * draw.uniform(0.0, 0.2),
-            noise: design.activity * draw.log(0.003, 0.2),
+            noise: activity * draw.log(0.003, 0.2),
             load: draw.uniform(-0.5, 0.5),
-            drift: design.activity * draw.log(0.2, 3.0),
+            drift: activity * draw.log(0.2, 3.0),
             seed: draw.seed(),
         }
     }
@@ -91,16 +84,21 @@ pub(super) struct InnerRun<'a> {
 }
 
 impl<'a> InnerRun<'a> {
-    /// At rest at the set point `rest`.
+    /// At rest at the set point `rest`, for `n` steps, which were drawn to last `duration` s.
     ///
     /// # Errors
     /// If a part refuses its settings.
-    pub fn new(inner: &'a Inner, design: &Design, fittings: &[Fitting], rest: f64) -> Result<Self> {
-        let (step, n) = (design.step(), design.all_steps());
+    pub fn new(
+        inner: &'a Inner,
+        fittings: &[Fitting],
+        rest: f64,
+        step: f64,
+        n: usize,
+        duration: f64,
+    ) -> Result<Self> {
         let kc = inner.tau / (inner.lambda * inner.gain);
         let settings = pi(kc, inner.tau)?;
         let engaged = Engaged::new(&settings, step, REST, rest, rest);
-        let duration = design.drawn_steps as f64 * step;
         let drift = Signal::Noise { sd: inner.drift, tau_s: 0.3 * duration, seed: inner.seed };
         Ok(Self {
             keep: (-step / inner.tau).exp(),
@@ -150,10 +148,8 @@ pub(super) struct Neighbour {
 }
 
 impl Neighbour {
-    /// One that is a few times slower or faster.
-    pub fn draw(design: &Design, draw: &mut Draw) -> Self {
-        let step = design.step();
-        let lags = (design.tau.min(0.05 * design.drawn()) + design.dead_time).max(3.0 * step);
+    /// One that is a few times slower or faster than this loop, which answers in `lags` s and moves by `activity` percent.
+    pub fn draw(step: f64, lags: f64, activity: f64, draw: &mut Draw) -> Self {
         let tau = (lags * draw.log(0.3, 3.0)).max(2.0 * step);
         let dead_time = (tau * draw.log(0.05, 0.8)).max(step);
         let lambda = (dead_time + step) * draw.log(0.6, 4.0);
@@ -167,8 +163,8 @@ impl Neighbour {
             there: draw.sign() * draw.log(0.15, 0.9),
             back: draw.sign() * draw.log(0.05, 0.5),
             recycle: draw.chance(0.5).then(|| lags * draw.log(0.3, 5.0)),
-            noise: design.activity * draw.log(0.003, 0.2),
-            drift: design.activity * draw.log(0.2, 3.0),
+            noise: activity * draw.log(0.003, 0.2),
+            drift: activity * draw.log(0.2, 3.0),
             s: 0.0,
             j: 0.0,
             he: draw.chance(0.3),
@@ -223,17 +219,22 @@ pub(super) struct NeighbourRun<'a> {
 }
 
 impl<'a> NeighbourRun<'a> {
-    /// At rest.
+    /// At rest, for `n` steps, of which the record was drawn to last `drawn` s.
     ///
     /// # Errors
     /// If a part refuses its settings.
-    pub fn new(beside: &'a Neighbour, design: &Design, fittings: &[Fitting]) -> Result<Self> {
-        let (step, n) = (design.step(), design.all_steps());
+    pub fn new(
+        beside: &'a Neighbour,
+        fittings: &[Fitting],
+        step: f64,
+        n: usize,
+        drawn: f64,
+    ) -> Result<Self> {
         let settings = pi(beside.kc, beside.ti)?;
         let engaged = Engaged::new(&settings, step, REST, REST, REST);
         let process = Process::first_order(1.0, beside.tau, beside.dead_time)?;
         let process = process.sampled(step, DeadTime::Nearest)?;
-        let tau_s = 0.2 * design.drawn();
+        let tau_s = 0.2 * drawn;
         let drift = Signal::Noise { sd: beside.drift, tau_s, seed: beside.seed };
         Ok(Self {
             design: beside,

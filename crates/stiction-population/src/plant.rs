@@ -5,19 +5,15 @@ use super::disturbance::Tapes;
 use super::draw::Draw;
 use super::families::{ControllerKind, ProcessKind, SetPointKind};
 use super::neighbour::{InnerRun, NeighbourRun};
+use super::stem::{Fitting, Stem};
 use super::switched::SwitchedRun;
-use std::iter::Peekable;
-use std::vec::IntoIter;
 use stiction_model::closed_loop::{
     AntiWindup, Controller, DeadTime, DelayLine, Engaged, Form, Handover, PidBank, Process,
     ProcessBank, SampledProcess, Signal, quantised,
 };
 use stiction_model::error::Result;
 use stiction_model::simd::Lane;
-use stiction_model::valve::{AnyModel, Assembly, Play, Start, StemLag, Valve};
-
-/// What a transmitter can say, percent of span (NAMUR NE 43: 3.8 to 20.5 mA).
-pub(super) const TRANSMITTER: (f64, f64) = (-1.25, 103.125);
+use stiction_model::valve::{Play, Start, Valve};
 
 /// A loop with all that happens to it, but for its valve.
 pub(super) struct Plant<'a> {
@@ -47,15 +43,6 @@ struct Master {
     wanted: Vec<f64>,
 }
 
-/// A valve model, and the step from which it is in the loop.
-#[derive(Debug, Clone)]
-pub(super) struct Fitting {
-    pub from: usize,
-    pub model: AnyModel,
-    /// Where it is put; where the stem is, if not given.
-    pub position: Option<f64>,
-}
-
 /// What a loop did, step by step.
 #[derive(Default)]
 pub(super) struct Played {
@@ -69,50 +56,6 @@ pub(super) struct Played {
     pub neighbour_slips: usize,
     /// How often the level of a switched neighbour changed during the record.
     pub switches: usize,
-}
-
-/// A valve with its lag and its actuator, and who takes its place when.
-pub(super) struct Stem {
-    fittings: Peekable<IntoIter<Fitting>>,
-    valve: Assembly,
-    lag: StemLag,
-    /// Most that it moves a step, percent.
-    most: f64,
-    stem: f64,
-    vp: f64,
-}
-
-impl Stem {
-    /// At rest, without friction until the first fitting.
-    ///
-    /// # Errors
-    /// If the lag is refused.
-    pub fn new(fittings: &[Fitting], lag: f64, stroke: f64, step: f64, rest: f64) -> Result<Self> {
-        let mut lag = StemLag::new(lag, step)?;
-        lag.restart(rest);
-        let mut valve =
-            Assembly::new(stiction_model::valve::Model::Ideal.build(stiction_model::Bands::NONE)?);
-        valve.restart(Start::at_rest(rest));
-        let fittings = Vec::from(fittings).into_iter().peekable();
-        Ok(Self { fittings, valve, lag, most: stroke * step, stem: rest, vp: rest })
-    }
-
-    /// Where the model has the stem, and where the valve is, at step `k` with this OP; `before` was the last.
-    ///
-    /// # Errors
-    /// If the limits are refused.
-    pub fn step(&mut self, k: usize, before: f64, op: f64) -> Result<(f64, f64)> {
-        while let Some(next) = self.fittings.next_if(|next| next.from <= k) {
-            let position = next.position.unwrap_or(self.stem);
-            let start = Start { op: before, ..Start::at_rest(position) };
-            self.valve = Assembly::new(next.model).with_limits(0.0, 100.0)?;
-            self.valve.restart(start);
-        }
-        self.stem = self.valve.step(op);
-        let wanted = self.lag.step(self.stem);
-        self.vp += (wanted - self.vp).clamp(-self.most, self.most);
-        Ok((self.stem, self.vp))
-    }
 }
 
 /// What moves the process: a valve, or a loop below.
@@ -197,7 +140,10 @@ impl<'a> Plant<'a> {
         let mut process = ProcessBank::<1, 2>::new([&self.process]);
         let mut line = DelayLine::<1>::new([self.process.delay()]);
         let mut actuator = match &design.inner {
-            Some(inner) => Actuator::Loop(InnerRun::new(inner, design, fittings, op_rest)?),
+            Some(inner) => {
+                let duration = design.drawn_steps as f64 * step;
+                Actuator::Loop(InnerRun::new(inner, fittings, op_rest, step, n, duration)?)
+            }
             None => {
                 let (lag, stroke) = (design.valve_lag, design.stroke);
                 Actuator::Valve(Stem::new(fittings, lag, stroke, step, op_rest)?)
@@ -205,7 +151,9 @@ impl<'a> Plant<'a> {
         };
         let beside = design.neighbour.as_ref().map(|one| one.fitting()).transpose()?;
         let mut neighbour = match (&design.neighbour, &beside) {
-            (Some(one), Some(fitting)) => Some(NeighbourRun::new(one, design, fitting)?),
+            (Some(one), Some(fitting)) => {
+                Some(NeighbourRun::new(one, fitting, step, n, design.drawn())?)
+            }
             _ => None,
         };
         let mut switched = tapes.switched.as_ref().map(SwitchedRun::new);

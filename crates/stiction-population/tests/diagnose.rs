@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 use std::sync::OnceLock;
-use stiction_diagnose::detect::{self, Decision, MethodId, Subject};
 use stiction_diagnose::diagnose::{
     Basis, Cause, Detectors, DiagnoseOptions, Diagnosis, MIMICS, VerdictClass, diagnose,
 };
+use stiction_diagnose::finding::Decision;
+use stiction_diagnose::methods::{self, MethodId, Subject};
 use stiction_diagnose::recording::fitness::Class;
 use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, Range, RangeSource, Recording};
 use stiction_model::Bands;
@@ -274,8 +275,8 @@ fn causes_of_oscillations_are_told_only_where_one_was_found() {
     let diagnosis = of(&recording);
     let segment = diagnosis.segment().unwrap();
     let still = Subject::new(segment, diagnosis.loop_type, None);
-    for detector in detect::all() {
-        let finding = detect::judge(&*detector, &still);
+    for detector in methods::all() {
+        let finding = methods::judge(&*detector, &still);
         if detector.method().explains_oscillation {
             assert_eq!(finding.decision, Decision::Abstains, "{}", detector.method().name);
         }

@@ -1,10 +1,11 @@
 //! The verdict on valves whose position is recorded: against the truth, and against itself.
 
 use rayon::prelude::*;
-use stiction_diagnose::detect::{Decision, MethodId, Subject};
 use stiction_diagnose::diagnose::{
     Basis, Detectors, DiagnoseOptions, Diagnosis, VerdictClass, by_position, diagnose,
 };
+use stiction_diagnose::finding::Decision;
+use stiction_diagnose::methods::{MethodId, Subject};
 use stiction_diagnose::recording::{Channel, Recording};
 use stiction_population::position::{Positioned, observed, positioned};
 use stiction_population::{LoopKind, member};
@@ -26,7 +27,7 @@ fn contradictions(d: &Diagnosis) -> Vec<String> {
         }
     };
     let subject = Subject::new(d.segment().unwrap(), d.loop_type, None);
-    let direct = d.findings.iter().find(|f| f.method.id == MethodId::Direct).unwrap();
+    let direct = d.findings.iter().find(|f| f.method == MethodId::Direct.method()).unwrap();
     let Some(Ok(said)) = by_position(&subject, &d.fitness) else {
         must(d.verdict.basis != Basis::ValvePosition, "no position, yet it is the basis");
         must(!matches!(direct.decision, Decision::Sticks | Decision::DoesNotStick), "who decided?");

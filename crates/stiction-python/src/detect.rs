@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use stiction::Error;
-use stiction::detect::{self, Applies, Decides, Detector, MethodId, Needs, Subject};
+use stiction::finding::{Applies, Decides, Needs};
+use stiction::methods::{self, Detector, MethodId, Subject};
 use stiction::recording::{LoopType, Segment};
 use stiction_figure::{Figure, Panel, Series, Style};
 use stiction_report::report::{Context, evidence};
@@ -50,7 +51,7 @@ fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
             "parameters": parameters,
         ))
     };
-    detect::all().iter().map(|detector| of(&**detector)).collect()
+    methods::all().iter().map(|detector| of(&**detector)).collect()
 }
 
 /// A segment of signals of one length, all finite.
@@ -106,7 +107,7 @@ fn detect_stiction<'py>(
     loop_type: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let detectors: Vec<_> = match methods {
-        None => detect::all(),
+        None => methods::all(),
         Some(names) => self::methods(&names)?.into_iter().map(MethodId::detector).collect(),
     };
     let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
@@ -115,7 +116,7 @@ fn detect_stiction<'py>(
         let period = period(&segment, loop_type, period_s);
         let judge = |detector: &dyn Detector| {
             let subject = Subject::new(&segment, loop_type, period);
-            (!progress.is_cancelled()).then(|| detect::judge(detector, &subject))
+            (!progress.is_cancelled()).then(|| methods::judge(detector, &subject))
         };
         detectors.par_iter().filter_map(|detector| judge(&**detector)).collect::<Vec<_>>()
     })?;

@@ -10,16 +10,15 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashSet;
-use stiction::detect::Abstention;
 use stiction::evidence::{Evidence, features, op_only};
+use stiction::finding::Abstention;
 use stiction::fusion::{Estimate, shipped};
 use stiction::identify::cycle_closed_form::{self, CancelledLoop};
 use stiction::identify::hammerstein::{self, ModelEvidence, ValveFit};
 use stiction::identify::position::PositionFit;
-use stiction::identify::published::HammersteinFit;
-use stiction::identify::{
-    arx, earx, fopdt, jelali, karra_karim, lee, physical, position, srinivasan,
-};
+use stiction::identify::{arx, fopdt, physical, position};
+use stiction::methods::model_fit::published::HammersteinFit;
+use stiction::methods::model_fit::{earx, jelali, karra_karim, lee, srinivasan};
 use stiction::recording::LoopType;
 use stiction::series::standardised;
 

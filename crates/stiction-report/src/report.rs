@@ -7,7 +7,7 @@
 //! * [`told()`]: what it says, as data.
 //!
 //! ```
-//! use stiction_diagnose::detect::Decision;
+//! use stiction_diagnose::finding::Decision;
 //! use stiction_diagnose::diagnose::VerdictClass;
 //! use stiction_figure::{Figure, Panel, Series};
 //! use stiction_report::report::layout::{Badge, Card, Fact, Report, Section, Table, number};
@@ -35,9 +35,9 @@ pub mod folder;
 mod head;
 mod history;
 pub mod layout;
+mod moment;
 mod over_time;
 mod small_trend;
-mod time_axis;
 pub mod told;
 mod verdict;
 pub mod views;

@@ -6,7 +6,7 @@
 use crate::Error;
 use crate::report::layout::{Badge, Block, Fact, Report, Table, number};
 use std::sync::LazyLock;
-use stiction_diagnose::detect::Decides;
+use stiction_diagnose::finding::Decides;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 use stiction_population::LoopKind;
 use stiction_population::scoreboard::{

@@ -1,7 +1,5 @@
 //! A verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
 
-use crate::report::evidence::sentence;
-use crate::report::layout::number;
 use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
     Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, Ruling, Silence, VerdictClass,
@@ -9,18 +7,21 @@ use stiction_diagnose::diagnose::{
 };
 use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
-use stiction_diagnose::spoken;
+use stiction_diagnose::spoken::{self, number};
 
-pub use stiction_diagnose::spoken::percent;
+pub use stiction_diagnose::spoken::{percent, unparted as spoken};
 
 /// A number that is known roughly, two digits, with a typographic minus.
 pub fn rough(value: f64) -> String {
     if value.is_finite() { spoken::rough(value).replace('-', "\u{2212}") } else { number(value) }
 }
 
-/// A time as people say it, that no line break parts: `74 s`, `12 min 30 s`, `4 h 20 min`, `2 d 3 h`.
-pub fn spoken(seconds: f64) -> String {
-    spoken::time(seconds).replace(' ', "\u{a0}").replace('-', "\u{2212}")
+/// A sentence of its own: with a capital and a full stop.
+pub(crate) fn sentence(clause: &str) -> String {
+    let mut chars = clause.chars();
+    let first = chars.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    let stop = if clause.ends_with(['.', '!', '?']) { "" } else { "." };
+    format!("{first}{}{stop}", chars.as_str())
 }
 
 /// A value with its interval, such as `4.1 % (3.4 to 4.9)`.

@@ -4,8 +4,11 @@ use crate::html;
 
 use html::{data, well_formed};
 use std::collections::BTreeSet;
-use stiction_diagnose::detect::{self, DamarlaRegression, Decision, Detector, MethodId, Subject};
 use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, Grade, diagnose};
+use stiction_diagnose::finding::Decision;
+use stiction_diagnose::methods::{
+    self, Detector, MethodId, Subject, damarla_regression::DamarlaRegression,
+};
 use stiction_diagnose::recording::{Channel, LoopType, Recording};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};
 use stiction_model::valve::{Assembly, Model};
@@ -114,7 +117,7 @@ fn short_and_odd_loops_are_drawn() {
             let subject = Subject::new(segment, LoopType::Unknown, period);
             for start in [None, Some(1e300), Some(f64::NAN)] {
                 let context = Context { start, period_s: period, ..Context::default() };
-                for detector in detect::all() {
+                for detector in methods::all() {
                     let (name, finding) = (detector.method().name, detector.judge(&subject));
                     if let Some(figure) = evidence::figure(&finding, &subject, &context) {
                         let live = figure.live("a").unwrap();
@@ -160,7 +163,7 @@ fn a_report_says_everything_and_hostile_names_stay_text() {
     data(&html);
     assert!(!html.contains("<script>alert") && !html.contains("<b>") && !html.contains(HOSTILE));
     assert!(!html.contains("NaN"));
-    for detector in detect::all() {
+    for detector in methods::all() {
         let title = detector.method().title;
         assert!(html.contains(title), "{title}");
         for parameter in detector.parameters() {

@@ -4,8 +4,8 @@ use crate::html;
 
 use html::{data, tags, well_formed};
 use serde_json::Value;
-use stiction_diagnose::detect::Decision;
 use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::finding::Decision;
 use stiction_diagnose::recording::{Mode, Modes, Segment};
 use stiction_figure::{Figure, Panel, Scale, Series, Span, Strip};
 use stiction_model::closed_loop::{ClosedLoop, Controller, Process, Run, Signal};

@@ -2,15 +2,15 @@
 
 use crate::html;
 
-use stiction_diagnose::detect;
 use stiction_diagnose::diagnose::{Estimate, Ruling, VerdictClass};
+use stiction_diagnose::{finding, methods};
 use stiction_population::LoopKind;
 use stiction_population::scoreboard::{Board, Member, MethodRow, Said, Scored, Truth};
 use stiction_report::scoreboard::{self, Scoreboard};
 
 /// Loops whose probabilities and statistics rank most of them as they are.
 fn loops() -> Vec<Scored> {
-    let detectors = detect::all();
+    let detectors = methods::all();
     (0..60u8)
         .map(|k| {
             let sticks = k % 3 == 0;
@@ -27,9 +27,9 @@ fn loops() -> Vec<Scored> {
                 statistic,
                 threshold: Some(0.5),
                 decision: match statistic {
-                    Some(s) if s > 0.5 => detect::Decision::Sticks,
-                    Some(_) => detect::Decision::DoesNotStick,
-                    None => detect::Decision::Abstains,
+                    Some(s) if s > 0.5 => finding::Decision::Sticks,
+                    Some(_) => finding::Decision::DoesNotStick,
+                    None => finding::Decision::Abstains,
                 },
             };
             Scored {

@@ -30,8 +30,8 @@ pub use stiction_model::{bands, closed_loop, compensate, limit_cycle, stem, valv
 
 #[cfg(feature = "diagnose")]
 pub use stiction_diagnose::{
-    detect, diagnose, evidence, fit, fusion, identify, oscillation, recording, series, spoken,
-    what_if,
+    diagnose, evidence, finding, fit, fusion, identify, methods, oscillation, recording, series,
+    spoken, what_if,
 };
 
 #[cfg(feature = "population")]

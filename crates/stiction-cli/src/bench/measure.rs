@@ -5,8 +5,8 @@ use crate::{output, progress};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::time::Instant;
-use stiction::detect::{self, Detector, Subject};
 use stiction::diagnose::{Basis, DiagnoseOptions, Diagnosis};
+use stiction::methods::{self, Detector, Subject};
 use stiction::recording::Recording;
 use stiction::recording::fitness::Class;
 use stiction::scoreboard::{Scored, Truth};
@@ -137,7 +137,7 @@ fn times_of_methods(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> V
         let started = Instant::now();
         // Each looks for itself, so that none is quicker for what another one has worked out.
         let subject = Subject::new(seen.segment, seen.loop_type, seen.period);
-        std::hint::black_box(detect::judge(detector, &subject));
+        std::hint::black_box(methods::judge(detector, &subject));
         microseconds(started)
     };
     detectors.iter().map(|detector| time(&**detector)).collect()

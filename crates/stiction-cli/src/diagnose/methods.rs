@@ -2,7 +2,8 @@
 
 use crate::text::number;
 use std::fmt::Write;
-use stiction::detect::{self, Applies, Decides, Needs};
+use stiction::finding::{Applies, Decides, Needs};
+use stiction::methods;
 
 /// All methods in Markdown.
 pub fn table() -> String {
@@ -10,7 +11,7 @@ pub fn table() -> String {
         "# Methods\n\nMade by `stiction diagnose --methods`; a test compares. Equations, assumptions and \
          limits are in the library's documentation, module `stiction::detect`.\n",
     );
-    for detector in detect::all() {
+    for detector in methods::all() {
         let method = detector.method();
         let applies = match method.applies {
             Applies::AnyLoop => "any loop",

@@ -5,8 +5,8 @@ use crate::output::{Sheet, name};
 use crate::text::{coloured, columns, number, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
-use stiction::detect::{Decision, Finding};
 use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, TestKind, VerdictClass, Votes};
+use stiction::finding::{Decision, Finding};
 use stiction::recording::fitness::Class;
 use stiction::spoken;
 use stiction_report::document::Loop;
@@ -357,7 +357,7 @@ fn why(diagnosis: &Diagnosis) -> String {
 
 /// One row a loop: the columns of all tables, then every method's statistic and decision.
 pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
-    let methods = stiction::detect::MethodId::ALL;
+    let methods = stiction::methods::MethodId::ALL;
     let mut header: Vec<String> = COLUMNS.iter().map(|column| column.name.to_owned()).collect();
     for method in methods {
         header.extend([method.to_string(), format!("{method} decision")]);
@@ -366,7 +366,7 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
     for found in loops {
         let mut row: Vec<String> = COLUMNS.iter().map(|column| column.cells.text(found)).collect();
         for id in methods {
-            let finding = found.diagnosis.findings.iter().find(|f| f.method.id == *id);
+            let finding = found.diagnosis.findings.iter().find(|f| f.method == id.method());
             let statistic = Cells::number(finding.and_then(|f| f.statistic));
             row.push(statistic.map_or(String::new(), |v| v.to_string()));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));

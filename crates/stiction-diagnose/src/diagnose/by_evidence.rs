@@ -17,9 +17,8 @@
 //! # Limits
 //! The thresholds hold for loops like the simulated ones; `docs/accuracy.md` tells what verdicts are worth.
 
-use super::HARMLESS;
 use super::reasons::{alternatives, sayings};
-use super::verdict::{Basis, Limit, Verdict, VerdictClass};
+use super::verdict::{Basis, HARMLESS, Limit, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use crate::fusion::{self, Cause, Decision, LIMIT};
 use crate::spoken::rough;

@@ -14,7 +14,7 @@
 //! What the process bears is not known: the PV is kept within what was recorded and half as much again.
 
 use super::verdict::{ConfirmingTest, TestKind};
-use crate::detect::Subject;
+use crate::methods::Subject;
 use crate::recording::LoopType;
 use crate::series::{max, mean, min, noise_std, quantile, span};
 use crate::spoken::{range, rough, time};

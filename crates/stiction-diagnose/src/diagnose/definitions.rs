@@ -5,7 +5,10 @@
 //! is no travel at all. Their sources are recalled, not read. Each is named, so that a number from one tool is not compared with that of another.
 
 use super::verdict::Definition;
-use crate::detect::{Ellipse, Finding, LookedAt, MethodId, Subject};
+use crate::finding::Finding;
+use crate::methods::damarla_steadiness::DamarlaTestResult;
+use crate::methods::sharp_corner::SharpCornerResult;
+use crate::methods::{Ellipse, MethodId, Subject};
 use crate::series::{band_passed, std};
 use std::borrow::Cow;
 
@@ -17,17 +20,14 @@ const MOST_POINTS: usize = 4_000;
 pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) -> Vec<Definition> {
     let ellipse = ellipse(subject);
     let finding = |id: MethodId| {
-        let asked = findings.iter().find(|finding| finding.method.id == id);
+        let asked = findings.iter().find(|finding| finding.method == id.method());
         asked.map_or_else(|| Cow::Owned(id.detector().judge(subject)), Cow::Borrowed)
     };
-    let corners = match &finding(MethodId::SharpCorner).looked_at {
-        Some(LookedAt::SharpCorner(found)) if !found.cycles.is_empty() => Some(found.magnitude),
-        _ => None,
-    };
-    let knees = match &finding(MethodId::DamarlaTTest).looked_at {
-        Some(LookedAt::DamarlaTest(found)) => found.eta_95,
-        _ => None,
-    };
+    let corners = finding(MethodId::SharpCorner);
+    let corners = corners.looked_at().filter(|found: &&SharpCornerResult| !found.cycles.is_empty());
+    let corners = corners.map(|found| found.magnitude);
+    let knees = finding(MethodId::DamarlaTTest);
+    let knees = knees.looked_at().and_then(|found: &DamarlaTestResult| found.eta_95);
     vec![
         Definition {
             name: "S",

@@ -3,7 +3,7 @@
 //! One hour of saturation, one frozen morning or one afternoon of set-point changes in a week makes no week unfit: it
 //! makes some windows unfit. Those are left out, the others are judged, and how many they are is told.
 
-use super::diagnosis::Oscillations;
+use super::oscillations::Oscillations;
 use crate::evidence::windows;
 use crate::parallel::*;
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};

@@ -15,65 +15,17 @@
 //! "Probably" is no verdict: [`VerdictClass`] stays "cannot tell" there, and a test is the next step. How often each
 //! grade is right on simulated loops stands in `docs/accuracy.md`.
 
-use super::{Basis, Diagnosis, Ruling, VerdictClass};
+use super::by_evidence::Ruling;
+use super::diagnosis::Diagnosis;
+use super::verdict::{Basis, Grade, VerdictClass};
 use crate::recording::fitness::Class;
-use std::fmt;
 
 /// The probability from which a valve that is not accused probably sticks.
 pub const PROBABLY_FROM: f64 = 0.8;
 /// The probability up to which a valve that is not cleared is probably fine.
 pub const PROBABLY_FINE_UP_TO: f64 = 0.2;
 
-/// The verdict in one graded word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum Grade {
-    /// It sticks.
-    Sticks,
-    /// It does not respond.
-    DoesNotRespond,
-    /// It probably sticks; a test would tell.
-    ProbablySticks,
-    /// The evidence is divided, or lies between.
-    Unclear,
-    /// It is probably fine, which this recording does not prove.
-    ProbablyFine,
-    /// It does not stick.
-    Fine,
-    /// The data cannot answer.
-    #[default]
-    CannotAnswer,
-}
-
 impl Grade {
-    /// All of them, the worst first.
-    pub const ALL: [Self; 7] = [
-        Self::Sticks,
-        Self::DoesNotRespond,
-        Self::ProbablySticks,
-        Self::Unclear,
-        Self::ProbablyFine,
-        Self::Fine,
-        Self::CannotAnswer,
-    ];
-
-    /// Its name, as in `probably sticks`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sticks => "sticks",
-            Self::DoesNotRespond => "does not respond",
-            Self::ProbablySticks => "probably sticks",
-            Self::Unclear => "unclear",
-            Self::ProbablyFine => "probably fine",
-            Self::Fine => "fine",
-            Self::CannotAnswer => "data cannot answer",
-        }
-    }
-
-    /// Whether it says, or says probably, that the valve is at fault.
-    pub fn accuses(self) -> bool {
-        matches!(self, Self::Sticks | Self::DoesNotRespond | Self::ProbablySticks)
-    }
-
     /// What is said of several recordings of a valve together: by their conclusion, else by their probability.
     pub(super) fn of_several(class: VerdictClass, probability: Option<f64>) -> Self {
         match (class, probability) {
@@ -116,11 +68,5 @@ impl Grade {
                 _ => verdict.probability.map_or(Self::Unclear, Self::undecided),
             },
         }
-    }
-}
-
-impl fmt::Display for Grade {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
     }
 }

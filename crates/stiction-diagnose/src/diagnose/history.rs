@@ -15,8 +15,8 @@
 
 use super::by_evidence::thresholds;
 use super::combining::{self, Witness};
-use super::grade::Grade;
-use super::verdict::VerdictClass;
+use super::observation::Observation;
+use super::verdict::{Grade, VerdictClass};
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
@@ -27,29 +27,6 @@ pub const NARROWEST: f64 = 0.05;
 pub const FEWEST_FOR_DRIFT: usize = 5;
 /// Level below which a p-value is called significant.
 pub const SIGNIFICANT: f64 = 0.05;
-
-/// What one recording, or one window, said of a valve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct Observation {
-    /// When, s on a clock that all observations share.
-    #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
-    pub time: f64,
-    /// The conclusion.
-    pub class: VerdictClass,
-    /// The probability that the valve sticks, where there is one.
-    pub probability: Option<f64>,
-    /// Stick band plus dead band, percent of span, where it was quantified.
-    #[cfg_attr(feature = "serde", serde(rename = "S"))]
-    pub s: Option<Estimate>,
-    /// Slip jump, percent of span, where it was quantified.
-    #[cfg_attr(feature = "serde", serde(rename = "J"))]
-    pub j: Option<Estimate>,
-    /// How much it counts in the combination, such as its number of cycles; 1 for all alike.
-    pub weight: f64,
-    /// How many windows of a long recording it combines, by their effective number; 1 for a short one.
-    pub windows: f64,
-}
 
 /// What observations of one valve say together.
 #[derive(Debug, Clone, PartialEq)]

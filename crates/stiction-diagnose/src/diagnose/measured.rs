@@ -1,9 +1,10 @@
 //! The verdict on a valve whose position is recorded: class, S, J and words from one judgement.
 
 use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
-use crate::detect::{Abstention, Subject};
+use crate::finding::Abstention;
 use crate::fusion::{COVERAGE, Estimate, LIMIT};
 use crate::identify::lagged_position::{Behaviour, Interval, Judgement, Moves};
+use crate::methods::Subject;
 use crate::recording::fitness::{Class, Fitness, MeasureId};
 
 /// Measures of fitness without which a position says nothing either. All others are about the PV, or about cycles,

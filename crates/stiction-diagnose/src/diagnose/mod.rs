@@ -8,6 +8,7 @@
 mod belonging;
 pub mod by_evidence;
 mod combining;
+mod conclude;
 mod confirm;
 mod definitions;
 mod diagnosis;
@@ -19,30 +20,36 @@ pub mod history;
 mod kpis;
 mod measured;
 mod no_response;
+mod observation;
+mod oscillations;
 mod quantify;
 mod reasons;
 mod relation;
 pub mod repair;
-
+mod steps;
 mod verdict;
 mod weighing;
+mod window;
 
 pub use crate::fusion::{Cause, Estimate};
 pub use by_evidence::{LARGEST_LIMIT, Ruling, Signs, thresholds};
+pub use conclude::{FEWEST_VOTES, MIMICS, preliminary};
 pub use confirm::confirming_test;
-pub use diagnosis::{
-    Detectors, DiagnoseOptions, Diagnosis, Judged, Oscillations, Window, diagnose, fitness, subject,
-};
+pub use diagnosis::{Diagnosis, Judged};
 pub use few_slips::{FewSlips, few_slips};
-pub use grade::{Grade, PROBABLY_FINE_UP_TO, PROBABLY_FROM};
-pub use history::{Drift, History, Observation, combine};
+pub use grade::{PROBABLY_FINE_UP_TO, PROBABLY_FROM};
+pub use history::{Drift, History, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};
 pub use no_response::{Fault, NAMED_FROM, NoResponse, Rest, Silence};
+pub use observation::Observation;
+pub use oscillations::Oscillations;
 pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
+pub use steps::{Detectors, DiagnoseOptions, diagnose, fitness, subject};
 pub use verdict::{
-    Alternative, Basis, ConfirmingTest, DEAD_ZONE_BELOW, Definition, FEWEST_VOTES, HARMLESS, Limit,
-    MIMICS, Override, Stiction, TestKind, Verdict, VerdictClass, Votes, preliminary,
+    Alternative, Basis, ConfirmingTest, DEAD_ZONE_BELOW, Definition, Grade, HARMLESS, Limit,
+    Override, Stiction, TestKind, Verdict, VerdictClass, Votes,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};
+pub use window::Window;

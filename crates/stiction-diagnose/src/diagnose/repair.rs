@@ -8,7 +8,8 @@
 
 use super::by_evidence::thresholds;
 use super::combining::log_odds;
-use super::history::{Observation, SIGNIFICANT, checked, combined_probability, p_value};
+use super::history::{SIGNIFICANT, checked, combined_probability, p_value};
+use super::observation::Observation;
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
 

@@ -6,11 +6,11 @@
 //! of them do not make the interval narrower, and a few bad ones do not move it.
 
 use super::combining::{self, effective_number, typical};
-use super::diagnosis::Window;
 #[cfg(feature = "serde")]
 use super::verdict::Limit;
-use crate::detect::Abstention;
+use super::window::Window;
 use crate::evidence::{Evidence, Line, features, windows};
+use crate::finding::Abstention;
 use crate::fusion::{self, Cause, Estimate, Weighed};
 use crate::parallel::*;
 use crate::recording::Segment;

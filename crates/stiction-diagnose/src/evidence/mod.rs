@@ -26,7 +26,7 @@ pub mod information;
 pub mod model;
 pub mod raw;
 
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::identify::hammerstein::{self, ModelEvidence};
 use crate::identify::information::Information;
 use crate::recording::Segment;

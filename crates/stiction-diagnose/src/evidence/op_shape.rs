@@ -6,7 +6,7 @@ use super::regression::autoregression;
 use super::turns::{spread, turns};
 use super::waves::{HalfWaves, components, share_about, third_harmonic};
 use super::{Feature, Line};
-use crate::detect::Bicoherence;
+use crate::methods::bicoherence::Bicoherence;
 use crate::oscillation::{Regularity, decay_ratio};
 use crate::series::{
     autocorrelation, excess_kurtosis, mean, median, noise_std, skewness, variance,

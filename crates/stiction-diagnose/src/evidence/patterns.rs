@@ -4,8 +4,12 @@ use super::prepared::{Prepared, Trace, of_pair};
 use super::regression::Regression;
 use super::turns::{spread, turns};
 use super::{Feature, Line};
-use crate::detect::{
-    DamarlaRegression, DamarlaTest, Horch, SteadinessTest, Subject, Yamashita, YamashitaResult,
+use crate::methods::{
+    Subject,
+    damarla_regression::DamarlaRegression,
+    damarla_steadiness::{DamarlaTest, SteadinessTest},
+    horch::Horch,
+    yamashita::{Yamashita, YamashitaResult},
 };
 use crate::recording::LoopType;
 use crate::series::{mean, median, median_absolute_deviation, std};

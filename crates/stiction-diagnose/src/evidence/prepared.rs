@@ -1,6 +1,6 @@
 //! A window made ready to be measured: one resolution a period, no units, no slow part.
 
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::recording::Segment;
 use crate::series::{
     Periodogram, correlation, decimated, detrended, max, min, periodogram, quantile, span,

@@ -6,7 +6,7 @@ use super::prepared::{Prepared, of_pair};
 use super::regression::autoregression;
 use super::waves::{HalfWaves, components, third_harmonic};
 use super::{Feature, Line};
-use crate::detect::{Subject, YamashitaLevel};
+use crate::methods::{Subject, yamashita_level::YamashitaLevel};
 use crate::oscillation::Regularity;
 use crate::recording::LoopType;
 use crate::series::{autocorrelation, excess_kurtosis};

@@ -5,7 +5,7 @@ use super::prepared::{Prepared, Trace, of_pair};
 use super::turns::spread;
 use super::waves::{coherence, components};
 use super::{Feature, Line};
-use crate::detect::{Kano, Subject};
+use crate::methods::{Subject, kano::Kano};
 use crate::recording::LoopType;
 use crate::series::{centred, correlation, max, mean, median, noise_std, span, std};
 

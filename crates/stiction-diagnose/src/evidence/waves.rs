@@ -1,7 +1,10 @@
 //! The shape of a signal's waves: the published fits of half waves, and the third harmonic.
 
 use super::prepared::of_pair;
-use crate::detect::{AreaRatio, CurveFit, RelayFit, SquareWave, Subject};
+use crate::methods::{
+    Subject, area_ratio::AreaRatio, curve_fit::CurveFit, relay_fit::RelayFit,
+    square_wave::SquareWave,
+};
 use crate::recording::LoopType;
 use crate::series::{Periodogram, variance};
 use realfft::num_complex::Complex;

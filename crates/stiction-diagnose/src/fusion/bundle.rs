@@ -2,7 +2,6 @@
 
 use super::bytes::{Reader, Writer, damaged};
 use super::calibration::Calibration;
-use super::cause::Cause;
 use super::confidence::{Confidence, Side};
 use super::decision::Decision;
 use super::limit::Limit;
@@ -11,6 +10,7 @@ use super::packed::Cuts;
 use super::quantiles::Quantiles;
 use super::reference::{QUANTILES, Reference, Spread};
 use super::trees::{Ensemble, MOST_FEATURES};
+use crate::cause::Cause;
 use crate::error::{Error, Result};
 use crate::evidence::Line;
 

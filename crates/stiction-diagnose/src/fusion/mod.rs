@@ -21,7 +21,6 @@
 mod bundle;
 mod bytes;
 mod calibration;
-mod cause;
 mod confidence;
 mod decision;
 mod limit;
@@ -31,14 +30,15 @@ mod quantiles;
 mod reference;
 mod trees;
 
+pub use crate::cause::Cause;
+pub use crate::estimate::Estimate;
 pub use bundle::{Bundle, Provenance, TrainedModel};
 pub use calibration::{Calibration, sigmoid, softplus};
-pub use cause::Cause;
 pub use confidence::{Confidence, SURE, Side, logit};
 pub use decision::Decision;
 pub use limit::{LIMIT, Limit};
 pub use mismatch::Mismatch;
-pub use quantiles::{COVERAGE, Estimate, Quantiles};
+pub use quantiles::{COVERAGE, Quantiles};
 pub use reference::{QUANTILES, Reference, Spread, Unlike, level};
 pub use trees::{Ensemble, MOST_FEATURES, Node, row};
 

@@ -2,21 +2,10 @@
 
 use super::trees::Ensemble;
 use crate::error::{Error, Result};
+use crate::estimate::Estimate;
 
 /// The share of intervals that are to contain the truth.
 pub const COVERAGE: f64 = 0.9;
-
-/// A number with an interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct Estimate {
-    /// The best value.
-    pub value: f64,
-    /// Lower end of its interval.
-    pub low: f64,
-    /// Upper end of its interval.
-    pub high: f64,
-}
 
 /// Three regressions of quantiles, and what must be added to them so that the interval between the
 /// outer two covers as often as it says.

@@ -32,7 +32,7 @@
 // serve all delays. What the past of `y` explains is the same for every input and delay; its normal equations are
 // factored once, and only a system of four unknowns is left.
 
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::numeric::least_squares::{RIDGE, Solution, dot, least_squares};
 use crate::series::{centred, mean, std};
 use crate::simd::{Kernel, LANES, Lane, Width};
@@ -85,7 +85,7 @@ impl Arx {
 /// }
 /// let found = arx::fit(&op, &pv, 10)?;
 /// assert!(found.delay <= 3 && (found.gain() - 3.0).abs() < 1e-3);
-/// # Ok::<(), stiction_diagnose::detect::Abstention>(())
+/// # Ok::<(), stiction_diagnose::finding::Abstention>(())
 /// ```
 ///
 /// # Errors
@@ -138,7 +138,7 @@ pub fn fit(op: &[f64], pv: &[f64], longest_delay: usize) -> Result<Arx, Abstenti
 }
 
 /// A PV to be explained: everything about it that does not depend on the input.
-pub(super) struct Target {
+pub(crate) struct Target {
     /// The series, followed by zeros that no model sees.
     y: Vec<f64>,
     n: usize,
@@ -155,7 +155,7 @@ pub(super) struct Target {
 
 /// What is left unexplained with each of sixteen inputs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fits {
+pub(crate) struct Fits {
     /// Sum of squares at the best delay.
     pub sse: Lane,
     /// The best delay, samples.

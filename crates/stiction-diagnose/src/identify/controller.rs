@@ -46,8 +46,8 @@ mod law;
 mod record;
 
 use crate::closed_loop::DerivativeOn;
-use crate::detect::Abstention;
-use crate::fusion::Estimate;
+use crate::estimate::Estimate;
+use crate::finding::Abstention;
 use crate::numeric::golden::golden;
 use crate::recording::Segment;
 use crate::series::{mean, median, quantile, span, variance};

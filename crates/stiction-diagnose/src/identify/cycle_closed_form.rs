@@ -26,7 +26,7 @@
 //! None.
 
 use crate::Bands;
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 
 pub use crate::limit_cycle::CancelledLoop;
 

@@ -40,8 +40,8 @@
 //! L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall (1999), for output error
 //! and variances (recalled, not read).
 
-use crate::detect::Abstention;
 use crate::error::positive;
+use crate::finding::Abstention;
 use crate::numeric::golden::golden;
 use crate::numeric::least_squares::{dot, least_squares};
 use crate::series::{autocorrelation, centred, std};

@@ -64,7 +64,7 @@ use super::arx::{Fits, Target};
 use super::output_error::{Response, without_slow};
 use super::slips::Motion;
 use crate::bands::Bands;
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::numeric::least_squares::RIDGE;
 use crate::series::{excess_kurtosis, quantile, std};
 use crate::simd::{LANES, Lane, Width};

@@ -52,7 +52,7 @@ pub use beside::Beside;
 pub use traces::{Traces, traces};
 
 use crate::bands::Bands;
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::series::{mean, median, quantile, std};
 use crate::simd::{Kernel, LANES, Lane, Width};
 use crate::valve::lanes::{LaneValve, Laned};

@@ -50,8 +50,8 @@
 use super::position::{self, Line, PositionFit, Record, Sums};
 use super::slips::Motion;
 use crate::Bands;
-use crate::detect::Abstention;
 use crate::error::{Result, positive};
+use crate::finding::Abstention;
 use crate::numeric::nelder_mead::{Minimum, minimise};
 use crate::parallel::*;
 use crate::series::{autocorrelation, span};

@@ -45,7 +45,7 @@
 
 use super::slips::Motion;
 use crate::Bands;
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::parallel::*;
 use crate::series::{quantile, span};
 use crate::valve::lanes::{self, Laned};

@@ -34,8 +34,8 @@
 //! closed loop with a noise model (recalled, not read). The weighting is ours.
 
 use super::fopdt::ProcessKind;
-use crate::detect::Abstention;
-use crate::fusion::Estimate;
+use crate::estimate::Estimate;
+use crate::finding::Abstention;
 use crate::numeric::least_squares::{dot, least_squares};
 use crate::series::{centred, std};
 

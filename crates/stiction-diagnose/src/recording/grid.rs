@@ -19,6 +19,7 @@
 //! * **Mode**: the recording is cut where the controller was not in command.
 
 mod clock;
+mod log;
 mod repair;
 mod track;
 
@@ -27,7 +28,7 @@ pub use repair::{GridRepair, RepairKind};
 use super::{Channel, Range, Recording};
 use crate::error::{Error, Result};
 use clock::{Clock, SAME};
-use repair::Log;
+use log::Log;
 use track::{Run, State, Track};
 
 /// The most missing samples in a row that are bridged. Three: a line over more of them shapes the

@@ -55,11 +55,12 @@ use crate::closed_loop::{ClosedLoop, Controller};
 use crate::compensate::{
     self, CompensatorOutcome, Figures, Knowledge, Method, compare_with_progress,
 };
-use crate::detect::{Number, Subject};
 use crate::diagnose::{ConfirmingTest, confirming_test};
 use crate::error::{Error, Result, non_negative};
+use crate::finding::Number;
 use crate::limit_cycle::tuning::{Retuning, TuningGrid, least_swing};
 use crate::limit_cycle::{self, ContinuousLoop, Cycle, FrequencyResponse, Stability, exact};
+use crate::methods::Subject;
 use crate::recording::{LoopType, Segment};
 use crate::spoken::set;
 use crate::valve::Model;

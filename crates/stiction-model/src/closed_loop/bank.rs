@@ -2,9 +2,9 @@
 
 use super::between::{Between, Wire};
 use super::controller::{Engaged, PiBank, PidBank};
+use super::description::{ClosedLoop, Prepared, Sources};
 use super::process::{DelayLine, ProcessBank};
 use super::signal::SignalSource;
-use super::simulate::{ClosedLoop, Prepared, Sources};
 use crate::simd::{Kernel, Lane, Width};
 use crate::valve::{AnyModel, Start, Valve};
 

@@ -2,8 +2,8 @@
 
 use super::bank::{Each, LoopBank, Recorder, with_order};
 use super::controller::{Engaged, PidBank};
+use super::description::{Prepared, total};
 use super::process::{DelayLine, ProcessBank};
-use super::simulate::{Prepared, total};
 use super::{ClosedLoop, Controller, Process, Run, SampledProcess, Signal};
 use crate::error::{Error, Result, finite};
 use crate::simd::Lane;

@@ -2,8 +2,8 @@
 
 use super::bank::{Each, LoopBank, with_order};
 use super::between::{Between, Wire};
+use super::description::ClosedLoop;
 use super::process::{DelayLine, ProcessBank};
-use super::simulate::ClosedLoop;
 use crate::error::{Error, Result, finite};
 use crate::simd::Lane;
 use crate::valve::{Assembly, Start, Valve};

@@ -2,7 +2,7 @@
 
 use super::bank::{Each, Feeds, LoopBank, Recorder, Sample, ValveBank, play, play_one, with_order};
 use super::cycle::Crossings;
-use super::simulate::{ClosedLoop, Prepared};
+use super::description::{ClosedLoop, Prepared};
 use crate::bands::Bands;
 use crate::error::{Error, Result};
 use crate::parallel::*;

@@ -1,8 +1,8 @@
 //! What every kind of motion shares: the moving body, its travel, and the record of what it did.
 
+use super::parameters::StemParameters;
 use super::pressure::Drive;
-use super::simulate::{Event, EventKind, Sample};
-use super::{Stem, StemParameters};
+use super::response::{Event, EventKind, Sample};
 use crate::error::{Error, Result};
 use crate::valve::Direction;
 
@@ -16,14 +16,13 @@ pub(super) struct Body {
 }
 
 impl Body {
-    pub(super) fn new(stem: &Stem) -> Self {
-        let parameters = *stem.parameters();
+    pub(super) fn new(parameters: &StemParameters, tolerance: f64) -> Self {
         let (lower_m, upper_m) = if parameters.end_stops {
             (0.0, parameters.stroke_m)
         } else {
             (f64::NEG_INFINITY, f64::INFINITY)
         };
-        Self { stem: parameters, lower_m, upper_m, tolerance: stem.tolerance() }
+        Self { stem: *parameters, lower_m, upper_m, tolerance }
     }
 
     /// Absolute tolerance of positions, m; per second, that of velocities.

@@ -7,7 +7,7 @@ use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
 use super::equations::{self, Equations, STATES};
 use super::friction::bristle::{BristleLaw, ELEMENTS};
 use super::pressure::Drive;
-use super::simulate::EventKind;
+use super::response::EventKind;
 use crate::error::Result;
 use crate::numeric::radau::{self, GUARDS, System, Tolerance};
 use crate::numeric::roots::first_fall;

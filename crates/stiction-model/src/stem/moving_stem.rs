@@ -3,7 +3,8 @@
 use super::body::Recorder;
 use super::equations::GUARDS;
 use super::pressure::{Drive, Segment};
-use super::simulate::{Event, Run, Sample, Stem, StemStart};
+use super::response::{Event, Sample, StemStart};
+use super::simulate::{Run, Stem};
 use crate::error::{Error, Result, finite, require};
 
 /// A stem that waits for its pressure.

@@ -6,10 +6,10 @@ use super::equations::Equations;
 use super::friction::{Dahl, FrictionLaw, GmsInUse, Karnopp, LuGre};
 use super::parameters::{ParameterSet, StemParameters};
 use super::pressure::{Drive, PressureSignal, Segment};
+use super::response::{Response, StemStart};
 use super::stick_slip::StickSlip;
 use super::sticking_law::StickingLaw;
 use crate::error::{Error, Result, all_finite, finite, require};
-use crate::valve::Direction;
 
 /// A valve stem: its parameters, its friction, and how finely it is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,102 +17,6 @@ pub struct Stem {
     parameters: StemParameters,
     friction: FrictionLaw,
     tolerance: f64,
-}
-
-/// How a simulation begins: at rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StemStart {
-    /// Position, m.
-    pub position_m: f64,
-    /// Acting air pressure, Pa; `None` for the first demanded one. Without an air lag it is not
-    /// used.
-    pub pressure_pa: Option<f64>,
-    /// Whether the bristles of Dahl, LuGre and GMS friction begin relaxed, so that the stem first
-    /// settles onto them, or carrying the net force as far as they can.
-    pub relaxed: bool,
-}
-
-impl StemStart {
-    /// At rest at `position_m`, with friction carrying the net force as far as it can.
-    pub fn at_rest(position_m: f64) -> Self {
-        Self { position_m, pressure_pa: None, relaxed: false }
-    }
-}
-
-/// The stem at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Time, s.
-    pub time_s: f64,
-    /// Position, m.
-    pub position_m: f64,
-    /// Velocity, m/s.
-    pub velocity_m_per_s: f64,
-    /// Friction force, N; positive if it holds back upward motion. At an end stop this is what the
-    /// packing could carry of the net force; the stop carries the rest.
-    pub friction_n: f64,
-    /// Acting air pressure, Pa.
-    pub pressure_pa: f64,
-}
-
-/// What happened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EventKind {
-    /// The stem broke away from rest, or left an end stop.
-    Slip,
-    /// It came to rest.
-    Stop,
-    /// Its velocity changed sign without a rest. Stems with Dahl, LuGre or GMS friction never rest,
-    /// so this is their only event besides end stops.
-    Reversal,
-    /// It met an end stop.
-    EndStop,
-}
-
-impl EventKind {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Slip => "slip",
-            Self::Stop => "stop",
-            Self::Reversal => "reversal",
-            Self::EndStop => "end stop",
-        }
-    }
-}
-
-/// An event and where it happened.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Event {
-    /// Time, s.
-    pub time_s: f64,
-    /// What happened.
-    pub kind: EventKind,
-    /// Direction of the motion that begins (slip, reversal) or ends (stop, end stop).
-    pub direction: Direction,
-    /// Position, m.
-    pub position_m: f64,
-}
-
-/// The result of a simulation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Response {
-    /// The stem at the times asked for.
-    pub samples: Vec<Sample>,
-    /// All events, in order of time.
-    pub events: Vec<Event>,
-}
-
-impl Response {
-    /// The slips among the events.
-    pub fn slips(&self) -> impl Iterator<Item = &Event> {
-        self.events.iter().filter(|e| e.kind == EventKind::Slip)
-    }
-
-    /// The stops among the events.
-    pub fn stops(&self) -> impl Iterator<Item = &Event> {
-        self.events.iter().filter(|e| e.kind == EventKind::Stop)
-    }
 }
 
 impl Stem {
@@ -228,7 +132,7 @@ impl Run {
             _ => first_pa,
         };
         let drive = Drive::resting(acting_pa);
-        let body = Body::new(stem);
+        let body = Body::new(&parameters, stem.tolerance);
         let balanced = !start.relaxed;
         let motion = match stem.friction {
             FrictionLaw::Classical(steady) => {

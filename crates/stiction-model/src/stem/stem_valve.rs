@@ -2,7 +2,8 @@
 
 use super::body::Recorder;
 use super::pressure::Segment;
-use super::simulate::{Event, Run, Stem, StemStart};
+use super::response::{Event, StemStart};
+use super::simulate::{Run, Stem};
 use crate::error::{Error, Result, positive};
 use crate::valve::{Start, Valve};
 

@@ -7,7 +7,7 @@ use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
 use super::equations::{self, Equations, STATES};
 use super::linear::{Forcing, LinearFlow, Oscillator};
 use super::pressure::Drive;
-use super::simulate::EventKind;
+use super::response::EventKind;
 use super::sticking_law::StickingLaw;
 use crate::error::Result;
 use crate::numeric::radau::{self, GUARDS, Step, System, Tolerance};

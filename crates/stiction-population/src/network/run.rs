@@ -1,9 +1,10 @@
 //! A network at work, step by step.
 
 use super::{Cause, Course, LinkKind, Network, NetworkLoop, Outside, ProcessKind, STEP_S};
+use crate::design::TRANSMITTER;
 use crate::draw::Draw;
 use crate::neighbour::pi;
-use crate::plant::{Fitting, Stem, TRANSMITTER};
+use crate::stem::{Fitting, Stem};
 use stiction_diagnose::recording::{Mode, Modes, Recording};
 use stiction_model::bands::Bands;
 use stiction_model::closed_loop::{

@@ -6,7 +6,7 @@ use super::{
 };
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use stiction_diagnose::detect::{Decision, Method};
+use stiction_diagnose::finding::{Decision, Method};
 
 /// The name under which the verdict stands among the methods.
 pub const VERDICT: &str = "verdict";
@@ -146,7 +146,7 @@ fn said(loop_: &Scored, method: Option<&'static Method>) -> (Decision, Option<f6
     match method {
         None => (loop_.decision(), loop_.probability.map(logit)),
         Some(method) => {
-            let said = loop_.methods.iter().find(|said| said.method.id == method.id);
+            let said = loop_.methods.iter().find(|said| said.method == method);
             said.map_or((Decision::Abstains, None), |said| (said.decision, said.score()))
         }
     }
@@ -208,12 +208,12 @@ fn kinds(loops: &[&Scored], asked: &[Option<&'static Method>]) -> Vec<KindRow> {
 mod tests {
     use super::*;
     use crate::scoreboard::{Said, Truth};
-    use stiction_diagnose::detect;
     use stiction_diagnose::diagnose::{Estimate, VerdictClass};
+    use stiction_diagnose::methods;
 
     /// A loop of which one method and the verdict say the same.
     fn scored(valve: &str, sticks: bool, visible: bool, p: Option<f64>) -> Scored {
-        let detectors = detect::all();
+        let detectors = methods::all();
         let class = match p {
             Some(p) if p > 0.8 => VerdictClass::Sticks,
             Some(p) if p < 0.2 => VerdictClass::DoesNotStick,

@@ -2,7 +2,7 @@
 
 use super::band::Band;
 use super::{Member, Scored, Share};
-use stiction_diagnose::detect::Decision;
+use stiction_diagnose::finding::Decision;
 
 /// Where the bands of the gain begin, nats.
 const GAINS: [f64; 6] = [15.0, 25.0, 50.0, 100.0, 200.0, 400.0];

@@ -37,6 +37,6 @@ pub use found::{Found, FoundBand};
 pub use outcomes::{Outcomes, Share, wilson};
 pub use quantification::{Errors, Quantification};
 pub use scored::{Member, Said, Scored, Truth};
-pub use stiction_diagnose::detect::Counts;
+pub use stiction_diagnose::methods::Counts;
 pub use sureness::{SURE, Sureness};
 pub use undecided::{HeldBack, Undecided};

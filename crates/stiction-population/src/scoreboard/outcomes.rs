@@ -1,6 +1,7 @@
 //! Decisions counted, and shares of them with their intervals.
 
-use stiction_diagnose::detect::{Counts, Decision};
+use stiction_diagnose::finding::Decision;
+use stiction_diagnose::methods::Counts;
 
 /// How a method, or the verdict, decided on sticking and on healthy loops.
 ///

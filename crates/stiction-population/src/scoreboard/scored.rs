@@ -1,7 +1,7 @@
 //! What is kept of a diagnosis to be counted.
 
-use stiction_diagnose::detect::{Decision, Method};
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Ruling, VerdictClass};
+use stiction_diagnose::finding::{Decision, Method};
 
 /// What is true of a loop, by its label or by its simulation.
 #[derive(Debug, Clone, PartialEq)]

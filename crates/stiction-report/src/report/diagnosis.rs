@@ -1,17 +1,17 @@
 //! A report on diagnosed loops.
 
-use super::evidence::{self, sentence};
+use super::evidence;
 use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
+use super::moment::moment;
 use super::views::{self, Context};
 use super::{fitted, head, verdict};
 use crate::Error;
 use crate::document::{self, Loop, Source};
-use crate::words::{self, spoken};
-use stiction_diagnose::detect::{Decision, Finding};
+use crate::words::{self, sentence, spoken};
 use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, Votes};
+use stiction_diagnose::finding::{Decision, Finding};
 use stiction_diagnose::oscillation::{self, Oscillation};
 use stiction_diagnose::recording::fitness::Class;
-use stiction_figure::figure::instant;
 
 /// The report on some loops: one self-contained HTML page. The loops stand in the order of
 /// [`Diagnosis::rank`], the worst first.
@@ -199,17 +199,6 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
         facts.push(Fact::new("sample time", spoken(segment.sample_time), ""));
     }
     facts
-}
-
-/// The date and time of plant `at` s after the recording's zero, where they are known.
-pub(super) fn date(diagnosis: &Diagnosis, at: f64) -> Option<String> {
-    let clock = &diagnosis.plant_time;
-    instant(clock.shows(diagnosis.start? + at), &clock.name)
-}
-
-/// A time on the recording's clock as a date, where that is known.
-pub(super) fn moment(diagnosis: &Diagnosis, at: f64) -> String {
-    date(diagnosis, at).unwrap_or_else(|| spoken(at))
 }
 
 fn unit_of(signal: &str, diagnosis: &Diagnosis) -> String {

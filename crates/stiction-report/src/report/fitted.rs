@@ -1,9 +1,9 @@
 //! Whether the valve that was fitted explains what was recorded, and what an action would bring.
 
 use super::layout::{Block, Section, Table};
-use super::views::WIDTH;
 use crate::words::rough;
 use stiction_diagnose::diagnose::{Diagnosis, VerdictClass};
+use stiction_diagnose::drawing::WIDTH;
 use stiction_diagnose::fit::cycle::{Predicted, Swing};
 use stiction_diagnose::fit::{Fit, FitOptions, Prospects, fit, prospects};
 use stiction_diagnose::fusion::Estimate;

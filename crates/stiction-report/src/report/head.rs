@@ -1,11 +1,10 @@
 //! The first screen of a loop: does it stick, how bad, what to do, and the trend that shows it.
 
-use super::evidence::sentence;
 use super::fitted::Fitted;
 use super::layout::{Badge, Fact, Head, Tone};
 use super::views::{self, Context};
 use crate::document::Source;
-use crate::words::{self, percent, rough, spoken};
+use crate::words::{self, percent, rough, sentence, spoken};
 use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade, TestKind};
 use stiction_diagnose::fit::prospects::Remedy;
 use stiction_diagnose::recording::fitness::Class;
@@ -52,7 +51,7 @@ pub(super) fn line(diagnosis: &Diagnosis, source: &Source) -> String {
     let mut parts = vec![diagnosis.loop_type.name().to_owned()];
     if let Some(segment) = diagnosis.segment() {
         let (from, to) = (segment.from, segment.from + segment.duration());
-        let date = |at: f64| super::diagnosis::date(diagnosis, at);
+        let date = |at: f64| super::moment::date(diagnosis, at);
         let lasting = spoken(segment.duration());
         parts.push(match (date(from), date(to)) {
             (Some(from), Some(to)) => format!("{from} to {to} ({lasting})"),

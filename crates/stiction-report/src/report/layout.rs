@@ -6,11 +6,13 @@ use crate::words::percent;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiction_diagnose::detect::Decision;
 use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::finding::Decision;
 use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::figure::Figure;
 use stiction_figure::page::relative;
+
+pub use stiction_diagnose::spoken::number;
 
 /// The style of all pages.
 pub const STYLE: &str = include_str!("style.css");
@@ -191,30 +193,6 @@ pub struct Card {
     pub table: Option<Table>,
     /// What to keep in mind.
     pub caveats: Vec<String>,
-}
-
-/// A number with four digits, without zeros at its end, and with a true minus sign.
-pub fn number(value: f64) -> String {
-    let size = value.abs();
-    let text = if !value.is_finite() {
-        return "–".to_owned();
-    } else if size < 1e-12 {
-        // Nothing that is recorded is so small: what is left of a difference.
-        "0".to_owned()
-    } else if !(1e-4..1e7).contains(&size) {
-        let text = format!("{value:.3e}");
-        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        format!("{}e{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
-    } else {
-        let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
-        let text = format!("{value:.decimals$}");
-        if decimals > 0 {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            text
-        }
-    };
-    text.replace('-', "−")
 }
 
 impl Report {
@@ -765,27 +743,4 @@ impl Fact {
 /// What a list holds.
 fn listed(texts: &[String]) -> Markup {
     html! { @for text in texts { li { (text) } } }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::number;
-
-    #[test]
-    fn numbers_have_four_digits_at_most() {
-        for (value, want) in [
-            (0.0, "0"),
-            (100.0, "100"),
-            (2.5, "2.5"),
-            (59.999_99, "60"),
-            (-6.543_21, "−6.543"),
-            (123_456.0, "123456"),
-            (0.012_345, "0.01235"),
-            (1e-9, "1e−9"),
-            (3e-14, "0"),
-            (f64::NAN, "–"),
-        ] {
-            assert_eq!(number(value), want);
-        }
-    }
 }

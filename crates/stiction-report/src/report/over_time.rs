@@ -1,8 +1,7 @@
 //! Probability and S of windows over time.
 
-use super::time_axis::TimeAxis;
-use super::views::WIDTH;
 use stiction_diagnose::diagnose::Estimate;
+use stiction_diagnose::drawing::{TimeAxis, WIDTH};
 use stiction_diagnose::recording::PlantTime;
 use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 

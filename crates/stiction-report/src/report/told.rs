@@ -4,12 +4,11 @@
 //! drawn when they are looked at.
 
 use super::diagnosis;
-use super::evidence::sentence;
 use super::layout::{Badge, Block, Card, Fact, Table};
 use super::{head, verdict};
 use crate::Error;
 use crate::document::Loop;
-use crate::words;
+use crate::words::{self, sentence};
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction_figure::Figure;

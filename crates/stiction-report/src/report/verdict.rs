@@ -1,14 +1,13 @@
 //! What a report opens with: the verdict, what speaks for and against it, what else it could be, how to
 //! confirm it, how much the valve sticks, and how that went over time.
 
-use super::evidence::sentence;
 use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
-use super::views::WIDTH;
-use crate::words::{self, percent, rough, spoken};
+use crate::words::{self, percent, rough, sentence, spoken};
 use stiction_diagnose::diagnose::{
     Basis, Cause, ConfirmingTest, Diagnosis, Fault, TestKind, VerdictClass, Weighing,
 };
+use stiction_diagnose::drawing::WIDTH;
 use stiction_diagnose::spoken::range;
 use stiction_figure::figure::{Figure, Panel, Scale, Series, colour};
 
@@ -300,7 +299,7 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
     let table = diagnosis.windows.iter().fold(table, |table, w| {
         let estimate = |e: Option<_>| e.map_or("–".to_owned(), words::interval);
         table.row([
-            super::diagnosis::moment(diagnosis, w.from),
+            super::moment::moment(diagnosis, w.from),
             spoken(w.duration),
             percent(w.probability),
             estimate(w.s),

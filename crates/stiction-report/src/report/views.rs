@@ -6,22 +6,21 @@
 use std::f64::consts::TAU;
 
 use super::layout::number;
-use super::time_axis::TimeAxis;
 use crate::words::spoken;
-use stiction_diagnose::detect::{Bicoherence, Ellipse, ErrorSource, Subject};
-use stiction_diagnose::diagnose::Diagnosis;
+use stiction_diagnose::drawing::{TimeAxis, WIDTH, histogram};
+use stiction_diagnose::methods::{Ellipse, ErrorSource, Subject, bicoherence::Bicoherence};
 use stiction_diagnose::oscillation::separate::separate;
-use stiction_diagnose::recording::{LoopType, Mode, Modes, PlantTime, Segment};
+use stiction_diagnose::recording::{LoopType, Mode, Modes, Segment};
 use stiction_diagnose::series::{
-    Periodogram, autocorrelation, centred, cross_correlation, detrended, mean, periodogram,
-    quantile, span, std, zero_crossings,
+    Periodogram, autocorrelation, cross_correlation, detrended, mean, periodogram, span, std,
+    zero_crossings,
 };
 use stiction_figure::figure::{
     Along, Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour,
 };
 
-/// Width of all views, px.
-pub(super) const WIDTH: f64 = 860.0;
+pub use stiction_diagnose::drawing::Context;
+
 /// Longer trends are reduced before they are drawn.
 const REDUCED_FROM: usize = 3_000;
 /// The panels of this group share the time axis.
@@ -35,50 +34,6 @@ const HEAD_MAP_WIDTH: f64 = 430.0;
 /// Names of the series of a map.
 const ELLIPSE: &str = "fitted ellipse";
 const SAMPLES: &str = "samples";
-
-/// What is known about a loop beside its samples.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Context<'a> {
-    /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
-    pub start: Option<f64>,
-    /// The clock of the plant; UTC if it is not given.
-    pub plant_time: Option<&'a PlantTime>,
-    /// Unit of PV and SP; `None` if it is not known.
-    pub pv_unit: Option<&'a str>,
-    /// What the controller was doing.
-    pub modes: Option<&'a Modes>,
-    /// Period of the dominant oscillation, s; by default that of the highest peak of the spectrum.
-    pub period_s: Option<f64>,
-}
-
-impl<'a> Context<'a> {
-    /// What a diagnosis knows.
-    pub fn of(diagnosis: &'a Diagnosis) -> Self {
-        Self {
-            start: diagnosis.start,
-            plant_time: Some(&diagnosis.plant_time),
-            pv_unit: diagnosis.pv_unit.as_deref(),
-            modes: diagnosis.mode.as_ref(),
-            period_s: diagnosis.oscillation().and_then(|(_, found)| found.period_s),
-        }
-    }
-
-    /// The axis of a recording that ends after `longest` s.
-    pub(super) fn time_axis(&self, longest: f64) -> TimeAxis {
-        match self.plant_time {
-            Some(clock) => TimeAxis::of_times(self.start, clock, longest),
-            None => TimeAxis::of_times(self.start, &PlantTime::default(), longest),
-        }
-    }
-
-    pub(super) fn pv_label(&self, names: &str) -> String {
-        format!("{names} ({})", self.pv_unit.unwrap_or("units of the PV"))
-    }
-
-    fn period_of(&self, segment: &Segment) -> Option<f64> {
-        self.period_s.filter(|p| *p > 0.0 && p.is_finite()).or_else(|| dominant_period(segment))
-    }
-}
 
 /// SP and PV over OP and the valve position, all that is recorded, with one time axis.
 ///
@@ -232,7 +187,7 @@ fn axis_of(segments: &[Segment], context: &Context<'_>) -> Option<TimeAxis> {
 pub fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Option<Figure> {
     let mut figure = pv_op_map(segment, context)?;
     let panel = figure.panels.first_mut()?;
-    let from = last_periods(segment, context);
+    let from = context.last_periods(segment);
     let (op, pv) = (&segment.op[from..], &segment.pv.as_deref()?[from..]);
     // The ellipse is a researcher's; it stands with the other definitions.
     panel.series.retain(|series| ![ELLIPSE, SAMPLES].contains(&&*series.label));
@@ -279,13 +234,6 @@ fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Stri
     (!spans.is_empty()).then(|| Strip { name: "mode".to_owned(), spans })
 }
 
-/// Where the last four periods of a segment begin; without a period, its last 1,000 samples.
-pub(super) fn last_periods(segment: &Segment, context: &Context<'_>) -> usize {
-    let period = context.period_of(segment);
-    let samples = period.map_or(1_000, |p| (4.0 * p / segment.sample_time).ceil() as usize);
-    segment.len() - samples.max(50).min(segment.len())
-}
-
 /// PV against OP over the last few periods, with arrows along the way; and, if the samples lie along
 /// one, the ellipse that fits them best with its width in the direction of the OP.
 ///
@@ -296,7 +244,7 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     if span(pv) == 0.0 || span(&segment.op) == 0.0 {
         return None;
     }
-    let from = last_periods(segment, context);
+    let from = context.last_periods(segment);
     let stride = (segment.len() - from).div_ceil(MOST);
     let thinned = |x: &[f64]| -> Vec<f64> { x[from..].iter().copied().step_by(stride).collect() };
     let ellipse = Ellipse::fit(&segment.op[from..], &pv[from..])
@@ -321,7 +269,7 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
         caption.push_str(&format!(" One sample in {stride} is drawn."));
     }
     if let Some(ellipse) = ellipse {
-        let (x, y) = outline(&ellipse);
+        let (x, y) = ellipse.closed_outline();
         let (width, [middle, level]) = (ellipse.op_width(), ellipse.centre);
         panel = panel.with(Series::dashed(ELLIPSE, x, y).colour(colour::VERMILION)).note(
             Annotation::dimension(
@@ -340,12 +288,6 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
         caption.push_str(" The samples do not lie along an ellipse.");
     }
     Some(Figure::new("").caption(caption).width(620.0).panel_height(380.0).with(panel))
-}
-
-/// An ellipse as a closed line.
-pub(super) fn outline(ellipse: &Ellipse) -> (Vec<f64>, Vec<f64>) {
-    let points = ellipse.outline(180);
-    points.iter().chain(points.first()).map(|[x, y]| (*x, *y)).unzip()
 }
 
 /// A point on paper, in data coordinates.
@@ -566,22 +508,6 @@ pub fn histograms(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     (!figure.panels.is_empty()).then_some(figure)
 }
 
-/// Centres of bins and percent of the values in each; bins by Freedman and Diaconis' rule.
-pub(super) fn histogram(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let spread = quantile(values, 0.75) - quantile(values, 0.25);
-    let (low, range) = (stiction_diagnose::series::min(values), span(values));
-    let width = 2.0 * spread / (values.len() as f64).cbrt();
-    let wanted = (range / width).ceil();
-    let count = if wanted.is_finite() { wanted.clamp(8.0, 50.0) as usize } else { 20 };
-    let mut bins = vec![0.0; count];
-    for value in values {
-        let bin = (count as f64 * (value - low) / range) as usize;
-        bins[bin.min(count - 1)] += 100.0 / values.len() as f64;
-    }
-    let centre = |bin: usize| low + range * (bin as f64 + 0.5) / count as f64;
-    ((0..count).map(centre).collect(), bins)
-}
-
 /// The control error, if there is a PV, and the OP, with their colours.
 fn signals(segment: &Segment) -> Vec<(&'static str, Vec<f64>, usize)> {
     let subject = Subject::new(segment, LoopType::Unknown, None);
@@ -603,18 +529,6 @@ fn most_lag(segment: &Segment, context: &Context<'_>) -> usize {
     let periods = context.period_of(segment).map(|p| (4.0 * p / segment.sample_time).ceil());
     let wanted = periods.unwrap_or(n as f64 / 4.0);
     (wanted.clamp(4.0, 1e7) as usize).min(n / 2).max(1)
-}
-
-/// The period of the highest peak of the spectrum of the OP, s, if the segment holds two of them.
-fn dominant_period(segment: &Segment) -> Option<f64> {
-    if segment.len() < 16 || span(&segment.op) == 0.0 {
-        return None;
-    }
-    let lines = periodogram(&centred(&segment.op));
-    let twice = 2.0 / segment.len() as f64;
-    let bins = (1..lines.power.len()).filter(|bin| lines.frequency[*bin] >= twice);
-    let top = bins.max_by(|a, b| lines.power[*a].total_cmp(&lines.power[*b]))?;
-    (lines.power[top] > 0.0).then(|| segment.sample_time / lines.frequency[top])
 }
 
 /// The oscillations that were told apart in a signal, strongest first: the bin in which each stands,
@@ -645,17 +559,4 @@ pub fn all(segments: &[Segment], judged: usize, context: &Context<'_>) -> Vec<Fi
     .into_iter()
     .flatten()
     .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn histograms_add_up() {
-        let values: Vec<f64> = (0..999).map(|k| (0.1 * f64::from(k)).sin()).collect();
-        let (centres, shares) = histogram(&values);
-        assert_eq!(centres.len(), shares.len());
-        assert!((shares.iter().sum::<f64>() - 100.0).abs() < 1e-9);
-    }
 }

@@ -7,7 +7,7 @@ pub use input::{CHANNELS, Input, LENGTH, SCALARS};
 pub use net::{Net, OUTPUTS, shipped};
 
 use super::{Feature, Line, Prepared};
-use crate::fusion::Cause;
+use crate::cause::Cause;
 use crate::identify::information::Information;
 
 /// A feature of this line.

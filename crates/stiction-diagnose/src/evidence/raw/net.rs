@@ -18,8 +18,8 @@
 //! residual learning for image recognition", CVPR 2016 (recalled, not read). The shape is ours.
 
 use super::input::{CHANNELS, Input, SCALARS};
+use crate::cause::Cause;
 use crate::error::{Error, Result};
-use crate::fusion::Cause;
 use crate::simd::{Kernel, Width};
 use std::sync::OnceLock;
 

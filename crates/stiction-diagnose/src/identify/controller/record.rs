@@ -3,7 +3,7 @@
 
 use super::FEWEST_SAMPLES;
 use crate::closed_loop::DerivativeOn;
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::series::{max, mean, min, span};
 use std::ops::Range;
 

@@ -63,7 +63,7 @@ mod search;
 pub use candidate::{Friction, Place};
 pub use recorded::{Moves, moves};
 
-use crate::detect::Abstention;
+use crate::finding::Abstention;
 use crate::series::{quantile, span};
 use crate::spoken::{rough, time};
 use candidate::worse_by;

@@ -1,0 +1,288 @@
+//! What a method says of a recording, and what it is that says so: the ground on which methods, fits and verdict stand.
+
+use std::any::Any;
+use std::fmt;
+use std::sync::Arc;
+
+pub use stiction_model::Number;
+
+/// What a detector decides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// The valve sticks.
+    Sticks,
+    /// The valve does not stick.
+    DoesNotStick,
+    /// Something in the loop is not linear.
+    Nonlinear,
+    /// Nothing speaks against a linear loop.
+    Linear,
+    /// The method applies, and its statistic lies between its thresholds.
+    Undecided,
+    /// The method does not apply, or the data do not suffice.
+    Abstains,
+}
+
+impl Decision {
+    /// Its name, as in `does not stick`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sticks => "sticks",
+            Self::DoesNotStick => "does not stick",
+            Self::Nonlinear => "nonlinear",
+            Self::Linear => "linear",
+            Self::Undecided => "undecided",
+            Self::Abstains => "abstains",
+        }
+    }
+}
+
+impl fmt::Display for Decision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// Why a method does not judge, a sentence that names the remedy where there is one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Abstention(pub String);
+
+impl fmt::Display for Abstention {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Abstention {}
+
+/// What a method is, before it sees any data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Method {
+    /// Its name in commands and files, such as `horch`.
+    pub name: &'static str,
+    /// Its title, such as `Horch's cross-correlation`.
+    pub title: &'static str,
+    /// Authors, year, journal; and whether its formulas were read or recalled.
+    #[cfg_attr(feature = "serde", serde(rename = "reference"))]
+    pub source: &'static str,
+    /// Name of its statistic, with its unit if it has one. With every method of the registry, the larger it
+    /// is, the more it speaks for a positive decision.
+    #[cfg_attr(feature = "serde", serde(rename = "statistic_name"))]
+    pub statistic: &'static str,
+    /// The decision rule, a sentence with the thresholds.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub rule: &'static str,
+    /// For which loops it was made.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub applies: Applies,
+    /// What a positive decision means.
+    #[cfg_attr(
+        feature = "serde",
+        serde(rename = "votes", serialize_with = "votes"),
+        schemars(with = "bool")
+    )]
+    pub decides: Decides,
+    /// The signals it cannot do without.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub needs: Needs,
+    /// What it looks at.
+    pub family: Family,
+    /// Whether it was made to tell the cause of an oscillation that was found before; see
+    /// [`judge`](crate::methods::judge).
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub explains_oscillation: bool,
+}
+
+/// Whether the decision of a method is counted in the vote of its family.
+#[cfg(feature = "serde")]
+fn votes<S: serde::Serializer>(decides: &Decides, to: S) -> std::result::Result<S::Ok, S::Error> {
+    to.serialize_bool(*decides == Decides::Stiction)
+}
+
+/// What a method looks at. Methods of one family see the same evidence, so they have one vote
+/// together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// The measured valve position.
+    Measured,
+    /// The correlation of OP and PV.
+    Correlation,
+    /// The shape of the waves of one signal.
+    Shape,
+    /// Samples in which one signal moves and the other rests.
+    Patterns,
+    /// The path that the loop takes in the plane of OP and PV.
+    PhasePlot,
+    /// Short windows in which OP and PV move differently.
+    Windows,
+    /// Models of valve and process fitted to OP and PV.
+    Model,
+    /// Spectra of higher order and surrogate data.
+    HigherOrder,
+}
+
+impl Family {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Measured,
+        Self::Correlation,
+        Self::Shape,
+        Self::Patterns,
+        Self::PhasePlot,
+        Self::Windows,
+        Self::Model,
+        Self::HigherOrder,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Measured => "measured position",
+            Self::Correlation => "correlation",
+            Self::Shape => "wave shape",
+            Self::Patterns => "patterns",
+            Self::PhasePlot => "phase plot",
+            Self::Windows => "windows",
+            Self::Model => "model fits",
+            Self::HigherOrder => "higher order",
+        }
+    }
+}
+
+/// The loops a method was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Applies {
+    /// Any.
+    AnyLoop,
+    /// Those with a self-regulating process.
+    SelfRegulating,
+    /// Those with an integrating process.
+    Integrating,
+}
+
+/// What a positive decision of a method means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decides {
+    /// That the valve sticks; such methods vote.
+    Stiction,
+    /// That something in the loop is not linear, whatever it is; such methods do not vote.
+    Nonlinearity,
+}
+
+/// The signals a method cannot do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Needs {
+    /// OP alone.
+    Op,
+    /// OP and PV.
+    OpAndPv,
+    /// The control error, from PV and, where it is recorded, SP.
+    Error,
+    /// OP and a measured valve position.
+    OpAndVp,
+}
+
+/// What a detector says of one segment.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Finding {
+    /// Which.
+    #[cfg_attr(feature = "serde", serde(flatten))]
+    pub method: &'static Method,
+    /// What it decides.
+    pub decision: Decision,
+    /// The number the decision rests on.
+    pub statistic: Option<f64>,
+    /// The value of the statistic from which the decision is positive.
+    pub threshold: Option<f64>,
+    /// A sentence: what the numbers say, or why the method abstains.
+    pub reason: String,
+    /// All numbers of the method.
+    pub numbers: Vec<Number>,
+    /// What to keep in mind when reading it, such as an assumption that could not be checked.
+    pub caveats: Vec<String>,
+    /// The parameters of the method as they were set.
+    pub parameters: Vec<Number>,
+    /// The typed result that it rests on, from which its figure is drawn. [`diagnose`](crate::diagnose::diagnose) keeps
+    /// it where [`DiagnoseOptions::evidence`](crate::diagnose::DiagnoseOptions::evidence) asks for it, for it holds whole signals.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub looked_at: Option<LookedAt>,
+}
+
+impl Finding {
+    /// A finding of a method that judged.
+    pub fn new(
+        method: &'static Method,
+        decision: Decision,
+        statistic: f64,
+        threshold: f64,
+        reason: String,
+        numbers: Vec<Number>,
+    ) -> Self {
+        Self {
+            method,
+            decision,
+            statistic: Some(statistic),
+            threshold: Some(threshold),
+            reason,
+            numbers,
+            caveats: vec![],
+            parameters: vec![],
+            looked_at: None,
+        }
+    }
+
+    /// A finding of a method that does not judge.
+    pub fn abstains(method: &'static Method, why: Abstention) -> Self {
+        Self {
+            method,
+            decision: Decision::Abstains,
+            statistic: None,
+            threshold: None,
+            reason: why.0,
+            numbers: vec![],
+            caveats: vec![],
+            parameters: vec![],
+            looked_at: None,
+        }
+    }
+
+    /// The typed result that it rests on; `None` if it was not kept or is of another type.
+    pub fn looked_at<T: Any>(&self) -> Option<&T> {
+        self.looked_at.as_ref()?.get()
+    }
+}
+
+/// The typed result that a finding rests on, of whatever type: that of its method.
+#[derive(Debug, Clone)]
+pub struct LookedAt(Arc<dyn Seen>);
+
+trait Seen: Any + fmt::Debug + Send + Sync {
+    fn equals(&self, other: &dyn Any) -> bool;
+}
+
+impl<T: Any + fmt::Debug + PartialEq + Send + Sync> Seen for T {
+    fn equals(&self, other: &dyn Any) -> bool {
+        other.downcast_ref() == Some(self)
+    }
+}
+
+impl LookedAt {
+    /// Holds the result of a method.
+    pub fn new(result: impl Any + fmt::Debug + PartialEq + Send + Sync) -> Self {
+        Self(Arc::new(result))
+    }
+
+    /// The result; `None` if it is of another type.
+    pub fn get<T: Any>(&self) -> Option<&T> {
+        let result: &dyn Any = &*self.0;
+        result.downcast_ref()
+    }
+}
+
+impl PartialEq for LookedAt {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.equals(&*other.0)
+    }
+}

@@ -1,0 +1,30 @@
+//! Its figure: the wings of PV and OP.
+
+use super::ButterflyResult;
+use crate::drawing::{Scene, sheet, thinned};
+use crate::spoken::number;
+use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
+
+/// Points of a map at most.
+const MOST: usize = 1_500;
+
+pub(in crate::methods) fn draw(_: &Scene<'_>, found: &ButterflyResult) -> Option<Figure> {
+    let ((pv, stride), (distance, _)) = (thinned(&found.pv, MOST), thinned(&found.distance, MOST));
+    let panel = Panel::new(
+        "PV (standard deviations)",
+        "distance of the OP from the PV before (standard deviations)",
+    )
+    .with(Series::points("samples", pv, distance).colour(colour::BLUE))
+    .note(Annotation::x_band(-0.5, 0.5, "body"));
+    let mut caption = format!(
+        "A butterfly: two open wings and between them, shaded, an empty body, where the PV passes quickly \
+         while the valve slips. The body is empty by W = {}, the wings are open by {} and {}.",
+        number(found.emptiness),
+        number(found.openings[0]),
+        number(found.openings[1])
+    );
+    if stride > 1 {
+        caption.push_str(&format!(" One sample in {stride} is drawn."));
+    }
+    Some(sheet(caption).width(620.0).panel_height(300.0).with(panel))
+}

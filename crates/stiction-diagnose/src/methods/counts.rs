@@ -1,0 +1,45 @@
+//! Decisions counted.
+
+use crate::finding::Decision;
+
+/// How a method, or a verdict, decided on some loops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Counts {
+    /// It said that the valve sticks, or that the loop is not linear.
+    pub positive: usize,
+    /// It said that it does not, or that the loop is linear.
+    pub negative: usize,
+    /// It applied and was undecided.
+    pub undecided: usize,
+    /// It abstained.
+    pub abstains: usize,
+}
+
+impl Counts {
+    /// Counts one more decision.
+    pub fn add(&mut self, decision: Decision) {
+        match decision {
+            Decision::Sticks | Decision::Nonlinear => self.positive += 1,
+            Decision::DoesNotStick | Decision::Linear => self.negative += 1,
+            Decision::Undecided => self.undecided += 1,
+            Decision::Abstains => self.abstains += 1,
+        }
+    }
+
+    /// All loops.
+    pub fn all(&self) -> usize {
+        self.positive + self.negative + self.undecided + self.abstains
+    }
+
+    /// What most of some decisions come to, as for the windows of one valve: undecided if positive
+    /// and negative ones are equally many, abstaining if all abstain.
+    pub fn majority(&self) -> Decision {
+        match self.positive.cmp(&self.negative) {
+            std::cmp::Ordering::Greater => Decision::Sticks,
+            std::cmp::Ordering::Less => Decision::DoesNotStick,
+            _ if self.abstains == self.all() => Decision::Abstains,
+            _ => Decision::Undecided,
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Its figure: windows by the slopes of OP and PV.
+
+use super::DamarlaRegressionResult;
+use crate::drawing::Scene;
+use crate::methods::shared::drawn_windows::marked;
+use crate::spoken::number;
+use stiction_figure::figure::Figure;
+
+pub(in crate::methods) fn draw(
+    scene: &Scene<'_>,
+    found: &DamarlaRegressionResult,
+) -> Option<Figure> {
+    let lead = format!(
+        "Windows of {} samples; shaded where the OP's slope is at least {} times the PV's, both in their \
+         standard deviations",
+        found.window,
+        number(found.eta)
+    );
+    marked(scene, &lead, &found.sticky, found.window)
+}

@@ -1,0 +1,19 @@
+//! Its figure: windows by a test of steadiness.
+
+use super::{DamarlaTestResult, SteadinessTest};
+use crate::drawing::Scene;
+use crate::methods::shared::drawn_windows::marked;
+use stiction_figure::figure::Figure;
+
+pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &DamarlaTestResult) -> Option<Figure> {
+    let what = match found.test {
+        SteadinessTest::FTest => "variance",
+        SteadinessTest::TTest | SteadinessTest::Hotelling => "mean",
+        SteadinessTest::ReverseArrangements => "level",
+    };
+    let lead = format!(
+        "Windows of {} samples; shaded where the PV keeps its {what} and the OP does not",
+        found.window
+    );
+    marked(scene, &lead, &found.marked, found.window)
+}

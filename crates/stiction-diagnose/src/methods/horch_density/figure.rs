@@ -1,0 +1,28 @@
+//! Its figure: how often the PV bends by how much.
+
+use super::HorchDensityResult;
+use crate::drawing::{Scene, sheet};
+use crate::methods::shared::curvature::LABEL;
+use crate::spoken::number;
+use stiction_figure::figure::{Figure, Legend, Panel, Series, colour};
+
+pub(in crate::methods) fn draw(_: &Scene<'_>, found: &HorchDensityResult) -> Option<Figure> {
+    let x = &found.places[..];
+    let panel = Panel::new(LABEL, "density (per standard deviation)")
+        .legend(Legend::Above)
+        .with(Series::bars("found", x, &found.found[..]).colour(colour::SKY))
+        .with(
+            Series::line("one hump, as behind a sticking valve", x, &found.one_hump[..])
+                .colour(colour::VERMILION),
+        )
+        .with(
+            Series::dashed("two humps, as of a sinusoid", x, &found.two_humps[..])
+                .colour(colour::BLACK),
+        );
+    let caption = format!(
+        "How often the PV bends by how much, with the best fit of one hump and of two. The index is {}: \
+         1 where one hump fits, −1 where two do.",
+        number(found.statistic)
+    );
+    Some(sheet(caption).with(panel))
+}

@@ -1,0 +1,79 @@
+//! The published methods, a folder each, behind one trait and one registry.
+//!
+//! A detector is given a [`Subject`]: one segment of a recording with what is known about its loop.
+//! It answers with a [`Finding`](crate::finding::Finding): its statistic, its threshold, its decision, the numbers
+//! between, and, where it does not apply, why it abstains. Each also has its own method that returns a typed
+//! result with all that a plot of its evidence needs.
+//!
+//! Detectors differ in what they assume, need and mean; none is right on all loops. Thresholds are the
+//! published ones; where those could only be recalled, the documentation of the detector says so.
+//!
+//! A folder holds the computation (`mod.rs`) and the figure of its evidence (`figure.rs`, with the feature `figure`);
+//! `shared` is what several methods have in common.
+
+pub mod area_ratio;
+pub mod bicoherence;
+pub mod bicoherence_op;
+pub mod butterfly;
+pub mod curve_fit;
+pub mod damarla_regression;
+pub mod damarla_sigmoid;
+pub mod damarla_steadiness;
+pub mod horch;
+pub mod horch_density;
+pub mod kano;
+pub mod model_fit;
+pub mod relay_fit;
+pub mod sharp_corner;
+pub mod square_wave;
+pub mod surrogates;
+pub mod valve_position;
+pub mod yamashita;
+pub mod yamashita_level;
+
+mod counts;
+mod detector;
+mod registry;
+mod shared;
+mod subject;
+
+pub use counts::Counts;
+pub use detector::{Detector, judge};
+#[cfg(feature = "figure")]
+pub use registry::figure;
+pub use registry::{all, by_name, looked_at};
+pub use shared::ellipse::{Ellipse, EllipseSource};
+pub use shared::shapes::{Relay, Triangle};
+pub use shared::stuck::StuckSpan;
+pub use subject::{ControlError, ErrorSource, Subject};
+
+// In the order of reports: methods of the measured valve position, of the shape of the signals, of patterns, of the
+// phase plot, of windows, of fitted models, and of nonlinearity.
+registry::methods! {
+    Direct of valve_position: ValvePosition::default(),
+    YamashitaVp of yamashita: Yamashita { follower: Follower::Vp, ..Yamashita::default() },
+    Horch of horch: Horch::default(),
+    HorchDensity of horch_density: HorchDensity::default(),
+    AreaRatio of area_ratio: AreaRatio::default(),
+    CurveFit of curve_fit: CurveFit::default(),
+    RelayFit of relay_fit: RelayFit::default(),
+    SquareWave of square_wave: SquareWave::default(),
+    Yamashita of yamashita: Yamashita::default(),
+    YamashitaLevel of yamashita_level: YamashitaLevel::default(),
+    Kano of kano: Kano::default(),
+    SharpCorner of sharp_corner: SharpCorner::default(),
+    Butterfly of butterfly: Butterfly::default(),
+    DamarlaRegression of damarla_regression: DamarlaRegression::default(),
+    DamarlaFTest of damarla_steadiness: DamarlaTest::new(SteadinessTest::FTest),
+    DamarlaTTest of damarla_steadiness: DamarlaTest::new(SteadinessTest::TTest),
+    DamarlaHotelling of damarla_steadiness: DamarlaTest::new(SteadinessTest::Hotelling),
+    DamarlaReverseArrangements of damarla_steadiness: DamarlaTest::new(SteadinessTest::ReverseArrangements),
+    DamarlaSigmoid of damarla_sigmoid: DamarlaSigmoid::default(),
+    Srinivasan of model_fit: ModelFit::new(FittedBy::Srinivasan),
+    Lee of model_fit: ModelFit::new(FittedBy::Lee),
+    Jelali of model_fit: ModelFit::new(FittedBy::Jelali),
+    KarraKarim of model_fit: ModelFit::new(FittedBy::KarraKarim),
+    Bicoherence of bicoherence: Bicoherence::default(),
+    BicoherenceOp of bicoherence_op: BicoherenceOp::default(),
+    Surrogates of surrogates: Surrogates::default(),
+}

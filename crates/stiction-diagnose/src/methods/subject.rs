@@ -1,0 +1,153 @@
+//! What detectors look at.
+
+use crate::finding::{Abstention, Applies, Method, Needs};
+use crate::identify::lagged_position::{self, Judgement};
+use crate::recording::{Dynamics, LoopType, Segment};
+use crate::series::{HalfWave, centred, half_waves, span};
+use std::cell::OnceCell;
+
+/// Where the control error comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ErrorSource {
+    /// SP less PV.
+    SetPoint,
+    /// There is no SP: the mean of the PV less the PV. A set point that moved is then in the error.
+    MeanPv,
+}
+
+/// The control error of a segment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControlError {
+    /// SP less PV, or what stands for it, in units of the PV. Its mean is kept with an SP, else zero.
+    pub values: Vec<f64>,
+    /// Where it comes from.
+    pub source: ErrorSource,
+}
+
+/// One segment of a recording with what is known about its loop; what several methods need is computed
+/// once.
+#[derive(Debug)]
+pub struct Subject<'a> {
+    /// The signals.
+    pub segment: &'a Segment,
+    /// What the loop controls.
+    pub loop_type: LoopType,
+    /// Period of the dominant oscillation, in samples, if there is one.
+    pub period: Option<f64>,
+    error: OnceCell<Option<ControlError>>,
+    error_half_waves: OnceCell<Vec<HalfWave>>,
+    position: OnceCell<Result<Judgement, Abstention>>,
+}
+
+impl<'a> Subject<'a> {
+    /// A segment to be judged; `period` is in samples.
+    pub fn new(segment: &'a Segment, loop_type: LoopType, period: Option<f64>) -> Self {
+        Self {
+            segment,
+            loop_type,
+            period,
+            error: OnceCell::new(),
+            error_half_waves: OnceCell::new(),
+            position: OnceCell::new(),
+        }
+    }
+
+    /// Why a method cannot be used here: a signal is missing or constant, or the loop is of another
+    /// kind. Otherwise, the assumptions that could not be checked.
+    pub fn check(&self, method: &Method) -> Result<Vec<String>, Abstention> {
+        let abstain = |why: String| Err(Abstention(why));
+        match (method.applies, self.loop_type.dynamics()) {
+            (Applies::SelfRegulating, Dynamics::Integrating) => {
+                return abstain(format!(
+                    "made for self-regulating loops; this one ({}) integrates",
+                    self.loop_type.name()
+                ));
+            }
+            (Applies::Integrating, Dynamics::SelfRegulating) => {
+                return abstain(format!(
+                    "made for integrating loops; this one ({}) is self-regulating",
+                    self.loop_type.name()
+                ));
+            }
+            (Applies::Integrating, Dynamics::Unknown) => {
+                return abstain(
+                    "made for integrating loops; what this one controls is not known: tell it"
+                        .to_owned(),
+                );
+            }
+            _ => {}
+        }
+        let missing = match method.needs {
+            Needs::Op => None,
+            Needs::OpAndPv | Needs::Error => self.segment.pv.is_none().then_some("PV"),
+            Needs::OpAndVp => self.segment.vp.is_none().then_some("valve position"),
+        };
+        if let Some(missing) = missing {
+            return abstain(format!("needs the {missing}, which is not recorded"));
+        }
+        if span(&self.segment.op) == 0.0 && method.needs != Needs::Error {
+            return abstain("the OP never moves".to_owned());
+        }
+        if let Some(pv) = &self.segment.pv
+            && matches!(method.needs, Needs::OpAndPv | Needs::Error)
+            && span(pv) == 0.0
+        {
+            return abstain("the PV never moves".to_owned());
+        }
+        let mut caveats = vec![];
+        if method.applies == Applies::SelfRegulating
+            && self.loop_type.dynamics() == Dynamics::Unknown
+        {
+            caveats
+                .push("the loop's type is not known; it is taken to be self-regulating".to_owned());
+        }
+        if method.needs == Needs::Error
+            && self.error().is_some_and(|error| error.source == ErrorSource::MeanPv)
+        {
+            caveats.push("no SP is recorded; the mean of the PV stands for it".to_owned());
+        }
+        Ok(caveats)
+    }
+
+    /// The control error; `None` without a PV.
+    pub fn error(&self) -> Option<&ControlError> {
+        self.error
+            .get_or_init(|| {
+                let pv = self.segment.pv.as_ref()?;
+                Some(match &self.segment.sp {
+                    Some(sp) => ControlError {
+                        values: sp.iter().zip(pv).map(|(sp, pv)| sp - pv).collect(),
+                        source: ErrorSource::SetPoint,
+                    },
+                    None => ControlError {
+                        values: centred(pv).iter().map(|v| -v).collect(),
+                        source: ErrorSource::MeanPv,
+                    },
+                })
+            })
+            .as_ref()
+    }
+
+    /// The half waves of the control error about its mean; none without a PV.
+    pub fn error_half_waves(&self) -> &[HalfWave] {
+        self.error_half_waves.get_or_init(|| {
+            self.error().map_or(vec![], |error| half_waves(&centred(&error.values)))
+        })
+    }
+
+    /// What OP and measured valve position say.
+    ///
+    /// # Errors
+    /// As [`lagged_position::judge`]; and if no position is recorded.
+    pub fn position(&self) -> Result<&Judgement, Abstention> {
+        let Segment { op, pv, sp, vp, .. } = self.segment;
+        let judge = || match vp {
+            Some(vp) => {
+                let moves = lagged_position::moves(op, pv.as_deref(), sp.as_deref());
+                lagged_position::judge(op, vp, moves)
+            }
+            None => Err(Abstention("no valve position is recorded".to_owned())),
+        };
+        self.position.get_or_init(judge).as_ref().map_err(Clone::clone)
+    }
+}

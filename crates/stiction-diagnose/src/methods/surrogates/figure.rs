@@ -1,0 +1,27 @@
+//! Its figure: the prediction error of the loop among those of its surrogates.
+
+use super::SurrogatesResult;
+use crate::drawing::{Scene, dashed, histogram, line_at, sheet, solid};
+use crate::series::{max, mean, sample_std};
+use crate::spoken::number;
+use stiction_figure::figure::{Figure, Legend, Panel, Series, colour};
+
+pub(in crate::methods) fn draw(_: &Scene<'_>, found: &SurrogatesResult) -> Option<Figure> {
+    let (x, shares) = histogram(&found.surrogates);
+    let limit = mean(&found.surrogates) - 3.0 * found.limit * sample_std(&found.surrogates);
+    let panel =
+        Panel::new("squared prediction error Γ (variances, summed)", "share of the surrogates (%)")
+            .legend(Legend::Above)
+            .with(Series::bars("surrogates", x, &shares[..]).colour(colour::SKY))
+            .with(line_at(dashed, "limit", limit, max(&shares)).colour(colour::BLACK))
+            .with(line_at(solid, "this loop", found.gamma, max(&shares)).colour(colour::VERMILION));
+    let caption = format!(
+        "How well the control error can be predicted from its own past, against {} surrogates with the \
+         same spectrum and the same values but random phases. To the left of the limit it is more \
+         predictable than a linear loop would be: N is {}, nonlinear from {}.",
+        found.surrogates.len(),
+        number(found.n),
+        number(found.limit)
+    );
+    Some(sheet(caption).with(panel))
+}
