@@ -3,8 +3,10 @@
 //! A file is read into a tree of values first, whichever version it is of: level 5 (`-v6`, `-v7`) by
 //! `level5`, version 7.3, which is HDF5, by `hdf5`. Then `sheets` finds the sheets in the tree.
 
+#[cfg(feature = "matlab73")]
 mod hdf5;
 mod level5;
+#[cfg(feature = "matlab73")]
 mod links;
 mod sheets;
 mod value;
@@ -32,7 +34,8 @@ const HDF5_OFFSETS: [usize; 3] = [0, 512, 1024];
 /// the column that looks like that.
 ///
 /// # Errors
-/// If the file is cut short, damaged, of version 4, or has no vectors.
+/// If the file is cut short, damaged, of version 4, or has no vectors; if it is of version 7.3 and this was built
+/// without the feature `matlab73`.
 ///
 /// # Limits
 /// Sparse and complex arrays, function handles and objects, among them tables and timetables, are left
@@ -47,7 +50,20 @@ pub fn matlab_sheets(bytes: &[u8], origin: &str) -> Result<Vec<Sheet>> {
 fn variables(bytes: &[u8]) -> std::result::Result<Fields, Message> {
     let is_hdf5 = |at: usize| bytes.get(at..).is_some_and(|b| b.starts_with(HDF5_SIGNATURE));
     if HDF5_OFFSETS.into_iter().any(is_hdf5) {
+        #[cfg(feature = "matlab73")]
         return hdf5::variables(bytes);
+        #[cfg(not(feature = "matlab73"))]
+        return Err("is of MATLAB's version 7.3, which this was built without (feature \"matlab73\"); save it with \
+                    save(..., '-v7')"
+            .to_owned());
     }
     level5::variables(bytes)
+}
+
+#[cfg(all(test, not(feature = "matlab73")))]
+#[test]
+fn what_was_left_out_is_named() {
+    let message = matlab_sheets(HDF5_SIGNATURE, "f.mat").unwrap_err().to_string();
+    assert!(message.starts_with("f.mat: is of MATLAB's version 7.3"), "{message}");
+    assert!(message.contains("(feature \"matlab73\")"), "{message}");
 }
