@@ -1,8 +1,9 @@
 //! A fitted loop as a scenario: what `simulate`, `limit-cycle`, `compensate`, `what-if` and `fmu` take.
 
-use std::fmt::Write;
 use stiction_diagnose::fit::Fit;
 use stiction_diagnose::fusion::Estimate;
+use stiction_diagnose::identify::controller::FittedController;
+use stiction_diagnose::identify::process::FittedProcess;
 use stiction_model::closed_loop::DerivativeOn;
 
 /// Samples beyond which a scenario of a long recording is cut.
@@ -36,11 +37,8 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     let sample = controller.execution_s.unwrap_or(fit.sample_time_s / 2.0);
     let samples = (duration_s / sample).clamp(100.0, MOST_SAMPLES).round();
 
-    let mut out = String::new();
-    // Writing to a string cannot fail.
-    let mut line = |text: String| {
-        let _ = writeln!(out, "{text}");
-    };
+    let mut out = Lines(String::new());
+    let mut line = |text: String| out.line(text);
     line(format!("title = {:?}", format!("{name}, as fitted to its recording")));
     let known = match controller.execution_s {
         Some(_) => "the controller executes so often",
@@ -65,6 +63,30 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
         float(push.1),
         float(set_point)
     ));
+    write_controller(&mut out, controller);
+    let mut line = |text: String| out.line(text);
+    line(format!("\n[valve]  # by {}", valve.from));
+    let model = nearest.map(|draw| draw.model.describe().name);
+    let model = model.or(valve.model.as_deref()).unwrap_or("two-phase");
+    line(format!("model = {model:?}"));
+    line(format!("S = {}  # % of span; {}", float(s), between(&valve.s)));
+    line(format!("J = {}  # % of span; {}", float(j), between(&valve.j)));
+    write_process(&mut out, process, nearest.is_some(), [gain, lag_s, dead_time_s]);
+    Ok(out.0)
+}
+
+/// Text, line by line.
+struct Lines(String);
+
+impl Lines {
+    fn line(&mut self, text: String) {
+        self.0 += &text;
+        self.0.push('\n');
+    }
+}
+
+fn write_controller(out: &mut Lines, controller: &FittedController) {
+    let mut line = |text: String| out.line(text);
     line(format!(
         "\n[controller]  # {}, from OP, PV and SP; 90 % intervals",
         controller.structure.name()
@@ -99,15 +121,19 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     let reached = if controller.low.or(controller.high).is_some() { "as reached" } else { "usual" };
     line(format!("limits = [{}, {}]  # {reached}", float(low), float(high)));
     line("handover = \"bumpless\"".to_owned());
-    line(format!("\n[valve]  # by {}", valve.from));
-    let model = nearest.map(|draw| draw.model.describe().name);
-    let model = model.or(valve.model.as_deref()).unwrap_or("two-phase");
-    line(format!("model = {model:?}"));
-    line(format!("S = {}  # % of span; {}", float(s), between(&valve.s)));
-    line(format!("J = {}  # % of span; {}", float(j), between(&valve.j)));
+}
+
+/// The process with these values, which are those `nearest` to the swing or the likeliest.
+fn write_process(
+    out: &mut Lines,
+    process: &FittedProcess,
+    nearest: bool,
+    [gain, lag_s, dead_time_s]: [f64; 3],
+) {
+    let mut line = |text: String| out.line(text);
     let which = match nearest {
-        Some(_) => "with that valve the nearest to the recorded swing of those that explain the PV",
-        None => "the likeliest of those that explain the PV, behind that valve",
+        true => "with that valve the nearest to the recorded swing of those that explain the PV",
+        false => "the likeliest of those that explain the PV, behind that valve",
     };
     line(format!("\n[process]  # {which}"));
     if lag_s.is_finite() {
@@ -126,7 +152,6 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     line(format!("delay = {}  # s; {}", float(dead_time_s), between(&process.dead_time_s)));
     line("\n[noise]  # what is new in the PV from sample to sample".to_owned());
     line(format!("sd = {}", float(process.innovation_sd)));
-    Ok(out)
 }
 
 /// Six digits, as TOML wants a number that may be whole.

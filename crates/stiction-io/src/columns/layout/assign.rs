@@ -21,7 +21,7 @@ pub fn assign(
     missing: Vec<MissingLoop>,
     given: &Given<'_>,
 ) -> Result<Assigned> {
-    let (sheet, options) = (content.sheet, given.options);
+    let options = given.options;
     let mut candidates: Vec<Option<Candidate>> =
         names.iter().map(|name| candidate(name, given)).collect();
     let mut notes = vec![];
@@ -36,56 +36,7 @@ pub fn assign(
     };
     let unused: Vec<usize> = (0..names.len()).filter(is_unused).collect();
 
-    let mut loops: Vec<LoopPlan> = vec![];
-    let mut places: HashMap<Option<String>, usize> = HashMap::new();
-    // Those that are given go first: what is recognised for their place is then not used.
-    let mut order: Vec<usize> = (0..names.len()).collect();
-    for i in &order {
-        let Some(candidate) = &candidates[*i] else { continue };
-        let mut plan = LoopPlan { name: candidate.loop_name.clone(), ..LoopPlan::default() };
-        if plan.place(candidate.role).is_some() {
-            places
-                .entry(candidate.loop_name.as_ref().map(|name| name.to_lowercase()))
-                .or_insert_with(|| {
-                    loops.push(plan);
-                    loops.len() - 1
-                });
-        }
-    }
-    for (i, note) in settled {
-        let of = candidates[i].as_ref().and_then(|candidate| candidate.loop_name.as_ref());
-        if let Some(place) = places.get(&of.map(|name| name.to_lowercase())) {
-            loops[*place].notes.push(note);
-        }
-    }
-    order.sort_by_key(|i| candidates[*i].as_ref().is_some_and(|c| !c.given));
-    for i in order {
-        let Some(candidate) = &mut candidates[i] else { continue };
-        let key = candidate.loop_name.as_ref().map(|name| name.to_lowercase());
-        let Some(plan) = places.get(&key).map(|place| &mut loops[*place]) else { continue };
-        let name = plan.name.clone();
-        let Some(place) = plan.place(candidate.role) else { continue };
-        match *place {
-            None => *place = Some(i),
-            Some(other) if given.mapped(names[other]).is_some() && !candidate.given => {
-                candidate.why = format!("the {} is given as \"{}\"", candidate.role, names[other]);
-                candidate.role = Role::Ignored;
-            }
-            Some(other) => {
-                let (a, b) = (names[other.min(i)], names[other.max(i)]);
-                let role = candidate.role;
-                return Err(conflict(
-                    sheet,
-                    &role.to_string(),
-                    name.as_deref(),
-                    a,
-                    b,
-                    role.option_name(),
-                    options.wording,
-                ));
-            }
-        }
-    }
+    let loops = loops(&mut candidates, settled, names, content, given)?;
     let recognised = names.iter().zip(candidates).map(|(name, candidate)| match candidate {
         Some(candidate) => Recognised {
             part: String::new(),
@@ -116,4 +67,65 @@ pub fn assign(
     let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
     Ok(assigned)
+}
+
+/// The loops that the candidates tell, each in the place of its role, with what was settled of them as notes. A candidate
+/// whose place is given to another is ignored.
+fn loops(
+    candidates: &mut [Option<Candidate>],
+    settled: Vec<(usize, String)>,
+    names: &[&str],
+    content: &Content<'_>,
+    given: &Given<'_>,
+) -> Result<Vec<LoopPlan>> {
+    let mut loops: Vec<LoopPlan> = vec![];
+    let mut places: HashMap<Option<String>, usize> = HashMap::new();
+    for candidate in candidates.iter().flatten() {
+        let mut plan = LoopPlan { name: candidate.loop_name.clone(), ..LoopPlan::default() };
+        if plan.place(candidate.role).is_some() {
+            places
+                .entry(candidate.loop_name.as_ref().map(|name| name.to_lowercase()))
+                .or_insert_with(|| {
+                    loops.push(plan);
+                    loops.len() - 1
+                });
+        }
+    }
+    for (i, note) in settled {
+        let of = candidates[i].as_ref().and_then(|candidate| candidate.loop_name.as_ref());
+        if let Some(place) = places.get(&of.map(|name| name.to_lowercase())) {
+            loops[*place].notes.push(note);
+        }
+    }
+    // Those that are given go first: what is recognised for their place is then not used.
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by_key(|i| candidates[*i].as_ref().is_some_and(|c| !c.given));
+    for i in order {
+        let Some(candidate) = &mut candidates[i] else { continue };
+        let key = candidate.loop_name.as_ref().map(|name| name.to_lowercase());
+        let Some(plan) = places.get(&key).map(|place| &mut loops[*place]) else { continue };
+        let name = plan.name.clone();
+        let Some(place) = plan.place(candidate.role) else { continue };
+        match *place {
+            None => *place = Some(i),
+            Some(other) if given.mapped(names[other]).is_some() && !candidate.given => {
+                candidate.why = format!("the {} is given as \"{}\"", candidate.role, names[other]);
+                candidate.role = Role::Ignored;
+            }
+            Some(other) => {
+                let (a, b) = (names[other.min(i)], names[other.max(i)]);
+                let role = candidate.role;
+                return Err(conflict(
+                    content.sheet,
+                    &role.to_string(),
+                    name.as_deref(),
+                    a,
+                    b,
+                    role.option_name(),
+                    given.options.wording,
+                ));
+            }
+        }
+    }
+    Ok(loops)
 }
