@@ -4,7 +4,7 @@
 mod panics;
 
 use libfuzzer_sys::fuzz_target;
-use stiction_io::matlab_file::matlab_sheets;
+use stiction_io::matlab::matlab_sheets;
 
 fuzz_target!(init: panics::ignore_decoders(), |bytes: &[u8]| {
     let Ok(sheets) = matlab_sheets(bytes, "fuzz.mat") else { return };

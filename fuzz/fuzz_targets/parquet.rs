@@ -4,7 +4,7 @@
 mod panics;
 
 use libfuzzer_sys::fuzz_target;
-use stiction_io::parquet_file::parquet_sheets;
+use stiction_io::parquet::parquet_sheets;
 
 fuzz_target!(init: panics::ignore_decoders(), |bytes: &[u8]| {
     let Ok(sheets) = parquet_sheets(bytes, "fuzz.parquet") else { return };

@@ -137,7 +137,7 @@ pub(crate) unsafe fn call_or<E: ToString>(
     match done {
         Ok(Ok(())) => return OK,
         // SAFETY: as above.
-        Ok(Err(why)) => unsafe { refused(handle, why) },
+        Ok(Err(why)) => unsafe { log_refusal(handle, why) },
         Err(_) => unsafe { broken(handle) },
     }
     refusal
@@ -149,7 +149,7 @@ pub(crate) unsafe fn call_or<E: ToString>(
 /// As for [`call`].
 #[cold]
 #[inline(never)]
-unsafe fn refused(handle: *mut Handle, why: impl ToString) {
+unsafe fn log_refusal(handle: *mut Handle, why: impl ToString) {
     // SAFETY: by the contract; the log is copied.
     let log = unsafe { (*handle).log };
     log.error(&why.to_string());
@@ -166,7 +166,7 @@ unsafe fn broken(handle: *mut Handle) {
     // SAFETY: by the contract.
     unsafe {
         (*handle).instance.fail();
-        refused(handle, why);
+        log_refusal(handle, why);
     }
 }
 
@@ -388,6 +388,117 @@ pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
         }
     }
 }
+
+/// Writes the bytes of a state to an importer's array.
+///
+/// # Safety
+/// By the contract of an importer.
+pub(crate) unsafe fn serialise(
+    name: &str,
+    from: *mut c_void,
+    bytes: *mut u8,
+    size: usize,
+) -> Result<()> {
+    // SAFETY: by the contract of an importer.
+    let (serialised, room) = unsafe { (state(name, from)?.serialised(), room(bytes, size)?) };
+    if room.len() < serialised.len() {
+        return Err(format!(
+            "{name}: the state takes {} bytes, but there is room for {size}",
+            serialised.len()
+        ));
+    }
+    for (place, byte) in room.iter_mut().zip(serialised) {
+        place.write(byte);
+    }
+    Ok(())
+}
+
+/// Makes a state of an importer's bytes.
+///
+/// # Safety
+/// By the contract of an importer.
+pub(crate) unsafe fn deserialise(
+    name: &str,
+    instance: &Instance,
+    bytes: *const u8,
+    size: usize,
+    place: *mut *mut c_void,
+) -> Result<()> {
+    if place.is_null() {
+        return Err(format!("{name}: there is no place for the state"));
+    }
+    // SAFETY: by the contract of an importer.
+    unsafe {
+        let made = instance.deserialised(name, values(bytes, size)?)?;
+        free_state(place);
+        tell(place, boxed(made));
+    }
+    Ok(())
+}
+
+/// Refuses all of these variables, because none is of the type.
+///
+/// # Safety
+/// As for [`call`] and [`values`].
+pub(crate) unsafe fn none_of(
+    instance: *mut c_void,
+    name: &str,
+    references: *const u32,
+    n: usize,
+) -> c_int {
+    let refuse = |i: &mut Instance| {
+        // SAFETY: by the contract of an importer.
+        match unsafe { values(references, n)? }.first() {
+            Some(reference) => Err(i.foreign(name, *reference)),
+            None => Ok(()),
+        }
+    };
+    // SAFETY: by the contract of an importer.
+    unsafe { call(instance, refuse) }
+}
+
+/// Defines functions that do one thing with an instance, which is told their name.
+macro_rules! calls {
+    ($($name:ident($($arg:ident: $type:ty),*) |$i:pat_param, $called:pat_param| $work:expr;)*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(instance: *mut c_void, $($arg: $type),*) -> c_int {
+            let $called = stringify!($name);
+            // SAFETY: by the contract of an importer; so is what the work does.
+            unsafe { $crate::boundary::call(instance, |$i: &mut Instance| $work) }
+        }
+    )*};
+}
+pub(crate) use calls;
+
+/// Defines functions for variables of types that there are none of.
+macro_rules! none_of_type {
+    ($($name:ident($($arg:ident: $type:ty),*);)*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            instance: *mut c_void,
+            references: *const u32,
+            count: usize,
+            $($arg: $type),*
+        ) -> c_int {
+            // SAFETY: by the contract of an importer.
+            unsafe { $crate::boundary::none_of(instance, stringify!($name), references, count) }
+        }
+    )*};
+}
+pub(crate) use none_of_type;
+
+/// Defines functions for what is not provided.
+macro_rules! refused {
+    ($($name:ident($($arg:ident: $type:ty),*): $why:literal;)*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(instance: *mut c_void, $($arg: $type),*) -> c_int {
+            let why = concat!(stringify!($name), ": ", $why);
+            // SAFETY: by the contract of an importer.
+            unsafe { $crate::boundary::call(instance, |_| Err(why.to_owned())) }
+        }
+    )*};
+}
+pub(crate) use refused;
 
 /// Defines a function that tells numbers about the equations.
 macro_rules! told {

@@ -9,10 +9,9 @@
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
-use crate::boundary::told;
 use crate::boundary::{
-    DISCARD, ERROR, Log, Logger2, boxed, call, call_or, free, free_state, get, get_state,
-    instantiate, room, set, state, tell, text, values,
+    DISCARD, ERROR, Log, Logger2, call, call_or, calls, deserialise, free, free_state, get,
+    get_state, instantiate, none_of_type, refused, serialise, set, state, tell, text, told, values,
 };
 use crate::instance::{Instance, Modes, Result};
 use crate::resources;
@@ -56,17 +55,6 @@ pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(
-    c: *mut c_void,
-    _logging_on: c_int,
-    count: usize,
-    categories: *const *const c_char,
-) -> c_int {
-    // SAFETY: by the contract of an importer; so is all that is unsafe below.
-    unsafe { call(c, |_| values(categories, count).map(drop)) }
 }
 
 #[unsafe(no_mangle)]
@@ -124,32 +112,17 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     unsafe { call(c, |i| i.set_up("fmi2SetupExperiment", start, stop)) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.enter_initialization("fmi2EnterInitializationMode")) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.exit_initialization("fmi2ExitInitializationMode")) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(c: *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.terminate("fmi2Terminate")) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(c: *mut c_void) -> c_int {
-    let reset = |i: &mut Instance| {
+calls! {
+    fmi2SetDebugLogging(_logging_on: c_int, count: usize, categories: *const *const c_char) |_, _| {
+        values(categories, count).map(drop)
+    };
+    fmi2EnterInitializationMode() |i, name| i.enter_initialization(name);
+    fmi2ExitInitializationMode() |i, name| i.exit_initialization(name);
+    fmi2Terminate() |i, name| i.terminate(name);
+    fmi2Reset() |i, _| {
         i.reset();
         Ok(())
     };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, reset) }
 }
 
 /// Defines the functions that get and set variables of one type.
@@ -191,176 +164,73 @@ typed!(
     |v: c_int| f64::from(u8::from(v != 0))
 );
 
-/// Refuses all of these variables: none is a text.
-unsafe fn no_texts(c: *mut c_void, name: &str, references: *const c_uint, count: usize) -> c_int {
-    let refuse = |i: &mut Instance| {
-        // SAFETY: by the contract of an importer.
-        match unsafe { values(references, count)? }.first() {
-            Some(reference) => Err(i.foreign(name, *reference)),
-            None => Ok(()),
-        }
-    };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, refuse) }
+none_of_type! {
+    fmi2GetString(_v: *mut *const c_char);
+    fmi2SetString(_v: *const *const c_char);
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    _value: *mut *const c_char,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { no_texts(c, "fmi2GetString", references, count) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    _value: *const *const c_char,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { no_texts(c, "fmi2SetString", references, count) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, place: *mut *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| get_state("fmi2GetFMUstate", i, place)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, from: *mut c_void) -> c_int {
-    const NAME: &str = "fmi2SetFMUstate";
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.set_state(NAME, state(NAME, from)?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut c_void, place: *mut *mut c_void) -> c_int {
-    let release = |_: &mut Instance| {
-        // SAFETY: by the contract of an importer.
-        unsafe { free_state(place) };
-        Ok(())
-    };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, release) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    c: *mut c_void,
-    from: *mut c_void,
-    size: *mut usize,
-) -> c_int {
-    let measure = |_: &mut Instance| {
-        // SAFETY: by the contract of an importer.
-        unsafe { tell(size, state("fmi2SerializedFMUstateSize", from)?.serialised().len()) };
-        Ok(())
-    };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, measure) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    c: *mut c_void,
-    from: *mut c_void,
-    bytes: *mut u8,
-    size: usize,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |_| serialise("fmi2SerializeFMUstate", from, bytes, size)) }
-}
-
-/// Writes the bytes of a state to an importer's array.
-///
-/// # Safety
-/// By the contract of an importer.
-pub(crate) unsafe fn serialise(
-    name: &str,
-    from: *mut c_void,
-    bytes: *mut u8,
-    size: usize,
-) -> Result<()> {
-    // SAFETY: by the contract of an importer.
-    let (serialised, room) = unsafe { (state(name, from)?.serialised(), room(bytes, size)?) };
-    if room.len() < serialised.len() {
-        return Err(format!(
-            "{name}: the state takes {} bytes, but there is room for {size}",
-            serialised.len()
-        ));
-    }
-    for (place, byte) in room.iter_mut().zip(serialised) {
-        place.write(byte);
-    }
-    Ok(())
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: *mut c_void,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut c_void,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| deserialise("fmi2DeSerializeFMUstate", i, bytes, size, place)) }
-}
-
-/// Makes a state of an importer's bytes.
-///
-/// # Safety
-/// By the contract of an importer.
-pub(crate) unsafe fn deserialise(
-    name: &str,
-    instance: &Instance,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut c_void,
-) -> Result<()> {
-    if place.is_null() {
-        return Err(format!("{name}: there is no place for the state"));
-    }
-    // SAFETY: by the contract of an importer.
-    unsafe {
-        let made = instance.deserialised(name, values(bytes, size)?)?;
+calls! {
+    fmi2GetFMUstate(place: *mut *mut c_void) |i, name| get_state(name, i, place);
+    fmi2SetFMUstate(from: *mut c_void) |i, name| i.set_state(name, state(name, from)?);
+    fmi2FreeFMUstate(place: *mut *mut c_void) |_, _| {
         free_state(place);
-        tell(place, boxed(made));
-    }
-    Ok(())
+        Ok(())
+    };
+    fmi2SerializedFMUstateSize(from: *mut c_void, size: *mut usize) |_, name| {
+        tell(size, state(name, from)?.serialised().len());
+        Ok(())
+    };
+    fmi2SerializeFMUstate(from: *mut c_void, bytes: *mut u8, size: usize) |_, name| {
+        serialise(name, from, bytes, size)
+    };
+    fmi2DeSerializeFMUstate(bytes: *const u8, size: usize, place: *mut *mut c_void) |i, name| {
+        deserialise(name, i, bytes, size, place)
+    };
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
-    c: *mut c_void,
-    _unknowns: *const c_uint,
-    _unknown_count: usize,
-    _knowns: *const c_uint,
-    _known_count: usize,
-    _seed: *const f64,
-    _sensitivity: *mut f64,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { refuse(c, "fmi2GetDirectionalDerivative: directional derivatives are not provided") }
-}
-
-/// Refuses whatever was asked.
-unsafe fn refuse(c: *mut c_void, why: &str) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |_| Err(why.to_owned())) }
+refused! {
+    fmi2GetDirectionalDerivative(
+        _unknowns: *const c_uint,
+        _unknown_count: usize,
+        _knowns: *const c_uint,
+        _known_count: usize,
+        _seed: *const f64,
+        _sensitivity: *mut f64
+    ): "directional derivatives are not provided";
+    fmi2SetRealInputDerivatives(
+        _references: *const c_uint,
+        _count: usize,
+        _order: *const c_int,
+        _value: *const f64
+    ): "inputs are held over a step, not interpolated";
+    fmi2GetRealOutputDerivatives(
+        _references: *const c_uint,
+        _count: usize,
+        _order: *const c_int,
+        _value: *mut f64
+    ): "derivatives of outputs are not provided";
+    fmi2CancelStep(): "steps are not asynchronous, so there is none to cancel";
 }
 
 // Model exchange.
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterEventMode(c: *mut c_void) -> c_int {
-    let from = Modes::CONTINUOUS.or(Modes::EVENT);
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.switch("fmi2EnterEventMode", from, Modes::EVENT)) }
+calls! {
+    fmi2EnterEventMode() |i, name| i.switch(name, Modes::CONTINUOUS.or(Modes::EVENT), Modes::EVENT);
+    fmi2EnterContinuousTimeMode() |i, name| i.switch(name, Modes::EVENT, Modes::CONTINUOUS);
+    fmi2CompletedIntegratorStep(
+        _no_set_state: c_int,
+        enter_event_mode: *mut c_int,
+        terminate_simulation: *mut c_int
+    ) |i, name| {
+        i.switch(name, Modes::CONTINUOUS, Modes::CONTINUOUS)?;
+        tell(enter_event_mode, 0);
+        tell(terminate_simulation, 0);
+        Ok(())
+    };
+    fmi2SetTime(time: f64) |i, name| i.set_time(name, time);
+    fmi2SetContinuousStates(states: *const f64, count: usize) |i, name| {
+        i.set_states(name, values(states, count)?)
+    };
 }
 
 #[unsafe(no_mangle)]
@@ -384,80 +254,12 @@ pub unsafe extern "C" fn fmi2NewDiscreteStates(c: *mut c_void, info: *mut EventI
     unsafe { call(c, update) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterContinuousTimeMode(c: *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.switch("fmi2EnterContinuousTimeMode", Modes::EVENT, Modes::CONTINUOUS)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2CompletedIntegratorStep(
-    c: *mut c_void,
-    _no_set_state: c_int,
-    enter_event_mode: *mut c_int,
-    terminate_simulation: *mut c_int,
-) -> c_int {
-    let complete = |i: &mut Instance| {
-        i.switch("fmi2CompletedIntegratorStep", Modes::CONTINUOUS, Modes::CONTINUOUS)?;
-        // SAFETY: by the contract of an importer.
-        unsafe {
-            tell(enter_event_mode, 0);
-            tell(terminate_simulation, 0);
-        }
-        Ok(())
-    };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, complete) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetTime(c: *mut c_void, time: f64) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.set_time("fmi2SetTime", time)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetContinuousStates(
-    c: *mut c_void,
-    states: *const f64,
-    count: usize,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(c, |i| i.set_states("fmi2SetContinuousStates", values(states, count)?)) }
-}
-
 told!(fmi2GetDerivatives, rates);
 told!(fmi2GetEventIndicators, indicators);
 told!(fmi2GetContinuousStates, states);
 told!(fmi2GetNominalsOfContinuousStates, nominals);
 
 // Co-simulation.
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    c: *mut c_void,
-    _references: *const c_uint,
-    _count: usize,
-    _order: *const c_int,
-    _value: *const f64,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe {
-        refuse(c, "fmi2SetRealInputDerivatives: inputs are held over a step, not interpolated")
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
-    c: *mut c_void,
-    _references: *const c_uint,
-    _count: usize,
-    _order: *const c_int,
-    _value: *mut f64,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { refuse(c, "fmi2GetRealOutputDerivatives: derivatives of outputs are not provided") }
-}
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(
@@ -468,12 +270,6 @@ pub unsafe extern "C" fn fmi2DoStep(
 ) -> c_int {
     // SAFETY: by the contract of an importer.
     unsafe { call_or(c, ERROR, |i| i.do_step("fmi2DoStep", time, step)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2CancelStep(c: *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { refuse(c, "fmi2CancelStep: steps are not asynchronous, so there is none to cancel") }
 }
 
 /// Tells a status that is known, and discards the question otherwise.

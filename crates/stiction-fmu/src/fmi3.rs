@@ -8,12 +8,10 @@
 use std::ffi::{c_char, c_int, c_void};
 use std::path::Path;
 
-use crate::boundary::told;
 use crate::boundary::{
-    ERROR, Log, Logger3, call, call_or, free, free_state, get, get_state, instantiate, set, state,
-    tell, text, values,
+    ERROR, Log, Logger3, call, call_or, calls, deserialise, free, free_state, get, get_state,
+    instantiate, none_of_type, refused, serialise, set, state, tell, text, told, values,
 };
-use crate::fmi2::{deserialise, serialise};
 use crate::instance::{Instance, Modes, Result};
 use crate::resources;
 use crate::variables::VariableKind;
@@ -27,23 +25,12 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetDebugLogging(
-    instance: *mut c_void,
-    _logging_on: Boolean,
-    count: usize,
-    categories: *const *const c_char,
-) -> c_int {
-    // SAFETY: by the contract of an importer; so is all that is unsafe below.
-    unsafe { call(instance, |_| values(categories, count).map(drop)) }
-}
-
 /// `fmi3LogMessageCallback`, or null.
 pub type LogMessage =
     Option<unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char)>;
 
 /// Refuses to make an instance, and says why.
-fn refused(environment: *mut c_void, log: LogMessage, why: &str) -> *mut c_void {
+fn not_made(environment: *mut c_void, log: LogMessage, why: &str) -> *mut c_void {
     Log::V3(log, environment).error(why);
     std::ptr::null_mut()
 }
@@ -101,7 +88,7 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lock: *mut c_void,
     _unlock: *mut c_void,
 ) -> *mut c_void {
-    refused(
+    not_made(
         environment,
         log,
         "there are co-simulation and model exchange, but no scheduled execution",
@@ -161,26 +148,16 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
     unsafe { call(instance, enter) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| i.exit_initialization("fmi3ExitInitializationMode")) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Terminate(instance: *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| i.terminate("fmi3Terminate")) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Reset(instance: *mut c_void) -> c_int {
-    let reset = |i: &mut Instance| {
+calls! {
+    fmi3SetDebugLogging(_logging_on: Boolean, count: usize, categories: *const *const c_char) |_, _| {
+        values(categories, count).map(drop)
+    };
+    fmi3ExitInitializationMode() |i, name| i.exit_initialization(name);
+    fmi3Terminate() |i, name| i.terminate(name);
+    fmi3Reset() |i, _| {
         i.reset();
         Ok(())
     };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, reset) }
 }
 
 /// Refuses arrays of unequal lengths: each variable has one value.
@@ -239,36 +216,7 @@ typed!(
     |v: Boolean| f64::from(u8::from(v != FALSE))
 );
 
-/// Refuses all of these variables, because none is of the type.
-unsafe fn none_of(instance: *mut c_void, name: &str, references: *const u32, n: usize) -> c_int {
-    let refuse = |i: &mut Instance| {
-        // SAFETY: by the contract of an importer.
-        match unsafe { values(references, n)? }.first() {
-            Some(reference) => Err(i.foreign(name, *reference)),
-            None => Ok(()),
-        }
-    };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, refuse) }
-}
-
-/// Defines functions for variables of types that there are none of.
-macro_rules! none {
-    ($($name:ident($($arg:ident: $type:ty),*);)*) => {$(
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(
-            instance: *mut c_void,
-            references: *const u32,
-            count: usize,
-            $($arg: $type),*
-        ) -> c_int {
-            // SAFETY: by the contract of an importer.
-            unsafe { none_of(instance, stringify!($name), references, count) }
-        }
-    )*};
-}
-
-none! {
+none_of_type! {
     fmi3GetFloat32(_v: *mut f32, _n: usize);
     fmi3GetInt8(_v: *mut i8, _n: usize);
     fmi3GetUInt8(_v: *mut u8, _n: usize);
@@ -302,77 +250,23 @@ none! {
     fmi3GetOutputDerivatives(_orders: *const i32, _v: *mut f64, _n: usize);
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(instance: *mut c_void, place: *mut *mut c_void) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| get_state("fmi3GetFMUState", i, place)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut c_void, from: *mut c_void) -> c_int {
-    const NAME: &str = "fmi3SetFMUState";
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| i.set_state(NAME, state(NAME, from)?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(instance: *mut c_void, place: *mut *mut c_void) -> c_int {
-    let release = |_: &mut Instance| {
-        // SAFETY: by the contract of an importer.
-        unsafe { free_state(place) };
+calls! {
+    fmi3GetFMUState(place: *mut *mut c_void) |i, name| get_state(name, i, place);
+    fmi3SetFMUState(from: *mut c_void) |i, name| i.set_state(name, state(name, from)?);
+    fmi3FreeFMUState(place: *mut *mut c_void) |_, _| {
+        free_state(place);
         Ok(())
     };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, release) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
-    instance: *mut c_void,
-    from: *mut c_void,
-    size: *mut usize,
-) -> c_int {
-    let measure = |_: &mut Instance| {
-        // SAFETY: by the contract of an importer.
-        unsafe { tell(size, state("fmi3SerializedFMUStateSize", from)?.serialised().len()) };
+    fmi3SerializedFMUStateSize(from: *mut c_void, size: *mut usize) |_, name| {
+        tell(size, state(name, from)?.serialised().len());
         Ok(())
     };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, measure) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializeFMUState(
-    instance: *mut c_void,
-    from: *mut c_void,
-    bytes: *mut u8,
-    size: usize,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |_| serialise("fmi3SerializeFMUState", from, bytes, size)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DeserializeFMUState(
-    instance: *mut c_void,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut c_void,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| deserialise("fmi3DeserializeFMUState", i, bytes, size, place)) }
-}
-
-/// Defines functions for what is not provided.
-macro_rules! refused {
-    ($($name:ident($($arg:ident: $type:ty),*): $why:literal;)*) => {$(
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: *mut c_void, $($arg: $type),*) -> c_int {
-            let why = concat!(stringify!($name), ": ", $why);
-            // SAFETY: by the contract of an importer.
-            unsafe { call(instance, |_| Err(why.to_owned())) }
-        }
-    )*};
+    fmi3SerializeFMUState(from: *mut c_void, bytes: *mut u8, size: usize) |_, name| {
+        serialise(name, from, bytes, size)
+    };
+    fmi3DeserializeFMUState(bytes: *const u8, size: usize, place: *mut *mut c_void) |i, name| {
+        deserialise(name, i, bytes, size, place)
+    };
 }
 
 refused! {
@@ -414,20 +308,25 @@ refused! {
 
 // Model exchange.
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterEventMode(instance: *mut c_void) -> c_int {
-    let from = Modes::CONTINUOUS.or(Modes::EVENT);
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| i.switch("fmi3EnterEventMode", from, Modes::EVENT)) }
-}
-
-/// Discrete variables depend on no input but by the events themselves: there is nothing to evaluate before these.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EvaluateDiscreteStates(instance: *mut c_void) -> c_int {
-    let stay =
-        |i: &mut Instance| i.switch("fmi3EvaluateDiscreteStates", Modes::EVENT, Modes::EVENT);
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, stay) }
+calls! {
+    fmi3EnterEventMode() |i, name| i.switch(name, Modes::CONTINUOUS.or(Modes::EVENT), Modes::EVENT);
+    // Discrete variables depend on no input but by the events themselves: there is nothing to evaluate before these.
+    fmi3EvaluateDiscreteStates() |i, name| i.switch(name, Modes::EVENT, Modes::EVENT);
+    fmi3EnterContinuousTimeMode() |i, name| i.switch(name, Modes::EVENT, Modes::CONTINUOUS);
+    fmi3CompletedIntegratorStep(
+        _no_set_state: Boolean,
+        enter_event_mode: *mut Boolean,
+        terminate_simulation: *mut Boolean
+    ) |i, name| {
+        i.switch(name, Modes::CONTINUOUS, Modes::CONTINUOUS)?;
+        tell(enter_event_mode, FALSE);
+        tell(terminate_simulation, FALSE);
+        Ok(())
+    };
+    fmi3SetTime(time: f64) |i, name| i.set_time(name, time);
+    fmi3SetContinuousStates(states: *const f64, count: usize) |i, name| {
+        i.set_states(name, values(states, count)?)
+    };
 }
 
 #[unsafe(no_mangle)]
@@ -458,74 +357,21 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     unsafe { call(instance, update) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterContinuousTimeMode(instance: *mut c_void) -> c_int {
-    let enter =
-        |i: &mut Instance| i.switch("fmi3EnterContinuousTimeMode", Modes::EVENT, Modes::CONTINUOUS);
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, enter) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3CompletedIntegratorStep(
-    instance: *mut c_void,
-    _no_set_state: Boolean,
-    enter_event_mode: *mut Boolean,
-    terminate_simulation: *mut Boolean,
-) -> c_int {
-    let complete = |i: &mut Instance| {
-        i.switch("fmi3CompletedIntegratorStep", Modes::CONTINUOUS, Modes::CONTINUOUS)?;
-        // SAFETY: by the contract of an importer.
-        unsafe {
-            tell(enter_event_mode, FALSE);
-            tell(terminate_simulation, FALSE);
-        }
-        Ok(())
-    };
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, complete) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetTime(instance: *mut c_void, time: f64) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| i.set_time("fmi3SetTime", time)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetContinuousStates(
-    instance: *mut c_void,
-    states: *const f64,
-    count: usize,
-) -> c_int {
-    // SAFETY: by the contract of an importer.
-    unsafe { call(instance, |i| i.set_states("fmi3SetContinuousStates", values(states, count)?)) }
-}
-
 told!(fmi3GetContinuousStateDerivatives, rates);
 told!(fmi3GetEventIndicators, indicators);
 told!(fmi3GetContinuousStates, states);
 told!(fmi3GetNominalsOfContinuousStates, nominals);
 
-/// Defines a function that counts what the equations have.
-macro_rules! counted {
-    ($name:ident, $count:ident) => {
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: *mut c_void, count: *mut usize) -> c_int {
-            let answer = |i: &mut Instance| {
-                let number = i.$count(stringify!($name))?;
-                // SAFETY: by the contract of an importer.
-                unsafe { tell(count, number) };
-                Ok(())
-            };
-            // SAFETY: by the contract of an importer.
-            unsafe { call(instance, answer) }
-        }
+calls! {
+    fmi3GetNumberOfEventIndicators(count: *mut usize) |i, name| {
+        tell(count, i.count_indicators(name)?);
+        Ok(())
+    };
+    fmi3GetNumberOfContinuousStates(count: *mut usize) |i, name| {
+        tell(count, i.count_states(name)?);
+        Ok(())
     };
 }
-
-counted!(fmi3GetNumberOfEventIndicators, count_indicators);
-counted!(fmi3GetNumberOfContinuousStates, count_states);
 
 // Co-simulation.
 

@@ -1,6 +1,6 @@
 //! How much memory a file may take, and what to do with a decoder that panics.
 
-#[cfg(any(feature = "matlab", feature = "parquet"))]
+#[cfg(any(feature = "matlab73", feature = "parquet"))]
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Compressed and run-length encoded cells are larger in memory than in the file: by so many bytes in
@@ -30,7 +30,7 @@ impl Budget {
     }
 
     /// Bytes that the file may take altogether.
-    #[cfg(any(feature = "matlab", feature = "parquet"))]
+    #[cfg(any(feature = "matlab73", feature = "parquet"))]
     pub(crate) fn most(&self) -> usize {
         self.most
     }
@@ -61,7 +61,7 @@ impl Budget {
 /// finds within thousands of files; hdf5-pure has never been seen to, but is as large. Catching that
 /// is the last resort, for there is no other way to go on. Nothing that `decode` touches is used
 /// afterwards.
-#[cfg(any(feature = "matlab", feature = "parquet"))]
+#[cfg(any(feature = "matlab73", feature = "parquet"))]
 pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(decode)).ok()
 }

@@ -6,47 +6,37 @@
 #![forbid(unsafe_code)]
 
 mod budget;
-mod built_in;
 pub mod bytes;
-mod content;
-pub mod csv_sheet;
-mod encoding;
+mod cells;
+mod columns;
+pub mod csv;
 mod error;
 mod fields;
-pub mod fitted;
-mod instrument;
-pub mod join;
-pub mod layout;
-mod leftover;
-mod mapping;
 #[cfg(feature = "matlab")]
-pub mod matlab_file;
-mod mode;
-pub mod number;
-pub mod options;
+pub mod matlab;
+mod names;
 pub mod overrides;
 #[cfg(feature = "parquet")]
-pub mod parquet_file;
-#[cfg(feature = "parquet")]
-pub mod parted;
-mod quality;
-mod range;
+pub mod parquet;
 pub mod reading;
 mod remedy;
-pub mod role;
 pub mod scenario;
 pub mod sheet;
-pub mod summary;
 pub mod table;
 pub mod timestamp;
 pub mod whole;
 
+pub use cells::number;
+pub use columns::options::ReadOptions;
+pub use columns::{layout, options, role};
 pub use error::{Error, Result};
-pub use options::ReadOptions;
 pub use overrides::Overrides;
 pub use reading::Reading;
+#[cfg(feature = "parquet")]
+pub use reading::parted;
+pub use reading::summary::Summary;
+pub use reading::{join, summary};
 pub use remedy::{Remedy, Wording};
-pub use scenario::Scenario;
+pub use scenario::{Scenario, fitted};
 pub use sheet::Sheet;
-pub use summary::Summary;
 pub use table::Table;

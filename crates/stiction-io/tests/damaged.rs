@@ -7,8 +7,8 @@ use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use stiction_io::matlab_file::matlab_sheets;
-use stiction_io::parquet_file::parquet_sheets;
+use stiction_io::matlab::matlab_sheets;
+use stiction_io::parquet::parquet_sheets;
 
 /// Fixtures to damage, each with other parts of the readers at work.
 const FIXTURES: [&str; 11] = [

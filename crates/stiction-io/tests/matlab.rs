@@ -3,7 +3,7 @@
 use crate::level5;
 
 use level5::Writer;
-use stiction_io::matlab_file::matlab_sheets;
+use stiction_io::matlab::matlab_sheets;
 use stiction_io::options::{Mapped, ReadOptions};
 use stiction_io::reading::{self, Reading};
 use stiction_io::sheet::{Cells, Sheet};

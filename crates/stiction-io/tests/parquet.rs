@@ -1,6 +1,6 @@
 //! Parquet files of another program are read as what they mean.
 
-use stiction_io::parquet_file::parquet_sheets;
+use stiction_io::parquet::parquet_sheets;
 use stiction_io::sheet::{Cells, Sheet};
 
 /// The fixtures' loop, as `fixtures/make_fixtures.py` writes it.

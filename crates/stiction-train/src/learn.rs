@@ -190,20 +190,6 @@ pub fn leave_out(data: &Dataset, trained: u64, report: impl Fn(&str)) -> Result<
     School::new(data, trained, report).families(&all)
 }
 
-/// Learns quantiles of S alone, from the loops that `is_taught` names.
-pub fn learn_s(
-    data: &Dataset,
-    trained: u64,
-    is_taught: impl Fn(&Truth) -> bool,
-    report: impl Fn(&str),
-) -> Result<Quantiles> {
-    let columns: Vec<usize> = (0..data.columns.len()).collect();
-    let target = |truth: &Truth| ln_s(truth).filter(|_| is_taught(truth));
-    let mut school = School::new(data, trained, report);
-    let judged = school.calibrated.clone();
-    Ok(school.quantiles("S", &columns, &S, &target, &judged)?.0)
-}
-
 /// Of some columns those that models of a fault may look at.
 pub fn open(data: &Dataset, columns: &[usize]) -> Vec<usize> {
     let of_op = is_of_op(data, columns);

@@ -23,7 +23,6 @@ mod limit;
 mod matrix_file;
 mod measure;
 mod members;
-mod mismatch;
 mod mistakes;
 mod random;
 mod reference;
@@ -41,7 +40,7 @@ use signals_file::SignalsFile;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use stiction_diagnose::evidence::raw::{self, Net};
-use stiction_diagnose::fusion::{Bundle, Provenance};
+use stiction_diagnose::fusion::Provenance;
 
 /// The share of the members that calibration and intervals rest on.
 const CALIBRATED: f64 = 0.2;
@@ -59,7 +58,7 @@ const MISTAKEN: u64 = 8;
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction-train --n 40000 --cache matrices gather
-  stiction-train --n 40000 --cache matrices mismatch
+  stiction-train --n 40000 --cache matrices families
 
 crates/stiction-train/train.sh gathers, trains the nets, lets them be heard, and trains the trees.")]
 struct Args {
@@ -91,17 +90,10 @@ struct Args {
 #[derive(Subcommand)]
 #[command(subcommand_negates_reqs = true)]
 enum Experiment {
-    /// Print what becomes of the intervals of S on loops unlike those of training
-    Mismatch,
     /// Print what becomes of the verdict on every family of loops that is left out of its training
     Families,
     /// Print what more loops to learn from bring, and what an observer who knows the stem would
     Curve,
-    /// Print what a model decides on the loops to measure on, and what each rule beside its thresholds changes
-    Rules {
-        /// The model, such as crates/stiction-diagnose/model/verdict.bin
-        model: PathBuf,
-    },
     /// Print what a net brings that was trained on every second loop, but for some families
     Signals {
         /// The net, of `train.py --half`
@@ -110,20 +102,10 @@ enum Experiment {
         #[arg(long)]
         without: Vec<String>,
     },
-    /// Move the limit of a model and choose its thresholds anew on the loops of calibration, and write them into its file
-    Thresholds {
-        /// The model, such as crates/stiction-diagnose/model/verdict.bin
-        model: PathBuf,
-    },
     /// Only gather the evidence, and what the nets hear, into the folder of --cache
     Gather,
     /// Put what the nets say, each of loops that it was not trained on, into the evidence in the folder of --cache
     Hear,
-    /// Print what a model says of every loop to measure on, as CSV
-    Judge {
-        /// The model, such as crates/stiction-diagnose/model/verdict.bin
-        model: PathBuf,
-    },
 }
 
 fn main() -> Result<()> {
@@ -132,19 +114,6 @@ fn main() -> Result<()> {
     let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
     let fresh = args.seed.wrapping_add(1);
     let mut test = gather(&args, fresh, members)?;
-    if let Some(asked @ (Experiment::Judge { model } | Experiment::Rules { model })) =
-        &args.experiment
-    {
-        let bytes =
-            std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
-        let bundle = Bundle::from_bytes(&bytes)?;
-        let told = match asked {
-            Experiment::Rules { .. } => decide::table(&bundle, &test.full)?,
-            _ => measure::sayings(&bundle, &test.full)?,
-        };
-        print!("{told}");
-        return Ok(());
-    }
     let mut train = gather(&args, args.seed, args.n)?;
     if args.experiment.is_none() {
         test.mistaken = mistaken(&args, fresh, members / MISTAKEN)?;
@@ -182,23 +151,6 @@ fn main() -> Result<()> {
                 matrix_file::write(&folder.join(format!("seed-{seed}-{members}.csv")), &key, data)?;
             }
         }
-        (Some(Experiment::Thresholds { model }), _) => {
-            let bytes =
-                std::fs::read(model).with_context(|| format!("cannot read {}", model.display()))?;
-            let mut bundle = Bundle::from_bytes(&bytes)?;
-            let rows = train.full.rows(trained..u64::MAX);
-            let families = match args.no_families {
-                true => None,
-                false => Some(learn::leave_out(&train.full, trained, tell)?),
-            };
-            let choice = learn::decide(&mut bundle, &train.full, &rows, families.as_ref())?;
-            std::fs::write(model, bundle.to_bytes())
-                .with_context(|| format!("cannot write {}", model.display()))?;
-            print!("{}\n{}", choice.table(), decide::table(&bundle, &test.full)?);
-        }
-        (Some(Experiment::Mismatch), _) => {
-            print!("{}", mismatch::table(&train.full, trained, &test.full, tell)?);
-        }
         (Some(Experiment::Curve), _) => print!("{}", curve::table(&train.full, &test.full, tell)?),
         (Some(Experiment::Families), _) => {
             print!("{}", learn::leave_out(&train.full, trained, tell)?.table());
@@ -232,7 +184,6 @@ fn main() -> Result<()> {
             }
             print!("{card}");
         }
-        (Some(Experiment::Judge { .. } | Experiment::Rules { .. }), _) => {}
         (None, None) => unreachable!("clap asks for --output"),
     }
     Ok(())

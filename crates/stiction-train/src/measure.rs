@@ -18,32 +18,6 @@ pub fn judge(bundle: &Bundle, data: &Dataset, op_only: bool) -> Result<Vec<Weigh
     Ok((0..data.truth.len()).into_par_iter().map(weigh).collect::<stiction_model::Result<_>>()?)
 }
 
-/// What a bundle says of every loop: truth, probability, lines, causes and estimates, as CSV.
-pub fn sayings(bundle: &Bundle, data: &Dataset) -> Result<String> {
-    let weighed = judge(bundle, data, false)?;
-    let mut out = String::from("index,kind,fault,S,slips,probability,S_low,S_value,S_high,");
-    out += "S_below,distance,mismatch";
-    if let Some(first) = weighed.first() {
-        first.lines.iter().for_each(|(line, _)| out += &format!(",{}", line.name()));
-        first.causes.iter().for_each(|(cause, _)| out += &format!(",{}", cause.name()));
-    }
-    out.push('\n');
-    for (truth, says) in data.truth.iter().zip(&weighed) {
-        let shows = fault(truth).map_or(String::new(), |shows| shows.to_string());
-        out += &format!("{},{},{shows},{},{}", truth.index, truth.kind, truth.s, truth.slips);
-        let limit = says.limit.unwrap_or(f64::INFINITY);
-        let s = &says.s;
-        let numbers =
-            [says.probability, s.low, s.value, s.high, limit, says.distance, says.mismatch];
-        let lines = says.lines.iter().map(|(_, p)| *p);
-        for number in numbers.into_iter().chain(lines).chain(says.causes.iter().map(|(_, p)| *p)) {
-            out += &format!(",{number}");
-        }
-        out.push('\n');
-    }
-    Ok(out)
-}
-
 /// The probability that a loop with a fault has a higher score than one without; ties count half.
 ///
 /// Source: H. B. Mann, D. R. Whitney, Ann. Math. Stat. 18 (1947) 50-60 (recalled, not read).

@@ -1,90 +1,19 @@
 //! A whole column of times.
 
+use super::clock::Clock;
+use super::context::{Context, DATENUM_1970, PLAUSIBLE, SPREADSHEET_1970, Times};
+use super::format::{DateOrder, TimeFormat, is_plain_name, unit_of};
+use super::plausible;
 use super::scan::{Stamp, scan};
-use super::{DateOrder, TimeFormat, Zone, is_plain_name, plausible};
-use crate::error::{Error, Result};
-use crate::number::{self, DecimalMark};
-use crate::remedy::{Remedy, Wording};
-use crate::sheet::{Cells, Column, Sheet};
+use super::zone::Zone;
+use crate::cells::number;
+use crate::error::Result;
+use crate::remedy::Remedy;
+use crate::sheet::{Cells, Column};
 use jiff::civil::DateTime;
 use jiff::fmt::strtime::BrokenDownTime;
 use jiff::tz::{AmbiguousOffset, Offset};
 use std::sync::Arc;
-
-/// What a clock shows.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Clock {
-    /// UTC, or times with an offset from it.
-    Utc,
-    /// Local times in the named zone.
-    Zone(String),
-    /// Local times in a zone that is not known; taken as if they were UTC.
-    Local,
-    /// Time since some start that is not known.
-    Elapsed,
-}
-
-impl Clock {
-    /// The time `seconds` after `start`, as people write it: in UTC or with its offset, without one
-    /// where no zone is known, and as plain seconds where no start is.
-    pub fn show(&self, start: Option<f64>, seconds: f64) -> String {
-        let plain = || format!("{seconds} s");
-        let Some(start) = start else { return plain() };
-        // To the millisecond: a start in seconds since 1970 has no more digits than microseconds.
-        let millis = ((start + seconds) * 1e3).round();
-        let Ok(timestamp) = jiff::Timestamp::from_millisecond(millis as i64) else {
-            return plain();
-        };
-        match self {
-            Self::Utc => timestamp.to_string(),
-            Self::Local | Self::Elapsed => Offset::UTC.to_datetime(timestamp).to_string(),
-            Self::Zone(name) => match name.parse::<Zone>() {
-                Ok(zone) => {
-                    let offset = zone.zone.to_offset(timestamp);
-                    timestamp.display_with_offset(offset).to_string()
-                }
-                Err(_) => timestamp.to_string(),
-            },
-        }
-    }
-}
-
-/// The times of a sheet's rows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Times {
-    /// Time zero as seconds since 1970-01-01 UTC, if it is known.
-    pub start: Option<f64>,
-    /// The times, s since `start`; without one, as the file has them.
-    pub seconds: Vec<f64>,
-    /// How they are written, in words.
-    pub format: String,
-    /// What the clock shows.
-    pub clock: Clock,
-    /// What the user should know.
-    pub notes: Vec<String>,
-}
-
-/// What is known of a column of times beside its cells.
-pub struct Context<'a> {
-    pub sheet: &'a Sheet,
-    pub mark: DecimalMark,
-    pub format: Option<&'a TimeFormat>,
-    pub zone: Option<&'a Zone>,
-    /// Which series each row belongs to; the rows of a series are in order of time, or its reverse.
-    pub series: &'a [usize],
-    /// Whether rows are of several tags.
-    pub is_long: bool,
-    pub wording: Wording,
-}
-
-/// Seconds since 1970 that a recording of a plant can have: 1980 to 2100.
-pub const PLAUSIBLE: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
-
-/// Days between the first day of spreadsheets, counted 0, and 1970-01-01. They count a 29 February
-/// 1900 that never was, so this holds from March 1900 on.
-pub const SPREADSHEET_1970: f64 = 25_569.0;
-/// Days between the year 0 of MATLAB's `datenum`, whose first day is 1, and 1970-01-01.
-pub const DATENUM_1970: f64 = 719_529.0;
 
 /// Seconds from 1970 to where calendars of the year 9999 end, and back.
 const CALENDAR: f64 = 2.5e11;
@@ -133,20 +62,6 @@ fn as_utc(local: DateTime) -> i128 {
 }
 
 impl Context<'_> {
-    /// An error about the cell of `column` at `index`.
-    pub fn wrong(&self, column: &Column, index: usize, message: String) -> Error {
-        Error::Cell {
-            origin: self.sheet.origin.clone(),
-            row: self.sheet.row(index),
-            column: column.name.clone(),
-            message,
-        }
-    }
-
-    pub fn wrong_column(&self, column: &Column, message: String) -> Error {
-        Error::Column { origin: self.sheet.origin.clone(), column: column.name.clone(), message }
-    }
-
     /// Times on a clock whose zero is the earliest of them.
     fn since_start(&self, nanos: Vec<i128>, format: &str, clock: Clock) -> Times {
         let start = nanos.iter().copied().min().unwrap_or(0);
@@ -416,16 +331,6 @@ impl Context<'_> {
         Ok(times)
     }
 
-    /// The rows of each series in the order of the file.
-    pub fn rows_of_series(&self) -> Vec<Vec<usize>> {
-        let count = self.series.iter().max().map_or(0, |last| last + 1);
-        let mut rows = vec![vec![]; count];
-        for (row, series) in self.series.iter().enumerate() {
-            rows[*series].push(row);
-        }
-        rows
-    }
-
     /// The rows of each series in order of time: reversed where most steps go back.
     fn in_order(&self, local: impl Fn(usize) -> i128) -> Vec<Vec<usize>> {
         let mut rows = self.rows_of_series();
@@ -524,14 +429,14 @@ fn is_seconds(name: &str) -> bool {
 /// The unit that the name of a column ends with, as `time_ms` or `t [min]`.
 fn unit_in(name: &str) -> Option<f64> {
     let word = name.trim_end_matches([']', ')']).rsplit([' ', '_', '[', '(', '.', '/']).next()?;
-    super::unit_of(&word.to_lowercase())
+    unit_of(&word.to_lowercase())
 }
 
 /// What numbers are, by the name and unit of their column and by their magnitude.
 fn guess(column: &Column, numbers: &[f64]) -> TimeFormat {
     let all = |of: &dyn Fn(f64) -> bool| numbers.iter().all(|number| of(*number));
     let told = column.unit.as_deref().map(str::to_lowercase);
-    let unit = told.and_then(|unit| super::unit_of(&unit)).or_else(|| unit_in(&column.name));
+    let unit = told.and_then(|unit| unit_of(&unit)).or_else(|| unit_in(&column.name));
     if let Some(unit) = unit {
         let epoch = all(&|n| PLAUSIBLE.contains(&(n * unit)));
         return if epoch { TimeFormat::Epoch(unit) } else { TimeFormat::Elapsed(unit) };

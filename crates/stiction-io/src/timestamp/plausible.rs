@@ -3,10 +3,11 @@
 //! A reading of the numbers that is off by a factor of 86,400 gives a diagnosis all the same, and a wrong one. So
 //! where nobody says what the numbers are, a sample time that hardly any plant has is a question, not an answer.
 
-use super::column::{Context, DATENUM_1970, PLAUSIBLE, SPREADSHEET_1970, Times};
-use super::{TimeFormat, is_plain_name, unit_name};
+use super::clock::Clock;
+use super::context::{Context, DATENUM_1970, PLAUSIBLE, SPREADSHEET_1970, Times};
+use super::format::{TimeFormat, is_plain_name, unit_name};
+use crate::cells::number;
 use crate::error::{Error, Result};
-use crate::number;
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column};
 use std::ops::RangeInclusive;
@@ -221,7 +222,7 @@ fn shown(column: &Column, row: usize) -> String {
     match &column.cells {
         Cells::Text(cells) => number::shown(&cells[row]),
         Cells::Numbers(cells) => cells[row].to_string(),
-        Cells::Times { seconds, .. } => super::Clock::Utc.show(Some(0.0), seconds[row]),
+        Cells::Times { seconds, .. } => Clock::Utc.show(Some(0.0), seconds[row]),
     }
 }
 

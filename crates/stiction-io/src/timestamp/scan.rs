@@ -1,6 +1,6 @@
 //! One cell that holds a date and a time of day, in the ways people and machines write them.
 
-use super::DateOrder;
+use super::format::DateOrder;
 use jiff::civil::{Date, DateTime, Time};
 use jiff::tz::Offset;
 

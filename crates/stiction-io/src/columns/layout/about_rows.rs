@@ -1,0 +1,117 @@
+//! Columns that say something of whole rows, and the tags of a long sheet.
+
+use super::given::{Given, conflict};
+use super::plan::{Recognised, Tag};
+use crate::columns::role::{self, Role};
+use crate::error::{Error, Result};
+use crate::remedy::{Remedy, Wording};
+use crate::sheet::{Cells, Sheet};
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+/// The columns that say something of whole rows: times, tags, values, a common quality.
+pub struct AboutRows {
+    pub roles: Vec<(usize, Role)>,
+    given: HashSet<usize>,
+}
+
+impl AboutRows {
+    pub fn find(sheet: &Sheet, told: &Given<'_>) -> Result<Self> {
+        let (mut roles, mut given): (Vec<(usize, Role)>, HashSet<usize>) = Default::default();
+        for (i, column) in sheet.columns.iter().enumerate() {
+            if let Some(mapped) = told.mapped(&column.name) {
+                let about = !matches!(
+                    mapped.role,
+                    Role::Signal(_) | Role::Quality(Some(_)) | Role::Ignored
+                );
+                if about && mapped.loop_name.is_none() {
+                    roles.push((i, mapped.role));
+                    given.insert(i);
+                }
+            } else if let Some(role) = role::of_rows(&column.name) {
+                roles.push((i, role));
+            }
+        }
+        // What is given stands in place of what is recognised.
+        let replaced: Vec<Role> =
+            [Role::Time, Role::Date, Role::Tag, Role::Value, Role::Quality(None)]
+                .into_iter()
+                .filter(|role| roles.iter().any(|(i, each)| each == role && given.contains(i)))
+                .collect();
+        roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
+        let found = Self { roles, given };
+        // Words for the others count only in a long table.
+        found.check_single(sheet, Role::Time, told.options.wording)?;
+        found.check_single(sheet, Role::Date, told.options.wording)?;
+        Ok(found)
+    }
+
+    /// That only one column has `role`.
+    pub fn check_single(&self, sheet: &Sheet, role: Role, wording: Wording) -> Result<()> {
+        let mut columns = self.roles.iter().filter(|(_, each)| *each == role);
+        let (Some((a, _)), Some((b, _))) = (columns.next(), columns.next()) else { return Ok(()) };
+        let (a, b) = (&sheet.columns[*a].name, &sheet.columns[*b].name);
+        Err(conflict(sheet, &role.to_string(), None, a, b, role.option_name(), wording))
+    }
+
+    pub fn of(&self, role: Role) -> Option<usize> {
+        self.roles.iter().find(|(_, each)| *each == role).map(|(column, _)| *column)
+    }
+
+    pub fn recognised(&self, name: &str, column: usize) -> Recognised {
+        let role = self.roles.iter().find(|(each, _)| *each == column).map(|(_, role)| *role);
+        let role = role.filter(|role| self.of(*role) == Some(column));
+        let why = match role {
+            Some(_) if self.given.contains(&column) => "it is given".to_owned(),
+            Some(role) => format!("its name is a word for {role}"),
+            None => "its name is not known".to_owned(),
+        };
+        Recognised {
+            part: String::new(),
+            column: name.to_owned(),
+            role: role.unwrap_or(Role::Ignored),
+            loop_name: None,
+            why,
+        }
+    }
+}
+
+/// The tags of a long sheet.
+pub fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> {
+    let column = &sheet.columns[column];
+    let Cells::Text(cells) = &column.cells else {
+        return Err(Error::Column {
+            origin: sheet.origin.clone(),
+            column: column.name.clone(),
+            message: format!(
+                "holds numbers, but is to name tags; say which column does, as in {}",
+                wording.of(Remedy::map_some("tag"))
+            ),
+        });
+    };
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut tags: Vec<Tag> = vec![];
+    let mut last: Option<(&Arc<str>, usize)> = None;
+    for (row, cell) in cells.iter().enumerate() {
+        // Rows of a tag mostly follow each other, and share its name.
+        if let Some((_, place)) = last.filter(|(known, _)| Arc::ptr_eq(known, cell)) {
+            tags[place].rows.push(row);
+            continue;
+        }
+        if cell.is_empty() {
+            return Err(Error::Cell {
+                origin: sheet.origin.clone(),
+                row: sheet.row(row),
+                column: column.name.clone(),
+                message: "is empty; every row needs a tag".to_owned(),
+            });
+        }
+        let place = *places.entry(cell).or_insert_with(|| {
+            tags.push(Tag { name: cell.to_string(), rows: vec![] });
+            tags.len() - 1
+        });
+        tags[place].rows.push(row);
+        last = Some((cell, place));
+    }
+    Ok(tags)
+}

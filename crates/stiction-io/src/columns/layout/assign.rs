@@ -1,0 +1,131 @@
+//! Names become signals of loops.
+
+use super::assigned::{
+    Assigned, join_acquisition, join_the_nameless, keep_those_with_op, leave_out_missing,
+};
+use super::beside::{settle_mv, take_quantity, take_switches};
+use super::candidate::{Candidate, candidate};
+use super::content::Content;
+use super::given::{Given, conflict};
+use super::leftover;
+use super::plan::{LoopPlan, MissingLoop, Recognised};
+use crate::columns::role::Role;
+use crate::error::Result;
+use std::collections::{HashMap, HashSet};
+
+/// Tells which signal of which loop each of the `names` is, but for the columns that are about `rows`.
+pub fn assign(
+    content: &Content<'_>,
+    names: &[&str],
+    rows: &[usize],
+    missing: Vec<MissingLoop>,
+    given: &Given<'_>,
+) -> Result<Assigned> {
+    let options = given.options;
+    let mut candidates: Vec<Option<Candidate>> =
+        names.iter().map(|name| candidate(name, given)).collect();
+    let mut notes = vec![];
+    let settled = settle_mv(&mut candidates, names, options.wording);
+    take_switches(&mut candidates, names, content);
+    take_quantity(&mut candidates, names, content, options.wording, &mut notes);
+    let is_unused = |i: &usize| {
+        candidates[*i].is_none()
+            && !rows.contains(i)
+            && content.is_numeric(*i)
+            && !content.is_about_rows(*i)
+    };
+    let unused: Vec<usize> = (0..names.len()).filter(is_unused).collect();
+
+    let loops = loops(&mut candidates, settled, names, content, given)?;
+    let recognised = names.iter().zip(candidates).map(|(name, candidate)| match candidate {
+        Some(candidate) => Recognised {
+            part: String::new(),
+            column: (*name).to_owned(),
+            role: candidate.role,
+            loop_name: candidate.loop_name,
+            why: candidate.why,
+        },
+        None => Recognised {
+            part: String::new(),
+            column: (*name).to_owned(),
+            role: Role::Ignored,
+            loop_name: None,
+            why: "no signal of a loop is called so".to_owned(),
+        },
+    });
+    let mut assigned = Assigned { loops, recognised: recognised.collect(), missing, notes };
+    join_the_nameless(&mut assigned);
+    join_acquisition(&mut assigned, names);
+    leave_out_missing(&mut assigned);
+    let lone = keep_those_with_op(&mut assigned);
+
+    let candidates: Vec<usize> = lone.into_iter().chain(unused.iter().copied()).collect();
+    let named: Vec<&str> = candidates.iter().map(|i| names[*i]).collect();
+    let offered = leftover::offer_pairs(&mut assigned.loops, &named, options.wording);
+    let offered: HashSet<usize> = offered.into_iter().map(|place| candidates[place]).collect();
+    let is_offered = |i: &usize| offered.contains(i);
+    let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
+    assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
+    Ok(assigned)
+}
+
+/// The loops that the candidates tell, each in the place of its role, with what was settled of them as notes. A candidate
+/// whose place is given to another is ignored.
+fn loops(
+    candidates: &mut [Option<Candidate>],
+    settled: Vec<(usize, String)>,
+    names: &[&str],
+    content: &Content<'_>,
+    given: &Given<'_>,
+) -> Result<Vec<LoopPlan>> {
+    let mut loops: Vec<LoopPlan> = vec![];
+    let mut places: HashMap<Option<String>, usize> = HashMap::new();
+    for candidate in candidates.iter().flatten() {
+        let mut plan = LoopPlan { name: candidate.loop_name.clone(), ..LoopPlan::default() };
+        if plan.place(candidate.role).is_some() {
+            places
+                .entry(candidate.loop_name.as_ref().map(|name| name.to_lowercase()))
+                .or_insert_with(|| {
+                    loops.push(plan);
+                    loops.len() - 1
+                });
+        }
+    }
+    for (i, note) in settled {
+        let of = candidates[i].as_ref().and_then(|candidate| candidate.loop_name.as_ref());
+        if let Some(place) = places.get(&of.map(|name| name.to_lowercase())) {
+            loops[*place].notes.push(note);
+        }
+    }
+    // Those that are given go first: what is recognised for their place is then not used.
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by_key(|i| candidates[*i].as_ref().is_some_and(|c| !c.given));
+    for i in order {
+        let Some(candidate) = &mut candidates[i] else { continue };
+        let key = candidate.loop_name.as_ref().map(|name| name.to_lowercase());
+        let Some(plan) = places.get(&key).map(|place| &mut loops[*place]) else { continue };
+        let name = plan.name.clone();
+        let Some(place) = plan.place(candidate.role) else { continue };
+        match *place {
+            None => *place = Some(i),
+            Some(other) if given.mapped(names[other]).is_some() && !candidate.given => {
+                candidate.why = format!("the {} is given as \"{}\"", candidate.role, names[other]);
+                candidate.role = Role::Ignored;
+            }
+            Some(other) => {
+                let (a, b) = (names[other.min(i)], names[other.max(i)]);
+                let role = candidate.role;
+                return Err(conflict(
+                    content.sheet,
+                    &role.to_string(),
+                    name.as_deref(),
+                    a,
+                    b,
+                    role.option_name(),
+                    given.options.wording,
+                ));
+            }
+        }
+    }
+    Ok(loops)
+}

@@ -1,0 +1,134 @@
+//! Loops whose signals are assigned: which of them belong together, and which are read.
+
+use super::plan::{LoopPlan, MissingLoop, Recognised};
+use crate::columns::role::{Role, SEPARATORS, Signal};
+use crate::names::list;
+use std::collections::{HashMap, HashSet};
+
+/// Loops, with what every name was recognised as.
+pub struct Assigned {
+    pub loops: Vec<LoopPlan>,
+    pub recognised: Vec<Recognised>,
+    pub missing: Vec<MissingLoop>,
+    pub notes: Vec<String>,
+}
+
+/// Signals that tell no loop belong to the only loop that there is.
+pub fn join_the_nameless(assigned: &mut Assigned) {
+    let Some(nameless) = assigned.loops.iter().position(|each| each.name.is_none()) else { return };
+    if assigned.loops.len() != 2 {
+        return;
+    }
+    let (a, b) = (&assigned.loops[nameless], &assigned.loops[1 - nameless]);
+    let clash = a.signals.iter().zip(&b.signals).any(|(a, b)| a.is_some() && b.is_some())
+        || a.qualities.iter().zip(&b.qualities).any(|(a, b)| a.is_some() && b.is_some())
+        || (a.quality.is_some() && b.quality.is_some());
+    if clash {
+        return;
+    }
+    let nameless = assigned.loops.remove(nameless);
+    let one = &mut assigned.loops[0];
+    for name in nameless.names() {
+        assigned.recognised[name].loop_name.clone_from(&one.name);
+        assigned.recognised[name].why += "; there is only one loop";
+    }
+    for k in 0..5 {
+        one.signals[k] = one.signals[k].or(nameless.signals[k]);
+        one.qualities[k] = one.qualities[k].or(nameless.qualities[k]);
+    }
+    one.quality = one.quality.or(nameless.quality);
+    one.notes.extend(nameless.notes);
+}
+
+/// The PV of a data acquisition block, `FC101.DACA`, is that of the control block of the same point,
+/// `FC101.PIDA`, if that has none.
+pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
+    let point = |each: &LoopPlan| {
+        let (point, block) = each.name.as_ref()?.rsplit_once(SEPARATORS)?;
+        Some((point.to_lowercase(), block.to_lowercase()))
+    };
+    let mut of_point: HashMap<String, Vec<usize>> = HashMap::new();
+    for (place, each) in assigned.loops.iter().enumerate().filter(|(_, each)| each.has_op()) {
+        let whole = each.name.as_ref().map(|name| name.to_lowercase());
+        for key in point(each).map(|(point, _)| point).into_iter().chain(whole) {
+            of_point.entry(key).or_default().push(place);
+        }
+    }
+    for k in 0..assigned.loops.len() {
+        let Some((of, _)) = point(&assigned.loops[k]).filter(|(_, block)| block == "daca") else {
+            continue;
+        };
+        let pv = Signal::Pv as usize;
+        let (Some(column), false) = (assigned.loops[k].signals[pv], assigned.loops[k].has_op())
+        else {
+            continue;
+        };
+        let lacks_pv = |place: &&usize| assigned.loops[**place].signals[pv].is_none();
+        let mut controllers = of_point.get(&of).into_iter().flatten().filter(lacks_pv);
+        let (Some(controller), None) = (controllers.next(), controllers.next()) else { continue };
+        let quality = assigned.loops[k].quality(Signal::Pv);
+        let controller = &mut assigned.loops[*controller];
+        controller.signals[pv] = Some(column);
+        controller.qualities[pv] = controller.qualities[pv].or(quality);
+        let name = controller.name.clone();
+        controller.notes.push(format!(
+            "\"{}\" is taken as the PV, because it is of the same point",
+            names[column]
+        ));
+        for moved in [Some(column), quality].into_iter().flatten() {
+            assigned.recognised[moved].loop_name.clone_from(&name);
+            assigned.recognised[moved].why += "; the controller of that point has none";
+        }
+        let acquisition = &mut assigned.loops[k];
+        (acquisition.signals[pv], acquisition.qualities[pv]) = (None, None);
+        acquisition.quality = acquisition.quality.filter(|own| Some(*own) != quality);
+    }
+    assigned.loops.retain(|each| each.names().next().is_some());
+}
+
+/// Loops of the mapping that lack a column or tag are not read by half.
+pub fn leave_out_missing(assigned: &mut Assigned) {
+    let loops = assigned.recognised.iter().filter_map(|each| each.loop_name.as_ref());
+    let here: HashSet<String> = loops.map(|name| name.to_lowercase()).collect();
+    for missing in &mut assigned.missing {
+        missing.is_partly_here = here.contains(&missing.name.to_lowercase());
+    }
+    let partly = assigned.missing.iter().filter(|each| each.is_partly_here);
+    let partly: HashSet<String> = partly.map(|each| each.name.to_lowercase()).collect();
+    let is_it = |name: &Option<String>| {
+        name.as_ref().is_some_and(|name| partly.contains(&name.to_lowercase()))
+    };
+    assigned.loops.retain(|each| !is_it(&each.name));
+    for each in assigned.recognised.iter_mut().filter(|each| is_it(&each.loop_name)) {
+        each.role = Role::Ignored;
+        "another column or tag of its loop is not there".clone_into(&mut each.why);
+    }
+    for missing in assigned.missing.iter().filter(|each| each.is_partly_here) {
+        assigned
+            .notes
+            .push(format!("loop {} is not read: the file {}", missing.name, missing.reason));
+    }
+}
+
+/// Without an OP there is no loop to look at; gives the PVs that are left without one.
+pub fn keep_those_with_op(assigned: &mut Assigned) -> Vec<usize> {
+    let lone = assigned.loops.iter().filter(|each| !each.has_op());
+    let lone = lone.filter_map(|each| each.signal(Signal::Pv)).collect();
+    let without: Vec<&LoopPlan> = assigned.loops.iter().filter(|each| !each.has_op()).collect();
+    if without.len() < assigned.loops.len() {
+        let named: Vec<&str> = without.iter().filter_map(|each| each.name.as_deref()).collect();
+        assigned.notes.extend(match &named[..] {
+            [] => None,
+            [name] => Some(format!("loop {name} has no OP and is not read")),
+            _ => Some(format!("the loops {} have no OP and are not read", list(&named))),
+        });
+        if named.len() < without.len() {
+            let note = "the columns that tell no loop have no OP among them and are not read";
+            assigned.notes.push(note.to_owned());
+        }
+        assigned.loops.retain(LoopPlan::has_op);
+    } else {
+        assigned.loops.clear();
+    }
+    lone
+}

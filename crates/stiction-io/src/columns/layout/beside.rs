@@ -1,0 +1,125 @@
+//! Columns and tags that are told only by what stands beside them.
+
+use super::candidate::Candidate;
+use super::content::Content;
+use crate::columns::role::{self, Role, Signal};
+use crate::remedy::{Remedy, Wording};
+use std::collections::HashSet;
+use stiction_diagnose::recording::Mode;
+
+/// Columns of 0 and 1 that tell whether a loop is in automatic, or in manual, where nothing else tells its
+/// mode. MAN goes before AUTO, which is not taken beside CAS: a loop in cascade may be in neither.
+pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: &Content<'_>) {
+    let mut found: Vec<(usize, role::Split, Mode)> = (0..names.len())
+        .filter(|i| candidates[*i].is_none())
+        .filter_map(|i| role::split_switch(names[i]).map(|(split, mode)| (i, split, mode)))
+        .filter(|(i, ..)| content.is_switch(*i))
+        .collect();
+    found.sort_by_key(|(_, _, mode)| *mode != Mode::Manual);
+    let key = |split: &role::Split| split.loop_name.as_ref().map(|name| name.to_lowercase());
+    let cascades: Vec<Option<String>> = found
+        .iter()
+        .filter(|(_, _, mode)| *mode == Mode::Cascade)
+        .map(|(_, split, _)| key(split))
+        .collect();
+    let modes = candidates.iter().flatten().filter(|c| c.role == Role::Signal(Signal::Mode));
+    let mut told: HashSet<Option<String>> =
+        modes.map(|c| c.loop_name.as_ref().map(|name| name.to_lowercase())).collect();
+    for (i, split, mode) in found {
+        let key = key(&split);
+        if mode == Mode::Cascade || (mode == Mode::Automatic && cascades.contains(&key)) {
+            continue;
+        }
+        // A mode of no loop in particular may be that of any.
+        let told = told.contains(&None) || !told.insert(key);
+        let (role, why) = match (told, mode) {
+            (true, _) => (Role::Ignored, "the mode is told elsewhere"),
+            (false, Mode::Manual) => (split.role, "it tells by 0 and 1 whether it is in manual"),
+            (false, _) => (split.role, "it tells by 0 and 1 whether it is in automatic"),
+        };
+        candidates[i] = Some(Candidate::recognised(split.loop_name, role, why));
+    }
+}
+
+/// A flow, level, pressure or temperature is the PV where no other column that is left speaks of one, there is
+/// only one loop, and nothing else is the PV.
+pub fn take_quantity(
+    candidates: &mut [Option<Candidate>],
+    names: &[&str],
+    content: &Content<'_>,
+    wording: Wording,
+    notes: &mut Vec<String>,
+) {
+    let of = |signal: Signal| {
+        candidates.iter().flatten().filter(move |c| c.role == Role::Signal(signal))
+    };
+    let is_quantity = |i: &usize| {
+        candidates[*i].is_none() && role::has_quantity(names[*i]) && content.is_numeric(*i)
+    };
+    let quantities: Vec<usize> = (0..names.len()).filter(is_quantity).collect();
+    let ops: Vec<&Candidate> = of(Signal::Op).collect();
+    let ([quantity], [op], None) = (&quantities[..], &ops[..], of(Signal::Pv).next()) else {
+        return;
+    };
+    let (name, loop_name) = (names[*quantity], op.loop_name.clone());
+    if !role::is_quantity(name) {
+        return;
+    }
+    notes.push(format!(
+        "\"{name}\" is taken as the PV, because nothing else can be it; if it is not, give {}",
+        wording.of(Remedy::map("ignore", name))
+    ));
+    let why = "it is the only quantity that is measured";
+    candidates[*quantity] = Some(Candidate::recognised(loop_name, Role::Signal(Signal::Pv), why));
+}
+
+/// MV is the manipulated variable, which is the OP; beside another OP it is the measured valve. Gives a note for each.
+pub fn settle_mv(
+    candidates: &mut [Option<Candidate>],
+    names: &[&str],
+    wording: Wording,
+) -> Vec<(usize, String)> {
+    let key = |candidate: &Candidate| candidate.loop_name.as_ref().map(|name| name.to_lowercase());
+    let loops_with = |signal: Signal| -> HashSet<Option<String>> {
+        let is_it = |c: &&Candidate| !c.is_mv && c.role == Role::Signal(signal);
+        candidates.iter().flatten().filter(is_it).map(key).collect()
+    };
+    let (with_op, with_vp) = (loops_with(Signal::Op), loops_with(Signal::Vp));
+    // A signal of no loop in particular may be that of any.
+    let has = |loops: &HashSet<Option<String>>, of: &Candidate| {
+        loops.contains(&None) || loops.contains(&key(of))
+    };
+    let mut notes = vec![];
+    for i in 0..candidates.len() {
+        let Some(candidate) = candidates[i].as_ref().filter(|candidate| candidate.is_mv) else {
+            continue;
+        };
+        let (has_op, has_vp) = (has(&with_op, candidate), has(&with_vp, candidate));
+        let name = names[i];
+        let (role, note) = if has_op && !has_vp {
+            let note = format!(
+                "\"{name}\" stands beside an OP and is taken as the measured valve position (VP); if \
+                 it is not, give {}",
+                wording.of(Remedy::map("ignore", name))
+            );
+            (Role::Signal(Signal::Vp), note)
+        } else {
+            let note = format!(
+                "\"{name}\" is taken as the manipulated variable, the OP; if it is the measured valve \
+                 position, give {}",
+                wording.of(Remedy::map("vp", name))
+            );
+            (Role::Signal(Signal::Op), note)
+        };
+        if let Some(candidate) = &mut candidates[i] {
+            candidate.role = role;
+            candidate.why = if role == Role::Signal(Signal::Vp) {
+                "MV beside an OP is the measured valve".to_owned()
+            } else {
+                "MV is the manipulated variable".to_owned()
+            };
+        }
+        notes.push((i, note));
+    }
+    notes
+}

@@ -1,0 +1,119 @@
+//! Which names of a file belong together, so that a part of it reads as it would within the whole.
+
+use super::about_rows::AboutRows;
+use super::candidate::candidate;
+use super::given::Given;
+use crate::columns::options::ReadOptions;
+use crate::columns::role::{self, Role, SEPARATORS, Signal};
+use crate::sheet::{Cells, Column, Sheet};
+use std::collections::{BTreeMap, HashSet};
+
+/// Which columns of a table say something of whole rows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shape {
+    /// The column of times.
+    pub time: usize,
+    /// The columns of tags and of values, where a row is a sample; none where a column is a signal.
+    pub long: Option<(usize, usize)>,
+    /// All columns that say something of whole rows.
+    pub about_rows: Vec<usize>,
+}
+
+/// Names that are read together.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Bundle {
+    /// The loops among them that have an OP, and the name of that.
+    pub loops: Vec<(String, usize)>,
+    /// All of them, as indices.
+    pub names: Vec<usize>,
+}
+
+/// What the names of its columns tell of a table. `None` where they do not tell it all, or it has no times.
+pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
+    let column = |name: &&str| Column {
+        name: (*name).to_owned(),
+        unit: None,
+        cells: Cells::Numbers(vec![]),
+    };
+    let sheet = Sheet { columns: columns.iter().map(column).collect(), ..Sheet::default() };
+    let found = AboutRows::find(&sheet, &Given::of(options)).ok()?;
+    if options.sample_time.is_some() || found.of(Role::Date).is_some() {
+        return None;
+    }
+    Some(Shape {
+        time: found.of(Role::Time)?,
+        long: found.of(Role::Tag).zip(found.of(Role::Value)),
+        about_rows: found.roles.iter().map(|(column, _)| *column).collect(),
+    })
+}
+
+/// The smallest sets of `names`, but for the columns about `rows`, that read alike alone and together. `None` where all
+/// must be read together: if there is one loop at most, or a name that may be of any.
+pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<Vec<Bundle>> {
+    let given = Given::of(options);
+    let is_of_any = |each: &crate::columns::options::Mapped| {
+        each.loop_name.is_none() && matches!(each.role, Role::Signal(_) | Role::Quality(_))
+    };
+    if options.map.iter().any(is_of_any) {
+        return None;
+    }
+    let mut found: Vec<(usize, String, Option<Role>)> = vec![];
+    for (i, name) in names.iter().enumerate().filter(|(i, _)| !rows.contains(i)) {
+        let candidate = candidate(name, &given);
+        match candidate {
+            Some(of) => match (of.loop_name, of.role) {
+                (Some(loop_name), role) => found.push((i, loop_name, Some(role))),
+                (None, Role::Signal(_) | Role::Quality(_)) => return None,
+                (None, _) => {}
+            },
+            None => {
+                let switch = role::split_switch(name).and_then(|(split, _)| split.loop_name);
+                found.extend(switch.map(|loop_name| (i, loop_name, None)));
+            }
+        }
+    }
+    // The PV of an acquisition block may be that of another block of its point.
+    let point = |name: &str| {
+        name.rsplit_once(SEPARATORS)
+            .map(|(point, block)| (point.to_lowercase(), block.to_lowercase()))
+    };
+    let acquired: HashSet<String> = found
+        .iter()
+        .filter_map(|(_, name, _)| point(name))
+        .filter(|(_, block)| block == "daca")
+        .map(|(point, _)| point)
+        .collect();
+    let key = |name: &str| match point(name) {
+        Some((point, _)) if acquired.contains(&point) => point,
+        _ => name.to_lowercase(),
+    };
+    let mut places: BTreeMap<String, usize> = BTreeMap::new();
+    let mut bundles: Vec<Bundle> = vec![];
+    // A loop is called as its first name calls it.
+    let mut called: BTreeMap<String, String> = BTreeMap::new();
+    for (i, name, role) in found {
+        let place = *places.entry(key(&name)).or_insert_with(|| {
+            bundles.push(Bundle::default());
+            bundles.len() - 1
+        });
+        bundles[place].names.push(i);
+        if !matches!(role, Some(Role::Signal(_) | Role::Quality(_))) {
+            continue;
+        }
+        called.entry(name.to_lowercase()).or_insert_with(|| name.clone());
+        let known = bundles[place]
+            .loops
+            .iter()
+            .any(|(known, _)| known.to_lowercase() == name.to_lowercase());
+        if role == Some(Role::Signal(Signal::Op)) && !known {
+            bundles[place].loops.push((name, i));
+        }
+    }
+    for (name, _) in bundles.iter_mut().flat_map(|bundle| &mut bundle.loops) {
+        if let Some(called) = called.get(&name.to_lowercase()) {
+            name.clone_from(called);
+        }
+    }
+    bundles.retain(|bundle| !bundle.loops.is_empty());
+    (bundles.len() > 1).then_some(bundles)
+}

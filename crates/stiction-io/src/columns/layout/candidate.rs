@@ -1,0 +1,69 @@
+//! What a name alone says of its column or tag.
+
+use super::given::Given;
+use crate::columns::role::{self, Role, Signal};
+
+/// A name taken apart or given.
+pub struct Candidate {
+    pub loop_name: Option<String>,
+    pub role: Role,
+    pub given: bool,
+    pub is_mv: bool,
+    pub why: String,
+}
+
+impl Candidate {
+    pub fn recognised(loop_name: Option<String>, role: Role, why: impl Into<String>) -> Self {
+        Self { loop_name, role, given: false, is_mv: false, why: why.into() }
+    }
+}
+
+/// What `name` is by what is given or, if nothing is, by its parts.
+pub fn candidate(name: &str, given: &Given<'_>) -> Option<Candidate> {
+    let options = given.options;
+    let split = |why: &dyn Fn(&role::Split) -> String| {
+        let by_pattern = options.pattern.as_ref().and_then(|p| p.split(name, &options.signals));
+        let by_pattern = by_pattern.map(|split| {
+            let pattern = options.pattern.as_ref().map_or("", |pattern| pattern.text());
+            let why = format!("it is built as {pattern}");
+            (split, why)
+        });
+        by_pattern.or_else(|| {
+            let split = role::split(name, &options.signals)?;
+            let why = why(&split);
+            Some((split, why))
+        })
+    };
+    let why = |split: &role::Split| match split.role {
+        Role::Quality(_) => "its name ends with a word for a quality".to_owned(),
+        role if split.loop_name.is_some() => {
+            format!("it ends with {}, a word for {role}", split.word)
+        }
+        role => format!("its name is a word for {role}"),
+    };
+    if let Some(mapped) = given.mapped(name) {
+        let named = || split(&why).and_then(|(split, _)| split.loop_name);
+        return Some(Candidate {
+            loop_name: mapped.loop_name.clone().or_else(named),
+            role: mapped.role,
+            given: true,
+            is_mv: false,
+            why: "it is given".to_owned(),
+        });
+    }
+    if let Some((split, why)) = split(&why) {
+        let is_mv = split.role == Role::Signal(Signal::Op) && role::is_mv(&split.word);
+        return Some(Candidate {
+            is_mv,
+            ..Candidate::recognised(split.loop_name, split.role, why)
+        });
+    }
+    match role::of_rows(name) {
+        Some(role @ Role::Quality(None)) => Some(Candidate::recognised(
+            None,
+            role,
+            "its name is a word for the quality of all signals",
+        )),
+        _ => None,
+    }
+}

@@ -1,0 +1,80 @@
+//! What the cells of a column or tag hold, as far as that tells what it is.
+
+use super::plan::Place;
+use crate::cells::mode;
+use crate::cells::number::{self, DecimalMark};
+use crate::sheet::{Cells, Sheet};
+
+/// The cells of the names of a sheet, be they columns or tags.
+pub struct Content<'a> {
+    /// The sheet.
+    pub sheet: &'a Sheet,
+    /// Where its names are.
+    pub place: &'a Place,
+}
+
+impl Content<'_> {
+    /// Whether all cells of `name` satisfy one of the tests, by what they are; none is true of no cells.
+    fn all(&self, name: usize, text: impl Fn(&str) -> bool, number: impl Fn(f64) -> bool) -> bool {
+        let (column, rows) = match self.place {
+            Place::Columns => (name, None),
+            Place::Rows { tags, value, .. } => (*value, Some(&tags[name].rows)),
+        };
+        let cells = &self.sheet.columns[column].cells;
+        let is = |row: usize| match cells {
+            Cells::Text(cells) => text(&cells[row]),
+            Cells::Numbers(cells) => number(cells[row]),
+            Cells::Times { .. } => false,
+        };
+        match rows {
+            Some(rows) => rows.iter().all(|row| is(*row)),
+            None => (0..cells.len()).all(is),
+        }
+    }
+
+    fn some(&self, name: usize, text: impl Fn(&str) -> bool, number: impl Fn(f64) -> bool) -> bool {
+        !self.all(name, |cell| !text(cell), |cell| !number(cell))
+    }
+
+    /// Whether `name` holds numbers, some of them perhaps bad or missing.
+    pub fn is_numeric(&self, name: usize) -> bool {
+        let by = |mark| {
+            let is = move |cell: &str| number::parse(cell, mark).is_some();
+            self.some(name, is, |cell| !cell.is_nan())
+                && self.all(name, |cell| is(cell) || number::word(cell).is_some(), |_| true)
+        };
+        by(DecimalMark::Point) || by(DecimalMark::Comma)
+    }
+
+    /// Whether `name` holds the positions of a switch, some of them perhaps bad or missing.
+    pub fn is_switch(&self, name: usize) -> bool {
+        let is = |cell: &str| mode::is_on(cell).is_some();
+        let is_number = |cell: f64| cell == 0.0 || cell == 1.0;
+        self.some(name, is, is_number)
+            && self.all(
+                name,
+                |cell| is(cell) || number::word(cell).is_some(),
+                |cell| cell.is_nan() || is_number(cell),
+            )
+    }
+
+    /// Whether `name` only counts rows, or tells times.
+    pub fn is_about_rows(&self, name: usize) -> bool {
+        let Place::Columns = self.place else { return false };
+        let counts = |value: Option<f64>, row: usize, first: f64| value == Some(first + row as f64);
+        let whole = |cell: &str| number::parse(cell, DecimalMark::Point);
+        match &self.sheet.columns[name].cells {
+            Cells::Times { .. } => true,
+            Cells::Numbers(cells) => {
+                let first = cells.first().copied().unwrap_or(f64::NAN);
+                matches!(first, 0.0 | 1.0)
+                    && cells.iter().enumerate().all(|(row, cell)| counts(Some(*cell), row, first))
+            }
+            Cells::Text(cells) => {
+                let first = cells.first().and_then(|cell| whole(cell)).unwrap_or(f64::NAN);
+                matches!(first, 0.0 | 1.0)
+                    && cells.iter().enumerate().all(|(row, cell)| counts(whole(cell), row, first))
+            }
+        }
+    }
+}

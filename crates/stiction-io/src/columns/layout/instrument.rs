@@ -1,0 +1,81 @@
+//! Tags of instruments by ISA-5.1: an area, letters, and the number of the loop.
+
+use crate::columns::role::SEPARATORS;
+
+/// A tag taken apart, such as `10FIC101`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instrument {
+    /// What stands before the letters, such as `10`.
+    area: String,
+    /// What is measured, such as `F`, or `PD` for a differential pressure.
+    measured: String,
+    /// The number of the loop, and what follows it.
+    number: String,
+    /// Whether the letters say that it controls; otherwise they say that it measures.
+    controls: bool,
+}
+
+impl Instrument {
+    /// The instrument that `name` is of: the last of its parts that is a tag of a controller or transmitter.
+    pub fn of(name: &str) -> Option<Self> {
+        name.rsplit(['/', '\\', ':', '|', '#', '.', ' ', ']', '[', '_']).find_map(Self::of_part)
+    }
+
+    fn of_part(part: &str) -> Option<Self> {
+        let part = part.to_uppercase();
+        let end = part.rfind(|c: char| c.is_ascii_digit())? + 1;
+        let before = part[..end].trim_end_matches(|c: char| c.is_ascii_digit());
+        let number = &part[before.len()..];
+        let tag = before.trim_end_matches(SEPARATORS);
+        let area = tag.trim_end_matches(|c: char| c.is_ascii_uppercase());
+        let letters = &tag[area.len()..];
+        let controls = letters.ends_with('C');
+        let measured = letters.strip_suffix(['C', 'T']).or_else(|| letters.strip_suffix('I'))?;
+        let measured = measured.strip_suffix('I').unwrap_or(measured);
+        ((1..=2).contains(&measured.len())).then(|| Self {
+            area: area.to_owned(),
+            measured: measured.to_owned(),
+            number: number.to_owned(),
+            controls,
+        })
+    }
+
+    /// What the transmitter and the controller of a loop have in common: area, what is measured, number.
+    pub fn loop_key(&self) -> (&str, &str, &str) {
+        (&self.area, &self.measured, &self.number)
+    }
+
+    /// Whether this transmitter and that `controller` are of one loop.
+    pub fn measures_for(&self, controller: &Self) -> bool {
+        !self.controls && controller.controls && self.loop_key() == controller.loop_key()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn transmitters_and_controllers_of_one_loop() {
+        for (transmitter, controller, expected) in [
+            ("10FT101.DACA", "10FC101.PIDA", true),
+            ("U1/FIT-101A", "U1/FIC-101A", true),
+            ("PDT7", "PDIC7", true),
+            ("TT5", "TIC5", true),
+            ("TI5", "TC5", true),
+            ("10FT101", "20FC101", false),
+            ("10FT101", "10LC101", false),
+            ("10FT101", "10FC102", false),
+            ("10FT101A", "10FC101B", false),
+            ("10FC101", "10FC101", false),
+            ("10FV101", "10FC101", false),
+        ] {
+            let pair = Instrument::of(transmitter).zip(Instrument::of(controller));
+            let found = pair.as_ref().is_some_and(|(t, c)| t.measures_for(c));
+            assert_eq!(found, expected, "{transmitter} and {controller}: {pair:?}");
+        }
+        for name in ["", "Room", "101", "PID1", "ü1", "10"] {
+            assert_eq!(Instrument::of(name), None, "{name}");
+        }
+    }
+}

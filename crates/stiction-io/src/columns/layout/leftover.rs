@@ -1,0 +1,80 @@
+//! Columns and tags that are not used, but may be a signal that a loop lacks: they are named, not taken.
+
+use super::instrument::Instrument;
+use super::plan::LoopPlan;
+use crate::columns::role::Signal;
+use crate::names::list;
+use crate::remedy::{Remedy, Wording};
+use std::collections::HashMap;
+
+/// The signals without which a diagnosis knows less.
+const WANTED: [Signal; 3] = [Signal::Pv, Signal::Sp, Signal::Mode];
+
+/// The role by which the user gives `signal` of a loop, the only one or one of several.
+fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
+    let signal = signal.name().to_lowercase();
+    match &each.name {
+        Some(name) if !is_only => format!("{name}.{signal}"),
+        _ => signal,
+    }
+}
+
+/// Notes for loops without PV the transmitters among `candidates` whose tags have the number of their
+/// controllers, and gives the places of these.
+pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording) -> Vec<usize> {
+    let mut offered = vec![];
+    let tags: Vec<Option<Instrument>> =
+        candidates.iter().map(|name| Instrument::of(name)).collect();
+    let mut of_loop: HashMap<_, Vec<(usize, &Instrument)>> = HashMap::new();
+    for (place, tag) in tags.iter().enumerate() {
+        let Some(tag) = tag else { continue };
+        of_loop.entry(tag.loop_key()).or_default().push((place, tag));
+    }
+    for each in loops.iter_mut().filter(|each| each.signal(Signal::Pv).is_none()) {
+        let Some(name) = each.name.clone() else { continue };
+        let Some(controller) = Instrument::of(&name) else { continue };
+        for (place, tag) in of_loop.get(&controller.loop_key()).into_iter().flatten() {
+            if tag.measures_for(&controller) {
+                let candidate = candidates[*place];
+                let note = format!(
+                    "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which \
+                     has none; if it is, give {}",
+                    wording.of(Remedy::map(role(each, Signal::Pv, false), candidate))
+                );
+                each.notes.push(note);
+                offered.push(*place);
+            }
+        }
+    }
+    offered
+}
+
+/// The note on numeric columns or tags that are not used; while a loop lacks a signal that they could be, with how to
+/// say so.
+pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<String> {
+    let first = unused.first()?;
+    let lacks = |each: &LoopPlan, signal: Signal| each.signal(signal).is_none();
+    let missing: Vec<Signal> =
+        WANTED.into_iter().filter(|signal| loops.iter().any(|each| lacks(each, *signal))).collect();
+    let holds = match unused.len() {
+        1 => "holds numbers and is not used",
+        _ => "hold numbers and are not used",
+    };
+    let poor = missing.first().and_then(|signal| loops.iter().find(|each| lacks(each, *signal)));
+    let (Some(signal), Some(poor)) = (missing.first(), poor) else {
+        return Some(format!("{} {holds}", list(unused)));
+    };
+    let whose = match (loops.len(), &poor.name) {
+        (1, None) => "the loop has".to_owned(),
+        (1, Some(name)) => format!("loop {name} has"),
+        (_, _) => "some loops have".to_owned(),
+    };
+    let missing: Vec<String> =
+        missing.iter().map(|signal| format!("no {}", signal.name())).collect();
+    Some(format!(
+        "{} {holds}, while {whose} {}; if one is such a signal, say so, as in {}",
+        list(unused),
+        missing.join(", "),
+        wording.of(Remedy::map(role(poor, *signal, loops.len() == 1), first))
+    ))
+}

@@ -1,0 +1,116 @@
+//! Which columns or tags of a sheet are which signals of which loops.
+
+mod about_rows;
+mod assign;
+mod assigned;
+mod beside;
+mod bundles;
+mod candidate;
+pub(crate) mod content;
+mod given;
+mod instrument;
+mod left_out;
+mod leftover;
+mod plan;
+
+pub use bundles::{Bundle, Shape, bundles, shape};
+pub use plan::{Layout, LoopPlan, MissingLoop, Place, Plan, Recognised, Tag};
+
+use crate::columns::options::ReadOptions;
+use crate::columns::role::Role;
+use crate::error::Result;
+use crate::sheet::Sheet;
+use about_rows::{AboutRows, tags};
+use assign::assign;
+use content::Content;
+use given::{Given, missing};
+use left_out::name_left_out;
+
+/// Recognises what `sheet` holds.
+///
+/// # Errors
+/// If a column that was named for no loop in particular is not there, or two columns are the same signal of
+/// the same loop.
+pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
+    let given = Given::of(options);
+    let about_rows = AboutRows::find(sheet, &given)?;
+    let mut plan = match (about_rows.of(Role::Tag), about_rows.of(Role::Value)) {
+        (Some(tag), Some(value)) => long(sheet, &given, &about_rows, tag, value)?,
+        _ => wide(sheet, &given, &about_rows)?,
+    };
+    plan.time = about_rows.of(Role::Time);
+    plan.date = about_rows.of(Role::Date);
+    if plan.time.is_none() {
+        plan.time = plan.date.take();
+    }
+    name_left_out(sheet, &given, &mut plan);
+    for recognised in &mut plan.recognised {
+        recognised.part.clone_from(&sheet.part);
+    }
+    Ok(plan)
+}
+
+fn wide(sheet: &Sheet, given: &Given<'_>, about_rows: &AboutRows) -> Result<Plan> {
+    let names: Vec<&str> = sheet.columns.iter().map(|column| &*column.name).collect();
+    let missing = missing(sheet, &names, given.options, "column")?;
+    let content = Content { sheet, place: &Place::Columns };
+    let rows: Vec<usize> = about_rows
+        .roles
+        .iter()
+        .filter(|(_, role)| matches!(role, Role::Time | Role::Date))
+        .map(|(column, _)| *column)
+        .collect();
+    let mut assigned = assign(&content, &names, &rows, missing, given)?;
+    for (column, role) in &about_rows.roles {
+        // A column that only its name makes one about rows may be a signal or quality all the same.
+        if matches!(role, Role::Time | Role::Date) {
+            assigned.recognised[*column] = about_rows.recognised(names[*column], *column);
+        }
+    }
+    let several = assigned.loops.iter().filter(|each| each.name.is_some()).count() > 1;
+    Ok(Plan {
+        layout: if several { Layout::Wide } else { Layout::OneLoop },
+        place: Place::Columns,
+        time: None,
+        date: None,
+        loops: assigned.loops,
+        recognised: assigned.recognised,
+        missing: assigned.missing,
+        notes: assigned.notes,
+    })
+}
+
+fn long(
+    sheet: &Sheet,
+    given: &Given<'_>,
+    about_rows: &AboutRows,
+    tag: usize,
+    value: usize,
+) -> Result<Plan> {
+    for role in [Role::Tag, Role::Value, Role::Quality(None)] {
+        about_rows.check_single(sheet, role, given.options.wording)?;
+    }
+    let tags = tags(sheet, tag, given.options.wording)?;
+    let quality = about_rows.of(Role::Quality(None));
+    let place = Place::Rows { tags: tags.clone(), value, quality };
+    let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
+    let missing = missing(sheet, &names, given.options, "tag")?;
+    let assigned = assign(&Content { sheet, place: &place }, &names, &[], missing, given)?;
+    let mut recognised: Vec<Recognised> = sheet
+        .columns
+        .iter()
+        .enumerate()
+        .map(|(i, column)| about_rows.recognised(&column.name, i))
+        .collect();
+    recognised.extend(assigned.recognised);
+    Ok(Plan {
+        layout: Layout::Long,
+        place,
+        time: None,
+        date: None,
+        loops: assigned.loops,
+        recognised,
+        missing: assigned.missing,
+        notes: assigned.notes,
+    })
+}

@@ -1,0 +1,220 @@
+//! Mapping files: what the user says of recordings, in TOML.
+
+use crate::bytes;
+use crate::cells::{mode, quality};
+use crate::columns::options::{LoopOptions, LoopSettings, Mapped, ReadOptions};
+use crate::columns::role::{Role, Signal};
+use crate::error::{Error, Result};
+use crate::fields::{Fields, Wrong, line_of};
+use std::path::{Path, PathBuf};
+use stiction_diagnose::recording::LoopType;
+use toml::de::DeTable;
+
+/// All keys at the top.
+const TOP: &[&str] = &[
+    "zone",
+    "time_format",
+    "sample_time",
+    "pattern",
+    "bad_text",
+    "columns",
+    "signals",
+    "modes",
+    "quality",
+    "loop",
+    "type",
+    "op_range",
+    "pv_range",
+    "vp_range",
+];
+const SIGNALS: [(&str, Signal); 5] = [
+    ("op", Signal::Op),
+    ("pv", Signal::Pv),
+    ("sp", Signal::Sp),
+    ("vp", Signal::Vp),
+    ("mode", Signal::Mode),
+];
+const SIGNAL_KEYS: &[&str] = &["op", "pv", "sp", "vp", "mode"];
+const LOOP_KEYS: &[&str] =
+    &["op", "pv", "sp", "vp", "mode", "type", "op_range", "pv_range", "vp_range"];
+
+/// What the name of a file is followed by in that of its own mapping file.
+const OWN: &str = ".mapping.toml";
+
+impl ReadOptions {
+    /// Where the mapping of one file alone is kept: beside it, `FIC101.csv.mapping.toml` for `FIC101.csv`.
+    pub fn mapping_beside(file: &Path) -> PathBuf {
+        let mut name = file.file_name().unwrap_or_default().to_owned();
+        name.push(OWN);
+        file.with_file_name(name)
+    }
+
+    /// Reads the mapping file at `path`.
+    ///
+    /// # Errors
+    /// If it cannot be read or is not well formed.
+    pub fn read(path: &Path) -> Result<Self> {
+        let origin = path.display().to_string();
+        Self::parse(&bytes::text(bytes::read(path)?, &origin)?, &origin)
+    }
+
+    /// Reads a mapping file from its `text`; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// If it is not well formed; the error tells the line.
+    pub fn parse(text: &str, origin: &str) -> Result<Self> {
+        let at = |wrong: Wrong| Error::Mapping {
+            origin: origin.to_owned(),
+            line: line_of(text.as_bytes(), wrong.span.start),
+            message: wrong.message,
+        };
+        let document = DeTable::parse(text).map_err(|e| {
+            at(Wrong { span: e.span().unwrap_or_default(), message: e.message().to_owned() })
+        })?;
+        let fields = Fields::document(&document, TOP).map_err(at)?;
+        build(fields).map_err(at)
+    }
+}
+
+type Built<T> = std::result::Result<T, Wrong>;
+
+fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
+    let mut options = ReadOptions { all: settings(&fields)?, ..ReadOptions::default() };
+    options.zone = parsed(&fields, "zone")?;
+    options.time_format = parsed(&fields, "time_format")?;
+    options.pattern = parsed(&fields, "pattern")?;
+    options.sample_time = fields.number("sample_time")?;
+    if options.sample_time.is_some_and(|seconds| !(seconds > 0.0)) {
+        return Err(fields.wrong("sample_time", "must be above 0 s"));
+    }
+    options.bad_text = fields.texts("bad_text")?.unwrap_or_default();
+    if let Some(table) = fields.table("signals", SIGNAL_KEYS)? {
+        for (key, signal) in SIGNALS {
+            if let Some(words) = table.texts(key)? {
+                options.signals.push((signal, words));
+            }
+        }
+        table.finish()?;
+    }
+    for (column, role) in fields.entries_of_text("columns")? {
+        let mapped = Mapped::of(role.text, column).map_err(|e| role.wrong(e))?;
+        options.map.push(mapped);
+    }
+    options.modes = fields.choices("modes", &mode::NAMES)?;
+    options.qualities = fields.choices("quality", &quality::NAMES)?;
+    for (name, table) in fields.named_tables("loop", LOOP_KEYS)? {
+        options.loops.push(LoopOptions { name: name.to_owned(), settings: settings(&table)? });
+        for (key, signal) in SIGNALS {
+            if let Some(column) = table.text(key)? {
+                options.map.push(Mapped {
+                    loop_name: Some(name.to_owned()),
+                    role: Role::Signal(signal),
+                    column: column.to_owned(),
+                });
+            }
+        }
+        table.finish()?;
+    }
+    fields.finish()?;
+    Ok(options)
+}
+
+/// The settings of a loop, or of all.
+fn settings(fields: &Fields<'_, '_>) -> Built<LoopSettings> {
+    let loop_type = fields
+        .text("type")?
+        .map(|name| LoopType::by_name(name).map_err(|e| fields.wrong("type", e)));
+    Ok(LoopSettings {
+        loop_type: loop_type.transpose()?,
+        op_range: range(fields, "op_range")?,
+        pv_range: range(fields, "pv_range")?,
+        vp_range: range(fields, "vp_range")?,
+    })
+}
+
+fn range(fields: &Fields<'_, '_>, key: &'static str) -> Built<Option<(f64, f64)>> {
+    match fields.numbers(key)?.as_deref() {
+        None => Ok(None),
+        Some([low, high]) if high > low => Ok(Some((*low, *high))),
+        Some(_) => Err(fields.wrong(key, "must be two numbers, the lower first, such as [0, 100]")),
+    }
+}
+
+fn parsed<T: std::str::FromStr<Err = String>>(
+    fields: &Fields<'_, '_>,
+    key: &'static str,
+) -> Built<Option<T>> {
+    let parse = |text: &str| text.parse().map_err(|message: String| fields.wrong(key, message));
+    fields.text(key)?.map(parse).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: &str = r#"
+zone = "Europe/Berlin"
+time_format = "day-first"
+pattern = "{loop}.{signal}"
+bad_text = ["Kaputt"]
+op_range = [0, 100]
+[columns]
+"10FC102.OP" = "FIC102.op"
+spare = "ignore"
+[signals]
+pv = ["MEAS"]
+[modes]
+"3" = "auto"
+[quality]
+Ersatz = "uncertain"
+[loop.FIC101]
+pv = "10FT101.DACA"
+op = "10FC101.OP"
+type = "flow"
+pv_range = [0, 120.5]
+"#;
+
+    #[test]
+    fn everything_is_read() {
+        let options = ReadOptions::parse(ALL, "map.toml").unwrap();
+        assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
+        assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
+        assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 4));
+        assert_eq!(options.map[0], "FIC102.op=10FC102.OP".parse().unwrap());
+        assert_eq!(options.map[1], "ignore=spare".parse().unwrap());
+        let by_name = crate::columns::options::SettingsByName::of(&options);
+        let settings = by_name.of_loop("fic101");
+        assert_eq!(settings.pv_range, Some((0.0, 120.5)));
+        assert_eq!(settings.op_range, Some((0.0, 100.0)));
+        assert_eq!(settings.loop_type, Some(LoopType::Flow));
+        assert_eq!(by_name.of_loop("other").loop_type, None);
+    }
+
+    #[test]
+    fn mistakes_name_the_line() {
+        for (text, expected) in [
+            ("zone = \"Berlin\"", "line 1: zone: \"Berlin\" is no time zone"),
+            ("\nzon = \"UTC\"", "line 2: unknown key \"zon\""),
+            ("op_range = [100, 0]", "line 1: op_range: must be two numbers"),
+            ("[loop.A]\n\ntype = \"flo\"", "line 3: loop.A.type"),
+            ("[loop.A]\nmv = \"x\"", "line 2: unknown key \"loop.A.mv\""),
+            (
+                "[modes]\n\"3\" = \"car\"",
+                "line 2: modes.3: is \"car\", but must be one of \"auto\"",
+            ),
+            ("[modes]\n\"3\" = 1", "line 2: modes.3: must be one of \"auto\""),
+            ("bad_text = \"x\"", "line 1: bad_text: must be a list of texts"),
+            ("sample_time = 0", "line 1: sample_time: must be above 0 s"),
+            ("pattern = \"{loop}\"", "line 1: pattern"),
+            ("time_format = \"iso\"", "line 1: time_format: \"iso\" is no time format"),
+            ("loop = 3", "line 1: loop: must be tables"),
+            ("[columns]\nx = \"open\"", "line 2: columns.x: \"open\" is no role; roles are time"),
+            ("[columns]\nx = 3", "line 2: columns.x: must be a role, such as \"op\""),
+            ("zone = ", "line 1"),
+        ] {
+            let message = ReadOptions::parse(text, "map.toml").unwrap_err().to_string();
+            assert!(message.starts_with("map.toml, line "), "{message}");
+            assert!(message.contains(expected), "{expected}: {message}");
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! What the user says of a file of recordings beside the file itself.
+
+use crate::columns::role::{Pattern, Role, Signal};
+use crate::remedy::Wording;
+use crate::timestamp::{TimeFormat, Zone};
+use std::collections::{HashMap, HashSet};
+use stiction_diagnose::recording::{LoopType, Mode, Quality};
+
+/// What the user says of a file; by default nothing, and all is recognised.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Columns, or tags of a long table, whose role is given.
+    pub map: Vec<Mapped>,
+    /// Loops whose settings are given.
+    pub loops: Vec<LoopOptions>,
+    /// How tags are built.
+    pub pattern: Option<Pattern>,
+    /// More words by which signals are known.
+    pub signals: Vec<(Signal, Vec<String>)>,
+    /// More words and codes for modes.
+    pub modes: Vec<(String, Mode)>,
+    /// More words and codes for qualities.
+    pub qualities: Vec<(String, Quality)>,
+    /// More words for bad values in the place of numbers.
+    pub bad_text: Vec<String>,
+    /// Zone of local times.
+    pub zone: Option<Zone>,
+    /// How times are written.
+    pub time_format: Option<TimeFormat>,
+    /// Time between rows, s, in place of a column of times.
+    pub sample_time: Option<f64>,
+    /// What applies to every loop for which [`ReadOptions::loops`] says nothing else.
+    pub all: LoopSettings,
+    /// How messages and notes name what would help.
+    pub wording: Wording,
+}
+
+impl ReadOptions {
+    /// What of it concerns these loops, in lower case, and what concerns any.
+    pub fn of_loops(&self, names: &HashSet<String>) -> Self {
+        let concerns = |name: &str| names.contains(&name.to_lowercase());
+        let mapped = |each: &&Mapped| each.loop_name.as_deref().is_none_or(concerns);
+        Self {
+            map: self.map.iter().filter(mapped).cloned().collect(),
+            loops: self.loops.iter().filter(|each| concerns(&each.name)).cloned().collect(),
+            pattern: self.pattern.clone(),
+            signals: self.signals.clone(),
+            modes: self.modes.clone(),
+            qualities: self.qualities.clone(),
+            bad_text: self.bad_text.clone(),
+            zone: self.zone.clone(),
+            time_format: self.time_format.clone(),
+            sample_time: self.sample_time,
+            all: self.all,
+            wording: self.wording,
+        }
+    }
+}
+
+/// A column or tag whose role is given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mapped {
+    /// The loop; none leaves that to the name of the column.
+    pub loop_name: Option<String>,
+    /// The role.
+    pub role: Role,
+    /// Name of the column or tag.
+    pub column: String,
+}
+
+impl std::str::FromStr for Mapped {
+    type Err = String;
+
+    /// Reads `ROLE=COLUMN` or `LOOP.ROLE=COLUMN`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (role, column) = text
+            .split_once('=')
+            .ok_or_else(|| format!("\"{text}\" is no ROLE=COLUMN, such as op=OUT"))?;
+        Self::of(role.trim(), column.trim())
+    }
+}
+
+impl Mapped {
+    /// A column in the role that is written `ROLE` or `LOOP.ROLE`.
+    ///
+    /// # Errors
+    /// If there is no such role; the message lists all.
+    pub fn of(role: &str, column: &str) -> Result<Self, String> {
+        let (loop_name, role) = match role.rsplit_once('.') {
+            Some((loop_name, role)) => (Some(loop_name.to_owned()), role),
+            None => (None, role),
+        };
+        let known = Role::by_name(role)
+            .ok_or_else(|| format!("\"{role}\" is no role; roles are {}", Role::names()))?;
+        Ok(Self { loop_name, role: known, column: column.to_owned() })
+    }
+}
+
+/// Settings of a loop.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LoopSettings {
+    /// What it controls.
+    pub loop_type: Option<LoopType>,
+    /// The values of OP that are 0 % and 100 %.
+    pub op_range: Option<(f64, f64)>,
+    /// The values of PV that are 0 % and 100 %.
+    pub pv_range: Option<(f64, f64)>,
+    /// The values of VP that are 0 % and 100 %.
+    pub vp_range: Option<(f64, f64)>,
+}
+
+/// Settings of one loop.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoopOptions {
+    /// Its name, compared without case.
+    pub name: String,
+    /// The settings.
+    pub settings: LoopSettings,
+}
+
+/// The settings of loops by their names.
+#[derive(Debug)]
+pub(crate) struct SettingsByName<'o> {
+    all: LoopSettings,
+    own: HashMap<String, &'o LoopSettings>,
+}
+
+impl<'o> SettingsByName<'o> {
+    pub(crate) fn of(options: &'o ReadOptions) -> Self {
+        let mut own = HashMap::with_capacity(options.loops.len());
+        for each in &options.loops {
+            // Of several the first counts.
+            own.entry(each.name.to_lowercase()).or_insert(&each.settings);
+        }
+        Self { all: options.all, own }
+    }
+
+    /// The settings of the loop called `name`.
+    pub(crate) fn of_loop(&self, name: &str) -> LoopSettings {
+        let own = self.own.get(&name.to_lowercase()).copied().copied().unwrap_or_default();
+        let all = self.all;
+        LoopSettings {
+            loop_type: own.loop_type.or(all.loop_type),
+            op_range: own.op_range.or(all.op_range),
+            pv_range: own.pv_range.or(all.pv_range),
+            vp_range: own.vp_range.or(all.vp_range),
+        }
+    }
+}

@@ -1,0 +1,618 @@
+//! What a column is, by its name.
+
+use crate::cells::mode;
+use std::fmt;
+use stiction_diagnose::recording::{LoopType, Mode};
+
+/// A signal of a loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Signal {
+    /// Controller output.
+    Op,
+    /// Process value.
+    Pv,
+    /// Set point.
+    Sp,
+    /// Measured valve position.
+    Vp,
+    /// The controller's mode.
+    Mode,
+}
+
+impl Signal {
+    /// All signals.
+    pub const ALL: [Self; 5] = [Self::Op, Self::Pv, Self::Sp, Self::Vp, Self::Mode];
+
+    /// Its name, such as `OP`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Op => "OP",
+            Self::Pv => "PV",
+            Self::Sp => "SP",
+            Self::Vp => "VP",
+            Self::Mode => "mode",
+        }
+    }
+
+    /// How columns that hold it are called, without separators and in lower case.
+    fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Op => &[
+                "op",
+                "co",
+                "out",
+                "output",
+                "mv",
+                "cv",
+                "lmn",
+                "outv",
+                "aout",
+                "cmd",
+                "demand",
+                "command",
+                "outputvalue",
+                "opvalue",
+                "controlleroutput",
+                "controloutput",
+                "ctrlout",
+                "manipulatedvariable",
+                "manipulatedvalue",
+                "valvedemand",
+                "valvecommand",
+                "valveoutput",
+                "cveu",
+                "stellwert",
+                "stellgrösse",
+                "stellgroesse",
+            ],
+            Self::Pv => &[
+                "pv",
+                "processvalue",
+                "processvariable",
+                "processvar",
+                "meas",
+                "measurement",
+                "measuredvalue",
+                "controlledvariable",
+                "pvin",
+                "istwert",
+                "regelgrösse",
+                "regelgroesse",
+            ],
+            Self::Sp => &[
+                "sp",
+                "setpoint",
+                "setpt",
+                "spt",
+                "stpt",
+                "sv",
+                "setvalue",
+                "wsp",
+                "workingsetpoint",
+                "reference",
+                "spint",
+                "sollwert",
+                "führungsgrösse",
+                "fuehrungsgroesse",
+            ],
+            Self::Vp => &[
+                "vp",
+                "valveposition",
+                "valvepos",
+                "zt",
+                "zi",
+                "pos",
+                "position",
+                "posn",
+                "feedback",
+                "fb",
+                "fbk",
+                "travel",
+                "stem",
+                "stemposition",
+                "stemtravel",
+                "valvetravel",
+                "actualposition",
+                "positionfeedback",
+            ],
+            Self::Mode => &[
+                "mode",
+                "md",
+                "modeact",
+                "modeactual",
+                "actualmode",
+                "automan",
+                "controlmode",
+                "controllermode",
+                "modblk",
+            ],
+        }
+    }
+
+    /// The signal of a word without separators and in lower case.
+    fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|signal| signal.words().contains(&word))
+    }
+}
+
+/// What a column, or in a long table a tag, is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// When the row was sampled.
+    Time,
+    /// The day, beside a time of day.
+    Date,
+    /// A signal.
+    Signal(Signal),
+    /// The quality of a signal, or of all signals.
+    Quality(Option<Signal>),
+    /// In a long table, which tag the row is of.
+    Tag,
+    /// In a long table, the value.
+    Value,
+    /// Nothing that is read.
+    Ignored,
+}
+
+impl Role {
+    /// The names of roles that users give, in lower case.
+    const NAMES: [(&'static str, Self); 16] = [
+        ("time", Self::Time),
+        ("date", Self::Date),
+        ("op", Self::Signal(Signal::Op)),
+        ("pv", Self::Signal(Signal::Pv)),
+        ("sp", Self::Signal(Signal::Sp)),
+        ("vp", Self::Signal(Signal::Vp)),
+        ("mode", Self::Signal(Signal::Mode)),
+        ("quality", Self::Quality(None)),
+        ("op_quality", Self::Quality(Some(Signal::Op))),
+        ("pv_quality", Self::Quality(Some(Signal::Pv))),
+        ("sp_quality", Self::Quality(Some(Signal::Sp))),
+        ("vp_quality", Self::Quality(Some(Signal::Vp))),
+        ("mode_quality", Self::Quality(Some(Signal::Mode))),
+        ("tag", Self::Tag),
+        ("value", Self::Value),
+        ("ignore", Self::Ignored),
+    ];
+
+    /// The role of that name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        let lower = name.to_lowercase();
+        Self::NAMES.iter().find(|(known, _)| *known == lower).map(|(_, role)| *role)
+    }
+
+    /// The names there are, for messages.
+    pub fn names() -> String {
+        Self::NAMES.map(|(name, _)| name).join(", ")
+    }
+
+    /// The name by which the user gives it.
+    pub fn option_name(self) -> &'static str {
+        Self::NAMES.iter().find(|(_, role)| *role == self).map_or("ignore", |(name, _)| name)
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Time => f.write_str("time"),
+            Self::Date => f.write_str("date"),
+            Self::Signal(signal) => f.write_str(signal.name()),
+            Self::Quality(None) => f.write_str("quality"),
+            Self::Quality(Some(signal)) => write!(f, "quality of {}", signal.name()),
+            Self::Tag => f.write_str("tag"),
+            Self::Value => f.write_str("value"),
+            Self::Ignored => f.write_str("not used"),
+        }
+    }
+}
+
+/// What separates the parts of a tag.
+pub(crate) const SEPARATORS: [char; 9] = ['.', '_', '/', ':', '\\', ' ', '-', '|', '#'];
+/// Words for signals that, behind a tag, could mean much else: they count as a whole name only.
+const WHOLE: [(&str, Signal); 1] = [("set", Signal::Sp)];
+/// Signals that may stand before their tag, as in `PV_FIC101`.
+const PREFIXES: [&str; 7] = ["pv", "sp", "op", "vp", "mv", "sv", "mode"];
+/// What a process value measures, as a whole name.
+const QUANTITIES: [&str; 10] = [
+    "flow",
+    "flowrate",
+    "level",
+    "pressure",
+    "temperature",
+    "temp",
+    "durchfluss",
+    "füllstand",
+    "druck",
+    "temperatur",
+];
+
+const TIMES: [&str; 26] = [
+    "t",
+    "ts",
+    "time",
+    "times",
+    "timestamp",
+    "timestamps",
+    "datetime",
+    "eventtime",
+    "sourcetime",
+    "servertime",
+    "localtime",
+    "sampletime",
+    "utc",
+    "utctime",
+    "timeutc",
+    "timelocal",
+    "unixtime",
+    "epoch",
+    "s",
+    "sec",
+    "seconds",
+    "elapsed",
+    "elapsedtime",
+    "zeit",
+    "zeitstempel",
+    "datumzeit",
+];
+const DATES: [&str; 2] = ["date", "datum"];
+const TAGS: [&str; 9] =
+    ["tag", "tagname", "tagid", "point", "pointname", "item", "itemid", "name", "signal"];
+const VALUES: [&str; 5] = ["value", "val", "tagvalue", "eventvalue", "wert"];
+const QUALITIES: [&str; 9] = [
+    "quality",
+    "status",
+    "statuscode",
+    "confidence",
+    "qual",
+    "qualitycode",
+    "opcquality",
+    "sts",
+    "qualitystatus",
+];
+/// Ends of tags that name the value of a parameter, not another signal.
+const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "fcv"];
+
+/// The words by which signals are known beside the common ones: `(signal, words)`.
+pub type Words = [(Signal, Vec<String>)];
+
+/// A name without separators, in lower case; ß, which has no common capital, is ss.
+fn plain(name: &str) -> String {
+    name.to_lowercase().replace(SEPARATORS, "").replace('ß', "ss")
+}
+
+/// A name and the unit in brackets at its end.
+pub fn without_unit(name: &str) -> (&str, Option<&str>) {
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        let split = name.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
+        if let Some((before, unit)) = split
+            && !before.trim().is_empty()
+        {
+            return (before.trim_end(), Some(unit.trim()).filter(|unit| !unit.is_empty()));
+        }
+    }
+    (name, None)
+}
+
+/// What a name as a whole says of the rows: time, tag, value or quality.
+pub fn of_rows(name: &str) -> Option<Role> {
+    let word = plain(without_unit(name).0);
+    let is_time = || {
+        let timed = ["timestamp", "time", "elapsed", "epoch", "t"];
+        let unit = timed.iter().find_map(|start| word.strip_prefix(start));
+        TIMES.contains(&&*word)
+            || unit.is_some_and(|unit| {
+                ["s", "sec", "seconds", "ms", "us", "ns", "min", "h"].contains(&unit)
+            })
+    };
+    [
+        (is_time(), Role::Time),
+        (DATES.contains(&&*word), Role::Date),
+        (TAGS.contains(&&*word), Role::Tag),
+        (VALUES.contains(&&*word), Role::Value),
+        (QUALITIES.contains(&&*word), Role::Quality(None)),
+    ]
+    .into_iter()
+    .find(|(is, _)| *is)
+    .map(|(_, role)| role)
+}
+
+/// A name taken apart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Split {
+    /// The loop; none if the name is that of a signal alone.
+    pub loop_name: Option<String>,
+    /// The signal or quality.
+    pub role: Role,
+    /// The part of the name that tells.
+    pub word: String,
+}
+
+/// Takes a name such as `FIC101.PV`, `UNIT/FIC101/PID1/PV.CV` or `pv_quality` apart.
+pub fn split(name: &str, more: &Words) -> Option<Split> {
+    let name = without_unit(name).0;
+    let last = name.rfind(SEPARATORS).map(|at| (&name[..at], plain(&name[at + 1..])));
+    let whole = plain(name);
+    if let Some((_, signal)) = WHOLE.iter().find(|(word, _)| *word == whole) {
+        let role = Role::Signal(*signal);
+        return Some(Split { loop_name: None, role, word: name.to_owned() });
+    }
+    // The longest end that only says that it is a value, such as F_CV.
+    let mut ends = name.match_indices(SEPARATORS).map(|(at, _)| (&name[..at], &name[at + 1..]));
+    let value = ends.find(|(_, end)| VALUE_ENDS.contains(&&*plain(end)));
+    if let Some((before, end)) = &last
+        && (QUALITIES.contains(&&**end) || matches!(&**end, "q" | "st"))
+        && let Some(split) = split_end(before, more)
+    {
+        let Role::Signal(signal) = split.role else { return None };
+        return Some(Split { role: Role::Quality(Some(signal)), word: name.to_owned(), ..split });
+    }
+    if let Some((before, _)) = value
+        && let Some(split) = split_end(before, more).or_else(|| split_start(before, more))
+    {
+        return Some(split);
+    }
+    if let Some(split) = split_end(name, more) {
+        // F_CV is the value of whatever stands before it, not a CV.
+        return Some(split).filter(|s| value.is_none_or(|(_, end)| end.len() <= s.word.len()));
+    }
+    if let Some(split) = split_start(name, more) {
+        return Some(split);
+    }
+    let (before, end) = last?;
+    QUALITIES.contains(&&*end).then(|| Split {
+        loop_name: Some(before.to_owned()),
+        role: Role::Quality(None),
+        word: end,
+    })
+}
+
+/// Takes a name whose end is a signal apart; the longest end counts.
+fn split_end(name: &str, more: &Words) -> Option<Split> {
+    let starts = std::iter::once(0).chain(name.match_indices(SEPARATORS).map(|(at, _)| at + 1));
+    for start in starts {
+        let Some(signal) = signal_of(&name[start..], more) else { continue };
+        let loop_name = name[..start].trim_end_matches(SEPARATORS);
+        return Some(Split {
+            loop_name: (!loop_name.is_empty()).then(|| loop_name.to_owned()),
+            role: Role::Signal(signal),
+            word: name[start..].to_owned(),
+        });
+    }
+    None
+}
+
+/// Takes a name such as `PV_FIC101` apart: a signal before a tag, which has letters and then a number.
+fn split_start(name: &str, more: &Words) -> Option<Split> {
+    let (word, tag) = name.split_once(SEPARATORS)?;
+    let signal = signal_of(word, more).filter(|_| PREFIXES.contains(&&*plain(word)))?;
+    let letters = tag.find(|c: char| c.is_ascii_alphabetic())?;
+    tag[letters..].contains(|c: char| c.is_ascii_digit()).then(|| Split {
+        loop_name: Some(tag.to_owned()),
+        role: Role::Signal(signal),
+        word: word.to_owned(),
+    })
+}
+
+/// Whether a name as a whole says what is measured, such as `Flow (m3/h)`.
+pub fn is_quantity(name: &str) -> bool {
+    QUANTITIES.contains(&&*plain(without_unit(name).0))
+}
+
+/// Whether a name speaks of what is measured, as `Flow 2` does.
+pub fn has_quantity(name: &str) -> bool {
+    let name = plain(name);
+    QUANTITIES.iter().any(|word| name.contains(word))
+}
+
+/// Takes a name such as `FIC101.AUTO` apart: one that tells, by 0 and 1, whether a mode is on.
+pub fn split_switch(name: &str) -> Option<(Split, Mode)> {
+    let name = without_unit(name).0;
+    let (loop_name, word) = match name.rfind(SEPARATORS) {
+        Some(at) => (Some(name[..at].trim_end_matches(SEPARATORS)), &name[at + 1..]),
+        None => (None, name),
+    };
+    let mode = mode::of_switch(&plain(word), loop_name.is_some())?;
+    let loop_name = loop_name.filter(|name| !name.is_empty()).map(str::to_owned);
+    let role = Role::Signal(Signal::Mode);
+    Some((Split { loop_name, role, word: word.to_owned() }, mode))
+}
+
+fn signal_of(word: &str, more: &Words) -> Option<Signal> {
+    let word = plain(word);
+    let given = more.iter().find(|(_, words)| words.iter().any(|each| plain(each) == word));
+    given.map(|(signal, _)| *signal).or_else(|| Signal::of_word(&word))
+}
+
+/// Whether a word for OP has two meanings: MV is the manipulated variable, or a measured valve.
+pub fn is_mv(word: &str) -> bool {
+    plain(word) == "mv"
+}
+
+/// What a loop controls, by its tag: in a path the last part that tells counts, so that `[PLC1]FIC101` is a
+/// flow, not what the letters of the PLC would be.
+pub fn loop_type(name: &str) -> LoopType {
+    let parts = name.rsplit(['/', '\\', ':', ']', '|', '#']).map(LoopType::of_tag);
+    parts.into_iter().find(|kind| *kind != LoopType::Unknown).unwrap_or(LoopType::Unknown)
+}
+
+/// How tags are built, such as `{loop}.{signal}`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pattern {
+    text: String,
+    before: String,
+    between: String,
+    after: String,
+    loop_first: bool,
+}
+
+impl std::str::FromStr for Pattern {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || {
+            format!(
+                "\"{text}\" is no pattern of tags; write {{loop}} and {{signal}} once each with \
+                 something between them, as in \"{{loop}}.{{signal}}\""
+            )
+        };
+        let (l, s) =
+            (text.find("{loop}").ok_or_else(wrong)?, text.find("{signal}").ok_or_else(wrong)?);
+        let loop_first = l < s;
+        let (first, second) = if loop_first { (l..l + 6, s..s + 8) } else { (s..s + 8, l..l + 6) };
+        let (before, between) = (&text[..first.start], &text[first.end..second.start]);
+        let after = &text[second.end..];
+        if between.is_empty() || [before, between, after].iter().any(|t| t.contains(['{', '}'])) {
+            return Err(wrong());
+        }
+        let [before, between, after] = [before, between, after].map(str::to_owned);
+        Ok(Self { text: text.to_owned(), before, between, after, loop_first })
+    }
+}
+
+impl Pattern {
+    /// Takes `name` apart, if it is built so and its signal is known.
+    pub fn split(&self, name: &str, more: &Words) -> Option<Split> {
+        let name = without_unit(name).0;
+        let inner = name.strip_prefix(&*self.before)?.strip_suffix(&*self.after)?;
+        inner.match_indices(&*self.between).find_map(|(at, between)| {
+            let (a, b) = (&inner[..at], &inner[at + between.len()..]);
+            let (loop_name, word) = if self.loop_first { (a, b) } else { (b, a) };
+            let signal = signal_of(word, more).filter(|_| !loop_name.is_empty())?;
+            Some(Split {
+                loop_name: Some(loop_name.to_owned()),
+                role: Role::Signal(signal),
+                word: word.to_owned(),
+            })
+        })
+    }
+
+    /// As the user wrote it.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(name: &str) -> Option<(Option<String>, Role)> {
+        split(name, &[]).map(|split| (split.loop_name, split.role))
+    }
+
+    #[test]
+    fn tags_are_taken_apart() {
+        use Signal::{Mode, Op, Pv, Sp, Vp};
+        for (name, loop_name, signal) in [
+            ("pv", None, Pv),
+            ("OP [%]", None, Op),
+            ("Set Point", None, Sp),
+            ("valve_position", None, Vp),
+            ("PROCESS_VALUE", None, Pv),
+            ("FIC101.PV", Some("FIC101"), Pv),
+            ("FIC101_sp", Some("FIC101"), Sp),
+            ("unit 2/FIC-101/OUT", Some("unit 2/FIC-101"), Op),
+            ("FIC101:MODE", Some("FIC101"), Mode),
+            ("\\\\server\\FIC101\\OP", Some("\\\\server\\FIC101"), Op),
+            ("FIC101 SET POINT", Some("FIC101"), Sp),
+            ("FIC-101-CO (%)", Some("FIC-101"), Op),
+            ("UNIT/FIC101/PID1/PV.CV", Some("UNIT/FIC101/PID1"), Pv),
+            ("FIC101.CV", Some("FIC101"), Op),
+            ("FIC101.MODE.ACTUAL", Some("FIC101"), Mode),
+            ("FIC101.TRAVEL", Some("FIC101"), Vp),
+            ("Valve output (%)", None, Op),
+            ("Set", None, Sp),
+            ("STELLGRÖSSE", None, Op),
+            ("Stellgröße", None, Op),
+            ("Führungsgröße [m³/h]", None, Sp),
+            ("FIC101.Sollwert", Some("FIC101"), Sp),
+            ("PV_FIC101", Some("FIC101"), Pv),
+            ("FIX.FIC101_PV.F_CV", Some("FIX.FIC101"), Pv),
+        ] {
+            let expected = Some((loop_name.map(str::to_owned), Role::Signal(signal)));
+            assert_eq!(told(name), expected, "{name}");
+        }
+        for (name, loop_name, role) in [
+            ("FIC101.PV.Status", Some("FIC101"), Role::Quality(Some(Pv))),
+            ("pv_quality", None, Role::Quality(Some(Pv))),
+            ("FIC101.Quality", Some("FIC101"), Role::Quality(None)),
+        ] {
+            assert_eq!(told(name), Some((loop_name.map(str::to_owned), role)), "{name}");
+        }
+        for name in [
+            "flow",
+            "FIC101",
+            "FI101.X",
+            "",
+            ".",
+            "Temp",
+            "p1",
+            "data_set",
+            "pv_1",
+            "out_temp2",
+            "FIX.FIC101.F_CV",
+        ] {
+            assert_eq!(told(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn switches_of_a_mode() {
+        for (name, expected) in [
+            ("FIC101.AUTO", Some((Some("FIC101"), Mode::Automatic))),
+            ("FIC101_MAN", Some((Some("FIC101"), Mode::Manual))),
+            ("Hand", Some((None, Mode::Manual))),
+            ("CP01:FIC101.MA", Some((Some("CP01:FIC101"), Mode::Automatic))),
+            ("mA", None),
+            ("FIC101.PV", None),
+        ] {
+            let found = split_switch(name).map(|(split, mode)| (split.loop_name, mode));
+            assert_eq!(found, expected.map(|(tag, mode)| (tag.map(str::to_owned), mode)), "{name}");
+        }
+    }
+
+    #[test]
+    fn types_of_paths() {
+        for (name, expected) in [
+            ("[PLC1]FIC101", LoopType::Flow),
+            ("TC1/LIC7/PID1", LoopType::Level),
+            ("PLC1", LoopType::Pressure),
+            ("area", LoopType::Unknown),
+        ] {
+            assert_eq!(loop_type(name), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn columns_about_rows() {
+        for (name, role) in [
+            ("t_s", Role::Time),
+            ("Time (s)", Role::Time),
+            ("TIME_MS", Role::Time),
+            ("Time Stamp", Role::Time),
+            ("Date", Role::Date),
+            ("TagName", Role::Tag),
+            ("Value", Role::Value),
+            ("StatusCode", Role::Quality(None)),
+        ] {
+            assert_eq!(of_rows(name), Some(role), "{name}");
+        }
+        assert_eq!(of_rows("temp"), None);
+    }
+
+    #[test]
+    fn patterns_go_first() {
+        let pattern: Pattern = "plant:{signal}-{loop}".parse().unwrap();
+        let words = [(Signal::Pv, vec!["MEAS_VAL".to_owned()])];
+        let split = pattern.split("plant:meas_val-FIC-1", &words).unwrap();
+        assert_eq!(
+            (split.loop_name.as_deref(), split.role),
+            (Some("FIC-1"), Role::Signal(Signal::Pv))
+        );
+        assert_eq!(pattern.split("plant:temp-FIC1", &words), None);
+        for wrong in ["{loop}", "{loop}{signal}", "{loop}.{signal}.{x}", ""] {
+            assert!(wrong.parse::<Pattern>().is_err(), "{wrong}");
+        }
+    }
+}

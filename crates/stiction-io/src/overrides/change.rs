@@ -1,0 +1,130 @@
+//! The file of overrides is changed: under a lock, and whole or not at all.
+
+use super::entry::Override;
+use super::text::{in_toml, pieces};
+use crate::error::{Error, Result};
+use crate::{bytes, whole};
+use std::fs::File;
+use std::path::Path;
+
+/// Name of the empty file beside it that is locked while it is changed. It stays: who removed it could remove one that
+/// somebody has just locked.
+const LOCK_NAME: &str = ".stiction-overrides.lock";
+
+const HEAD: &str = "# What people concluded of valves, kept by `stiction override`.\n\
+                    # The computed verdict is always shown beside it.\n\n";
+
+/// Keeps one more override in the file at `path`, see [`with`], whoever else changes it at the time.
+///
+/// # Errors
+/// If the file cannot be locked, read or written, or as for [`with`].
+pub fn enter(path: &Path, one: &Override) -> Result<()> {
+    change(path, |bytes, origin| Ok((with(bytes, origin, one)?, ())))
+}
+
+/// Removes the overrides that are `unwanted` from the file at `path`, and tells how many those were.
+///
+/// # Errors
+/// If the file cannot be locked, read or written, or as for [`without`].
+pub fn remove(path: &Path, unwanted: impl Fn(&Override) -> bool) -> Result<usize> {
+    change(path, |bytes, origin| without(bytes, origin, unwanted))
+}
+
+/// Reads the file, changes it and writes it whole, while nobody else does.
+fn change<T>(path: &Path, edit: impl FnOnce(&[u8], &str) -> Result<(Vec<u8>, T)>) -> Result<T> {
+    let refused = |path: &Path, source| Error::File { path: path.display().to_string(), source };
+    let lock_path = whole::end_of_links(path).with_file_name(LOCK_NAME);
+    let lock = File::options().create(true).write(true).truncate(false).open(&lock_path);
+    let lock = lock.map_err(|e| refused(&lock_path, e))?;
+    lock.lock().map_err(|e| refused(&lock_path, e))?;
+    let bytes = read_if_there(path)?;
+    let (made, done) = edit(&bytes, &path.display().to_string())?;
+    if made != bytes {
+        whole::write(path, &made).map_err(|e| refused(path, e))?;
+    }
+    Ok(done)
+}
+
+/// The bytes of the file at `path`; none if there is none.
+pub fn read_if_there(path: &Path) -> Result<Vec<u8>> {
+    match bytes::read(path) {
+        Err(Error::File { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            Ok(vec![])
+        }
+        read => read,
+    }
+}
+
+/// The bytes of a file of overrides with one more: in place of those of the same loop and scope whose
+/// days overlap with its own. All else, such as comments and what cannot be understood, stays as it is.
+///
+/// # Errors
+/// If an override to be replaced is not a table of its own.
+pub fn with(bytes: &[u8], origin: &str, one: &Override) -> Result<Vec<u8>> {
+    let (mut made, removed) =
+        edited(bytes, origin, |other| one.rivals(other) && one.overlaps(other))?;
+    let new = in_toml(one);
+    match removed.first() {
+        Some(place) => {
+            made.splice(place..place, new.into_bytes());
+        }
+        None if made.trim_ascii().is_empty() => made = format!("{HEAD}{new}").into_bytes(),
+        None => {
+            // A file that was cut may end within a line.
+            let blank: &[u8] = if made.ends_with(b"\n") { b"\n" } else { b"\n\n" };
+            made.extend_from_slice(blank);
+            made.extend(new.into_bytes());
+        }
+    }
+    Ok(made)
+}
+
+/// The bytes of a file of overrides without those that are `unwanted`, and how many those were.
+///
+/// # Errors
+/// If one of them is not a table of its own.
+pub fn without(
+    bytes: &[u8],
+    origin: &str,
+    unwanted: impl Fn(&Override) -> bool,
+) -> Result<(Vec<u8>, usize)> {
+    let (made, removed) = edited(bytes, origin, unwanted)?;
+    Ok((made, removed.len()))
+}
+
+/// The bytes without the overrides that are `unwanted`, and where each of those was. Comments stay.
+fn edited(
+    bytes: &[u8],
+    origin: &str,
+    unwanted: impl Fn(&Override) -> bool,
+) -> Result<(Vec<u8>, Vec<usize>)> {
+    let (mut made, mut removed) = (vec![], vec![]);
+    for piece in pieces(bytes) {
+        let text = &bytes[piece.range.clone()];
+        let unwanted = piece.found.iter().flatten().find(|(_, each)| unwanted(each));
+        let Some((line, _)) = unwanted else {
+            made.extend_from_slice(text);
+            continue;
+        };
+        if !text.starts_with(b"[[") {
+            let message = "override: write each as a table of its own, [[override]]".to_owned();
+            return Err(Error::Overrides { origin: origin.to_owned(), line: *line, message });
+        }
+        removed.push(made.len());
+        made.extend_from_slice(&text[end_of_entry(text)..]);
+    }
+    Ok((made, removed))
+}
+
+/// Where an entry ends and the comments above the next one begin.
+fn end_of_entry(text: &[u8]) -> usize {
+    let mut end = text.len();
+    for line in text.split_inclusive(|b| *b == b'\n').rev() {
+        let bare = line.trim_ascii();
+        if !(bare.is_empty() || bare.starts_with(b"#")) {
+            break;
+        }
+        end -= line.len();
+    }
+    end
+}

@@ -1,0 +1,357 @@
+//! Recordings from a sheet of which is known what its columns are.
+
+use super::naming::told;
+use super::times::times;
+use crate::cells::number::{self, DecimalMark};
+use crate::cells::{mode, quality, range};
+use crate::columns::layout::content::Content;
+use crate::columns::layout::{LoopPlan, Place, Plan, Recognised};
+use crate::columns::options::{ReadOptions, SettingsByName};
+use crate::columns::role::{self, Signal};
+use crate::error::{Error, Result};
+use crate::names::list;
+use crate::remedy::{Remedy, Wording};
+use crate::sheet::{Cells, Column, Sheet};
+use crate::timestamp::{Clock, Times};
+use stiction_diagnose::recording::{
+    Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
+};
+
+/// Makes recordings of a sheet.
+pub struct Builder<'a> {
+    sheet: &'a Sheet,
+    plan: &'a Plan,
+    options: &'a ReadOptions,
+    settings: SettingsByName<'a>,
+    mark: DecimalMark,
+    pub times: Times,
+}
+
+/// The cells of one signal: a column, and which of its rows.
+struct Source<'a> {
+    column: &'a Column,
+    /// What it is called: the column, or the tag.
+    name: &'a str,
+    rows: Vec<usize>,
+}
+
+impl<'a> Builder<'a> {
+    pub fn new(
+        sheet: &'a Sheet,
+        plan: &'a Plan,
+        options: &'a ReadOptions,
+        mark: DecimalMark,
+    ) -> Result<Self> {
+        let times = times(sheet, plan, options, mark)?;
+        Ok(Self { sheet, plan, options, settings: SettingsByName::of(options), mark, times })
+    }
+
+    /// The cells of the signal or quality that the plan's `name` stands for.
+    fn source(&self, name: usize) -> Source<'a> {
+        match &self.plan.place {
+            Place::Columns => {
+                let column = &self.sheet.columns[name];
+                Source { column, name: &column.name, rows: (0..self.sheet.len()).collect() }
+            }
+            Place::Rows { tags, value, .. } => {
+                let tag = &tags[name];
+                let column = &self.sheet.columns[*value];
+                Source { column, name: &tag.name, rows: tag.rows.clone() }
+            }
+        }
+    }
+
+    fn wrong(&self, source: &Source<'_>, row: usize, message: String) -> Error {
+        let column = if source.name == source.column.name {
+            source.name.to_owned()
+        } else {
+            format!("{}\" of \"{}", source.column.name, source.name)
+        };
+        Error::Cell { origin: self.sheet.origin.clone(), row: self.sheet.row(row), column, message }
+    }
+
+    pub fn recording(&self, plan: &LoopPlan, name: String) -> Result<Recording> {
+        let settings = self.settings.of_loop(plan.name.as_deref().unwrap_or(&name));
+        let refused = |e: stiction_model::Error| Error::Table {
+            origin: self.sheet.origin.clone(),
+            message: format!("loop {name}: {e}"),
+        };
+        let mut notes = plan.notes.clone();
+        let mut channel = |signal: Signal| {
+            plan.signal(signal)
+                .map(|place| self.channel(plan, signal, place, &mut notes))
+                .transpose()
+        };
+        let op = channel(Signal::Op)?;
+        let (mut pv, sp, mut vp) =
+            (channel(Signal::Pv)?, channel(Signal::Sp)?, channel(Signal::Vp)?);
+        let Some(mut op) = op else {
+            let recognised = &self.plan.recognised;
+            return Err(no_op(&self.sheet.origin, recognised, self.options.wording));
+        };
+        let mode = plan.signal(Signal::Mode).map(|place| self.modes(plan, place, &mut notes));
+        let mode = mode.transpose()?;
+
+        let told_range = |key: &str| told(self.sheet, &[key]).and_then(range::of_text);
+        let (op_range, op_note) = range::of_valve_signal(
+            "OP",
+            &op,
+            settings.op_range,
+            told_range("op_range"),
+            self.options.wording,
+        )
+        .map_err(refused)?;
+        op.range = op_range;
+        notes.extend(op_note);
+        if let Some(vp) = &mut vp {
+            let (vp_range, vp_note) = range::of_valve_signal(
+                "VP",
+                vp,
+                settings.vp_range,
+                told_range("vp_range"),
+                self.options.wording,
+            )
+            .map_err(refused)?;
+            vp.range = vp_range;
+            notes.extend(vp_note);
+        }
+        if let Some(pv) = &mut pv {
+            let given = settings.pv_range.map(|ends| (ends, RangeSource::Given));
+            let told = told_range("pv_range").map(|ends| (ends, RangeSource::Metadata));
+            let range = given.or(told).map(|((low, high), source)| Range::new(low, high, source));
+            pv.range = range.transpose().map_err(refused)?;
+        }
+        let loop_type = match settings.loop_type {
+            Some(given) => given,
+            None => self.told_type(&mut notes).unwrap_or_else(|| role::loop_type(&name)),
+        };
+        let plant_time = match (&self.options.zone, self.times.start, &self.times.clock) {
+            (Some(zone), Some(start), _) => zone.plant_time(start),
+            (None, _, Clock::Local) => PlantTime::unnamed(),
+            _ => PlantTime::default(),
+        };
+        Ok(Recording {
+            name,
+            loop_type,
+            start: self.times.start,
+            plant_time,
+            op,
+            pv,
+            sp,
+            vp,
+            mode,
+            notes,
+        })
+    }
+
+    /// The type that the file tells, as a name or as whether the loop integrates.
+    fn told_type(&self, notes: &mut Vec<String>) -> Option<LoopType> {
+        let told = told(self.sheet, &["type", "loop_type"])?;
+        let integrating = number::parse(told, DecimalMark::Point);
+        let found = match integrating {
+            Some(0.0) => Some(LoopType::OtherSelfRegulating),
+            Some(1.0) => Some(LoopType::OtherIntegrating),
+            _ => LoopType::by_name(told).ok(),
+        };
+        if found.is_none() {
+            notes.push(format!(
+                "the file says the loop's type is \"{told}\", which is no known type"
+            ));
+        }
+        found
+    }
+
+    fn channel(
+        &self,
+        plan: &LoopPlan,
+        signal: Signal,
+        place: usize,
+        notes: &mut Vec<String>,
+    ) -> Result<Channel> {
+        let source = self.source(place);
+        let said = self.qualities(plan, signal, &source, notes)?;
+        let mut values = Vec::with_capacity(source.rows.len());
+        let mut qualities = Vec::with_capacity(source.rows.len());
+        for (k, row) in source.rows.iter().enumerate() {
+            let said = said.as_ref().map_or(Quality::Good, |said| said[k]);
+            let (value, quality) = match &source.column.cells {
+                Cells::Text(cells) => self.sample(&source, *row, &cells[*row], said)?,
+                Cells::Numbers(numbers) => match numbers[*row] {
+                    value if value.is_nan() => (value, Quality::Missing),
+                    value if value.is_infinite() && said.is_usable() => {
+                        let message = format!("{value} is not a finite number; correct it");
+                        return Err(self.wrong(&source, *row, message));
+                    }
+                    value => (value, Quality::Good),
+                },
+                Cells::Times { .. } => {
+                    let message = format!("holds a time, but is taken as {}", signal.name());
+                    return Err(self.wrong(&source, *row, message));
+                }
+            };
+            values.push(value);
+            qualities.push(if quality.is_usable() { said } else { quality });
+        }
+        let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        let channel = Channel::with_quality(signal.name(), time, values, qualities);
+        let mut channel = channel.map_err(|e| Error::Table {
+            origin: self.sheet.origin.clone(),
+            message: format!("\"{}\": {e}", source.name),
+        })?;
+        let in_name = || role::without_unit(source.name).1.map(str::to_owned);
+        channel.unit = source.column.unit.clone().or_else(in_name);
+        Ok(channel)
+    }
+
+    /// The value and quality of a cell whose quality is `said` elsewhere.
+    fn sample(
+        &self,
+        source: &Source<'_>,
+        row: usize,
+        cell: &str,
+        said: Quality,
+    ) -> Result<(f64, Quality)> {
+        if let Some(value) = number::parse(cell, self.mark) {
+            return Ok((value, Quality::Good));
+        }
+        if let Some(quality) = number::word(cell) {
+            return Ok((f64::NAN, quality));
+        }
+        let is_bad = |word: &String| word.trim().eq_ignore_ascii_case(cell);
+        if !said.is_usable() || self.options.bad_text.iter().any(is_bad) {
+            return Ok((f64::NAN, Quality::Bad));
+        }
+        Err(self.wrong(source, row, number::refusal(cell, self.mark, self.options.wording)))
+    }
+
+    /// What is said of the quality of the samples of `signal`, if anything is.
+    fn qualities(
+        &self,
+        plan: &LoopPlan,
+        signal: Signal,
+        of: &Source<'_>,
+        notes: &mut Vec<String>,
+    ) -> Result<Option<Vec<Quality>>> {
+        let place = match &self.plan.place {
+            Place::Columns => plan.quality(signal),
+            Place::Rows { quality, .. } => *quality,
+        };
+        let Some(place) = place else { return Ok(None) };
+        let column = &self.sheet.columns[place];
+        let read = quality::read(
+            &column.name,
+            &column.cells,
+            &of.rows,
+            &self.options.qualities,
+            self.mark,
+            self.options.wording,
+        );
+        let read = read.map_err(|(row, message)| Error::Cell {
+            origin: self.sheet.origin.clone(),
+            row: self.sheet.row(row),
+            column: column.name.clone(),
+            message,
+        })?;
+        if let Some(code) = read.code {
+            let note = format!("the numbers in \"{}\" are read as {}", column.name, code.name());
+            if !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
+        Ok(Some(read.qualities))
+    }
+
+    /// The mode that a column of modes turns on, if its name and all its cells say that it is a switch and
+    /// the user does not say what its cells mean.
+    fn switch(&self, place: usize, source: &Source<'_>, notes: &mut Vec<String>) -> Option<Mode> {
+        let (_, mode) = role::split_switch(source.name)?;
+        let content = Content { sheet: self.sheet, place: &self.plan.place };
+        if !self.options.modes.is_empty() || !content.is_switch(place) {
+            return None;
+        }
+        let (on, off) = match mode {
+            Mode::Manual => ("manual", "automatic"),
+            Mode::Automatic => ("automatic", "manual"),
+            // What is not in cascade may be in either of the others.
+            _ => return None,
+        };
+        notes.push(format!(
+            "\"{}\" is read as the mode: 1 {on}, 0 {off}; if it is something else, give {}",
+            source.name,
+            self.options.wording.of(Remedy::map("ignore", source.name))
+        ));
+        Some(mode)
+    }
+
+    fn modes(&self, plan: &LoopPlan, place: usize, notes: &mut Vec<String>) -> Result<Modes> {
+        let source = self.source(place);
+        let said = self.qualities(plan, Signal::Mode, &source, notes)?;
+        let switch = self.switch(place, &source, notes);
+        let (mut modes, mut codes, mut nothing) = (Vec::with_capacity(source.rows.len()), false, 0);
+        for (k, row) in source.rows.iter().enumerate() {
+            if said.as_ref().is_some_and(|said| !said[k].is_usable()) {
+                nothing += 1;
+                modes.push(Mode::Other);
+                continue;
+            }
+            let number;
+            let (cell, mark) = match &source.column.cells {
+                Cells::Text(cells) => (&*cells[*row], self.mark),
+                Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => {
+                    number = numbers[*row].to_string();
+                    (&*number, DecimalMark::Point)
+                }
+            };
+            if let Some((mode, is_on)) = switch.zip(mode::is_on(cell)) {
+                modes.push(if is_on { mode } else { mode::switched_off(mode) });
+                continue;
+            }
+            modes.push(match mode::of_cell(cell, &self.options.modes, mark) {
+                Some(mode::Said::Mode(mode)) => mode,
+                Some(mode::Said::Code(mode)) => {
+                    codes = true;
+                    mode
+                }
+                Some(mode::Said::Nothing) => {
+                    nothing += 1;
+                    Mode::Other
+                }
+                None => {
+                    let cell = number::shown(cell);
+                    let message = format!(
+                        "\"{cell}\" is no known mode; say what it means in a mapping file, as in \
+                         [modes] \"{cell}\" = \"auto\", or leave it out, as in {}",
+                        self.options.wording.of(Remedy::map("ignore", source.name))
+                    );
+                    return Err(self.wrong(&source, *row, message));
+                }
+            });
+        }
+        if codes {
+            notes.push(
+                "mode codes are read as 0 manual, 1 automatic, 2 cascade; if they mean something else, \
+                 say so under [modes] in a mapping file"
+                    .to_owned(),
+            );
+        }
+        if nothing > 0 {
+            notes.push(format!("{nothing} of {} modes are not recorded", modes.len()));
+        }
+        let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        Ok(Modes { time, modes })
+    }
+}
+
+/// The refusal of what has no OP.
+pub fn no_op(origin: &str, recognised: &[Recognised], wording: Wording) -> Error {
+    let names: Vec<&str> = recognised.iter().map(|each| &*each.column).collect();
+    Error::Table {
+        origin: origin.to_owned(),
+        message: format!(
+            "has no column known as the controller output (OP); its columns are {}; say which it is, \
+             as in {}",
+            list(&names),
+            wording.of(Remedy::map_some("op"))
+        ),
+    }
+}

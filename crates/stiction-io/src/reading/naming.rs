@@ -1,0 +1,49 @@
+//! What loops are called, and what else a file says beside its columns.
+
+use crate::columns::layout::LoopPlan;
+use crate::sheet::Sheet;
+use std::path::Path;
+
+/// What loops are called that no column names.
+pub struct Names<'a> {
+    pub origin: &'a str,
+    /// How much the parts of the file have in common.
+    pub parts: usize,
+    pub several: bool,
+}
+
+impl Names<'_> {
+    /// The name of a loop, and whether the file tells it.
+    pub fn of(&self, plan: &LoopPlan, sheet: &Sheet) -> (String, bool) {
+        let part = sheet.part.get(self.parts..).unwrap_or("");
+        let name = match (&plan.name, part) {
+            (Some(name), part) if part.is_empty() || !self.several => name.clone(),
+            (Some(name), part) => format!("{part}.{name}"),
+            (None, part) if !part.is_empty() && self.several => part.to_owned(),
+            (None, _) => match told(sheet, &["tag", "loop", "name"]) {
+                Some(told) => told.to_owned(),
+                None => {
+                    let stem = Path::new(self.origin).file_stem();
+                    let stem = stem.map(|stem| stem.to_string_lossy().into_owned());
+                    return (stem.unwrap_or(self.origin.to_owned()), false);
+                }
+            },
+        };
+        (name, true)
+    }
+}
+
+/// The beginning, up to a dot, that the parts of all sheets share.
+pub fn common_start(sheets: &[Sheet]) -> usize {
+    let Some((first, others)) = sheets.split_first() else { return 0 };
+    let ends = first.part.match_indices('.').map(|(at, _)| at + 1);
+    ends.rev()
+        .find(|end| others.iter().all(|sheet| sheet.part.starts_with(&first.part[..*end])))
+        .unwrap_or(0)
+}
+
+/// What the file says beside its columns under one of the `keys`.
+pub fn told<'s>(sheet: &'s Sheet, keys: &[&str]) -> Option<&'s str> {
+    let same = |key: &str| keys.contains(&&*key.to_lowercase().replace([' ', '-'], "_"));
+    sheet.attributes.iter().find(|(key, _)| same(key)).map(|(_, value)| &**value)
+}
