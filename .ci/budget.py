@@ -35,7 +35,7 @@ def compiled(root: Path, package: str) -> dict[str, tuple[bool, int]]:
     folders = {(each["name"], each["version"]): Path(each["manifest_path"]).parent for each in metadata["packages"]}
     tree = asked("cargo", "tree", "--locked", "-p", package, "-e", "normal,build", "--prefix", "none", "-f", "{p}", root=root)
     names = {tuple(line.split()[:2]) for line in tree.splitlines() if line.strip()}
-    packages = {name: folders[name, version.removeprefix("v")] for name, version in names}
+    packages = {f"{name} {version}": folders[name, version.removeprefix("v")] for name, version in names}
     return {name: (folder.is_relative_to(root), lines(folder)) for name, folder in packages.items()}
 
 
@@ -80,7 +80,7 @@ def main() -> int:
                 largest = sorted(crates.items(), key=lambda item: -item[1][1])[:10]
                 too_much.append(
                     f"The {built} compiles {found[what]} {what}, {most} are allowed. Largest: "
-                    + ", ".join(f"{name} {count}" for name, (_, count) in largest)
+                    + ", ".join(f"{name}: {count}" for name, (_, count) in largest)
                 )
     why = [f"Raised without a line \"Budget: ...\" in the message of the commit: {each}" for each in unexplained(root)]
     print(*too_much, *why, sep="\n", end="\n" if too_much or why else "")
