@@ -42,6 +42,8 @@ columns! {
     "stretch_start_s" ["s"] stretch_start_s: Option<f64>;
     /// Duration of the stretch that was judged.
     "stretch_s" ["s"] stretch_s: Option<f64>;
+    /// Time between the samples that were judged.
+    "sample_time_s" ["s"] sample_time_s: Option<f64>;
     /// Whether the data can answer: fit, caveats or unfit.
     "fitness" [""] fitness: Option<String>;
     /// Why the data are not fit, sentences.
@@ -158,6 +160,7 @@ impl WindowRow {
             auto_share: finite(Some(100.0 * diagnosis.grid.closed_share)),
             stretch_start_s: judged.map(|judged| judged.from_s),
             stretch_s: judged.map(|judged| judged.duration_s),
+            sample_time_s: judged.map(|judged| judged.sample_time_s),
             fitness: Some(diagnosis.fitness.class.name().to_owned()),
             unfit_reasons: (!reasons.is_empty()).then_some(reasons),
             pv_moves: diagnosis
