@@ -156,32 +156,18 @@ impl Fmu {
              canHandleVariableCommunicationStepSize=\"true\" canInterpolateInputs=\"false\" \
              maxOutputDerivativeOrder=\"0\" canRunAsynchronuously=\"false\" {common}/>"
         )?;
-        self.write_units(xml, Fmi::V2)?;
-        writeln!(
-            xml,
-            "  <LogCategories>\n    <Category name=\"logStatusError\"/>\n  </LogCategories>"
-        )?;
-        self.write_experiment(xml)?;
-        writeln!(xml, "  <ModelVariables>")?;
-        for (reference, variable) in self.variables().iter().enumerate() {
-            self.write_variable_2(xml, reference, variable)?;
-        }
-        writeln!(xml, "  </ModelVariables>\n  <ModelStructure>")?;
+        self.write_variables(xml, Fmi::V2)?;
         let mut unknowns = |name: &str, indices: &[u32]| -> std::fmt::Result {
             if indices.is_empty() {
                 return Ok(());
             }
             writeln!(xml, "    <{name}>")?;
             for index in indices {
-                let on = self.variables()[*index as usize].depends_on;
-                write!(xml, "      <Unknown index=\"{}\"", index + 1)?;
-                if let Some(on) = on.filter(|_| name != "InitialUnknowns") {
-                    // Only in model exchange are there states to depend on.
-                    let states = if self.is_continuous() { on } else { &[] };
-                    let on: Vec<_> = states.iter().map(|state| (state + 1).to_string()).collect();
-                    write!(xml, " dependencies=\"{}\"", on.join(" "))?;
-                }
-                writeln!(xml, "/>")?;
+                let on = match name {
+                    "InitialUnknowns" => String::new(),
+                    _ => self.dependencies(*index, 1),
+                };
+                writeln!(xml, "      <Unknown index=\"{}\"{on}/>", index + 1)?;
             }
             writeln!(xml, "    </{name}>")
         };
@@ -192,37 +178,73 @@ impl Fmu {
         writeln!(xml, "  </ModelStructure>\n</fmiModelDescription>")
     }
 
-    fn write_variable_2(
+    /// From the units to the last variable.
+    fn write_variables(&self, xml: &mut String, version: Fmi) -> std::fmt::Result {
+        self.write_units(xml, version)?;
+        writeln!(
+            xml,
+            "  <LogCategories>\n    <Category name=\"logStatusError\"/>\n  </LogCategories>"
+        )?;
+        self.write_experiment(xml)?;
+        writeln!(xml, "  <ModelVariables>")?;
+        for (reference, variable) in self.variables().iter().enumerate() {
+            self.write_variable(xml, reference, variable, version)?;
+        }
+        writeln!(xml, "  </ModelVariables>\n  <ModelStructure>")
+    }
+
+    fn write_variable(
         &self,
         xml: &mut String,
         reference: usize,
         v: &Variable,
+        version: Fmi,
     ) -> std::fmt::Result {
-        let kind = match v.kind {
-            VariableKind::Float64 => "Real",
-            VariableKind::Int32 => "Integer",
-            VariableKind::Boolean => "Boolean",
+        let kind = match (v.kind, version) {
+            (VariableKind::Float64, Fmi::V2) => "Real",
+            (VariableKind::Int32, Fmi::V2) => "Integer",
+            (VariableKind::Float64, Fmi::V3) => "Float64",
+            (VariableKind::Int32, Fmi::V3) => "Int32",
+            (VariableKind::Boolean, _) => "Boolean",
+        };
+        // Before version 3 a variable is an element around that of its type, and counted from 1.
+        let (element, inner, end, first) = match version {
+            Fmi::V2 => {
+                ("ScalarVariable", format!(">\n      <{kind}"), "\n    </ScalarVariable>", 1)
+            }
+            Fmi::V3 => (kind, String::new(), "", 0),
         };
         write!(
             xml,
-            "    <ScalarVariable name=\"{}\" valueReference=\"{reference}\" description=\"{}\" \
-             causality=\"{}\" variability=\"{}\"{}>\n      <{kind}",
+            "    <{element} name=\"{}\" valueReference=\"{reference}\" description=\"{}\" \
+             causality=\"{}\" variability=\"{}\"{}{inner}",
             v.name,
             v.description,
             causality(v),
             variability(v),
             initial(v),
         )?;
-        write_attributes(xml, v, Fmi::V2)?;
+        write_attributes(xml, v, version)?;
         if self.is_continuous() {
             if let Some(state) = v.rate_of {
-                write!(xml, " derivative=\"{}\"", state + 1)?;
+                write!(xml, " derivative=\"{}\"", state + first)?;
             }
             if self.states().any(|(state, _)| state as usize == reference) {
                 write!(xml, " reinit=\"true\"")?;
             }
         }
-        writeln!(xml, "/>\n    </ScalarVariable>")
+        writeln!(xml, "/>{end}")
+    }
+
+    /// The states that a variable depends on, counted from `first`, as an attribute, where it is one that tells them.
+    fn dependencies(&self, reference: u32, first: u32) -> String {
+        let Some(on) = self.variables()[reference as usize].depends_on else {
+            return String::new();
+        };
+        // Only in model exchange are there states to depend on.
+        let states = if self.is_continuous() { on } else { &[] };
+        let on: Vec<_> = states.iter().map(|state| (state + first).to_string()).collect();
+        format!(" dependencies=\"{}\"", on.join(" "))
     }
 
     /// The value references of the states' rates, in the order of the states.
@@ -265,54 +287,14 @@ impl Fmu {
             "  <CoSimulation modelIdentifier=\"{identifier}\" \
              canHandleVariableCommunicationStepSize=\"true\" {common}/>"
         )?;
-        self.write_units(xml, Fmi::V3)?;
-        writeln!(
-            xml,
-            "  <LogCategories>\n    <Category name=\"logStatusError\"/>\n  </LogCategories>"
-        )?;
-        self.write_experiment(xml)?;
-        writeln!(xml, "  <ModelVariables>")?;
-        for (reference, v) in self.variables().iter().enumerate() {
-            let kind = match v.kind {
-                VariableKind::Float64 => "Float64",
-                VariableKind::Int32 => "Int32",
-                VariableKind::Boolean => "Boolean",
-            };
-            write!(
-                xml,
-                "    <{kind} name=\"{}\" valueReference=\"{reference}\" description=\"{}\" \
-                 causality=\"{}\" variability=\"{}\"{}",
-                v.name,
-                v.description,
-                causality(v),
-                variability(v),
-                initial(v)
-            )?;
-            write_attributes(xml, v, Fmi::V3)?;
-            if self.is_continuous() {
-                if let Some(state) = v.rate_of {
-                    write!(xml, " derivative=\"{state}\"")?;
-                }
-                if self.states().any(|(state, _)| state as usize == reference) {
-                    write!(xml, " reinit=\"true\"")?;
-                }
-            }
-            writeln!(xml, "/>")?;
-        }
-        writeln!(xml, "  </ModelVariables>\n  <ModelStructure>")?;
+        self.write_variables(xml, Fmi::V3)?;
         let outputs: Vec<u32> = self.outputs().collect();
         for (name, references) in
             [("Output", &outputs), ("ContinuousStateDerivative", &self.rates())]
         {
             for reference in references {
-                write!(xml, "    <{name} valueReference=\"{reference}\"")?;
-                if let Some(on) = self.variables()[*reference as usize].depends_on {
-                    // Only in model exchange are there states to depend on.
-                    let states = if self.is_continuous() { on } else { &[] };
-                    let on: Vec<_> = states.iter().map(u32::to_string).collect();
-                    write!(xml, " dependencies=\"{}\"", on.join(" "))?;
-                }
-                writeln!(xml, "/>")?;
+                let on = self.dependencies(*reference, 0);
+                writeln!(xml, "    <{name} valueReference=\"{reference}\"{on}/>")?;
             }
         }
         for reference in self.initial_unknowns() {

@@ -15,6 +15,12 @@ pub struct Wrong {
     pub message: String,
 }
 
+impl From<toml::de::Error> for Wrong {
+    fn from(e: toml::de::Error) -> Self {
+        Self { span: e.span().unwrap_or_default(), message: e.message().to_owned() }
+    }
+}
+
 /// The line, from 1, on which the byte at `position` stands.
 pub fn line_of(text: &[u8], position: usize) -> usize {
     text.iter().take(position).filter(|b| **b == b'\n').count() + 1

@@ -89,6 +89,22 @@ pub struct Client {
     log: Box<Entries>,
 }
 
+/// Calls what the version of an instance calls so: with the same arguments, or with its own.
+macro_rules! by_version {
+    ($client:ident, $v2:ident, $v3:ident($($given:expr),*)) => {
+        by_version!($client, $v2($($given),*), $v3($($given),*))
+    };
+    ($client:ident, $v2:ident($($a:expr),*), $v3:ident($($b:expr),*)) => {
+        // SAFETY: the instance is null or alive, a state comes from it, and arrays are as long as is said.
+        unsafe {
+            match $client.version {
+                Fmi::V2 => fmi2::$v2($client.instance $(, $a)*),
+                Fmi::V3 => fmi3::$v3($client.instance $(, $b)*),
+            }
+        }
+    };
+}
+
 impl Client {
     /// An instance for co-simulation, or model exchange; null if it was refused.
     pub fn instantiate(version: Fmi, unpacked: &Unpacked, exchange: bool) -> Self {
@@ -184,34 +200,24 @@ impl Client {
     }
 
     pub fn exit(&self) -> c_int {
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2ExitInitializationMode(self.instance),
-                Fmi::V3 => fmi3::fmi3ExitInitializationMode(self.instance),
-            }
-        }
+        by_version!(self, fmi2ExitInitializationMode, fmi3ExitInitializationMode())
     }
 
     pub fn set(&self, reference: u32, value: f64) -> c_int {
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2SetReal(self.instance, &reference, 1, &value),
-                Fmi::V3 => fmi3::fmi3SetFloat64(self.instance, &reference, 1, &value, 1),
-            }
-        }
+        by_version!(
+            self,
+            fmi2SetReal(&reference, 1, &value),
+            fmi3SetFloat64(&reference, 1, &value, 1)
+        )
     }
 
     pub fn get(&self, reference: u32) -> Result<f64, c_int> {
         let mut value = f64::NAN;
-        // SAFETY: see above.
-        let status = unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2GetReal(self.instance, &reference, 1, &mut value),
-                Fmi::V3 => fmi3::fmi3GetFloat64(self.instance, &reference, 1, &mut value, 1),
-            }
-        };
+        let status = by_version!(
+            self,
+            fmi2GetReal(&reference, 1, &mut value),
+            fmi3GetFloat64(&reference, 1, &mut value, 1)
+        );
         if status == 0 { Ok(value) } else { Err(status) }
     }
 
@@ -235,13 +241,11 @@ impl Client {
 
     pub fn integer(&self, reference: u32) -> i32 {
         let mut value = -1;
-        // SAFETY: see above.
-        unsafe {
-            self.good(match self.version {
-                Fmi::V2 => fmi2::fmi2GetInteger(self.instance, &reference, 1, &mut value),
-                Fmi::V3 => fmi3::fmi3GetInt32(self.instance, &reference, 1, &mut value, 1),
-            });
-        }
+        self.good(by_version!(
+            self,
+            fmi2GetInteger(&reference, 1, &mut value),
+            fmi3GetInt32(&reference, 1, &mut value, 1)
+        ));
         value
     }
 
@@ -249,23 +253,11 @@ impl Client {
         let mut flags = [9u8; 3];
         let mut last = f64::NAN;
         let [a, b, c] = &mut flags;
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2DoStep(self.instance, time, step, 1),
-                Fmi::V3 => fmi3::fmi3DoStep(self.instance, time, step, 1, a, b, c, &mut last),
-            }
-        }
+        by_version!(self, fmi2DoStep(time, step, 1), fmi3DoStep(time, step, 1, a, b, c, &mut last))
     }
 
     pub fn enter_event_mode(&self) -> c_int {
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2EnterEventMode(self.instance),
-                Fmi::V3 => fmi3::fmi3EnterEventMode(self.instance),
-            }
-        }
+        by_version!(self, fmi2EnterEventMode, fmi3EnterEventMode())
     }
 
     /// Lets events pass.
@@ -273,190 +265,101 @@ impl Client {
         let mut info = std::mem::MaybeUninit::uninit();
         let (mut flags, mut next) = ([9u8; 5], f64::NAN);
         let [a, b, c, d, e] = &mut flags;
-        let i = self.instance;
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2NewDiscreteStates(i, info.as_mut_ptr()),
-                Fmi::V3 => fmi3::fmi3UpdateDiscreteStates(i, a, b, c, d, e, &mut next),
-            }
-        }
+        by_version!(
+            self,
+            fmi2NewDiscreteStates(info.as_mut_ptr()),
+            fmi3UpdateDiscreteStates(a, b, c, d, e, &mut next)
+        )
     }
 
     pub fn enter_continuous_time_mode(&self) -> c_int {
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2EnterContinuousTimeMode(self.instance),
-                Fmi::V3 => fmi3::fmi3EnterContinuousTimeMode(self.instance),
-            }
-        }
+        by_version!(self, fmi2EnterContinuousTimeMode, fmi3EnterContinuousTimeMode())
     }
 
     pub fn set_time(&self, time: f64) -> c_int {
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2SetTime(self.instance, time),
-                Fmi::V3 => fmi3::fmi3SetTime(self.instance, time),
-            }
-        }
+        by_version!(self, fmi2SetTime, fmi3SetTime(time))
     }
 
     pub fn set_states(&self, x: &[f64]) -> c_int {
-        let (i, at, n) = (self.instance, x.as_ptr(), x.len());
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2SetContinuousStates(i, at, n),
-                Fmi::V3 => fmi3::fmi3SetContinuousStates(i, at, n),
-            }
-        }
+        let (at, n) = (x.as_ptr(), x.len());
+        by_version!(self, fmi2SetContinuousStates, fmi3SetContinuousStates(at, n))
     }
 
     pub fn states(&self, x: &mut [f64]) -> c_int {
-        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2GetContinuousStates(i, at, n),
-                Fmi::V3 => fmi3::fmi3GetContinuousStates(i, at, n),
-            }
-        }
+        let (at, n) = (x.as_mut_ptr(), x.len());
+        by_version!(self, fmi2GetContinuousStates, fmi3GetContinuousStates(at, n))
     }
 
     pub fn nominals(&self, x: &mut [f64]) -> c_int {
-        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2GetNominalsOfContinuousStates(i, at, n),
-                Fmi::V3 => fmi3::fmi3GetNominalsOfContinuousStates(i, at, n),
-            }
-        }
+        let (at, n) = (x.as_mut_ptr(), x.len());
+        by_version!(
+            self,
+            fmi2GetNominalsOfContinuousStates,
+            fmi3GetNominalsOfContinuousStates(at, n)
+        )
     }
 
     pub fn rates(&self, x: &mut [f64]) -> c_int {
-        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2GetDerivatives(i, at, n),
-                Fmi::V3 => fmi3::fmi3GetContinuousStateDerivatives(i, at, n),
-            }
-        }
+        let (at, n) = (x.as_mut_ptr(), x.len());
+        by_version!(self, fmi2GetDerivatives, fmi3GetContinuousStateDerivatives(at, n))
     }
 
     pub fn indicators(&self, x: &mut [f64]) -> c_int {
-        let (i, at, n) = (self.instance, x.as_mut_ptr(), x.len());
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2GetEventIndicators(i, at, n),
-                Fmi::V3 => fmi3::fmi3GetEventIndicators(i, at, n),
-            }
-        }
+        let (at, n) = (x.as_mut_ptr(), x.len());
+        by_version!(self, fmi2GetEventIndicators, fmi3GetEventIndicators(at, n))
     }
 
     pub fn terminate(&self) -> c_int {
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2Terminate(self.instance),
-                Fmi::V3 => fmi3::fmi3Terminate(self.instance),
-            }
-        }
+        by_version!(self, fmi2Terminate, fmi3Terminate())
     }
 
     pub fn reset(&self) -> c_int {
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2Reset(self.instance),
-                Fmi::V3 => fmi3::fmi3Reset(self.instance),
-            }
-        }
+        by_version!(self, fmi2Reset, fmi3Reset())
     }
 
     pub fn state(&self) -> *mut c_void {
         let mut state = std::ptr::null_mut();
-        // SAFETY: see above.
-        unsafe {
-            self.good(match self.version {
-                Fmi::V2 => fmi2::fmi2GetFMUstate(self.instance, &mut state),
-                Fmi::V3 => fmi3::fmi3GetFMUState(self.instance, &mut state),
-            });
-        }
+        self.good(by_version!(self, fmi2GetFMUstate, fmi3GetFMUState(&mut state)));
         state
     }
 
     pub fn set_state(&self, state: *mut c_void) -> c_int {
-        // SAFETY: see above; the state comes from `state` or `deserialise`.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2SetFMUstate(self.instance, state),
-                Fmi::V3 => fmi3::fmi3SetFMUState(self.instance, state),
-            }
-        }
+        by_version!(self, fmi2SetFMUstate, fmi3SetFMUState(state))
     }
 
     pub fn free_state(&self, mut state: *mut c_void) {
-        // SAFETY: see above.
-        unsafe {
-            self.good(match self.version {
-                Fmi::V2 => fmi2::fmi2FreeFMUstate(self.instance, &mut state),
-                Fmi::V3 => fmi3::fmi3FreeFMUState(self.instance, &mut state),
-            });
-        }
+        self.good(by_version!(self, fmi2FreeFMUstate, fmi3FreeFMUState(&mut state)));
         assert!(state.is_null());
     }
 
     pub fn serialise(&self, state: *mut c_void) -> Vec<u8> {
         let mut size = 0;
-        // SAFETY: see above.
-        unsafe {
-            match self.version {
-                Fmi::V2 => {
-                    self.good(fmi2::fmi2SerializedFMUstateSize(self.instance, state, &mut size));
-                    let mut bytes = vec![0; size];
-                    let at = bytes.as_mut_ptr();
-                    self.good(fmi2::fmi2SerializeFMUstate(self.instance, state, at, size));
-                    bytes
-                }
-                Fmi::V3 => {
-                    self.good(fmi3::fmi3SerializedFMUStateSize(self.instance, state, &mut size));
-                    let mut bytes = vec![0; size];
-                    let at = bytes.as_mut_ptr();
-                    self.good(fmi3::fmi3SerializeFMUState(self.instance, state, at, size));
-                    bytes
-                }
-            }
-        }
+        self.good(by_version!(
+            self,
+            fmi2SerializedFMUstateSize,
+            fmi3SerializedFMUStateSize(state, &mut size)
+        ));
+        let mut bytes = vec![0; size];
+        let at = bytes.as_mut_ptr();
+        self.good(by_version!(self, fmi2SerializeFMUstate, fmi3SerializeFMUState(state, at, size)));
+        bytes
     }
 
     pub fn deserialise(&self, bytes: &[u8]) -> Result<*mut c_void, c_int> {
         let mut state = std::ptr::null_mut();
         let (at, size) = (bytes.as_ptr(), bytes.len());
-        // SAFETY: see above.
-        let status = unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2DeSerializeFMUstate(self.instance, at, size, &mut state),
-                Fmi::V3 => fmi3::fmi3DeserializeFMUState(self.instance, at, size, &mut state),
-            }
-        };
+        let status = by_version!(
+            self,
+            fmi2DeSerializeFMUstate,
+            fmi3DeserializeFMUState(at, size, &mut state)
+        );
         if status == 0 { Ok(state) } else { Err(status) }
     }
 }
 
 impl Drop for Client {
     fn drop(&mut self) {
-        // SAFETY: null or alive until now.
-        unsafe {
-            match self.version {
-                Fmi::V2 => fmi2::fmi2FreeInstance(self.instance),
-                Fmi::V3 => fmi3::fmi3FreeInstance(self.instance),
-            }
-        }
+        by_version!(self, fmi2FreeInstance, fmi3FreeInstance())
     }
 }
 

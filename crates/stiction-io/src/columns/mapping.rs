@@ -68,9 +68,7 @@ impl ReadOptions {
             line: line_of(text.as_bytes(), wrong.span.start),
             message: wrong.message,
         };
-        let document = DeTable::parse(text).map_err(|e| {
-            at(Wrong { span: e.span().unwrap_or_default(), message: e.message().to_owned() })
-        })?;
+        let document = DeTable::parse(text).map_err(|e| at(e.into()))?;
         let fields = Fields::document(&document, TOP).map_err(at)?;
         build(fields).map_err(at)
     }

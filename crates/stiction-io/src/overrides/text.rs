@@ -91,10 +91,7 @@ fn understood(
 
 /// The overrides in a text with their places.
 fn entries(text: &str) -> std::result::Result<Vec<(usize, Override)>, Wrong> {
-    let document = DeTable::parse(text).map_err(|e| Wrong {
-        span: e.span().unwrap_or_default(),
-        message: e.message().to_owned(),
-    })?;
+    let document = DeTable::parse(text)?;
     let fields = Fields::document(&document, TOP)?;
     let mut all = vec![];
     for table in fields.tables("override", KEYS)? {

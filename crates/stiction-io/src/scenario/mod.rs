@@ -140,9 +140,7 @@ impl Scenario {
             line: line_of(text.as_bytes(), wrong.span.start),
             message: wrong.message,
         };
-        let document = DeTable::parse(text).map_err(|e| {
-            at(Wrong { span: e.span().unwrap_or_default(), message: e.message().to_owned() })
-        })?;
+        let document = DeTable::parse(text).map_err(|e| at(e.into()))?;
         let signals = Signals { folder, files: RefCell::default() };
         let mut builder = Builder { signals, valve: (Model::Ideal, Bands::NONE), notes: vec![] };
         let (title, system) = Fields::document(&document, keys::SCENARIO)
