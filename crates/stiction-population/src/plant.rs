@@ -1,12 +1,14 @@
 //! The loop itself, step by step.
 
 use super::design::Design;
-use super::disturbance::Tapes;
+use super::disturbance::{Spell, Tapes};
 use super::draw::Draw;
 use super::families::{ControllerKind, ProcessKind, SetPointKind};
 use super::neighbour::{InnerRun, NeighbourRun};
 use super::stem::{Fitting, Stem};
 use super::switched::SwitchedRun;
+use std::iter::Peekable;
+use std::slice::Iter;
 use stiction_model::closed_loop::{
     AntiWindup, Controller, DeadTime, DelayLine, Engaged, Form, Handover, PidBank, Process,
     ProcessBank, SampledProcess, Signal, quantised,
@@ -131,7 +133,6 @@ impl<'a> Plant<'a> {
     fn steps(&self, fittings: &[Fitting], given: Option<&[f64]>) -> Result<Played> {
         let (design, tapes) = (self.design, self.tapes);
         let (lowest, highest) = design.transmitter;
-        let (low, high) = design.limits;
         let (step, n) = (design.step(), design.all_steps());
         let first_sp = tapes.set_point[0];
         let (op_rest, pv_rest) = (design.op_rest, design.pv_rest);
@@ -163,7 +164,7 @@ impl<'a> Plant<'a> {
         play.restart(Start::at_rest(pv_rest));
         let keep = if design.pv_filter > 0.0 { (-step / design.pv_filter).exp() } else { 0.0 };
         let mut filtered = pv_rest;
-        let (mut above, mut above_integral, mut asked) = (0.0, 0.0, 0.0);
+        let mut master = self.master.as_ref().map(MasterRun::new);
         let (mut last_pv, mut last_op, mut arriving) = (pv_rest, op_rest, 0.0);
 
         let room = || Vec::with_capacity(n);
@@ -187,38 +188,12 @@ impl<'a> Plant<'a> {
             };
             last_pv = pv;
 
-            if let Some(master) = &self.master {
-                above = master.keep * above + (1.0 - master.keep) * (value - pv_rest);
-                if k % design.steps == 0 {
-                    let error = master.wanted[k] - above;
-                    above_integral += master.ki * error;
-                    above_integral = above_integral.clamp(-master.reach, master.reach);
-                    asked = (master.kc * error + above_integral).clamp(-master.reach, master.reach);
-                }
-            }
+            let asks = k % design.steps == 0;
+            let asked = master.as_mut().map_or(0.0, |one| one.step(k, value - pv_rest, asks));
             let sp = (tapes.set_point[k] + asked).clamp(3.0, 97.0);
             let op = match given {
                 Some(given) => given[k],
-                None => {
-                    let error = sp - pv;
-                    let mut beyond = error - error.clamp(-self.gap, self.gap);
-                    if let Some((least, whole)) = design.squared {
-                        beyond *= least + (1.0 - least) * (beyond.abs() / whole).min(1.0);
-                    }
-                    let shaped = self.gap > 0.0 || design.squared.is_some();
-                    let own = controller.step(0, sp, if shaped { sp - beyond } else { pv });
-                    let op = own + tapes.op.get(k).copied().unwrap_or(0.0);
-                    while spells.next_if(|spell| spell.until <= k).is_some() {}
-                    let taken = match (spells.peek(), &tapes.selected) {
-                        (Some(spell), _) if spell.from <= k => spell.op(k, last_op),
-                        (_, Some(selected)) => selected.of(k, op),
-                        _ => op,
-                    };
-                    if taken != op {
-                        controller.track(0, taken);
-                    }
-                    taken.clamp(low, high)
-                }
+                None => self.answer(&mut controller, &mut spells, k, (sp, pv), last_op),
             };
             let load = tapes.load[k] + arriving + pushed[0];
             let (stem, vp, acting) = match &mut actuator {
@@ -248,6 +223,67 @@ impl<'a> Plant<'a> {
         played.switches = switched.map_or(0, |one| one.switches);
         played.neighbour_slips = neighbour.map_or(0, |one| one.slips);
         Ok(played)
+    }
+}
+
+impl Plant<'_> {
+    /// The OP at step `k`, after `last_op`: the controller's, unless a spell or another controller takes it.
+    fn answer(
+        &self,
+        controller: &mut PidBank<1>,
+        spells: &mut Peekable<Iter<'_, Spell>>,
+        k: usize,
+        (sp, pv): (f64, f64),
+        last_op: f64,
+    ) -> f64 {
+        let (design, tapes) = (self.design, self.tapes);
+        let error = sp - pv;
+        let mut beyond = error - error.clamp(-self.gap, self.gap);
+        if let Some((least, whole)) = design.squared {
+            beyond *= least + (1.0 - least) * (beyond.abs() / whole).min(1.0);
+        }
+        let shaped = self.gap > 0.0 || design.squared.is_some();
+        let own = controller.step(0, sp, if shaped { sp - beyond } else { pv });
+        let op = own + tapes.op.get(k).copied().unwrap_or(0.0);
+        while spells.next_if(|spell| spell.until <= k).is_some() {}
+        let taken = match (spells.peek(), &tapes.selected) {
+            (Some(spell), _) if spell.from <= k => spell.op(k, last_op),
+            (_, Some(selected)) => selected.of(k, op),
+            _ => op,
+        };
+        if taken != op {
+            controller.track(0, taken);
+        }
+        let (low, high) = design.limits;
+        taken.clamp(low, high)
+    }
+}
+
+/// A master at work.
+struct MasterRun<'a> {
+    design: &'a Master,
+    /// What it controls.
+    above: f64,
+    integral: f64,
+    asked: f64,
+}
+
+impl<'a> MasterRun<'a> {
+    fn new(design: &'a Master) -> Self {
+        Self { design, above: 0.0, integral: 0.0, asked: 0.0 }
+    }
+
+    /// By how much it moves the set point at step `k`, with a PV so far from rest; it `asks` anew or holds.
+    fn step(&mut self, k: usize, away: f64, asks: bool) -> f64 {
+        let Master { keep, kc, ki, reach, ref wanted } = *self.design;
+        self.above = keep * self.above + (1.0 - keep) * away;
+        if asks {
+            let error = wanted[k] - self.above;
+            self.integral += ki * error;
+            self.integral = self.integral.clamp(-reach, reach);
+            self.asked = (kc * error + self.integral).clamp(-reach, reach);
+        }
+        self.asked
     }
 }
 

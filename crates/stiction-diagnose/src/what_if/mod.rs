@@ -398,22 +398,12 @@ pub fn what_if_with_progress(
     let known = knowledge(plant, bands);
     let continuous = left_alone(plant, model, bands);
     let stability = FrequencyResponse::of(&continuous)?.stability();
-    let with_bands = |bands: Bands| -> Result<Changed> {
-        let valve = plant.valve.clone().with_model(model.build(bands)?);
-        let continuous = ContinuousLoop { bands, ..continuous.clone() };
-        let plant = ClosedLoop { valve, ..plant.clone() };
-        Ok(Changed { plant, cycle: Prediction::of(&continuous) })
-    };
-    let play = |plant: &ClosedLoop, parameters: Vec<Number>| -> Result<compensate::Row> {
-        let played =
-            compare_with_progress(plant, &known, &[], protocol, &done)?.rows.swap_remove(0);
-        Ok(compensate::Row { parameters, ..played })
-    };
+    let bench = Bench { plant, model, bands, known, continuous, options, done: &done };
     let bands_of =
         |bands: Bands| vec![Number::new("S", bands.s(), "%"), Number::new("J", bands.j(), "%")];
 
     let mut rows = vec![];
-    let as_described = with_bands(given)?;
+    let as_described = bench.with_bands(given)?;
     // A valve with an overshoot or a tolerance of its own is not what model and bands say.
     let plain = as_described.plant.valve == plant.valve;
     let present = if plain {
@@ -421,13 +411,13 @@ pub fn what_if_with_progress(
     } else {
         Prediction::Unknown("the valve has settings that the exact cycle does not know".to_owned())
     };
-    rows.push(Row::new(Action::AsItIs, play(plant, bands_of(bands))?, present));
+    rows.push(Row::new(Action::AsItIs, bench.play(plant, bands_of(bands))?, present));
     for (action, bands) in [
         (Action::Repair, options.repaired),
         (Action::Positioner(options.positioner_gain), positioned(bands, options.positioner_gain)?),
     ] {
-        let changed = with_bands(bands)?;
-        rows.push(Row::new(action, play(&changed.plant, bands_of(bands))?, changed.cycle));
+        let changed = bench.with_bands(bands)?;
+        rows.push(Row::new(action, bench.play(&changed.plant, bands_of(bands))?, changed.cycle));
     }
     if rows[..2].iter().any(|row| !row.error().is_finite()) {
         return Err(Error::Inconsistent(
@@ -440,42 +430,14 @@ pub fn what_if_with_progress(
         Prediction::NoCycle(reason) if stability == Stability::Stable => {
             Err(format!("there is no limit cycle to be tuned away: {reason}"))
         }
-        _ => retuned(&continuous, options, &done),
+        _ => retuned(&bench.continuous, options, &done),
     };
     if let Ok(best) = &retuning {
-        let with_tuning = |tuning: &Controller| -> Result<Changed> {
-            // What else the controller does stays: limits, form, anti-windup.
-            let (kp, ki, kd) = tuning.gains();
-            let controller = plant.controller.clone().with_gains(kp, ki, kd)?;
-            let cycle = Prediction::of(&ContinuousLoop {
-                controller: controller.clone(),
-                ..continuous.clone()
-            });
-            Ok(Changed { plant: ClosedLoop { controller, ..plant.clone() }, cycle })
-        };
-        let changed = with_tuning(&best.best.controller)?;
-        let (kp, ki, _) = changed.plant.controller.gains();
-        let parameters = vec![Number::new("Kc", kp, "%/PV unit"), Number::new("Ti", kp / ki, "s")];
-        let mut played = play(&changed.plant, parameters)?;
-        for outcome in &mut played.outcomes {
-            let (s, j) = (outcome.case.s_factor, outcome.case.j_factor);
-            // The best tuning depends on J over S alone: amplitudes scale with the bands.
-            if s == j {
-                continue;
-            }
-            let assumed = assumed(model, Bands::from_s_j(s * bands.s(), j * bands.j())?);
-            let other =
-                retuned(&ContinuousLoop { bands: assumed, ..continuous.clone() }, options, &done);
-            if let Ok(other) = other {
-                let wrong = with_tuning(&other.best.controller)?;
-                let case = outcome.case;
-                *outcome = CompensatorOutcome { case, ..*play(&wrong.plant, vec![])?.nominal() };
-            }
-        }
-        let action = Action::Retune(changed.plant.controller);
-        rows.push(Row::new(action, played, changed.cycle));
+        rows.push(bench.retune(best)?);
     }
-    for played in compare_with_progress(plant, &known, &options.methods, protocol, &done)?.rows {
+    for played in
+        compare_with_progress(plant, &bench.known, &options.methods, protocol, &done)?.rows
+    {
         if let Some(method) = played.method {
             let reason = "a compensator stands between controller and valve".to_owned();
             rows.push(Row::new(Action::Compensate(method), played, Prediction::Unknown(reason)));
@@ -490,6 +452,70 @@ pub fn what_if_with_progress(
     let recommendation = advice::recommendation(&rows, &retuning, options, bands, unstable);
     let assumptions = advice::assumptions(plant, model, bands, options, plain);
     Ok(WhatIf { rows, retuning, recommendation, assumptions, confirm })
+}
+
+/// What every action is played on: the loop as it is, with what is known of it.
+struct Bench<'a, F> {
+    plant: &'a ClosedLoop,
+    model: Model,
+    bands: Bands,
+    known: Knowledge,
+    continuous: ContinuousLoop,
+    options: &'a WhatIfOptions,
+    done: &'a F,
+}
+
+impl<F: Fn() -> bool + Sync> Bench<'_, F> {
+    fn play(&self, plant: &ClosedLoop, parameters: Vec<Number>) -> Result<compensate::Row> {
+        let protocol = &self.options.protocol;
+        let mut compared = compare_with_progress(plant, &self.known, &[], protocol, self.done)?;
+        Ok(compensate::Row { parameters, ..compared.rows.swap_remove(0) })
+    }
+
+    fn with_bands(&self, bands: Bands) -> Result<Changed> {
+        let valve = self.plant.valve.clone().with_model(self.model.build(bands)?);
+        let continuous = ContinuousLoop { bands, ..self.continuous.clone() };
+        let plant = ClosedLoop { valve, ..self.plant.clone() };
+        Ok(Changed { plant, cycle: Prediction::of(&continuous) })
+    }
+
+    fn with_tuning(&self, tuning: &Controller) -> Result<Changed> {
+        // What else the controller does stays: limits, form, anti-windup.
+        let (kp, ki, kd) = tuning.gains();
+        let controller = self.plant.controller.clone().with_gains(kp, ki, kd)?;
+        let cycle = Prediction::of(&ContinuousLoop {
+            controller: controller.clone(),
+            ..self.continuous.clone()
+        });
+        Ok(Changed { plant: ClosedLoop { controller, ..self.plant.clone() }, cycle })
+    }
+
+    /// The loop with its best tuning; for bands of another ratio with theirs.
+    fn retune(&self, best: &Retuning) -> Result<Row> {
+        let changed = self.with_tuning(&best.best.controller)?;
+        let (kp, ki, _) = changed.plant.controller.gains();
+        let parameters = vec![Number::new("Kc", kp, "%/PV unit"), Number::new("Ti", kp / ki, "s")];
+        let mut played = self.play(&changed.plant, parameters)?;
+        for outcome in &mut played.outcomes {
+            let (s, j) = (outcome.case.s_factor, outcome.case.j_factor);
+            // The best tuning depends on J over S alone: amplitudes scale with the bands.
+            if s == j {
+                continue;
+            }
+            let assumed =
+                assumed(self.model, Bands::from_s_j(s * self.bands.s(), j * self.bands.j())?);
+            let continuous = ContinuousLoop { bands: assumed, ..self.continuous.clone() };
+            let other = retuned(&continuous, self.options, self.done);
+            if let Ok(other) = other {
+                let wrong = self.with_tuning(&other.best.controller)?;
+                let case = outcome.case;
+                *outcome =
+                    CompensatorOutcome { case, ..*self.play(&wrong.plant, vec![])?.nominal() };
+            }
+        }
+        let action = Action::Retune(changed.plant.controller);
+        Ok(Row::new(action, played, changed.cycle))
+    }
 }
 
 /// The tuning with the least swing of the PV.

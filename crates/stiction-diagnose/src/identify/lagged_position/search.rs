@@ -71,14 +71,36 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     let gain = Target::new(&unscaled, 0.0, f64::INFINITY, GAIN).fit(&follows, &LAGS)[0].gain();
     let pieces = pieces(gain);
 
-    // A first look, for what is left and how it hangs together.
+    // The bands that are tried.
     let most = span(op).min(FS.1).max(1.0);
     let steps = ((most / FS.0).ln() / FS.2).ceil() as usize;
     let fs: Vec<f64> = (0..steps).map(|i| FS.0 * (FS.2 * i as f64).exp()).collect();
+    let (rho, huber) = first_look(&pieces, &fs);
+    let target = Target::new(&pieces, rho, if huber > 0.0 { huber } else { f64::INFINITY }, GAIN);
+
+    let mut all = target.fit(&healthy(&SECOND), &LAGS);
+    all.extend(target.fit(&grid(&fs, &RATIOS, &FAMILIES), &LAGS));
+    refine(&target, &mut all);
+    healthy_beside(&target, &mut all);
+    let best = best(&all);
+    let left: Vec<f64> = residual(&target, &all[best]).concat();
+    let scored: Vec<f64> = pieces.iter().flat_map(|p| less_mean(&p.v[p.burn..])).collect();
+    let share = std(&left) / std(&scored).max(f64::MIN_POSITIVE);
+    Search {
+        best,
+        left: median_absolute_deviation(&left),
+        explained: 1.0 - share * share,
+        free_gain: free[0].gain(),
+        all,
+    }
+}
+
+/// A first look, for what is left: how it hangs together, and the size from which on it counts less.
+fn first_look(pieces: &[Piece<'_>], fs: &[f64]) -> (f64, f64) {
     let every_second = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
     let mut few = healthy(&SECOND);
-    few.extend(grid(&every_second(&fs), &[0.0, 0.5, 1.0], &FAMILIES));
-    let plain = Target::new(&pieces, 0.0, f64::INFINITY, GAIN);
+    few.extend(grid(&every_second(fs), &[0.0, 0.5, 1.0], &FAMILIES));
+    let plain = Target::new(pieces, 0.0, f64::INFINITY, GAIN);
     let first = plain.fit(&few, &every_second(&LAGS));
     let left = residual(&plain, &first[best(&first)]);
     let (mut squares, mut products) = (0.0, 0.0);
@@ -91,14 +113,15 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
         left.iter().flat_map(|left| left.windows(2).map(|x| x[1] - rho * x[0])).collect();
     // `median_absolute_deviation` is scaled to the standard deviation of a normal distribution.
     let huber = HUBER * median_absolute_deviation(&white).max(0.3 * std(&white));
-    let target = Target::new(&pieces, rho, if huber > 0.0 { huber } else { f64::INFINITY }, GAIN);
+    (rho, huber)
+}
 
-    let mut all = target.fit(&healthy(&SECOND), &LAGS);
-    all.extend(target.fit(&grid(&fs, &RATIOS, &FAMILIES), &LAGS));
+/// Looks again, and finer, about the best that were found.
+fn refine(target: &Target<'_>, all: &mut Vec<Fitted>) {
     for (round, (basins, width_fs, width_ratio, width_lag, count)) in ROUNDS.into_iter().enumerate()
     {
         // Each basin about its own lag: at a wrong one the right band is no better than a wrong band.
-        for leader in leading(&all, basins) {
+        for leader in leading(all, basins) {
             let (mut of, mut lag) = (all[leader].candidate, all[leader].lag);
             if round == 1 {
                 let tried = target.fit(&SECOND.map(|second| Candidate { second, ..of }), &LAGS);
@@ -124,9 +147,12 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
             all.extend(target.fit(&near, &lags));
         }
     }
-    let second = all[best(&all)].candidate.second;
-    // Healthy valves with lags as fine, and small bands, so that they are not at a disadvantage.
-    let found = all[best(&all)].lag;
+}
+
+/// Healthy valves with lags as fine, and small bands, so that they are not at a disadvantage.
+fn healthy_beside(target: &Target<'_>, all: &mut Vec<Fitted>) {
+    let second = all[best(all)].candidate.second;
+    let found = all[best(all)].lag;
     for behind in SECOND {
         let own = all.iter().filter(|f| f.candidate.is_ideal() && f.candidate.second == behind);
         let own = own.min_by(|a, b| a.loss.total_cmp(&b.loss)).map_or(found, |f| f.lag);
@@ -139,17 +165,6 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
             tried.extend(small.into_iter().map(|small| Candidate { second: behind, ..small }));
         }
         all.extend(target.fit(&tried, &lags));
-    }
-    let best = best(&all);
-    let left: Vec<f64> = residual(&target, &all[best]).concat();
-    let scored: Vec<f64> = pieces.iter().flat_map(|p| less_mean(&p.v[p.burn..])).collect();
-    let share = std(&left) / std(&scored).max(f64::MIN_POSITIVE);
-    Search {
-        best,
-        left: median_absolute_deviation(&left),
-        explained: 1.0 - share * share,
-        free_gain: free[0].gain(),
-        all,
     }
 }
 
