@@ -28,7 +28,7 @@ def main() -> None:
     command = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/stiction").resolve()
     with tempfile.TemporaryDirectory() as folder:
         for drawn, arguments in DRAWN.items():
-            subprocess.run([command, *arguments.split()], cwd=folder, stdout=subprocess.DEVNULL, check=True)
+            subprocess.run([command, *arguments.split()], cwd=folder, stdout=subprocess.PIPE, check=True)
             (FIGURES / NAMES.get(drawn, drawn)).write_bytes((Path(folder) / drawn).read_bytes())
 
 
