@@ -118,7 +118,7 @@ fn of_op_alone(weighing: &Weighing, preliminary: Verdict) -> Verdict {
 /// The rule, which is ours and has not been fitted to anything:
 ///
 /// 1. data that are unfit give `cannot tell`;
-/// 2. each [`Family`] of methods has one vote, that of most of its methods which decide: five
+/// 2. each [`Family`](crate::finding::Family) of methods has one vote, that of most of its methods which decide: five
 ///    tests of the same windows are not five witnesses. With at least [`FEWEST_VOTES`] families that
 ///    decide, and more than half of them agreeing, they win; anything else is `cannot tell`;
 /// 3. but no valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is

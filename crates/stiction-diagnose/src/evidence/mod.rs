@@ -4,7 +4,7 @@
 //! [`Prepared`] brings a window to one resolution a period and takes its units away; then each line of
 //! evidence measures its features, one file each. A feature that cannot be measured is NaN, never a code.
 //!
-//! Most features are indices of published detectors, which are in [`crate::detect`]; here they are numbers
+//! Most features are indices of published detectors, which are in [`crate::methods`]; here they are numbers
 //! without thresholds. Ours are named for what they look at.
 
 pub mod circumstances;

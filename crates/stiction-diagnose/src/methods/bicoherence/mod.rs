@@ -18,8 +18,8 @@
 //! * linear and Gaussian if `NGI <= 0.001`; linear if `NLI < 0.01`; else nonlinear;
 //! * cubic coupling `|sum X_i³ X*_{3i}|² / (sum |X_i³|² sum |X_{3i}|²)`, nonlinear where
 //!   significant, `i >= 2`;
-//! * the ellipse: see [`Ellipse`](super::Ellipse); apparent stiction is
-//!   [`Ellipse::op_width`](super::Ellipse::op_width) of the OP and PV, both limited to a half to three
+//! * the ellipse: see [`Ellipse`]; apparent stiction is
+//!   [`Ellipse::op_width`] of the OP and PV, both limited to a half to three
 //!   and a half times the frequency of the oscillation.
 //!
 //! # Parameters

@@ -3,7 +3,7 @@
 //! # What it measures
 //! A: the share of the time in which the OP travels and the valve rests. B: the width of the
 //! parallelogram that OP and valve position run through. C, qualitative patterns of both, is what
-//! [`super::Yamashita`] counts.
+//! [`Yamashita`](super::yamashita::Yamashita) counts.
 //!
 //! # Assumptions
 //! The valve position is recorded, or the PV is a flow that follows it at once.

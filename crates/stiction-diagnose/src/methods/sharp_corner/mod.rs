@@ -14,7 +14,7 @@
 //! * cycles: between upward crossings of zero of the error, limited to half to twice the frequency of
 //!   the oscillation; each is reduced to at most 48 means of equal duration, and long sides of the
 //!   polygon through them, where a signal jumps, are filled with points;
-//! * similarity: one less the residual of the [`Ellipse`](super::Ellipse) fitted to the cycle;
+//! * similarity: one less the residual of the [`Ellipse`] fitted to the cycle;
 //! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° about the
 //!   point farthest from the centre, and about the farthest on the other side; by Douglas and Peucker, as few of them as leave no other farther than the
 //!   tolerance from the line through them;

@@ -27,7 +27,7 @@ impl Layout {
 /// What a column or tag was recognised as, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recognised {
-    /// The part of the file, as in [`Sheet::part`].
+    /// The part of the file, as in [`Sheet::part`](crate::sheet::Sheet::part).
     pub part: String,
     /// Name of the column, or of the tag of a long sheet.
     pub column: String,
