@@ -27,6 +27,7 @@ CHECKS = {
     "spark": [
         "crates/stiction-plant/src",
         "crates/stiction-python/src/plant.rs",
+        "crates/stiction-python/src/plant_table.rs",
         "pyproject.toml",
         "python/stiction/plant",
         "python/tests/spark",
