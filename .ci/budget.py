@@ -50,17 +50,20 @@ def raised(before: dict, now: dict) -> list[str]:
 
 
 def unexplained(root: Path) -> list[str]:
-    """Budgets raised by the last commit that changed them, if its message does not say why; none where git does not answer."""
+    """Budgets raised by commits whose message does not say why; none where git does not answer."""
+    found = []
     try:
-        commits = asked("git", "log", "-1", "--format=%H", "--", ".ci/budget.json", root=root).split()
-        if not commits:
-            return []
-        message = asked("git", "log", "-1", "--format=%B", commits[0], root=root)
-        now = json.loads(asked("git", "show", f"{commits[0]}:.ci/budget.json", root=root))
-        before = json.loads(asked("git", "show", f"{commits[0]}~:.ci/budget.json", root=root))
+        commits = asked("git", "log", "--format=%H", "--", ".ci/budget.json", root=root).split()
+        # The first one sets the budgets.
+        for commit in commits[:-1]:
+            message = asked("git", "log", "-1", "--format=%B", commit, root=root)
+            if any(line.startswith("Budget:") for line in message.splitlines()):
+                continue
+            before, now = (json.loads(asked("git", "show", f"{of}:.ci/budget.json", root=root)) for of in (f"{commit}~", commit))
+            found += raised(before, now)
     except (OSError, subprocess.CalledProcessError):
         return []
-    return [] if any(line.startswith("Budget:") for line in message.splitlines()) else raised(before, now)
+    return found
 
 
 def main() -> int:

@@ -95,7 +95,18 @@ def test_a_budget_is_raised_only_by_a_commit_that_says_why(tmp_path):
     assert budget.unexplained(tmp_path) == []
     committed(tmp_path, {"command": {"crates": 9, "own lines": 120}}, "A feature")
     assert budget.unexplained(tmp_path) == ["command: own lines from 100 to 120"]
+    # A later reason is for what it raises itself.
     committed(tmp_path, {"command": {"crates": 9, "own lines": 130}}, "A feature\n\nBudget: it needs ten lines.")
+    assert budget.unexplained(tmp_path) == ["command: own lines from 100 to 120"]
+
+
+def test_a_budget_may_be_raised_for_a_reason(tmp_path):
+    if shutil.which("git") is None:
+        pytest.skip("git is not installed")
+    budget = script("budget")
+    subprocess.run(["git", "init", "--quiet"], cwd=tmp_path, check=True)
+    committed(tmp_path, {"command": {"crates": 9}}, "First")
+    committed(tmp_path, {"command": {"crates": 12}}, "A feature\n\nBudget: it needs three crates.")
     assert budget.unexplained(tmp_path) == []
 
 

@@ -95,8 +95,7 @@ fn compiled(platform: &Platform) -> Result<Vec<u8>, String> {
     };
     let file = compiler.library(platform.target, platform.os)?;
     let bytes = std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-    // Renamed into place, so that another export never reads half of it. Where it cannot be kept, it is compiled again.
-    let beside = folder.join(format!("{}-{}.part", platform.target, std::process::id()));
-    let _ = std::fs::write(&beside, &bytes).and_then(|()| std::fs::rename(&beside, &kept));
+    // Where it cannot be kept, it is compiled again.
+    let _ = stiction_io::whole::write(&kept, &bytes);
     Ok(bytes)
 }

@@ -40,7 +40,7 @@ pub struct Diagnosis {
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub start: Option<f64>,
-    /// The clock of the plant, by which its times are told.
+    /// The clock of the plant, in which its times are shown.
     pub plant_time: PlantTime,
     /// The recording on a regular grid, with what was mended.
     #[cfg_attr(

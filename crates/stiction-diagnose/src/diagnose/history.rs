@@ -35,7 +35,7 @@ pub struct History {
     /// The conclusion: by the combined probability, else that of more than half of the weight of those
     /// that decided.
     pub class: VerdictClass,
-    /// The same in one graded word, which tells "probably sticks" from "probably fine" where the class cannot tell.
+    /// The verdict in one graded word. It splits "cannot tell" into "probably sticks", "unclear" and "probably fine".
     pub grade: Grade,
     /// The combined probability that the valve sticks; `None` if no observation has one.
     pub probability: Option<f64>,

@@ -12,7 +12,7 @@ use crate::series::{
 pub struct Kpi {
     /// Its name, such as `OP travel`.
     pub name: &'static str,
-    /// Its value; `None` where it cannot be told.
+    /// Its value; `None` where the data do not give one.
     pub value: Option<f64>,
     /// Its unit; empty for a ratio, `PV` for the units of the process value.
     pub unit: &'static str,

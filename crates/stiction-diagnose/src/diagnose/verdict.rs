@@ -199,8 +199,8 @@ impl Votes {
 pub struct Verdict {
     /// The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.
     pub class: VerdictClass,
-    /// The same in one graded word, which tells `probably sticks` from `unclear` and `probably fine` where the class cannot
-    /// tell. The others are `sticks`, `fine`, `does not respond` and `data cannot answer`.
+    /// The verdict in one graded word. It splits `cannot tell` into `probably sticks`, `unclear`, `probably fine` and `data
+    /// cannot answer`. The others are `sticks`, `fine` and `does not respond`.
     pub grade: Grade,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,

@@ -59,7 +59,7 @@ pub struct Recording {
     pub loop_type: LoopType,
     /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
     pub start: Option<f64>,
-    /// The clock by which its times are told.
+    /// The clock in which its times are shown.
     pub plant_time: PlantTime,
     /// Controller output, percent unless its range says otherwise.
     pub op: Channel,

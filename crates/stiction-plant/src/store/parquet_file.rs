@@ -307,6 +307,7 @@ fn read_steps(reader: &mut ColumnReaderImpl<Int32Type>, rows: usize) -> Result<C
     let (count, ..) =
         reader.read_records(rows, Some(&mut levels), Some(&mut again), &mut values)?;
     all_of(count, rows)?;
+    let beyond = || ParquetError::General("a step does not fit into 16 bits".to_owned());
     let mut lists: Vec<Vec<i16>> = vec![];
     let mut values = values.into_iter();
     for (level, again) in levels.iter().zip(again) {
@@ -314,8 +315,10 @@ fn read_steps(reader: &mut ColumnReaderImpl<Int32Type>, rows: usize) -> Result<C
             lists.push(vec![]);
         }
         let Some(list) = lists.last_mut().filter(|_| *level > EMPTY) else { continue };
-        let step = if *level == THERE { values.next() } else { None };
-        list.push(step.and_then(|step| i16::try_from(step).ok()).unwrap_or(MISSING));
+        list.push(match *level {
+            THERE => values.next().and_then(|step| i16::try_from(step).ok()).ok_or_else(beyond)?,
+            _ => MISSING,
+        });
     }
     Ok(Cells::Steps(lists))
 }

@@ -31,7 +31,7 @@ pub struct Valve {
     pub sources: Vec<Source>,
     /// Whether the times count from 1970-01-01 UTC; else they are those of the recording's clock.
     pub dated: bool,
-    /// The clock of the plant, by which its times are told.
+    /// The clock of the plant, in which its times are shown.
     pub plant_time: PlantTime,
     /// What each window said, in order of time.
     pub windows: Vec<Point>,
