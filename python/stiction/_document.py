@@ -48,7 +48,7 @@ class Found(Result):
         "judge."
     )
     judged: Judged | None = about("The segment that was judged, the longest of the grid; None if there is none.")
-    plant_time: PlantTime = about("The clock of the plant, by which its times are told.")
+    plant_time: PlantTime = about("The clock of the plant, in which its times are shown.")
     repairs: list[Mended] = about("What had to be mended in the data.")
     fitness: Fitness = about("Whether the data can answer.")
     findings: dict[str, Finding] = about("What each method that was asked says, in the order of the registry.")
@@ -112,7 +112,7 @@ class Kpi(Result):
     """One number about a loop."""
 
     name: str = about("Its name, such as `OP travel`.")
-    value: float | None = about("Its value; None where it cannot be told.")
+    value: float | None = about("Its value; None where the data do not give one.")
     unit: str = about("Its unit; empty for a ratio, `PV` for the units of the process value.")
     meaning: str = about("What it is, a sentence.")
     note: str | None = about("Why there is no value, or what it assumes.")
@@ -164,8 +164,8 @@ class Verdict(Result):
 
     class_: str = about("The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.")
     grade: str = about(
-        "The same in one graded word, which tells `probably sticks` from `unclear` and `probably fine` where the class "
-        "cannot tell. The others are `sticks`, `fine`, `does not respond` and `data cannot answer`."
+        "The verdict in one graded word. It splits `cannot tell` into `probably sticks`, `unclear`, `probably fine` "
+        "and `data cannot answer`. The others are `sticks`, `fine` and `does not respond`."
     )
     probability: float | None = about(
         "The probability that the valve sticks, where a calibrated model gives one. A majority has none."
