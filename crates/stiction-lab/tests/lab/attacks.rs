@@ -159,7 +159,7 @@ fn what_is_too_long_is_refused_and_not_read() {
         .write_all(lab.head("plant/status", "Transfer-Encoding: chunked\r\n").as_bytes())
         .unwrap();
     let mut chunk = b"100000\r\n".to_vec();
-    chunk.extend([b' '; 0x10_0000]);
+    chunk.resize(chunk.len() + 0x10_0000, b' ');
     chunk.extend(b"\r\n");
     let mut sent = 0_u64;
     let cut = loop {
