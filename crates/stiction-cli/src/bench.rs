@@ -3,6 +3,7 @@
 mod labelled;
 mod measure;
 mod networks;
+mod planned_tests;
 mod positions;
 mod results;
 mod simulated;
@@ -10,6 +11,7 @@ mod simulated;
 use crate::files::{In, Out};
 use crate::{output, text};
 pub use networks::Document as NetworksDocument;
+pub use planned_tests::Document as TestsDocument;
 pub use results::Document;
 
 use anyhow::{Context, Result};
@@ -17,7 +19,7 @@ use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
 use std::path::Path;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
-use stiction::population::Invention;
+use stiction::population::{Invention, Operator, TestTrialOptions, Trend};
 use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
 use stiction_report::scoreboard::{self, Scoreboard};
@@ -40,11 +42,12 @@ use stiction_report::scoreboard::{self, Scoreboard};
   stiction bench --invented 300 --invented-set first --only verdict
   stiction bench --positions 1000 --only verdict
   stiction bench --networks 300
+  stiction bench --tests 500 --careless
   stiction bench --labels plant/index.csv --report board.html --reports reports --csv details.csv")]
 pub struct Args {
     /// Index of labelled recordings
     #[arg(long, value_name = "INDEX.csv",
-          required_unless_present_any = ["simulated", "invented", "positions", "networks"])]
+          required_unless_present_any = ["simulated", "invented", "positions", "networks", "tests"])]
     labels: Option<In>,
     /// Let the index name recordings outside its folder
     #[arg(long, requires = "labels")]
@@ -71,6 +74,18 @@ pub struct Args {
                                 "report", "reports"],
           value_parser = clap::value_parser!(u64).range(1..=100_000))]
     networks: Option<u64>,
+    /// Simulate this many loops with a planned test: how often it tells whether the valve sticks, and is right
+    #[arg(long, value_name = "N",
+          conflicts_with_all = ["labels", "simulated", "invented", "positions", "networks", "methods", "only", "time",
+                                "csv", "report", "reports"],
+          value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    tests: Option<u64>,
+    /// With --tests: holds are 50 to 150 % as long, and of five turns one is left out or of another size
+    #[arg(long, requires = "tests")]
+    careless: bool,
+    /// With --tests: the loop's own historian records the test, with its compression
+    #[arg(long, requires = "tests")]
+    historian: bool,
     /// Days that each network is recorded [default: 3]
     #[arg(long, value_name = "DAYS", requires = "networks",
           value_parser = clap::value_parser!(u32).range(1..=31))]
@@ -132,6 +147,13 @@ impl InventedSet {
 pub fn run(args: Args) -> Result<()> {
     if let Some(n) = args.networks {
         return networks::run(args.seed, n, args.days.unwrap_or(3), args.json, args.markdown);
+    }
+    if let Some(n) = args.tests {
+        let options = TestTrialOptions {
+            operator: if args.careless { Operator::Careless } else { Operator::Careful },
+            trend: if args.historian { Trend::Historian } else { Trend::AsAsked },
+        };
+        return planned_tests::run(args.seed, n, options, args.json, args.markdown);
     }
     let detectors = match (args.only, &args.methods[..]) {
         (Some(Only::Verdict), _) => Detectors::None,

@@ -34,6 +34,7 @@ mod simulate;
 mod stem;
 mod text;
 mod valve;
+mod valve_test;
 mod what_if;
 
 use clap::error::ErrorKind;
@@ -105,6 +106,7 @@ commands! {
     Simulate: simulate,
     Compensate: compensate,
     WhatIf: what_if,
+    Test: valve_test,
     LimitCycle: limit_cycle,
     Population: population,
     Fmu: fmu,

@@ -1,7 +1,8 @@
 //! `stiction schema`: what the JSON of the other subcommands holds.
 
 use crate::{
-    bench, compensate, fit, fmu, inspect, limit_cycle, output, plant, simulate, stem, what_if,
+    bench, compensate, fit, fmu, inspect, limit_cycle, output, plant, simulate, stem, valve_test,
+    what_if,
 };
 use anyhow::Result;
 use clap::Parser;
@@ -12,7 +13,7 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-pub const SCHEMAS: [Described; 19] = [
+pub const SCHEMAS: [Described; 22] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("plant-check", schema_of::<stiction_plant::summary::Checked>),
@@ -23,12 +24,15 @@ pub const SCHEMAS: [Described; 19] = [
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
     ("bench-networks", schema_of::<bench::NetworksDocument>),
+    ("bench-tests", schema_of::<bench::TestsDocument>),
     ("fit", schema_of::<fit::Document>),
     ("prospects", schema_of::<what_if::FromRecording>),
     ("stem", schema_of::<stem::Document>),
     ("simulate", schema_of::<simulate::Document>),
     ("compensate", schema_of::<compensate::Document>),
     ("what-if", schema_of::<what_if::Document>),
+    ("test-plan", schema_of::<valve_test::PlanDocument>),
+    ("test-read", schema_of::<valve_test::ReadDocument>),
     ("limit-cycle", schema_of::<limit_cycle::Report>),
     ("fmu-models", schema_of::<fmu::List>),
     ("fmu-variables", schema_of::<fmu::Variables>),

@@ -8,6 +8,7 @@
 //! * [`fusion`]: the frozen model that makes probabilities and intervals of evidence.
 //! * [`diagnose`]: from a recording to a verdict with its evidence.
 //! * `drawing`, with the feature `figure`: what the figures of all methods share.
+//! * [`valve_test`]: a test that settles whether a valve sticks: planned, found, judged.
 //! * [`what_if`]: what repair, retuning, a compensator or a positioner would make of a loop.
 //! * [`spoken`]: numbers and times as a person would say them.
 //! * [`series`]: moments, correlation, spectra, crossings.
@@ -59,6 +60,7 @@ pub mod oscillation;
 pub mod recording;
 pub mod series;
 pub mod spoken;
+pub mod valve_test;
 pub mod what_if;
 
 pub use stiction_model::Number;
@@ -78,6 +80,7 @@ stiction_model::written_by_name!(
     identify::controller::Structure,
     identify::fopdt::ProcessKind,
     oscillation::OscillationBasis,
+    recording::KnownBy,
     recording::LoopType,
     recording::fitness::Class,
     recording::fitness::MeasureId,

@@ -113,6 +113,7 @@ pub const CONTENTS: &[Section] = &[
             written!("diagnosis.html", "Diagnosis", "docs/diagnosis.md"),
             written!("methods.html", "Methods", "docs/methods.md"),
             written!("fit.html", "The loop behind a recording", "docs/fit.md"),
+            written!("test.html", "The test", "docs/test.md"),
             written!("compensation.html", "What to do about it", "docs/compensation.md"),
             written!("plant.html", "A plant, day by day", "docs/plant.md"),
             written!("spark.html", "A plant on Spark", "docs/spark.md"),

@@ -51,6 +51,11 @@ impl Historian {
         }
     }
 
+    /// The same without compression, averages and values that are held: a trend that was opened for a test.
+    pub fn trend(&self) -> Self {
+        Self { averaged: false, hold: 1, doors: [0.0; 2], exceptions: [0.0; 2], ..self.clone() }
+    }
+
     /// Compresses the OP, the PV or both, and more than most do.
     pub fn compress(&mut self, draw: &mut Draw) {
         self.doors = doors(draw, 0.1);

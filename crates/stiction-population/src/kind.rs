@@ -183,7 +183,9 @@ impl LoopKind {
         const DRAWS: u64 = 100;
         for redrawn in 0..DRAWS {
             let draw = &mut Draw::of(&[seed, redrawn]);
-            if let Some(mut simulated) = super::member::simulate(self, draw, factor, None)? {
+            if let Some(mut simulated) =
+                super::member::simulate(self, draw, factor, None, &mut |_, _| Ok(()))?
+            {
                 simulated.truth.facts.redrawn = redrawn as usize;
                 simulated.recording.name = format!("{} {seed}", self.name());
                 return Ok(simulated);
@@ -201,6 +203,7 @@ impl LoopKind {
         if !(s > 0.0 && s <= 100.0) {
             return Err(Error::Inconsistent(format!("S is {s} %, not above 0 and up to 100 %")));
         }
-        super::member::simulate(Self::Sticky, &mut Draw::of(&[seed, 0]), 1.0, Some(s))
+        let draw = &mut Draw::of(&[seed, 0]);
+        super::member::simulate(Self::Sticky, draw, 1.0, Some(s), &mut |_, _| Ok(()))
     }
 }

@@ -29,9 +29,12 @@ pub mod position;
 pub mod scoreboard;
 mod stem;
 mod switched;
+mod test_trial;
+mod tested;
 mod truth;
 mod visibility;
 
+pub(crate) use draw::Draw;
 pub use families::{
     ControllerKind, DisturbanceKind, Family, HistorianKind, NoiseKind, ProcessKind, SetPointKind,
     Situation,
@@ -41,6 +44,8 @@ pub use invented::{Invented, Invention};
 pub use kind::LoopKind;
 pub use member::member;
 pub use mistaken::{Mistake, mistaken};
+pub use test_trial::{TestTrial, TestTrialOptions};
+pub use tested::{Carried, Operator, Tested, ToPlan, Trend};
 pub use truth::{Facts, Simulated, Truth};
 
 /// Version of the population: which loop a seed gives.

@@ -4,6 +4,7 @@ use super::design::Design;
 use super::disturbance::Tapes;
 use super::draw::Draw;
 use super::families::DisturbanceKind;
+use super::historian::Historian;
 use super::plant::{Plant, Played};
 use super::stem::Fitting;
 use super::visibility::{NATS, Observed};
@@ -37,6 +38,7 @@ pub(super) fn simulate(
     draw: &mut Draw,
     factor: f64,
     asked: Option<f64>,
+    then: &mut dyn FnMut(&Scene<'_>, &Simulated) -> Result<()>,
 ) -> Result<Option<Simulated>> {
     let (mut of_valve, mut of_cause) = (draw.fork(), draw.fork());
     let mut design = Design::draw(kind, draw);
@@ -92,21 +94,11 @@ pub(super) fn simulate(
         return Ok(None);
     }
 
-    let historian = &design.historian;
-    let op = historian.op(&played.op, design.steps);
-    let seen = historian.pv(&played.pv, design.steps);
+    let seen = design.historian.pv(&played.pv, design.steps);
     // A door can leave nothing but one value.
     if span(&seen) == 0.0 {
         return Ok(None);
     }
-    let (low, span) = design.pv_range;
-    let in_units =
-        |percent: &[f64]| -> Vec<f64> { percent.iter().map(|v| low + span / 100.0 * v).collect() };
-    let pv = in_units(&seen);
-    let last = |x: &[f64]| -> Vec<f64> {
-        x.chunks_exact(design.steps).map(|sample| sample[design.steps - 1]).collect()
-    };
-    let sp = design.sp_recorded.then(|| in_units(&last(&played.sp)));
     let slips = match kind {
         LoopKind::Sticky | LoopKind::StickyBelow => slips(&played.stem),
         _ => 0,
@@ -132,8 +124,6 @@ pub(super) fn simulate(
         }
         _ => false,
     };
-    let mut recording = Recording::regular("", design.sample_time, &op, Some(&pv), sp.as_deref())?;
-    recording.loop_type = design.loop_type;
     let facts = facts(&design, &plant, &played, tapes.kinds.clone(), valve.share);
     // What it has, or would have if it stuck.
     let band = if kind == LoopKind::Sticky { valve.s } else { design.s };
@@ -149,10 +139,42 @@ pub(super) fn simulate(
         op_noise: design.op_noise() / band,
         slips,
         moves: moved,
-        vp: last(&played.vp),
+        vp: last(&played.vp, design.steps),
         facts,
     };
-    Ok(Some(Simulated { recording, truth }))
+    let simulated = Simulated { recording: recorded(&design, &design.historian, &played)?, truth };
+    let fittings = if valve.fittings.is_empty() { &healthy } else { &valve.fittings[..] };
+    then(&Scene { design: &design, plant: &plant, fittings }, &simulated)?;
+    Ok(Some(simulated))
+}
+
+/// A loop that was played, to be played again.
+pub(super) struct Scene<'a> {
+    pub design: &'a Design,
+    pub plant: &'a Plant<'a>,
+    pub fittings: &'a [Fitting],
+}
+
+/// What the historian keeps of a run, in units of the plant.
+pub(super) fn recorded(
+    design: &Design,
+    historian: &Historian,
+    played: &Played,
+) -> Result<Recording> {
+    let (low, span) = design.pv_range;
+    let in_units =
+        |percent: &[f64]| -> Vec<f64> { percent.iter().map(|v| low + span / 100.0 * v).collect() };
+    let op = historian.op(&played.op, design.steps);
+    let pv = in_units(&historian.pv(&played.pv, design.steps));
+    let sp = design.sp_recorded.then(|| in_units(&last(&played.sp, design.steps)));
+    let mut recording = Recording::regular("", design.sample_time, &op, Some(&pv), sp.as_deref())?;
+    recording.loop_type = design.loop_type;
+    Ok(recording)
+}
+
+/// The last of the steps of each sample.
+fn last(x: &[f64], steps: usize) -> Vec<f64> {
+    x.chunks_exact(steps).map(|sample| sample[steps - 1]).collect()
 }
 
 /// Share of some samples that lie at a limit.

@@ -60,6 +60,21 @@ pub(super) struct Played {
     pub switches: usize,
 }
 
+/// Who may take the OP from the controller.
+pub(super) trait Hand {
+    /// The OP at step `k`, percent, after `op`, if the hand has it; PV and SP in percent of span.
+    fn op(&mut self, k: usize, pv: f64, sp: f64, op: f64) -> Option<f64>;
+}
+
+/// Nobody.
+struct Nobody;
+
+impl Hand for Nobody {
+    fn op(&mut self, _: usize, _: f64, _: f64, _: f64) -> Option<f64> {
+        None
+    }
+}
+
 /// What moves the process: a valve, or a loop below.
 #[expect(clippy::large_enum_variant, reason = "there is one a loop, and it does not move")]
 enum Actuator<'a> {
@@ -114,7 +129,15 @@ impl<'a> Plant<'a> {
     /// # Errors
     /// If a part refuses its settings.
     pub fn play(&self, valve: &[Fitting]) -> Result<Played> {
-        Ok(self.steps(valve, None)?.since(self.design.warm_up))
+        Ok(self.steps(valve, None, &mut Nobody)?.since(self.design.warm_up))
+    }
+
+    /// What the loop does with this valve while somebody may take the OP, from the beginning of the record on.
+    ///
+    /// # Errors
+    /// If a part refuses its settings.
+    pub fn play_with(&self, valve: &[Fitting], hand: &mut dyn Hand) -> Result<Played> {
+        Ok(self.steps(valve, None, hand)?.since(self.design.warm_up))
     }
 
     /// What the loop does with `valve`, and what the PV would do if `other` followed the same OP; from
@@ -123,14 +146,19 @@ impl<'a> Plant<'a> {
     /// # Errors
     /// If a part refuses its settings.
     pub fn play_beside(&self, valve: &[Fitting], other: &[Fitting]) -> Result<(Played, Vec<f64>)> {
-        let played = self.steps(valve, None)?;
-        let beside = self.steps(other, Some(&played.op))?;
+        let played = self.steps(valve, None, &mut Nobody)?;
+        let beside = self.steps(other, Some(&played.op), &mut Nobody)?;
         let warm_up = self.design.warm_up;
         Ok((played.since(warm_up), beside.since(warm_up).pv))
     }
 
     /// All steps, with the controller in the loop or with an OP that is given.
-    fn steps(&self, fittings: &[Fitting], given: Option<&[f64]>) -> Result<Played> {
+    fn steps(
+        &self,
+        fittings: &[Fitting],
+        given: Option<&[f64]>,
+        hand: &mut dyn Hand,
+    ) -> Result<Played> {
         let (design, tapes) = (self.design, self.tapes);
         let (lowest, highest) = design.transmitter;
         let (step, n) = (design.step(), design.all_steps());
@@ -193,7 +221,7 @@ impl<'a> Plant<'a> {
             let sp = (tapes.set_point[k] + asked).clamp(3.0, 97.0);
             let op = match given {
                 Some(given) => given[k],
-                None => self.answer(&mut controller, &mut spells, k, (sp, pv), last_op),
+                None => self.answer(&mut controller, &mut spells, hand, k, (sp, pv), last_op),
             };
             let load = tapes.load[k] + arriving + pushed[0];
             let (stem, vp, acting) = match &mut actuator {
@@ -232,6 +260,7 @@ impl Plant<'_> {
         &self,
         controller: &mut PidBank<1>,
         spells: &mut Peekable<Iter<'_, Spell>>,
+        hand: &mut dyn Hand,
         k: usize,
         (sp, pv): (f64, f64),
         last_op: f64,
@@ -246,9 +275,10 @@ impl Plant<'_> {
         let own = controller.step(0, sp, if shaped { sp - beyond } else { pv });
         let op = own + tapes.op.get(k).copied().unwrap_or(0.0);
         while spells.next_if(|spell| spell.until <= k).is_some() {}
-        let taken = match (spells.peek(), &tapes.selected) {
-            (Some(spell), _) if spell.from <= k => spell.op(k, last_op),
-            (_, Some(selected)) => selected.of(k, op),
+        let taken = match (hand.op(k, pv, sp, last_op), spells.peek(), &tapes.selected) {
+            (Some(held), ..) => held,
+            (_, Some(spell), _) if spell.from <= k => spell.op(k, last_op),
+            (_, _, Some(selected)) => selected.of(k, op),
             _ => op,
         };
         if taken != op {

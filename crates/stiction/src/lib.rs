@@ -31,7 +31,7 @@ pub use stiction_model::{bands, closed_loop, compensate, limit_cycle, stem, valv
 #[cfg(feature = "diagnose")]
 pub use stiction_diagnose::{
     diagnose, evidence, finding, fit, fusion, identify, methods, oscillation, recording, series,
-    spoken, what_if,
+    spoken, valve_test, what_if,
 };
 
 #[cfg(feature = "population")]

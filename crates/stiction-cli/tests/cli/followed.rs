@@ -10,11 +10,12 @@ use std::sync::Mutex;
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 /// What the pages tell readers to type and this test does not: how such a line begins, and why.
-const NOT_RUN: [(&str, &str); 12] = [
+const NOT_RUN: [(&str, &str); 13] = [
     ("cargo add ", "changes the reader's own project"),
     ("cargo build ", "builds what is under test"),
     ("cargo doc ", "CI runs it"),
     ("cargo install ", "installs what is under test"),
+    ("cargo run --release -p ", "builds an example"),
     ("cargo test ", "runs this test, or measures for hours"),
     ("export RUSTFLAGS=", "for a package that is not built here"),
     ("MATURIN_PEP517_ARGS=", "builds the package"),
@@ -30,7 +31,8 @@ const NOT_AT_HAND: &str = "../shared/";
 
 /// Options of `bench` that say how many loops to simulate. Pages show counts that measure; a few loops tell whether the
 /// command runs.
-const COUNTS: [&str; 5] = ["--simulated", "--positions", "--invented", "--per-kind", "--networks"];
+const COUNTS: [&str; 6] =
+    ["--simulated", "--positions", "--invented", "--per-kind", "--networks", "--tests"];
 
 /// A line of a block of commands.
 struct Line {

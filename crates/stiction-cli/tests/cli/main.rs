@@ -29,6 +29,7 @@ mod shift;
 mod simulate;
 mod stem;
 mod valve;
+mod valve_test;
 mod what_if;
 
 use std::io::Write;

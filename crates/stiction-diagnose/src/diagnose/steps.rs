@@ -20,7 +20,8 @@ use crate::error::{Result, non_negative};
 use crate::finding::{Abstention, Family, Finding};
 use crate::methods::{self, Detector, MethodId, Subject};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{Grid, GridOptions, LoopType, Recording, Segment};
+use crate::recording::{ByHand, FEWEST_TURNS, Grid, GridOptions, LoopType, Recording, Segment};
+use crate::spoken::time;
 
 /// What may be told about a loop before it is diagnosed.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -166,6 +167,7 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
     let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
     notes.extend(segment.and_then(|segment| cut(&grid, segment)));
+    notes.extend(ByHand::of(recording).and_then(|by_hand| test_beside(&by_hand)));
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
     notes.extend(relation.filter(|_| followed).and_then(mistake_beside));
@@ -233,6 +235,18 @@ fn cut(grid: &Grid, segment: &Segment) -> Option<String> {
     let share = 100.0 * segment.duration() / (grid.duration + grid.sample_time);
     (count > 1).then(|| {
         format!("the recording is cut into {count} segments; the longest, {share:.0} % of its duration, is judged")
+    })
+}
+
+/// That a test of the valve is in the recording, which the verdict does not use.
+fn test_beside(by_hand: &ByHand) -> Option<String> {
+    let (turns, (from, to)) = (by_hand.turns(), by_hand.span_s());
+    (turns >= FEWEST_TURNS).then(|| {
+        format!(
+            "a test of the valve is in this recording, {turns} turns of the OP by hand within {}; `stiction test read` \
+             judges it",
+            time(to - from)
+        )
     })
 }
 

@@ -1,9 +1,11 @@
 //! A loop's OP, PV, SP, VP and mode over time, as a plant recorded them, and what can be made of it.
 //!
 //! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
+//! * [`ByHand`]: times in which somebody set the OP by hand;
 //! * [`Grid`]: its automatic segments on a regular grid, with everything that was mended on the way;
 //! * [`fitness`]: whether the data can answer.
 
+mod by_hand;
 mod channel;
 pub mod fitness;
 pub mod grid;
@@ -11,6 +13,7 @@ mod loop_type;
 mod plant_time;
 mod split;
 
+pub use by_hand::{ByHand, FEWEST_TURNS, KnownBy, Set};
 pub use channel::{Channel, Quality, Range, RangeSource};
 pub use fitness::Fitness;
 pub use grid::{Grid, GridOptions, GridRepair, Interpolation, RepairKind, Segment};

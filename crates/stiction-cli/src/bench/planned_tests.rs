@@ -1,0 +1,87 @@
+//! Planned tests: how often they tell whether a valve sticks, and how often they are right.
+
+use crate::{output, progress, text};
+use anyhow::Result;
+use schemars::JsonSchema;
+use serde::Serialize;
+use stiction::population::{Operator, TestTrial, TestTrialOptions, Trend};
+use stiction::scoreboard::Share;
+use stiction_report::report::Table;
+use stiction_report::scoreboard::share;
+use stiction_report::words;
+
+/// Version of what is printed; a change that breaks its readers is a new one.
+const VERSION: u32 = 1;
+
+/// What `stiction bench --tests --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct Document {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// Version of this form.
+    version: u32,
+    /// Seed of the loops.
+    seed: u64,
+    /// How many there are.
+    loops: u64,
+    #[serde(flatten)]
+    trial: TestTrial,
+}
+
+/// Tests the first `n` loops of `seed`, and prints what was counted.
+pub fn run(seed: u64, n: u64, options: TestTrialOptions, json: bool, markdown: bool) -> Result<()> {
+    let progress = progress::bar("testing", n as usize);
+    let trial = TestTrial::run(seed, n, options, || progress.inc(1))?;
+    progress.finish_and_clear();
+    if json {
+        let document = Document { tool: output::TOOL, version: VERSION, seed, loops: n, trial };
+        return output::json(&document);
+    }
+    let print = if markdown { text::markdown } else { text::plain };
+    output::text(&print(&table(seed, n, options, &trial)))
+}
+
+fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Table {
+    let operator = match options.operator {
+        Operator::Careful => "a careful operator",
+        Operator::Careless => "a careless operator",
+    };
+    let trend = match options.trend {
+        Trend::AsAsked => "recorded without compression",
+        Trend::Historian => "recorded by each loop's own historian",
+    };
+    let table =
+        Table::new(format!("Planned tests: {n} simulated loops, seed {seed}, {operator}, {trend}"))
+            .words("of")
+            .words("those")
+            .numbers("number", "")
+            .numbers("share", "");
+    let row = |table: Table, of: &str, those: &str, is: Share| {
+        table.row([of.to_owned(), those.to_owned(), is.n.to_string(), share(is)])
+    };
+    let table = row(table, "loops", "with a plan", trial.planned);
+    let table = row(table, "plans", "whose test began", trial.began);
+    let table = row(table, "tests", "that tell whether the valve sticks", trial.decided);
+    let table = row(table, "these", "that are right", trial.right);
+    let table =
+        row(table, "tests of loops that operation left undecided", "that tell", trial.undecided);
+    let table = row(table, "these", "that are right", trial.undecided_right);
+    let table = row(table, "tests of faulty valves", "that found them", trial.found);
+    let table = row(table, "tests of healthy valves", "that accused them", trial.accused);
+    let table = row(table, "values of S", "within 15 % of the true one", trial.s_within);
+    let table = row(table, "90 % intervals of S", "that hold it", trial.s_covered);
+    let table = row(table, "tests", "stopped at least once", trial.stopped);
+    let table = row(table, "tests", "given up", trial.given_up);
+    let table = row(table, "tests", "in which the PV left what the process bears", trial.beyond);
+    let table = row(table, "tests", "found without sheet and mode", trial.noticed);
+    let table = row(table, "recordings of operation", "taken for a test", trial.imagined);
+    let number = |value: Option<f64>, unit: &str| {
+        value.map_or("-".to_owned(), |value| format!("{}{unit}", words::rough(value)))
+    };
+    let one = |table: Table, of: &str, value: String| {
+        table.row([of.to_owned(), "median".to_owned(), String::new(), value])
+    };
+    let table = one(table, "error of S", number(trial.s_error.map(|e| 100.0 * e), " %"));
+    let table = one(table, "limit of S of valves that do not stick", number(trial.s_below, " %"));
+    one(table, "turns", number(trial.turns, ""))
+}

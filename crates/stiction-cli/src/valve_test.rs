@@ -1,0 +1,383 @@
+//! `stiction test`: a test of a valve, planned and read.
+
+use crate::diagnose::ended;
+use crate::files::{In, Out};
+use crate::loops::{diagnose_all, find_all};
+use crate::output;
+use crate::reading_args::Reading;
+use crate::text::wrapped;
+use anyhow::{Context, Result, anyhow, bail};
+use clap::{Parser, Subcommand};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::process::ExitCode;
+use stiction::diagnose::{Detectors, DiagnoseOptions, VerdictClass};
+use stiction::recording::{ByHand, GridOptions, KnownBy, Recording, Set};
+use stiction::spoken;
+use stiction::valve_test::{PlanOptions, ReadOptions, TestPlan, TestReading, plan, read};
+use stiction_figure::figure::instant as date;
+use stiction_io::timestamp::instant;
+use stiction_report::document::Source;
+use stiction_report::{test_answers, test_sheet, words};
+
+/// Plan a test that settles whether a valve sticks, and read it back.
+///
+/// Operation cannot always tell a valve that sticks from a load that wanders. A test can, because somebody turns the
+/// output by hand and the valve has to follow. `plan` sizes the test for the loop and prints the sheet; `read` finds
+/// the test in a recording and judges it.
+#[derive(Parser)]
+#[command(after_help = "Examples:
+  stiction test plan samples/LIC104-quantised.csv
+  stiction test plan FIC101.csv --pv-low 40 --pv-high 60 --sheet sheet.html --json > FIC101.plan.json
+  stiction test read samples/FIC106-tested.csv
+  stiction test read FIC101-test.csv --plan FIC101.plan.json --done done.csv --json")]
+pub struct Args {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Size a test for a loop from a recording of its operation
+    ///
+    /// The sheet says how far to turn the OP, how long to hold it, when the PV has answered and when to stop. Without
+    /// limits for the PV the test stays within what was recorded and half as much again.
+    #[command(after_help = "Examples:
+  stiction test plan FIC101.csv --sheet sheet.html
+  stiction test plan plant.parquet --loop FIC101 --pv-low 40 --pv-high 60 --csv steps.csv")]
+    Plan(Plan),
+    /// Find the test in a recording, and judge the valve by it
+    ///
+    /// The test is found by the mode column; or by a sheet of what was done; or, without either, by an OP that goes to
+    /// and fro in turns that are held. The recording before the test counts, too.
+    #[command(after_help = "Examples:
+  stiction test read FIC101-test.csv
+  stiction test read FIC101-test.csv --done done.csv --plot answers.svg
+
+A sheet of what was done is a CSV file with the columns time and op: when the OP was set, in the clock of the
+recording, and to what, in percent. A row without op is where the controller was put back in automatic. Other
+columns are ignored.")]
+    Read(Read),
+}
+
+/// Which loop, and what is known of it.
+#[derive(clap::Args)]
+struct Of {
+    /// A CSV, Parquet or MATLAB file; - is standard input
+    #[arg(value_name = "FILE")]
+    file: In,
+    /// This loop, where the file holds several
+    #[arg(long = "loop", value_name = "TAG")]
+    of_loop: Option<String>,
+    /// The PV rises when the OP rises [default: by the action of the controller]
+    #[arg(long)]
+    rises: bool,
+    /// The PV falls when the OP rises
+    #[arg(long, conflicts_with = "rises")]
+    falls: bool,
+}
+
+impl Of {
+    fn rises(&self) -> Option<bool> {
+        (self.rises || self.falls).then_some(self.rises)
+    }
+
+    /// The loop's recording.
+    fn recording(&self, reading: &Reading) -> Result<(Source, Recording)> {
+        let loops: Vec<String> = self.of_loop.iter().cloned().collect();
+        let (mut found, failures) = find_all(std::slice::from_ref(&self.file), &loops, reading)?;
+        ended(failures)?;
+        if found.len() != 1 {
+            let tags: Vec<&str> = found.iter().map(|each| &*each.recording.name).collect();
+            bail!(
+                "{} holds {} loops; choose one with --loop: {}",
+                self.file.origin(),
+                found.len(),
+                tags.join(", ")
+            );
+        }
+        let one = found.swap_remove(0);
+        Ok((one.source, one.recording))
+    }
+}
+
+#[derive(clap::Args)]
+struct Plan {
+    #[command(flatten)]
+    of: Of,
+    /// The lowest PV that the process bears, in its units
+    #[arg(long, value_name = "PV", requires = "pv_high", allow_negative_numbers = true)]
+    pv_low: Option<f64>,
+    /// The highest PV that the process bears, in its units
+    #[arg(long, value_name = "PV", requires = "pv_low", allow_negative_numbers = true)]
+    pv_high: Option<f64>,
+    /// Print the plan as JSON, for a sequence and for `stiction test read --plan`
+    #[arg(long)]
+    json: bool,
+    /// Write the turns to this CSV file, with columns to fill in; - is standard output
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    csv: Option<Out>,
+    /// Write the sheet to print to this file: one page of HTML
+    #[arg(long, value_name = "OUT.html")]
+    sheet: Option<Out>,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+#[derive(clap::Args)]
+struct Read {
+    #[command(flatten)]
+    of: Of,
+    /// The plan that was followed, as `stiction test plan --json` prints it
+    #[arg(long, value_name = "PLAN.json")]
+    plan: Option<In>,
+    /// What was done: a CSV file with the columns time and op
+    #[arg(long, value_name = "DONE.csv")]
+    done: Option<In>,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+    /// Draw turns against answers to this file, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<Out>,
+    /// Exit with 1 if the valve sticks or does not respond
+    #[arg(long)]
+    fail: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// What `stiction test plan --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct PlanDocument {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The file it comes from.
+    source: Source,
+    /// The test.
+    plan: TestPlan,
+}
+
+/// A loop with its test.
+#[derive(Serialize, JsonSchema)]
+struct Tested {
+    /// Tag of the loop.
+    name: String,
+    /// The file it comes from.
+    source: Source,
+    /// What the test says.
+    test: TestReading,
+}
+
+/// What `stiction test read --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct ReadDocument {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The loop that was read.
+    loops: [Tested; 1],
+}
+
+pub fn run(args: Args) -> Result<ExitCode> {
+    match args.task {
+        Task::Plan(args) => planned(&args).map(|()| ExitCode::SUCCESS),
+        Task::Read(args) => was_read(&args),
+    }
+}
+
+fn planned(args: &Plan) -> Result<()> {
+    let (source, recording) = args.of.recording(&args.reading)?;
+    let name = recording.name.clone();
+    let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+    let (mut diagnosed, failures) = diagnose_all(&[(source, recording)], &options);
+    ended(failures)?;
+    let Some(one) = diagnosed.pop() else { bail!("loop {name}: nothing was diagnosed") };
+    let options = PlanOptions {
+        rises: args.of.rises(),
+        pv_allowed: args.pv_low.zip(args.pv_high).map(|(low, high)| [low, high]),
+    };
+    let plan = plan(&one.diagnosis, &options)
+        .map_err(|why| anyhow!("{}, loop {name}: {}", args.of.file.origin(), why.0))?;
+    if let Some(path) = &args.sheet {
+        output::write(Some(path), test_sheet::html(&plan, output::TOOL).as_bytes())?;
+    }
+    if args.json {
+        return output::json(&PlanDocument { tool: output::TOOL, source: one.source, plan });
+    }
+    if let Some(path) = &args.csv {
+        output::write(Some(path), test_sheet::csv(&plan)?.as_bytes())?;
+        if path.is_standard() {
+            return Ok(());
+        }
+    }
+    output::text(&plan_in_words(&plan))
+}
+
+fn plan_in_words(plan: &TestPlan) -> String {
+    let mut out = format!("{}: test of the valve\n", plan.name);
+    for (k, text) in plan.instructions.iter().enumerate() {
+        for (line, part) in wrapped(text, 96).iter().enumerate() {
+            let head = if line == 0 { format!("{}. ", k + 1) } else { "   ".to_owned() };
+            out += &format!("{head}{part}\n");
+        }
+    }
+    out += "turns of part 1\n";
+    for two in plan.grow.chunks(2) {
+        let of: Vec<String> = two
+            .iter()
+            .map(|turn| {
+                let sign = if turn.op < 0.0 { '-' } else { '+' };
+                format!("u0 {sign} {:<5}", spoken::rough(turn.op.abs()))
+            })
+            .collect();
+        out += &format!("  {}  hold {} at most\n", of.join("  "), spoken::time(two[0].hold_s));
+    }
+    out
+}
+
+fn was_read(args: &Read) -> Result<ExitCode> {
+    let (source, recording) = args.of.recording(&args.reading)?;
+    let plan = args.plan.as_ref().map(plan_of).transpose()?;
+    let by_hand =
+        args.done.as_ref().map(|done| sheet_of(done, &recording, &args.reading)).transpose()?;
+    let options =
+        ReadOptions { by_hand, plan, rises: args.of.rises(), grid: GridOptions::default() };
+    let name = recording.name.clone();
+    let test = read(&recording, &options)
+        .map_err(|why| anyhow!("{}, loop {name}: {}", args.of.file.origin(), why.0))?;
+    if let Some(path) = &args.plot {
+        let unit = recording.pv.as_ref().and_then(|pv| pv.unit.as_deref());
+        output::figure("--plot", path, &test_answers::figure(&name, unit, &test))?;
+    }
+    let bad = matches!(test.class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
+    if args.json {
+        let loops = [Tested { name, source, test }];
+        output::json(&ReadDocument { tool: output::TOOL, loops })?;
+    } else {
+        output::text(&reading_in_words(&recording, &test))?;
+    }
+    Ok(if bad && args.fail { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+/// A plan that `stiction test plan --json` printed.
+fn plan_of(file: &In) -> Result<TestPlan> {
+    let text = if file.is_standard() {
+        std::io::read_to_string(std::io::stdin())
+    } else {
+        std::fs::read_to_string(&**file)
+    };
+    let text = text.with_context(|| file.origin())?;
+    let mut json: serde_json::Value =
+        serde_json::from_str(&text).with_context(|| format!("--plan {}", file.origin()))?;
+    let plan = json.get_mut("plan").map(serde_json::Value::take).ok_or_else(|| {
+        anyhow!(
+            "--plan {}: there is no key \"plan\"; give what `stiction test plan --json` prints",
+            file.origin()
+        )
+    })?;
+    serde_json::from_value(plan).with_context(|| format!("--plan {}", file.origin()))
+}
+
+/// What was done, as somebody wrote it on the sheet.
+fn sheet_of(file: &In, recording: &Recording, reading: &Reading) -> Result<ByHand> {
+    let zone = reading.zone()?;
+    let mut rows = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_path(&**file)
+        .with_context(|| file.origin())?;
+    let columns = rows.headers().with_context(|| file.origin())?.clone();
+    let column = |name: &str| {
+        columns.iter().position(|c| c.eq_ignore_ascii_case(name)).ok_or_else(|| {
+            anyhow!(
+                "{}: there is no column \"{name}\"; a sheet has the columns time and op",
+                file.origin()
+            )
+        })
+    };
+    let (of_time, of_op) = (column("time")?, column("op")?);
+    let mut sets = vec![];
+    for (k, row) in rows.records().enumerate() {
+        let row = row.with_context(|| file.origin())?;
+        let cell = |column: usize| row.get(column).unwrap_or("");
+        let wrong = |what: &str, remedy: &str| {
+            anyhow!(
+                "{}, row {}, column {what}: \"{}\" {remedy}",
+                file.origin(),
+                k + 2,
+                cell(if what == "op" { of_op } else { of_time })
+            )
+        };
+        if cell(of_time).is_empty() {
+            if !cell(of_op).is_empty() {
+                return Err(wrong("time", "is no time; write when the OP was set"));
+            }
+            // A turn of the plan that was left out.
+            continue;
+        }
+        let at_s =
+            match recording.start {
+                Some(start) => {
+                    instant(cell(of_time), zone.as_ref())
+                        .map_err(|e| wrong("time", &format!("is not understood: {e}")))?
+                        - start
+                }
+                None => cell(of_time).parse::<f64>().ok().filter(|t| t.is_finite()).ok_or_else(
+                    || wrong("time", "is no number of seconds, and the recording has no dates"),
+                )?,
+            };
+        let op = match cell(of_op) {
+            "" => None,
+            text => Some(
+                text.parse::<f64>()
+                    .ok()
+                    .filter(|op| (-10.0..=110.0).contains(op))
+                    .ok_or_else(|| wrong("op", "is no OP in percent"))?,
+            ),
+        };
+        if sets.last().is_some_and(|last: &Set| at_s < last.at_s) {
+            return Err(wrong("time", "is before the row above; put the rows in order of time"));
+        }
+        sets.push(Set { at_s, op });
+    }
+    if sets.is_empty() {
+        bail!("{}: no row has a time; write when each OP was set", file.origin());
+    }
+    Ok(ByHand { sets, known_by: KnownBy::Sheet })
+}
+
+fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
+    let moment = |at: f64| match recording.start {
+        Some(start) => {
+            let plant = &recording.plant_time;
+            date(plant.shows(start + at), &plant.name).unwrap_or_else(|| spoken::time(at))
+        }
+        None => spoken::time(at),
+    };
+    let mut out = format!(
+        "{}: {} (p = {}), by a test from {} to {}\n",
+        recording.name,
+        test.class.name(),
+        words::percent(test.probability),
+        moment(test.from_s),
+        moment(test.to_s)
+    );
+    let interval = |e: stiction::diagnose::Estimate| words::interval(e).replace('\u{2212}', "-");
+    if let (Some(s), Some(j)) = (test.s, test.j) {
+        out += &format!("  S {}, J {} of span\n", interval(s), interval(j));
+    }
+    if let Some(limit) = test.s_below {
+        out += &format!("  S below {} % with 95 % confidence\n", spoken::rough(limit));
+    }
+    if let Some(response) = test.response_s {
+        out += &format!("  the PV responds to the OP in {}\n", spoken::time(response));
+    }
+    for reason in &test.reasons {
+        for (line, part) in wrapped(reason, 96).iter().enumerate() {
+            out += &format!("{}{part}\n", if line == 0 { "  - " } else { "    " });
+        }
+    }
+    for part in test.advice.iter().flat_map(|advice| wrapped(advice, 96)) {
+        out += &format!("  {part}\n");
+    }
+    out
+}

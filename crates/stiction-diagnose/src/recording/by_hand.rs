@@ -1,0 +1,267 @@
+//! Times in which somebody sets the OP by hand, as in a test of the valve.
+//!
+//! # How they are found
+//! By the mode, if it is recorded: each time in manual in which the OP is set at least twice.
+//!
+//! Else by what the OP does: at least [`FEWEST_TURNS`] levels in a row, each held for four samples or more without the
+//! smallest change, up and down in turn about one value, of at least four different sizes. No controller does that: its
+//! OP follows the error. Another test, such as steps one way and back, is not found without a mode.
+
+use super::{Channel, Mode, Recording};
+use crate::series::median;
+
+/// Turns below which no test is recognised by what the OP does.
+pub const FEWEST_TURNS: usize = 8;
+/// Samples for which a level is held at least.
+const HELD: usize = 4;
+/// How far the middle of a turn lies from that of all, parts of the turn.
+const ASKEW: f64 = 0.35;
+/// Different sizes, and by how much they differ.
+const SIZES: usize = 4;
+const DIFFERENT: f64 = 0.05;
+
+/// The OP that somebody set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Set {
+    /// When, s on the recording's clock.
+    pub at_s: f64,
+    /// To what, percent; `None` where the controller took over.
+    pub op: Option<f64>,
+}
+
+/// By what it is known that the OP was set by hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KnownBy {
+    /// A sheet on which somebody wrote what was done.
+    Sheet,
+    /// The mode that is recorded.
+    Mode,
+    /// What the OP does.
+    Output,
+}
+
+impl KnownBy {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Sheet, Self::Mode, Self::Output];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sheet => "sheet",
+            Self::Mode => "mode",
+            Self::Output => "output",
+        }
+    }
+}
+
+/// What was set by hand, in order of time; each time in manual ends with a [`Set`] without an OP.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ByHand {
+    /// What was set.
+    pub sets: Vec<Set>,
+    /// How it is known.
+    pub known_by: KnownBy,
+}
+
+impl ByHand {
+    /// What was set by hand in a recording; `None` if nothing was.
+    pub fn of(recording: &Recording) -> Option<Self> {
+        let (sets, known_by) = match &recording.mode {
+            Some(_) => (by_mode(recording), KnownBy::Mode),
+            None => (by_output(&recording.op), KnownBy::Output),
+        };
+        (!sets.is_empty()).then_some(Self { sets, known_by })
+    }
+
+    /// How often the OP was set.
+    pub fn turns(&self) -> usize {
+        self.sets.iter().filter(|set| set.op.is_some()).count()
+    }
+
+    /// When the first was set and the last ended, s on the recording's clock.
+    pub fn span_s(&self) -> (f64, f64) {
+        let at = |set: Option<&Set>| set.map_or(0.0, |set| set.at_s);
+        (at(self.sets.first()), at(self.sets.last()))
+    }
+}
+
+/// Times and values of the samples that are used, percent, in order of time.
+fn usable(op: &Channel) -> Vec<(f64, f64)> {
+    let percent = |v: f64| op.range.map_or(v, |range| range.percent(v));
+    let all = op.time.iter().zip(&op.values).zip(&op.quality);
+    let mut samples: Vec<(f64, f64)> = all
+        .filter(|(_, quality)| quality.is_usable())
+        .map(|((t, v), _)| (*t, percent(*v)))
+        .collect();
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    samples
+}
+
+fn by_mode(recording: &Recording) -> Vec<Set> {
+    let Some(modes) = &recording.mode else { return vec![] };
+    let op = usable(&recording.op);
+    let Some((last, _)) = op.last().copied() else { return vec![] };
+    let mut all = vec![];
+    for (k, mode) in modes.modes.iter().enumerate() {
+        if *mode != Mode::Manual {
+            continue;
+        }
+        // What is manual goes on where the next is, too.
+        if k > 0 && modes.modes[k - 1] == Mode::Manual {
+            continue;
+        }
+        let from = modes.time[k];
+        let next = (k + 1..modes.modes.len()).find(|i| modes.modes[*i] != Mode::Manual);
+        let to = next.map_or(last, |i| modes.time[i]);
+        let inside: Vec<(f64, f64)> =
+            op.iter().copied().filter(|(t, _)| (from..to).contains(t)).collect();
+        let sets = levels(&inside);
+        if sets.len() >= 2 {
+            all.extend(sets.iter().map(|(at, op)| Set { at_s: *at, op: Some(*op) }));
+            all.push(Set { at_s: to, op: None });
+        }
+    }
+    all
+}
+
+/// The levels that an OP takes, with the time from which on: a change that goes on in the next sample is one.
+fn levels(op: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut all: Vec<(f64, f64)> = vec![];
+    let mut moving = false;
+    for (k, (t, v)) in op.iter().enumerate() {
+        let changed = k == 0 || (v - op[k - 1].1).abs() > 1e-9;
+        match all.last_mut() {
+            Some(last) if changed && moving => last.1 = *v,
+            _ if changed => all.push((*t, *v)),
+            _ => {}
+        }
+        moving = changed && k > 0;
+    }
+    all
+}
+
+/// A level that the OP holds.
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    from: usize,
+    to: usize,
+    op: f64,
+}
+
+fn by_output(op: &Channel) -> Vec<Set> {
+    let op = usable(op);
+    let mut held: Vec<Level> = vec![];
+    let mut first = 0;
+    for run in op.chunk_by(|a, b| (a.1 - b.1).abs() <= 1e-9) {
+        let to = first + run.len();
+        if run.len() >= HELD {
+            held.push(Level { from: first, to, op: run[0].1 });
+        }
+        first = to;
+    }
+    let mut best: &[Level] = &[];
+    let mut from = 0;
+    for k in 1..=held.len() {
+        let goes_on = k < held.len() && follows(&held, from, k);
+        if goes_on {
+            continue;
+        }
+        let chain = &held[from..k];
+        if chain.len() > best.len() && is_test(chain) {
+            best = chain;
+        }
+        // The last level may begin another.
+        from = if k > from + 1 { k - 1 } else { k };
+    }
+    let Some(last) = best.last() else { return vec![] };
+    let mut sets: Vec<Set> =
+        best.iter().map(|level| Set { at_s: op[level.from].0, op: Some(level.op) }).collect();
+    sets.push(Set { at_s: op[(last.to).min(op.len() - 1)].0, op: None });
+    sets
+}
+
+/// Whether level `k` goes on with what began at `from`: next to the last, and the other way.
+fn follows(held: &[Level], from: usize, k: usize) -> bool {
+    let near = held[k].from - held[k - 1].to <= 2;
+    let turn = held[k].op - held[k - 1].op;
+    near && (k == from + 1 || turn * (held[k - 1].op - held[k - 2].op) < 0.0)
+}
+
+/// Whether levels lie about one value and differ in size.
+fn is_test(chain: &[Level]) -> bool {
+    if chain.len() <= FEWEST_TURNS {
+        return false;
+    }
+    let turns: Vec<(f64, f64)> = chain
+        .windows(2)
+        .map(|two| (0.5 * (two[0].op + two[1].op), (two[1].op - two[0].op).abs()))
+        .collect();
+    let middle = median(&turns.iter().map(|(middle, _)| *middle).collect::<Vec<_>>());
+    let askew = turns.iter().filter(|(m, size)| (m - middle).abs() > ASKEW * size).count();
+    let mut sizes: Vec<f64> = turns.iter().map(|(_, size)| *size).collect();
+    sizes.sort_by(f64::total_cmp);
+    let different = 1 + sizes.windows(2).filter(|s| s[1] > (1.0 + DIFFERENT) * s[0]).count();
+    4 * askew <= turns.len() && different >= SIZES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Modes;
+
+    /// 50 samples that follow an error, then turns of growing size, then 50 again.
+    fn op(turns: usize) -> Vec<f64> {
+        let wanders = |k: usize| 40.0 + (0.37 * k as f64).sin();
+        let mut op: Vec<f64> = (0..50).map(wanders).collect();
+        for turn in 0..turns {
+            let size = 0.3 * 1.3f64.powi(turn as i32);
+            op.extend([40.0 + if turn % 2 == 0 { size } else { -size }; 6]);
+        }
+        op.extend((0..50).map(wanders));
+        op
+    }
+
+    #[test]
+    fn a_test_is_found_by_what_the_op_does() {
+        let recording = Recording::regular("", 2.0, &op(12), None, None).unwrap();
+        let found = ByHand::of(&recording).unwrap();
+        assert_eq!((found.turns(), found.known_by), (12, KnownBy::Output));
+        assert_eq!(found.span_s(), (100.0, 100.0 + 2.0 * 72.0));
+        assert_eq!(found.sets[3].op, Some(40.0 - 0.3 * 1.3f64.powi(3)));
+        // Fewer, or none, are not one.
+        for turns in [0, 3, FEWEST_TURNS - 1] {
+            let recording = Recording::regular("", 2.0, &op(turns), None, None).unwrap();
+            assert_eq!(ByHand::of(&recording), None, "{turns}");
+        }
+    }
+
+    #[test]
+    fn what_has_one_size_or_goes_one_way_is_no_test() {
+        let square: Vec<f64> = (0..200).map(|k| if k / 8 % 2 == 0 { 40.0 } else { 42.0 }).collect();
+        let stairs: Vec<f64> = (0..200).map(|k| 40.0 + f64::from(k / 8)).collect();
+        for op in [square, stairs] {
+            let recording = Recording::regular("", 2.0, &op, None, None).unwrap();
+            assert_eq!(ByHand::of(&recording), None);
+        }
+    }
+
+    #[test]
+    fn times_in_manual_are_found_by_the_mode() {
+        let mut op = op(2);
+        // It moves to the second level in three samples.
+        op[56..58].copy_from_slice(&[40.1, 39.9]);
+        let mut recording = Recording::regular("", 2.0, &op, None, None).unwrap();
+        recording.mode = Some(Modes {
+            time: vec![0.0, 100.0, 124.0],
+            modes: vec![Mode::Automatic, Mode::Manual, Mode::Automatic],
+        });
+        let found = ByHand::of(&recording).unwrap();
+        assert_eq!(found.known_by, KnownBy::Mode);
+        let at: Vec<f64> = found.sets.iter().map(|set| set.at_s).collect();
+        assert_eq!(at, [100.0, 112.0, 124.0]);
+        assert_eq!(found.sets[1].op, Some(40.0 - 0.39));
+        // In automatic throughout nothing was set by hand.
+        recording.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Automatic] });
+        assert_eq!(ByHand::of(&recording), None);
+    }
+}

@@ -1,0 +1,258 @@
+//! How far each turn of the OP moved the PV, whatever the valve did: by a linear process of unknown lag and dead time,
+//! a load that wanders and noise of the sensor.
+//!
+//! # Equations
+//! ```text
+//! y(k) = c + b k + sum_i a_i h(k - k_i) + n(k),    n(k) = p1 n(k-1) + ... + pm n(k-m) + e(k),   m = 1, 2, 4
+//! h = L_T2 L_T1 step, d samples late,    L_T: z(k) = z(k-1) + (1 - e^(-1/T)) (x(k) - z(k-1))
+//! ```
+//! with c and b anew in each spell in manual, and a sum in the place of the first lag where the process integrates.
+//! Both sides are filtered to white noise; then the a_i follow by least squares, with their covariance. A valve changes
+//! nothing but the a_i: they are all that the test says of it.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// A time in manual: the PV in it, and at which samples the OP was turned.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Spell {
+    pub pv: Vec<f64>,
+    pub turns: Vec<usize>,
+}
+
+/// A linear process, but for its gain; times in samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Process {
+    /// Its lag; infinite if it integrates.
+    pub tau: f64,
+    /// A second one.
+    pub tau2: f64,
+    pub dead: usize,
+}
+
+/// First lags that are tried, samples.
+const TAU: [f64; 14] =
+    [0.0, 0.6, 1.2, 2.0, 3.2, 5.0, 8.0, 13.0, 20.0, 32.0, 50.0, 80.0, 150.0, f64::INFINITY];
+/// Second lags, parts of the first; of a process that integrates, samples.
+const TAU2: [f64; 3] = [0.0, 0.3, 1.0];
+const TAU2_OF_INTEGRATOR: [f64; 4] = [0.0, 2.0, 6.0, 20.0];
+/// Dead times, samples.
+const DEAD: [usize; 14] = [0, 1, 2, 3, 4, 5, 7, 9, 12, 16, 22, 30, 40, 55];
+/// Orders of the noise that are tried.
+const ORDERS: [usize; 3] = [1, 2, 4];
+const LONGEST_PAST: usize = ORDERS[ORDERS.len() - 1];
+/// Columns of a spell beside its turns: level and slope.
+const BESIDE: usize = 2;
+
+impl Process {
+    /// What a step of 1 does to the PV, sample by sample (of an integrator: 1 a sample).
+    pub fn step(&self, samples: usize) -> Vec<f64> {
+        let mut answer: Vec<f64> =
+            (0..samples).map(|k| f64::from(u8::from(k >= self.dead))).collect();
+        match self.tau {
+            tau if tau.is_infinite() => {
+                let mut sum = 0.0;
+                for x in &mut answer {
+                    sum += *x;
+                    *x = sum;
+                }
+            }
+            tau => first_order(&mut answer, tau),
+        }
+        first_order(&mut answer, self.tau2);
+        answer
+    }
+
+    /// All that are tried, with dead times up to `longest` samples.
+    pub fn all(longest: usize) -> Vec<Self> {
+        let lags = |tau: f64| match () {
+            () if tau.is_infinite() => TAU2_OF_INTEGRATOR.to_vec(),
+            () if tau == 0.0 => vec![0.0],
+            () => TAU2.map(|part| part * tau).to_vec(),
+        };
+        let mut all = vec![];
+        for tau in TAU {
+            for tau2 in lags(tau) {
+                let dead = DEAD.into_iter().filter(|d| *d <= longest.max(2));
+                all.extend(dead.map(|dead| Self { tau, tau2, dead }));
+            }
+        }
+        all
+    }
+}
+
+fn first_order(x: &mut [f64], tau: f64) {
+    if tau > 0.0 {
+        let share = 1.0 - (-1.0 / tau).exp();
+        let mut z = 0.0;
+        for x in x {
+            z += share * (*x - z);
+            *x = z;
+        }
+    }
+}
+
+/// What a disturbance is foreseen from: its own past.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Noise(Vec<f64>);
+
+impl Noise {
+    /// Samples it looks back.
+    pub fn order(&self) -> usize {
+        self.0.len()
+    }
+
+    /// What is left of a signal that was 0 before, when all of it that could be foreseen is taken away.
+    pub fn whitened(&self, x: &[f64]) -> Vec<f64> {
+        let past = |k: usize| {
+            let lags = (1..).zip(&self.0).take_while(|(lag, _)| *lag <= k);
+            lags.map(|(lag, a)| a * x[k - lag]).sum::<f64>()
+        };
+        (0..x.len()).map(|k| x[k] - past(k)).collect()
+    }
+
+    /// What foresees these series best, by the information criterion of Schwarz.
+    fn of(series: &[Vec<f64>]) -> Self {
+        let mut gram = DMatrix::<f64>::zeros(LONGEST_PAST + 1, LONGEST_PAST + 1);
+        let mut samples = 0.0;
+        for x in series.iter().filter(|x| x.len() > LONGEST_PAST) {
+            let n = x.len();
+            samples += (n - LONGEST_PAST) as f64;
+            for i in 0..=LONGEST_PAST {
+                for j in i..=LONGEST_PAST {
+                    let (a, b) = (&x[LONGEST_PAST - i..n - i], &x[LONGEST_PAST - j..n - j]);
+                    gram[(i, j)] += a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+                }
+            }
+        }
+        let floor = 1e-9 * gram[(0, 0)].max(f64::MIN_POSITIVE);
+        let mut best = (f64::INFINITY, vec![]);
+        for order in ORDERS {
+            let own = DMatrix::from_fn(order, order, |i, j| {
+                let (i, j) = (i.min(j) + 1, i.max(j) + 1);
+                gram[(i, j)] + if i == j { floor } else { 0.0 }
+            });
+            let with = DVector::from_fn(order, |i, _| gram[(0, i + 1)]);
+            let Some(factor) = Cholesky::new(own) else { continue };
+            let past = factor.solve(&with);
+            let left = (gram[(0, 0)] - past.dot(&with)).max(floor);
+            let criterion = samples * left.ln() + order as f64 * samples.max(2.0).ln();
+            if criterion < best.0 {
+                best = (criterion, past.iter().copied().collect());
+            }
+        }
+        Self(best.1)
+    }
+}
+
+/// How far each turn moved the PV behind one process.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Answers {
+    pub process: Process,
+    /// By spell: PV units (of an integrator: a sample) by turn, and the inverse of their covariance but for the error's
+    /// variance.
+    pub spells: Vec<(DVector<f64>, DMatrix<f64>)>,
+    /// Sum of squares that is left.
+    pub left: f64,
+    pub noise: Noise,
+}
+
+impl Answers {
+    /// Of the spells, behind a process with this noise.
+    fn of(spells: &[Spell], process: Process, noise: &Noise) -> Option<Self> {
+        let longest = spells.iter().map(|spell| spell.pv.len()).max()?;
+        let step = noise.whitened(&process.step(longest));
+        let mut all = vec![];
+        let mut left = 0.0;
+        for spell in spells {
+            let (gram, products, square) = normal(spell, &step, noise);
+            let of_turns = spell.turns.len();
+            let factor = Cholesky::new(gram.clone())?;
+            let found = factor.solve(&products);
+            left += (square - found.dot(&products)).max(0.0);
+            // What the turns say when level and slope are not known.
+            let (a, b) = (
+                gram.view((0, 0), (of_turns, of_turns)),
+                gram.view((0, of_turns), (of_turns, BESIDE)),
+            );
+            let d = gram.view((of_turns, of_turns), (BESIDE, BESIDE)).into_owned();
+            let information = a - b * Cholesky::new(d)?.solve(&b.transpose());
+            all.push((found.rows(0, of_turns).into_owned(), information));
+        }
+        Some(Self { process, spells: all, left, noise: noise.clone() })
+    }
+
+    /// The PV of each spell without its answers.
+    fn residual(&self, spells: &[Spell]) -> Vec<Vec<f64>> {
+        let longest = spells.iter().map(|spell| spell.pv.len()).max().unwrap_or(0);
+        let step = self.process.step(longest);
+        let of = |(spell, (answers, _)): (&Spell, &(DVector<f64>, DMatrix<f64>))| {
+            let mut left = spell.pv.clone();
+            for (at, answer) in spell.turns.iter().zip(answers.iter()) {
+                left[*at..].iter_mut().zip(&step).for_each(|(y, h)| *y -= answer * h);
+            }
+            crate::series::detrended(&left)
+        };
+        spells.iter().zip(&self.spells).map(of).collect()
+    }
+}
+
+/// Normal equations of a spell: a column for each turn, then level and slope; with the square of what they explain.
+fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<f64>, f64) {
+    let n = spell.pv.len();
+    let from = noise.0.len();
+    let keep = 1.0 - noise.0.iter().sum::<f64>();
+    let slip: f64 = (1..).zip(&noise.0).map(|(lag, a)| f64::from(lag) * a).sum();
+    let white = noise.whitened(&spell.pv);
+    let turns = spell.turns.len();
+    let columns = turns + BESIDE;
+    let mut gram = DMatrix::zeros(columns, columns);
+    let mut products = DVector::zeros(columns);
+    let mut row = vec![0.0; columns];
+    let mut square = 0.0;
+    for k in from..n {
+        for (x, at) in row.iter_mut().zip(&spell.turns) {
+            *x = k.checked_sub(*at).map_or(0.0, |since| step[since]);
+        }
+        row[turns] = keep;
+        row[turns + 1] = (keep * (k as f64 - 0.5 * n as f64) + slip) / n as f64;
+        let y = white[k];
+        square += y * y;
+        for i in 0..columns {
+            if row[i] != 0.0 {
+                products[i] += row[i] * y;
+                for j in i..columns {
+                    gram[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+    }
+    for i in 0..columns {
+        for j in 0..i {
+            gram[(i, j)] = gram[(j, i)];
+        }
+        // What is not seen is not known.
+        gram[(i, i)] += 1e-9 * gram[(i, i)] + 1e-12;
+    }
+    (gram, products, square)
+}
+
+/// The answers behind every process, the likeliest first, and the standard deviation of what cannot be foreseen.
+pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answers>, f64)> {
+    let processes = Process::all(longest_dead);
+    let start: Vec<Vec<f64>> =
+        spells.iter().map(|spell| crate::series::detrended(&spell.pv)).collect();
+    let mut noise = Noise::of(&start);
+    let mut all: Vec<Answers> = vec![];
+    for _ in 0..3 {
+        all =
+            processes.iter().filter_map(|process| Answers::of(spells, *process, &noise)).collect();
+        all.sort_by(|a, b| a.left.total_cmp(&b.left));
+        noise = Noise::of(&all.first()?.residual(spells));
+    }
+    let columns: usize = spells.iter().map(|spell| spell.turns.len() + BESIDE).sum();
+    let samples: usize =
+        spells.iter().map(|spell| spell.pv.len().saturating_sub(LONGEST_PAST)).sum();
+    let freedom = (samples as f64 - columns as f64 - 3.0).max(1.0);
+    let error = (all.first()?.left / freedom).sqrt();
+    Some((all, error))
+}

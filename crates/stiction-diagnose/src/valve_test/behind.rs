@@ -1,0 +1,131 @@
+//! Whether a dead band lies in the valve or behind the process, as in a transmitter or its linkage.
+//!
+//! Behind a fast process both look alike. Behind a slow one they do not: a dead band of the valve makes each answer
+//! smaller, one behind the process makes it late.
+//!
+//! ```text
+//! in the valve:        y = K sum_i m_i h(k - k_i) + c + b k + n
+//! behind the process:  y = K play_w(sum_i t_i h(k - k_i)) + c + b k + n
+//! ```
+//! with m_i the stem's way of turn i and t_i the OP's. Both are held against the PV, whitened.
+
+use super::answer::{Noise, Process, Spell};
+use super::stems::{PLACES, Stem};
+use super::weigh::Manual;
+use nalgebra::{Matrix3, Vector3};
+
+/// First lags that are tried for a dead band behind the process, samples, and its widths, parts of the longest turn.
+const TAU: [f64; 8] = [0.0, 1.0, 2.5, 6.0, 15.0, 40.0, 120.0, f64::INFINITY];
+const DEAD: [usize; 6] = [0, 1, 3, 6, 12, 25];
+const WIDTHS: [f64; 9] = [0.08, 0.12, 0.17, 0.25, 0.35, 0.48, 0.62, 0.78, 0.92];
+
+/// By how much what is left with a dead band behind the process exceeds what is left with a valve that sticks, sums of
+/// squares; `None` if neither can be fitted.
+pub(super) fn apart(
+    kept: &[Manual],
+    spells: &[Spell],
+    noise: &Noise,
+    processes: &[Process],
+    longest_dead: usize,
+    travel: f64,
+    stems: &[Stem],
+) -> Option<f64> {
+    let longest = spells.iter().map(|spell| spell.pv.len()).max()?;
+    let white: Vec<Vec<f64>> = spells.iter().map(|spell| noise.whitened(&spell.pv)).collect();
+    let left = |paths: &[Vec<f64>]| -> Option<f64> { left_with(paths, &white, noise) };
+    let of_turns =
+        |by: &dyn Fn(&Manual) -> Option<Vec<f64>>, step: &[f64]| -> Option<Vec<Vec<f64>>> {
+            kept.iter()
+                .zip(spells)
+                .map(|(manual, spell)| {
+                    let moves = by(manual)?;
+                    let mut path = vec![0.0; spell.pv.len()];
+                    for (at, m) in spell.turns.iter().zip(moves) {
+                        path[*at..].iter_mut().zip(step).for_each(|(y, h)| *y += m * h);
+                    }
+                    Some(path)
+                })
+                .collect()
+        };
+    let own = processes.iter().copied();
+    let others = TAU.iter().flat_map(|tau| DEAD.map(|dead| Process { tau: *tau, tau2: 0.0, dead }));
+    let all: Vec<Process> =
+        own.chain(others.filter(|process| process.dead <= longest_dead.max(2))).collect();
+    let mut valve = f64::INFINITY;
+    for process in &all {
+        let step = process.step(longest);
+        for stem in stems {
+            for place in &PLACES[..3] {
+                let moves = |spell: &Manual| {
+                    let op: Vec<f64> = spell.turns.iter().map(|(_, op)| *op).collect();
+                    stem.moves(spell.before, &op, *place)
+                };
+                if let Some(sum) = left(&of_turns(&moves, &step)?) {
+                    valve = valve.min(sum);
+                }
+            }
+        }
+    }
+    let mut behind = f64::INFINITY;
+    let travels = |spell: &Manual| -> Option<Vec<f64>> {
+        let op = std::iter::once(spell.before).chain(spell.turns.iter().map(|(_, op)| *op));
+        let op: Vec<f64> = op.collect();
+        Some(op.windows(2).map(|two| two[1] - two[0]).collect())
+    };
+    for process in all {
+        let step = process.step(longest);
+        let paths = of_turns(&travels, &step)?;
+        let swing = |path: &Vec<f64>| crate::series::span(path);
+        let widest = paths.iter().map(swing).fold(0.0, f64::max);
+        for width in WIDTHS {
+            let width = if process.tau.is_finite() { width * travel } else { width * widest };
+            let paths: Vec<Vec<f64>> = paths.iter().map(|path| play(path, width)).collect();
+            if let Some(sum) = left(&paths) {
+                behind = behind.min(sum);
+            }
+        }
+    }
+    (valve.is_finite() && behind.is_finite()).then_some(behind - valve)
+}
+
+/// A play of this width, which begins in its middle.
+fn play(input: &[f64], width: f64) -> Vec<f64> {
+    let half = 0.5 * width;
+    let mut at = input.first().copied().unwrap_or(0.0);
+    let step = |x: &f64| {
+        at = at.clamp(x - half, x + half);
+        at
+    };
+    input.iter().map(step).collect()
+}
+
+/// Sum of squares that is left of the PV with level and slope in each spell and one gain for all.
+fn left_with(paths: &[Vec<f64>], white: &[Vec<f64>], noise: &Noise) -> Option<f64> {
+    let from = noise.order();
+    let (mut square, mut across, mut nothing) = (0.0, 0.0, 0.0);
+    for (path, white) in paths.iter().zip(white) {
+        let path = noise.whitened(path);
+        let n = path.len();
+        let (level, slope) = (
+            noise.whitened(&vec![1.0; n]),
+            noise.whitened(&(0..n).map(|k| k as f64 / n as f64).collect::<Vec<_>>()),
+        );
+        let mut gram = Matrix3::zeros();
+        let (mut y, mut all) = (Vector3::zeros(), 0.0);
+        for k in from..n {
+            let row = Vector3::new(path[k], level[k], slope[k]);
+            gram += row * row.transpose();
+            y += row * white[k];
+            all += white[k] * white[k];
+        }
+        // Without level and slope.
+        let beside = gram.fixed_view::<2, 2>(1, 1).into_owned();
+        let inverse = beside.try_inverse()?;
+        let (g, v) =
+            (gram.fixed_view::<2, 1>(1, 0).into_owned(), y.fixed_rows::<2>(1).into_owned());
+        square += gram[(0, 0)] - g.dot(&(inverse * g));
+        across += y[0] - g.dot(&(inverse * v));
+        nothing += all - v.dot(&(inverse * v));
+    }
+    (square > 0.0).then(|| nothing - across * across / square)
+}

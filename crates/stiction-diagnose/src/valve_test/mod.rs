@@ -1,0 +1,26 @@
+//! A test that settles whether a valve sticks: [planned](plan) from a recording in operation, carried out by hand, and
+//! [read](read) from the recording of it.
+//!
+//! A test is an experiment whose input is known. Operation often cannot tell a valve that sticks from a load that
+//! wanders, because the controller ties the OP to the PV; turns that a person makes are tied to nothing.
+//!
+//! * `answer`: how far each turn moved the PV, whatever the valve did;
+//! * `stems`: how far each valve would move with each turn;
+//! * `explain`: how well a valve explains the answers; `weigh`: which valve is likely;
+//! * `behind`: whether a dead band lies in the valve or behind the process.
+//!
+//! # Limits
+//! Of one valve before one process that is about linear in the range of the test. The valve must be that which the OP
+//! moves: of a cascade the inner loop is tested. A dead band behind a fast process cannot be told from one in the valve
+//! without its position.
+
+mod answer;
+mod behind;
+mod explain;
+mod plan;
+mod read;
+mod stems;
+mod weigh;
+
+pub use plan::{PlanOptions, TestPlan, Turn, plan};
+pub use read::{ReadOptions, Step, TestReading, read};

@@ -1,0 +1,303 @@
+//! The test that a loop needs, sized from its recording.
+//!
+//! # The test
+//! With the controller in manual, the OP goes to and fro about where it was.
+//!
+//! 1. **Grow.** Two turns of each size, each size 1.6 times the last, until the PV goes to and fro with four turns of one
+//!    size. A turn ends as soon as the PV has answered, and at the latest after the hold; the hold grows by half with each
+//!    size, because how slow the process is, is not known.
+//! 2. **Shrink.** From there two turns of each size, each 0.85 times the last, held twice as long as the PV took to
+//!    answer, until three sizes in a row are not answered.
+//!
+//! A valve that sticks answers no turn that is shorter than S; so S lies between the last turn that is answered and the
+//! first that is not. The alternation cancels a load that drifts, and returns a process that integrates.
+//!
+//! ```text
+//! u(i) = u0 + (-1)^i t(i) / 2
+//! ```
+//!
+//! # Limits
+//! What the process bears is not known: where nobody says, the PV is kept within what was recorded and half as much again.
+//! The valve must be the one that the OP moves: of a cascade the inner loop is tested.
+//!
+//! # Sources
+//! Ours. The alternation that a relay gives is that of K. J. Astrom and T. Hagglund, "Automatic tuning of simple
+//! regulators with specifications on phase and amplitude margins", Automatica 20 (1984) 645 (recalled, not read).
+
+use crate::diagnose::Diagnosis;
+use crate::finding::Abstention;
+use crate::identify::controller;
+use crate::recording::Segment;
+use crate::series::{max, mean, min, noise_std, quantile, span};
+use crate::spoken::{range, rough, time};
+
+/// What is known of a loop before its test is planned.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PlanOptions {
+    /// Whether the PV rises with the OP; without it the controller's action tells.
+    pub rises: Option<bool>,
+    /// Where the PV may go, in its units.
+    pub pv_allowed: Option<[f64; 2]>,
+}
+
+/// A turn of the OP.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+pub struct Turn {
+    /// Where the OP goes, percent of span from where it was before the test.
+    pub op: f64,
+    /// How long it is held at most, s.
+    pub hold_s: f64,
+}
+
+/// A test of a valve, sized for its loop.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+pub struct TestPlan {
+    /// Tag of the loop.
+    pub name: String,
+    /// Unit of the PV, where it is known.
+    pub pv_unit: Option<String>,
+    /// The turns of the first part, in order, until the PV answers.
+    pub grow: Vec<Turn>,
+    /// By this each size of the second part is smaller than the last.
+    pub shrink_by: f64,
+    /// The second part ends after so many sizes in a row that the PV does not answer.
+    pub ends_after: usize,
+    /// How far the PV goes with a turn until it has answered, in its units.
+    pub answer: f64,
+    /// Whether the PV rises with the OP; `None` where nothing tells.
+    pub rises: Option<bool>,
+    /// The PV below which the controller is put back in automatic, in its units.
+    pub pv_low: f64,
+    /// The PV above which it is.
+    pub pv_high: f64,
+    /// The lowest OP, percent.
+    pub op_low: f64,
+    /// The highest OP, percent.
+    pub op_high: f64,
+    /// A sample of OP and PV is wanted at least this often, s, without compression.
+    pub record_every_s: f64,
+    /// The longest that the first part takes, s.
+    pub total_s: f64,
+    /// What to do, in sentences, in order.
+    pub instructions: Vec<String>,
+}
+
+/// From one size of the first part to the next, and of the second.
+const GROWTH: f64 = 1.6;
+const SHRINK_BY: f64 = 0.85;
+/// Sizes of the second part that are not answered, after which it ends.
+const ENDS_AFTER: usize = 3;
+/// From one hold of the first part to the next.
+const PATIENCE: f64 = 1.5;
+/// The longest hold over the first.
+const MOST_PATIENCE: f64 = 16.0;
+/// The shortest turn, and the least and the most that the longest is, percent.
+const SHORTEST: f64 = 0.4;
+const LEAST_LONGEST: f64 = 8.0;
+const MOST_LONGEST: f64 = 48.0;
+/// The longest turn over the largest S that is likely, and over the OP's range in operation.
+const OVER_S: f64 = 2.8;
+const OVER_RANGE: f64 = 3.0;
+/// Standard deviations of noise that the PV must go to have answered.
+const ANSWERED: f64 = 4.0;
+/// Samples of the recording that a turn is held at least, and periods of the loop.
+const SAMPLES: f64 = 8.0;
+const PERIODS: f64 = 0.4;
+/// Where nothing is known of the loop's period: samples.
+const NO_PERIOD: f64 = 40.0;
+
+/// Plans the test of a loop that was diagnosed.
+///
+/// # Errors
+/// If the recording has no segment in automatic, no PV, or an OP or PV that does not move.
+pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Abstention> {
+    let refuse = |why: &str| Err(Abstention(why.to_owned()));
+    let Some(segment) = diagnosis.grid.longest() else {
+        return refuse("there is no segment in automatic from which a test could be sized");
+    };
+    let Some(pv) = segment.pv.as_deref() else {
+        return refuse(
+            "without a PV nobody sees what the valve does; record the PV or the position",
+        );
+    };
+    let (op, dt) = (&segment.op, segment.sample_time);
+    let travel = quantile(op, 0.95) - quantile(op, 0.05);
+    if !(span(op) > 0.0 && span(pv) > 0.0) {
+        return refuse("the OP or the PV does not move, so that no test can be sized");
+    }
+    if let Some([low, high]) = options.pv_allowed
+        && !(low < high && low.is_finite() && high.is_finite())
+    {
+        return refuse("the PV's lower limit is not below its upper one");
+    }
+    let noise = noise_std(pv).max(0.5 * quantum(pv)).max(1e-4 * span(pv));
+    let likely = diagnosis.stiction.s.map(|s| s.high);
+    let likely = likely.or(diagnosis.evidence.as_ref().map(|weighing| weighing.s.high));
+    let longest = likely.map_or(OVER_RANGE * travel, |s| OVER_S * s);
+    let longest = longest.clamp(LEAST_LONGEST, MOST_LONGEST);
+    let room = (0.5 * span(pv)).max(16.0 * noise);
+    let answer = (ANSWERED * noise).min(0.4 * room);
+    let period = diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s);
+    let hold_s = (PERIODS * period.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
+    let grow = grow(longest, mean(op) < 50.0, hold_s);
+    // Within what is allowed the controller needs some room to bring the PV back.
+    let [low, high] = options.pv_allowed.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+    let (pv_low, pv_high) = match options.pv_allowed {
+        Some(_) => (low + BACK * (high - low), high - BACK * (high - low)),
+        None => (min(pv) - 0.5 * room, max(pv) + 0.5 * room),
+    };
+    let mut plan = TestPlan {
+        name: diagnosis.name.clone(),
+        pv_unit: diagnosis.pv_unit.clone(),
+        shrink_by: SHRINK_BY,
+        ends_after: ENDS_AFTER,
+        answer,
+        rises: options.rises.or_else(|| rises(segment)),
+        pv_low,
+        pv_high,
+        op_low: (mean(op) - 0.5 * longest).max(0.0),
+        op_high: (mean(op) + 0.5 * longest).min(100.0),
+        record_every_s: hold_s / SAMPLES,
+        total_s: grow.iter().map(|turn| turn.hold_s).sum(),
+        grow,
+        instructions: vec![],
+    };
+    plan.instructions = instructions(&plan);
+    Ok(plan)
+}
+
+/// Share of the allowed range that is kept at either end.
+const BACK: f64 = 0.15;
+
+/// Two turns of each size.
+fn grow(longest: f64, up_first: bool, hold_s: f64) -> Vec<Turn> {
+    let sizes = 1 + ((longest / SHORTEST).ln() / GROWTH.ln()).ceil() as i32;
+    let mut turns = vec![];
+    for k in 0..sizes {
+        let half = two_digits(0.5 * SHORTEST * GROWTH.powi(k));
+        let hold_s = two_digits(hold_s * PATIENCE.powi(k).min(MOST_PATIENCE));
+        for up in [up_first, !up_first] {
+            turns.push(Turn { op: if up { half } else { -half }, hold_s });
+        }
+    }
+    turns
+}
+
+/// As somebody would set it.
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
+
+/// Whether the PV rises with the OP, by the action of the controller: one that raises its OP when the PV is too low
+/// controls a process that rises with it.
+pub(super) fn rises(segment: &Segment) -> Option<bool> {
+    let fitted = controller::fit(segment).ok()?;
+    let kc = fitted.kc;
+    (kc.low * kc.high > 0.0).then_some(kc.value > 0.0)
+}
+
+/// The smallest step in which a signal is recorded.
+fn quantum(x: &[f64]) -> f64 {
+    let steps = x.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0);
+    steps.fold(f64::INFINITY, f64::min).min(span(x))
+}
+
+fn instructions(plan: &TestPlan) -> Vec<String> {
+    let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
+    let first = plan.grow[0];
+    let (up, down) = if first.op > 0.0 { ("up", "down") } else { ("down", "up") };
+    let size = rough(first.op.abs());
+    let with = match plan.rises {
+        Some(true) => "The PV rises when the OP rises.",
+        Some(false) => "The PV falls when the OP rises.",
+        None => {
+            "The recording does not show whether the PV rises or falls when the OP rises; note it here."
+        }
+    };
+    vec![
+        format!(
+            "Agree on the test with the operator and the shift lead. Open a trend of OP and PV with a sample every {} or \
+             faster, without compression. Write down each OP and its time.",
+            time(plan.record_every_s)
+        ),
+        "Wait until the PV is calm near its set point. Put the controller in manual. Note OP (u0) and PV."
+            .to_owned(),
+        format!(
+            "Part 1. Move the OP {up} to u0 {} {size} %. {with} Hold it until the PV has moved by {}{unit}, at most {}. Then \
+             move it {down} to u0 {} {size} % and hold it in the same way.",
+            if first.op > 0.0 { "+" } else { "−" },
+            rough(plan.answer),
+            time(first.hold_s),
+            if first.op > 0.0 { "−" } else { "+" },
+        ),
+        "Go on with the next size in the table. When the PV answers both turns of a size, make two more turns of that size. \
+         If the PV goes to and fro with all four, note how long the slowest answer took and go to part 2."
+            .to_owned(),
+        format!(
+            "Part 2. Make two turns of each size again, each {:.0} % smaller than the last. Hold each turn until the PV has \
+             answered, at most twice the time that you noted. Stop when the PV does not answer {} sizes in a row.",
+            100.0 * (1.0 - plan.shrink_by),
+            plan.ends_after
+        ),
+        format!(
+            "Put the controller in automatic if the PV leaves {}{unit}, or before an alarm does. Wait until the PV is calm, \
+             then go on with the next size. After six such stops end the test.",
+            range(plan.pv_low, plan.pv_high)
+        ),
+        format!(
+            "Part 1 takes at most {}, and less if the valve answers early. Part 2 takes about as long again.",
+            time(plan.total_s)
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{Detectors, DiagnoseOptions, diagnose};
+    use crate::recording::Recording;
+
+    fn diagnosed(gain: f64) -> Diagnosis {
+        let wave = |k: usize, phase: f64| (std::f64::consts::TAU * k as f64 / 60.0 + phase).sin();
+        let op: Vec<f64> = (0..900).map(|k| 40.0 + 2.0 * wave(k, 0.0)).collect();
+        let pv: Vec<f64> = (0..900).map(|k| 7.0 + gain * wave(k, 0.4)).collect();
+        let recording = Recording::regular("FIC1", 2.0, &op, Some(&pv), None).unwrap();
+        let options = DiagnoseOptions { detectors: Detectors::None, ..Default::default() };
+        diagnose(&recording, &options).unwrap()
+    }
+
+    #[test]
+    fn turns_grow_about_where_the_op_was() {
+        let plan = plan(&diagnosed(1.0), &PlanOptions { rises: Some(true), ..Default::default() });
+        let plan = plan.unwrap();
+        let first = plan.grow[0];
+        assert_eq!((first.op, plan.grow[1].op), (0.2, -0.2));
+        // 0.4 of a period of 120 s.
+        assert!((first.hold_s - 48.0).abs() < 3.0, "{first:?}");
+        for two in plan.grow.chunks_exact(2) {
+            assert!(two[0].op > 0.0 && two[1].op == -two[0].op && two[0].hold_s == two[1].hold_s);
+        }
+        let sizes: Vec<f64> = plan.grow.iter().step_by(2).map(|turn| 2.0 * turn.op).collect();
+        assert!(sizes.windows(2).all(|two| (two[1] / two[0] - GROWTH).abs() < 0.1), "{sizes:?}");
+        assert!(sizes.last().unwrap() >= &LEAST_LONGEST);
+        assert!(plan.op_low >= 0.0 && plan.op_high <= 100.0);
+        assert_eq!(plan.instructions.len(), 7);
+    }
+
+    #[test]
+    fn limits_are_those_that_are_given() {
+        let options = PlanOptions { pv_allowed: Some([4.0, 14.0]), ..Default::default() };
+        let plan = plan(&diagnosed(1.0), &options).unwrap();
+        assert_eq!((plan.pv_low, plan.pv_high), (5.5, 12.5));
+        let wrong = PlanOptions { pv_allowed: Some([4.0, 4.0]), ..Default::default() };
+        assert!(super::plan(&diagnosed(1.0), &wrong).is_err());
+    }
+
+    #[test]
+    fn what_does_not_move_has_no_test() {
+        let error = plan(&diagnosed(0.0), &PlanOptions::default()).unwrap_err();
+        assert!(error.0.contains("does not move"), "{error:?}");
+    }
+}

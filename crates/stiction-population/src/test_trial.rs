@@ -1,0 +1,237 @@
+//! How right a planned test is: the loops of the population, tested by a simulated operator.
+
+use super::scoreboard::Share;
+use super::tested::{Operator, Tested, Trend};
+use super::{Draw, LoopKind};
+use rayon::prelude::*;
+use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, VerdictClass, diagnose};
+use stiction_diagnose::series::quantile;
+use stiction_diagnose::valve_test::{PlanOptions, ReadOptions, TestReading, plan, read};
+use stiction_model::error::Result;
+
+/// How often a test was right, and what it cost.
+///
+/// Loops whose OP is not that of a valve ([`LoopKind::StickyBelow`]), and those whose valve is not the same throughout,
+/// are left out.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct TestTrial {
+    /// Loops that have a plan, of all.
+    pub planned: Share,
+    /// Tests that began, of those that were planned: the others never found the PV calm and the OP off its limits.
+    pub began: Share,
+    /// Tests in which the controller was put back in automatic at least once.
+    pub stopped: Share,
+    /// Tests in which the PV left what the process bears.
+    pub beyond: Share,
+    /// Tests that were given up.
+    pub given_up: Share,
+    /// Tests that began and tell whether the valve sticks.
+    pub decided: Share,
+    /// Of these, those that are right: a limit of S below the true S is wrong.
+    pub right: Share,
+    /// The same of loops that operation left undecided.
+    pub undecided: Share,
+    /// Of these, those that are right.
+    pub undecided_right: Share,
+    /// Tests of sticking valves that found them.
+    pub found: Share,
+    /// Tests of healthy valves that accused them.
+    pub accused: Share,
+    /// S that is told within 15 % of the true one.
+    pub s_within: Share,
+    /// 90 % intervals of S that hold the true one.
+    pub s_covered: Share,
+    /// Median error of S, share of the true one; `None` where none is told.
+    pub s_error: Option<f64>,
+    /// Median limit of S where the valve does not stick, percent.
+    pub s_below: Option<f64>,
+    /// Median number of turns.
+    pub turns: Option<f64>,
+    /// Tests that are found without a sheet and without a mode.
+    pub noticed: Share,
+    /// Recordings of operation in which a test is found that is none.
+    pub imagined: Share,
+}
+
+/// What a trial is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TestTrialOptions {
+    /// How the operator works.
+    pub operator: Operator,
+    /// How the test is recorded.
+    pub trend: Trend,
+}
+
+/// One loop of it.
+enum One {
+    LeftOut,
+    NoPlan,
+    Tested { undecided: bool, tested: Box<Tested>, read: Option<Box<TestReading>> },
+}
+
+/// Records for which there is room for a test.
+const ROOM: f64 = 12.0;
+
+impl TestTrial {
+    /// Tests the first `n` loops of `seed`; runs on all threads, with the same result on any number of them. Calls
+    /// `done` after each.
+    ///
+    /// # Errors
+    /// None is known.
+    pub fn run(
+        seed: u64,
+        n: u64,
+        options: TestTrialOptions,
+        done: impl Fn() + Sync,
+    ) -> Result<Self> {
+        let one = |index: u64| -> Result<One> {
+            let mut draw = Draw::of(&[seed, index, 35]);
+            let kind = LoopKind::at(draw.unit());
+            let one = one(kind, draw.seed(), options);
+            done();
+            one
+        };
+        let all: Vec<One> = (0..n).into_par_iter().map(one).collect::<Result<_>>()?;
+        Ok(Self::of(&all))
+    }
+
+    fn of(all: &[One]) -> Self {
+        let asked = all.iter().filter(|one| !matches!(one, One::LeftOut));
+        let tested: Vec<(bool, &Tested, Option<&TestReading>)> = all
+            .iter()
+            .filter_map(|one| match one {
+                One::Tested { undecided, tested, read } => {
+                    Some((*undecided, &**tested, read.as_deref()))
+                }
+                _ => None,
+            })
+            .collect();
+        let began: Vec<(bool, &Tested, Option<&TestReading>)> =
+            tested.iter().copied().filter(|(_, tested, _)| tested.carried.turns > 0).collect();
+        let share = |of: &dyn Fn(&Tested) -> bool| Share {
+            k: began.iter().filter(|(_, tested, _)| of(tested)).count(),
+            n: began.len(),
+        };
+        let class = |read: Option<&TestReading>| read.map_or(VerdictClass::CannotTell, |r| r.class);
+        let decisions = |only: bool| -> (Share, Share) {
+            let of: Vec<_> = began.iter().filter(|(open, ..)| *open || !only).collect();
+            let made: Vec<_> =
+                of.iter().filter(|(.., read)| class(*read) != VerdictClass::CannotTell).collect();
+            let right = made.iter().filter(|(_, tested, read)| right(tested, *read)).count();
+            (Share { k: made.len(), n: of.len() }, Share { k: right, n: made.len() })
+        };
+        let (decided, of_decided) = decisions(false);
+        let (undecided, undecided_right) = decisions(true);
+        let bad = |read: Option<&TestReading>| {
+            matches!(class(read), VerdictClass::Sticks | VerdictClass::DoesNotRespond)
+        };
+        let called = |sticks: bool| {
+            let of: Vec<_> = began.iter().filter(|(_, t, _)| t.truth.sticks == sticks).collect();
+            Share { k: of.iter().filter(|(.., read)| bad(*read)).count(), n: of.len() }
+        };
+        let told: Vec<(f64, &TestReading)> = began
+            .iter()
+            .filter(|(_, tested, _)| tested.truth.kind == LoopKind::Sticky)
+            .filter_map(|(_, tested, read)| Some((tested.truth.s, (*read)?)))
+            .filter(|(_, read)| read.s.is_some())
+            .collect();
+        let errors: Vec<f64> =
+            told.iter().filter_map(|(s, read)| Some((read.s?.value / s - 1.0).abs())).collect();
+        let covers = |(s, read): &&(f64, &TestReading)| {
+            read.s.is_some_and(|told| told.low <= *s && *s <= told.high)
+        };
+        let limits: Vec<f64> = began
+            .iter()
+            .filter(|(.., read)| class(*read) == VerdictClass::DoesNotStick)
+            .filter_map(|(.., read)| (*read)?.s_below)
+            .collect();
+        let turns: Vec<f64> = began.iter().map(|(_, t, _)| t.carried.turns as f64).collect();
+        let median = |x: &[f64]| (!x.is_empty()).then(|| quantile(x, 0.5));
+        Self {
+            planned: Share { k: tested.len(), n: asked.count() },
+            began: Share { k: began.len(), n: tested.len() },
+            stopped: share(&|tested| tested.carried.stopped > 0),
+            beyond: share(&|tested| tested.carried.beyond),
+            given_up: share(&|tested| tested.carried.given_up),
+            decided,
+            right: of_decided,
+            undecided,
+            undecided_right,
+            found: called(true),
+            accused: called(false),
+            s_within: Share {
+                k: errors.iter().filter(|error| **error <= 0.15).count(),
+                n: errors.len(),
+            },
+            s_covered: Share { k: told.iter().filter(covers).count(), n: told.len() },
+            s_error: median(&errors),
+            s_below: median(&limits),
+            turns: median(&turns),
+            noticed: share(&|tested| tested.noticed),
+            imagined: Share {
+                k: tested.iter().filter(|(_, tested, _)| tested.imagined).count(),
+                n: tested.len(),
+            },
+        }
+    }
+}
+
+fn one(kind: LoopKind, seed: u64, options: TestTrialOptions) -> Result<One> {
+    if kind == LoopKind::StickyBelow {
+        return Ok(One::LeftOut);
+    }
+    let mut undecided = false;
+    let tested = kind.tested(seed, ROOM, options.operator, options.trend, &mut |before, of| {
+        let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        let diagnosis = diagnose(before, &asked).ok()?;
+        undecided = diagnosis.verdict.class == VerdictClass::CannotTell;
+        plan(&diagnosis, &PlanOptions { rises: Some(of.rises), pv_allowed: Some(of.pv_allowed) })
+            .ok()
+    })?;
+    let Some(tested) = tested else { return Ok(One::NoPlan) };
+    let share = tested.truth.facts.faulty_share;
+    if kind == LoopKind::Sticky && share > 0.0 && share < 1.0 {
+        return Ok(One::LeftOut);
+    }
+    let asked = ReadOptions {
+        by_hand: Some(tested.carried.sheet.clone()),
+        rises: Some(tested.truth.facts.gain > 0.0),
+        ..ReadOptions::default()
+    };
+    let read = read(&tested.whole, &asked).ok().map(Box::new);
+    Ok(One::Tested { undecided, tested: Box::new(tested), read })
+}
+
+/// Whether a decision is right.
+fn right(tested: &Tested, read: Option<&TestReading>) -> bool {
+    let truth = &tested.truth;
+    read.is_some_and(|read| match read.class {
+        VerdictClass::Sticks | VerdictClass::DoesNotRespond => truth.sticks,
+        VerdictClass::DoesNotStick => {
+            let below = read.s_below.is_some_and(|limit| truth.s <= limit);
+            !truth.sticks || truth.kind == LoopKind::Sticky && below
+        }
+        VerdictClass::CannotTell => false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_test_decides_and_is_right() {
+        let options = TestTrialOptions { operator: Operator::Careful, trend: Trend::AsAsked };
+        let trial = TestTrial::run(5, 60, options, || ()).unwrap();
+        assert!(trial.began.n > 40 && 10 * trial.began.k >= 9 * trial.began.n, "{trial:?}");
+        assert!(10 * trial.right.k >= 9 * trial.right.n && trial.decided.k > 15, "{trial:?}");
+        assert!(trial.s_error.is_some_and(|error| error < 0.15), "{trial:?}");
+        assert!(trial.imagined.k <= 1, "{trial:?}");
+        // The same on any number of threads.
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(alone.install(|| TestTrial::run(5, 12, options, || ())).unwrap(), {
+            TestTrial::run(5, 12, options, || ()).unwrap()
+        });
+    }
+}

@@ -1,0 +1,521 @@
+//! A loop of the population in which an operator carries out a planned test.
+
+use super::LoopKind;
+use super::design::Design;
+use super::draw::Draw;
+use super::member::{self, Scene};
+use super::plant::Hand;
+use super::truth::{Simulated, Truth};
+use stiction_diagnose::recording::{ByHand, KnownBy, Recording, Set};
+use stiction_diagnose::series::{max, min};
+use stiction_diagnose::valve_test::TestPlan;
+use stiction_model::error::{Error, Result};
+
+/// How an operator carries out a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operator {
+    /// As it is written.
+    Careful,
+    /// Holds are 50 to 150 % as long, and of five turns one is left out or of another size.
+    Careless,
+}
+
+/// How a test is recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trend {
+    /// As the plan asks: without compression.
+    AsAsked,
+    /// As the historian of the loop does.
+    Historian,
+}
+
+/// What is known of a loop that is to be tested.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToPlan {
+    /// Whether the PV rises with the OP.
+    pub rises: bool,
+    /// What the process bears, PV in its units: 5 % of its span about where it rests, and what was recorded with half as
+    /// much again.
+    pub pv_allowed: [f64; 2],
+}
+
+/// What the operator did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Carried {
+    /// Turns that were made.
+    pub turns: usize,
+    /// How often the controller was put back in automatic because the PV went too far.
+    pub stopped: usize,
+    /// Whether the test was given up.
+    pub given_up: bool,
+    /// Whether it came to its end.
+    pub ended: bool,
+    /// Whether the PV left its limits in manual or soon after, beyond what it does in operation.
+    pub beyond: bool,
+    /// When it began and ended, s on the recording's clock.
+    pub from_s: f64,
+    /// The end, s.
+    pub to_s: f64,
+    /// The sheet as it was filled in.
+    pub sheet: ByHand,
+}
+
+/// A loop before a test, and with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tested {
+    /// What was recorded before the plan was made.
+    pub before: Recording,
+    /// All that was recorded, to the end of the test and some more.
+    pub whole: Recording,
+    /// The loop.
+    pub truth: Truth,
+    /// The plan.
+    pub plan: TestPlan,
+    /// What became of it.
+    pub carried: Carried,
+    /// Whether most of it is found in what was recorded, without a sheet or a mode.
+    pub noticed: bool,
+    /// Whether a test is found in what was recorded before.
+    pub imagined: bool,
+}
+
+impl LoopKind {
+    /// The loop of this kind and seed, recorded in operation, then tested by the plan that is made of the recording;
+    /// `None` if there is no plan, or no loop. There is room for a test of `longest` records.
+    ///
+    /// # Errors
+    /// As [`simulate_for`](Self::simulate_for).
+    pub fn tested(
+        self,
+        seed: u64,
+        longest: f64,
+        operator: Operator,
+        trend: Trend,
+        plan: &mut dyn FnMut(&Recording, ToPlan) -> Option<TestPlan>,
+    ) -> Result<Option<Tested>> {
+        let factor = 1.0 + longest;
+        for redrawn in 0..100 {
+            let draw = &mut Draw::of(&[seed, redrawn]);
+            let mut of_operator = Draw::of(&[seed, redrawn, 77]);
+            let mut tested = None;
+            let mut then = |scene: &Scene<'_>, simulated: &Simulated| -> Result<()> {
+                let samples = (scene.design.samples as f64 / factor) as usize;
+                let at = samples as f64 * scene.design.sample_time;
+                let Some(before) = simulated.recording.part(0.0, at, 0.0) else { return Ok(()) };
+                let rises = scene.design.gain > 0.0;
+                let (low, span) = scene.design.pv_range;
+                let rest = low + span / 100.0 * scene.design.pv_rest;
+                let Some(pv) = &before.pv else { return Ok(()) };
+                let half = 0.5 * (max(&pv.values) - min(&pv.values));
+                let allowed = [
+                    (rest - ALLOWED * span).min(min(&pv.values) - half),
+                    (rest + ALLOWED * span).max(max(&pv.values) + half),
+                ];
+                let to_plan = ToPlan { rises, pv_allowed: allowed };
+                let Some(plan) = plan(&before, to_plan) else { return Ok(()) };
+                let first = scene.design.warm_up + samples * scene.design.steps;
+                let mut hand =
+                    AtWork::new(scene.design, &plan, operator, allowed, first, &mut of_operator);
+                let played = scene.plant.play_with(scene.fittings, &mut hand)?;
+                let carried = hand.carried();
+                let whole = {
+                    let own = &scene.design.historian;
+                    let historian = match trend {
+                        Trend::AsAsked => own.trend(),
+                        Trend::Historian => own.clone(),
+                    };
+                    member::recorded(scene.design, &historian, &played)?
+                };
+                let after = carried.to_s + 10.0 * plan.grow[0].hold_s;
+                let whole = whole.part(0.0, after, 0.0).unwrap_or(whole);
+                let truth = simulated.truth.clone();
+                let imagined = ByHand::of(&before).is_some();
+                let (from, to) = (carried.from_s, carried.to_s);
+                let noticed = ByHand::of(&whole).is_some_and(|found| {
+                    let (a, b) = found.span_s();
+                    a < to && b > from && 2 * found.turns() >= carried.turns
+                });
+                tested = Some(Tested { before, whole, truth, plan, carried, noticed, imagined });
+                Ok(())
+            };
+            if member::simulate(self, draw, factor, None, &mut then)?.is_some() {
+                return Ok(tested);
+            }
+        }
+        Err(Error::Inconsistent(format!("{} {seed}: no draw serves", self.name())))
+    }
+}
+
+/// Where an operator is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum At {
+    /// In automatic, since a step; waits until the PV is calm.
+    Waits(usize),
+    /// Holds a turn, since a step.
+    Holds(usize),
+    Done,
+}
+
+/// What is being done: turns of which size, percent, and how many of this size are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage {
+    /// Size of this number, until the PV answers.
+    Grows(usize),
+    /// This size, until so many in a row were not answered.
+    Shrinks(f64, usize),
+}
+
+/// An operator at work.
+struct AtWork<'a> {
+    plan: &'a TestPlan,
+    design: &'a Design,
+    of: Draw,
+    careless: bool,
+    at: At,
+    stage: Stage,
+    first: usize,
+    up: bool,
+    allowed: [f64; 2],
+    /// OP about which the turns are, and the PV there, units.
+    rest: (f64, f64),
+    /// Turns of this size, and how many of them were answered.
+    done: usize,
+    answered: usize,
+    known: bool,
+    /// How far the PV went with each, and how long the longest was held.
+    moved: Vec<f64>,
+    longest: f64,
+    /// Turns that were answered since the size of this number was reached.
+    seen: usize,
+    grown: usize,
+    /// How soon the PV answers, s; and how far a turn must go, percent.
+    soon: f64,
+    /// At most so long is the turn held, s.
+    hold: f64,
+    held_op: f64,
+    last_op: f64,
+    /// The PV when the OP was turned.
+    turned_at: f64,
+    op_mean: f64,
+    wander: Wander,
+    calm: f64,
+    /// Of the PV as it is seen, units.
+    noise: Noise,
+    carried: Carried,
+    last: usize,
+}
+
+/// The noise of what an operator sees: the mean size of its second differences.
+#[derive(Default)]
+struct Noise {
+    last: [f64; 2],
+    seen: usize,
+    square: f64,
+}
+
+impl Noise {
+    fn see(&mut self, pv: f64) {
+        let second = pv - 2.0 * self.last[0] + self.last[1];
+        if self.seen >= 2 {
+            let keep = 1.0 - 1.0 / (self.seen.min(200) as f64);
+            self.square = keep * self.square + (1.0 - keep) * second * second / 6.0;
+        }
+        self.last = [pv, self.last[0]];
+        self.seen += 1;
+    }
+}
+
+/// How far a PV goes by itself in automatic while a turn would be held.
+#[derive(Default)]
+struct Wander {
+    from: f64,
+    since: usize,
+    seen: usize,
+    square: f64,
+}
+
+impl Wander {
+    fn see(&mut self, pv: f64, k: usize, steps: usize) {
+        if k >= self.since + steps.max(1) {
+            if self.since > 0 {
+                self.seen += 1;
+                let keep = 1.0 - 1.0 / (self.seen.min(30) as f64);
+                self.square = keep * self.square + (1.0 - keep) * (pv - self.from).powi(2);
+            }
+            (self.from, self.since) = (pv, k);
+        }
+    }
+}
+
+/// How far the PV may go from where it rests, parts of its span.
+const ALLOWED: f64 = 0.05;
+/// After so many stops nobody goes on.
+const MOST_STOPS: usize = 6;
+
+impl<'a> AtWork<'a> {
+    fn new(
+        design: &'a Design,
+        plan: &'a TestPlan,
+        operator: Operator,
+        allowed: [f64; 2],
+        first: usize,
+        draw: &mut Draw,
+    ) -> Self {
+        Self {
+            plan,
+            design,
+            of: draw.fork(),
+            careless: operator == Operator::Careless,
+            at: At::Waits(first),
+            stage: Stage::Grows(0),
+            done: 0,
+            known: false,
+            moved: vec![],
+            longest: 0.0,
+            seen: 0,
+            grown: 0,
+            first,
+            up: plan.grow[0].op > 0.0,
+            allowed,
+            rest: (0.0, 0.0),
+            answered: 0,
+            soon: plan.grow[0].hold_s,
+            hold: 0.0,
+            held_op: f64::NAN,
+            last_op: 0.0,
+            turned_at: 0.0,
+            wander: Wander::default(),
+            op_mean: f64::NAN,
+            calm: 0.0,
+            noise: Noise::default(),
+            carried: Carried {
+                turns: 0,
+                stopped: 0,
+                given_up: false,
+                ended: false,
+                beyond: false,
+                from_s: 0.0,
+                to_s: 0.0,
+                sheet: ByHand { sets: vec![], known_by: KnownBy::Sheet },
+            },
+            last: 0,
+        }
+    }
+
+    fn design_rises(&self) -> bool {
+        self.design.gain > 0.0
+    }
+
+    fn at(&self, k: usize) -> f64 {
+        k.saturating_sub(self.design.warm_up) as f64 * self.design.step()
+    }
+
+    fn carried(&self) -> Carried {
+        Carried { from_s: self.at(self.first), to_s: self.at(self.last), ..self.carried.clone() }
+    }
+
+    fn wrote(&mut self, k: usize, op: Option<f64>) {
+        let set = Set { at_s: self.at(k), op };
+        self.carried.sheet.sets.push(set);
+    }
+
+    fn automatic(&mut self, k: usize) -> Option<f64> {
+        self.wrote(k, None);
+        None
+    }
+
+    fn over(&mut self, ended: bool) {
+        self.carried.ended = ended;
+        self.carried.given_up = !ended;
+        self.at = At::Done;
+    }
+
+    /// The size of the turns that are made, percent.
+    fn size(&self) -> Option<f64> {
+        match self.stage {
+            Stage::Grows(number) => self.plan.grow.get(2 * number).map(|turn| 2.0 * turn.op.abs()),
+            Stage::Shrinks(size, silent) => {
+                (silent < self.plan.ends_after && size > 0.2).then_some(size)
+            }
+        }
+    }
+
+    /// The next turn, or the end.
+    fn turn(&mut self, k: usize, pv: f64) {
+        let (low, high) = (self.plan.op_low, self.plan.op_high);
+        if self.careless && self.of.chance(0.1) {
+            self.done += 1;
+            self.after();
+        }
+        let Some(size) = self.size() else { return self.over(true) };
+        let hold = match self.stage {
+            Stage::Grows(number) if !self.known => self.plan.grow[2 * number].hold_s,
+            _ => 2.0 * self.soon,
+        };
+        let away = 0.5 * size;
+        let (mut size, mut late) = (1.0, 1.0);
+        if self.careless {
+            late = self.of.uniform(0.5, 1.5);
+            if self.of.chance(0.1) {
+                size = self.of.uniform(0.5, 1.5);
+            }
+        }
+        let sign = if self.up { 1.0 } else { -1.0 };
+        self.up = !self.up;
+        self.last_op = if self.held_op.is_nan() { self.rest.0 } else { self.held_op };
+        self.held_op = (self.rest.0 + sign * size * away).clamp(low, high);
+        self.hold = late * hold;
+        self.turned_at = pv;
+        self.at = At::Holds(k);
+        self.carried.turns += 1;
+        self.wrote(k, Some(self.held_op));
+    }
+
+    /// How far the PV goes to have answered.
+    fn answer(&self) -> f64 {
+        let (least, most) = (self.plan.pv_low, self.plan.pv_high);
+        let wanders = (2.0 * self.wander.square.sqrt()).min(0.15 * (most - least));
+        self.plan.answer.max(5.0 * self.noise.square.sqrt()).max(wanders)
+    }
+
+    /// Whether the PV has answered the turn that is held.
+    fn passed(&self, pv: f64) -> bool {
+        let up = (self.held_op > self.last_op) == self.design_rises();
+        let moved = pv - self.turned_at;
+        if up { moved >= self.answer() } else { -moved >= self.answer() }
+    }
+
+    /// What follows a turn that was held for so long.
+    fn next(&mut self, pv: f64, held: f64) {
+        self.done += 1;
+        let up = (self.held_op > self.last_op) == self.design_rises();
+        let moved = if up { pv - self.turned_at } else { self.turned_at - pv };
+        self.moved.push(moved);
+        if moved >= self.answer() {
+            self.answered += 1;
+            self.longest = self.longest.max(held);
+        }
+        self.after();
+    }
+
+    /// Whether the PV went to and fro with all turns of this size, and further than it scatters.
+    fn together(&self) -> bool {
+        let n = self.moved.len() as f64;
+        let mean = self.moved.iter().sum::<f64>() / n;
+        let spread = (self.moved.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / n).sqrt();
+        self.moved.len() >= 3
+            && self.moved.iter().all(|m| *m > 0.0)
+            && mean >= self.answer()
+            && mean > 1.5 * spread
+    }
+
+    /// Two turns of each size, and four where the first two were answered.
+    fn after(&mut self) {
+        if self.done < 2 {
+            return;
+        }
+        match self.stage {
+            Stage::Grows(_) if self.answered >= 2 && self.done < 4 => return,
+            Stage::Grows(number) if self.done >= 4 && self.together() => {
+                self.soon = self.longest;
+                self.known = true;
+                self.seen = self.answered;
+                self.grown = number;
+                self.stage = Stage::Shrinks(2.0 * self.plan.grow[2 * number].op.abs(), 0);
+            }
+            Stage::Grows(number) => self.stage = Stage::Grows(number + 1),
+            Stage::Shrinks(size, silent) => {
+                self.seen += self.answered;
+                let silent = if self.answered > 0 { 0 } else { silent + 1 };
+                self.stage = match silent {
+                    // It was chance.
+                    n if n == self.plan.ends_after && self.seen < 6 => Stage::Grows(self.grown + 1),
+                    _ => Stage::Shrinks(self.plan.shrink_by * size, silent),
+                };
+            }
+        }
+        (self.done, self.answered, self.longest) = (0, 0, 0.0);
+        self.moved.clear();
+    }
+}
+
+impl Hand for AtWork<'_> {
+    fn op(&mut self, k: usize, pv: f64, sp: f64, op: f64) -> Option<f64> {
+        let step = self.design.step();
+        let (low, span) = self.design.pv_range;
+        let (pv, sp) = (low + span / 100.0 * pv, low + span / 100.0 * sp);
+        self.noise.see(pv);
+        if self.at != At::Done {
+            self.last = k;
+        }
+        if matches!(self.at, At::Holds(_)) {
+            let out = pv < self.allowed[0] || pv > self.allowed[1];
+            self.carried.beyond |= out;
+        }
+        let (least, most) = (self.plan.pv_low, self.plan.pv_high);
+        match self.at {
+            At::Done => None,
+            At::Waits(since) => {
+                let keep = (-step / (2.0 * self.soon)).exp();
+                self.op_mean = match self.op_mean.is_nan() {
+                    true => op,
+                    false => keep * self.op_mean + (1.0 - keep) * op,
+                };
+                self.wander.see(pv, k, (self.soon / step) as usize);
+                let waited = k.saturating_sub(since) as f64 * step;
+                if waited > 100.0 * self.soon {
+                    self.over(false);
+                }
+                if k < self.first || waited < 4.0 * self.soon {
+                    return None;
+                }
+                let inside =
+                    |share: f64| (pv - 0.5 * (least + most)).abs() < share * 0.5 * (most - least);
+                let near = (pv - sp).abs() < self.answer() && inside(0.6);
+                self.calm = if near { self.calm + step } else { 0.0 };
+                let calm = self.calm > 2.0 * self.soon;
+                let (low, high) = self.design.limits;
+                if op < low + 1.0 || op > high - 1.0 {
+                    return None;
+                }
+                let patience = waited > 20.0 * self.soon && inside(0.8);
+                if calm || patience {
+                    self.rest = (self.op_mean, pv);
+                    self.held_op = f64::NAN;
+                    self.turn(k, pv);
+                }
+                matches!(self.at, At::Holds(_)).then_some(self.held_op)
+            }
+            At::Holds(since) => {
+                if pv < least || pv > most {
+                    self.carried.stopped += 1;
+                    // What is too small to hold the PV is not tried again.
+                    if let Stage::Grows(number) = self.stage {
+                        self.stage = Stage::Grows(number + 1);
+                    }
+                    (self.done, self.answered) = (0, 0);
+                    self.moved.clear();
+                    self.calm = 0.0;
+                    self.at = At::Waits(k);
+                    if self.carried.stopped >= MOST_STOPS {
+                        self.over(false);
+                    }
+                    return self.automatic(k);
+                }
+                let held = (k - since) as f64 * step;
+                let passed =
+                    self.passed(pv) && held >= (0.3 * self.hold).max(2.0 * self.design.sample_time);
+                if passed || held >= self.hold {
+                    self.next(pv, held);
+                    if self.at != At::Done {
+                        self.turn(k, pv);
+                    }
+                    if self.at == At::Done {
+                        return self.automatic(k);
+                    }
+                }
+                Some(self.held_op)
+            }
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The figure of a valve test: how far the PV went with each turn of the OP.
+
+use stiction_diagnose::valve_test::{Step, TestReading};
+use stiction_figure::{Annotation, Figure, Panel, Series};
+
+/// Turns against answers; `unit` is that of the PV.
+pub fn figure(name: &str, unit: Option<&str>, test: &TestReading) -> Figure {
+    let unit = unit.map_or("its units".to_owned(), str::to_owned);
+    let mut panel = Panel::new("turn of the OP (%)", format!("answer of the PV ({unit})"));
+    let of = |wanted: bool| -> (Vec<f64>, Vec<f64>) {
+        let seen = |step: &&Step| step.seen() == wanted;
+        let points = test.steps.iter().filter(seen);
+        points.filter_map(|step| Some((step.travel?, step.answer?.abs()))).unzip()
+    };
+    // From two standard deviations below an answer to two above, one stroke a turn.
+    let bars = test.steps.iter().filter_map(|step| {
+        let (travel, answer, error) = (step.travel?, step.answer?.abs(), step.error?);
+        Some([(travel, answer - 2.0 * error), (travel, answer + 2.0 * error)])
+    });
+    let (x, y): (Vec<f64>, Vec<f64>) = bars.flatten().unzip();
+    if !x.is_empty() {
+        let breaks: Vec<usize> = (2..x.len()).step_by(2).collect();
+        panel = panel.with(Series::line("2 standard deviations", x, y).breaks(breaks).colour(3));
+    }
+    for (wanted, label, colour) in [(true, "answered", 0), (false, "not answered", 1)] {
+        let (x, y) = of(wanted);
+        if !x.is_empty() {
+            panel = panel.with(Series::points(label, x, y).colour(colour));
+        }
+    }
+    if let Some(s) = test.s {
+        panel = panel.note(Annotation::x_band(s.low, s.high, "S"));
+    } else if let Some(limit) = test.s_below {
+        panel = panel.note(Annotation::vertical_line(limit, "S is below"));
+    }
+    Figure::new(format!("{name}: turns of the OP and answers of the PV"))
+        .caption("A valve that sticks answers no turn that is smaller than S.")
+        .with(panel)
+}
