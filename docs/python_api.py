@@ -31,8 +31,9 @@ CLASSES = PACKAGE / "_document.py"
 HEAD = """# Python API
 
 Made by `python3 docs/python_api.py`; a test compares. Names of most modules are those of `stiction` itself:
-`stiction.diagnose`. Those of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`, `stiction.plant`
-and `stiction.sklearn` stay in their module. Every result unpacks in the order of its attributes, and has `to_dict()`.
+`stiction.diagnose`. Those of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`, `stiction.plant`,
+`stiction.sklearn` and `stiction.valve_test` stay in their module. Every result unpacks in the order of its attributes, and has
+`to_dict()`.
 """
 CLASSES_HEAD = '''"""Results as the document of a diagnosis has them, with the words of its schema.
 

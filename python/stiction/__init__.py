@@ -30,6 +30,7 @@ from stiction import (
     recordings,
     series,
     stem,
+    valve_test,
     valves,
     whatif,
 )

@@ -28,6 +28,7 @@ mod series;
 mod stem;
 mod table;
 mod valve;
+mod valve_test;
 mod what_if;
 mod whole;
 
@@ -56,6 +57,7 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     stem::register(m)?;
     table::register(m)?;
     valve::register(m)?;
+    valve_test::register(m)?;
     what_if::register(m)?;
     whole::register(m)?;
     // The package says what is public.

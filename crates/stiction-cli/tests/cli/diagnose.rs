@@ -18,7 +18,9 @@ pub fn with_samples(name: &str) -> PathBuf {
     for entry in std::fs::read_dir(samples()).expect("the samples") {
         let path = entry.expect("a file").path();
         let name = path.file_name().expect("a name").to_owned();
-        std::fs::copy(&path, folder.join(name)).expect("a copy");
+        if path.is_file() {
+            std::fs::copy(&path, folder.join(name)).expect("a copy");
+        }
     }
     folder
 }

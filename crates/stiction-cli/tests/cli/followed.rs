@@ -163,11 +163,15 @@ fn pages() -> Vec<PathBuf> {
 fn follow(page: &Path, path: &OsString) -> (usize, Vec<String>) {
     let text = std::fs::read_to_string(Path::new(ROOT).join(page)).expect("a page");
     let folder = folder(&format!("followed-{}", page.display().to_string().replace('/', "-")));
-    std::fs::create_dir(folder.join("samples")).expect("a folder");
-    for sample in std::fs::read_dir(Path::new(ROOT).join("samples")).expect("the samples") {
-        let sample = sample.expect("a sample");
-        std::fs::copy(sample.path(), folder.join("samples").join(sample.file_name()))
-            .expect("copied");
+    for samples in ["samples", "samples/test"] {
+        std::fs::create_dir(folder.join(samples)).expect("a folder");
+        for sample in std::fs::read_dir(Path::new(ROOT).join(samples)).expect("the samples") {
+            let sample = sample.expect("a sample");
+            if sample.path().is_file() {
+                std::fs::copy(sample.path(), folder.join(samples).join(sample.file_name()))
+                    .expect("copied");
+            }
+        }
     }
     let (mut ran, mut wrong) = (0, vec![]);
     for line in lines(&text) {

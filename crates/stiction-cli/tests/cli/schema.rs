@@ -1,6 +1,6 @@
 //! `stiction schema`.
 
-use super::diagnose::{violations, with_samples};
+use super::diagnose::{samples, violations, with_samples};
 use super::{folder, paper, run};
 
 /// Documents, each with a command that prints it.
@@ -14,6 +14,9 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("inspect", vec!["inspect", file, "--json"]),
         ("bench", vec!["bench", "--simulated", "4", "--only", "verdict", "--time", "--json"]),
         ("bench-networks", vec!["bench", "--networks", "1", "--days", "1", "--json"]),
+        ("bench-tests", vec!["bench", "--tests", "3", "--json"]),
+        ("test-plan", vec!["test", "plan", file, "--json"]),
+        ("test-read", vec!["test", "read", "FIC106-tested.csv", "--json"]),
         ("plant-check", vec!["plant", "-C", "north", "check", "--json"]),
         ("plant-scan", vec!["plant", "-C", "north", "scan", "--json"]),
         ("plant-report", vec!["plant", "-C", "north", "report", "--json"]),
@@ -35,6 +38,8 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
 #[test]
 fn what_is_printed_is_as_its_schema_says() {
     let folder = with_samples("schema-printed");
+    let tested = samples().join("test/FIC106-tested.csv");
+    std::fs::copy(tested, folder.join("FIC106-tested.csv")).expect("a copy");
     run(&folder, &["plant", "demo", "--loops", "1", "--days", "1", "-o", "north"]).quiet_success();
     let printed = printed();
     for (document, arguments) in &printed {

@@ -1,0 +1,58 @@
+//! A test of a valve, planned and read.
+
+use crate::dict::plain;
+use crate::errors::refused;
+use crate::long::long;
+use crate::recordings::Recording;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use stiction::diagnose::{Detectors, DiagnoseOptions, diagnose};
+use stiction::finding::Abstention;
+use stiction::recording::{ByHand, KnownBy, Set};
+use stiction::valve_test::{self, PlanOptions, ReadOptions};
+
+fn because(name: &str, why: &Abstention) -> PyErr {
+    PyValueError::new_err(format!("loop {name}: {}", why.0))
+}
+
+/// The test of a loop, as its document says it.
+#[pyfunction]
+fn test_planned(
+    py: Python<'_>,
+    recording: Recording,
+    rises: Option<bool>,
+    pv_allowed: Option<[f64; 2]>,
+) -> PyResult<Bound<'_, PyAny>> {
+    let name = recording.recording.name.clone();
+    let diagnosis = long(py, None, move |_| {
+        let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        diagnose(&recording.recording, &asked)
+    })?
+    .map_err(refused)?;
+    let plan = valve_test::plan(&diagnosis, &PlanOptions { rises, pv_allowed });
+    plain(py, &plan.map_err(|why| because(&name, &why))?)
+}
+
+/// What a test says, as its document says it; `done` is when the OP was set, s, and to what, none where the controller
+/// took over.
+#[pyfunction]
+fn test_read(
+    py: Python<'_>,
+    recording: Recording,
+    done: Option<Vec<(f64, Option<f64>)>>,
+    rises: Option<bool>,
+) -> PyResult<Bound<'_, PyAny>> {
+    let name = recording.recording.name.clone();
+    let by_hand = done.map(|done| ByHand {
+        sets: done.into_iter().map(|(at_s, op)| Set { at_s, op }).collect(),
+        known_by: KnownBy::Sheet,
+    });
+    let options = ReadOptions { by_hand, rises, ..ReadOptions::default() };
+    let read = long(py, None, move |_| valve_test::read(&recording.recording, &options))?;
+    plain(py, &read.map_err(|why| because(&name, &why))?)
+}
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(test_planned, m)?)?;
+    m.add_function(wrap_pyfunction!(test_read, m)?)
+}

@@ -1,0 +1,178 @@
+"""A test that settles whether a valve sticks: planned from a recording in operation, and read back.
+
+With the controller in manual somebody turns the controller output (OP) to and fro. A valve that sticks answers no turn
+that is smaller than S. `docs/test.md` describes the test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stiction import _core
+from stiction._arguments import instance, number
+from stiction._document import Estimate
+from stiction._result import Result, about, result, result_of
+from stiction.recordings import RecordingLike, _checked
+
+__all__ = ["Plan", "Reading", "Step", "Turn", "plan", "read"]
+
+
+@result
+class Turn(Result):
+    """A turn of the OP."""
+
+    op: float = about("Where the OP goes, percent of span from where it was before the test.")
+    hold_s: float = about("How long it is held at most, s.")
+
+
+@result
+class Plan(Result):
+    """A test of a valve, sized for its loop."""
+
+    name: str = about("Tag of the loop.")
+    pv_unit: str | None = about("Unit of the PV, where it is known.")
+    grow: list[Turn] = about("The turns of the first part, in order, until the PV answers.")
+    shrink_by: float = about("By this each size of the second part is smaller than the last.")
+    ends_after: int = about("The second part ends after so many sizes in a row that the PV does not answer.")
+    answer: float = about("How far the PV goes with a turn until it has answered, in its units.")
+    rises: bool | None = about("Whether the PV rises with the OP; None where nothing tells.")
+    pv_low: float = about("The PV below which the controller is put back in automatic, in its units.")
+    pv_high: float = about("The PV above which it is.")
+    op_low: float = about("The lowest OP, percent.")
+    op_high: float = about("The highest OP, percent.")
+    record_every_s: float = about("A sample of OP and PV is wanted at least this often, s, without compression.")
+    total_s: float = about("The longest that the first part takes, s.")
+    instructions: list[str] = about("What to do, in sentences, in order.")
+
+
+@result
+class Step(Result):
+    """A turn of the OP, and what came of it."""
+
+    at_s: float = about("When the OP was set, s on the recording's clock.")
+    op: float = about("To what, percent.")
+    travel: float | None = about(
+        "How far that was from the OP before, percent; None for the first of a time in manual, before which the stem may "
+        "have been anywhere."
+    )
+    answer: float | None = about("How far the PV went with it until the next, in its units.")
+    error: float | None = about("Standard deviation of that.")
+
+
+@result
+class Reading(Result):
+    """What a test says of a valve."""
+
+    class_: str = about(
+        "`sticks`, `does not stick`, `does not respond` or `cannot tell`, by the test and by the operation before it."
+    )
+    probability: float = about("That the valve sticks, by both.")
+    by_test: float = about("That it sticks, by the test alone.")
+    by_operation: float | None = about("That it sticks, by the recording before the test; None where that says nothing.")
+    dead_band_elsewhere: float = about(
+        "Probability of a dead band behind the valve: in the process, a linkage or the transmitter."
+    )
+    S: Estimate | None = about("Stick band plus dead band, percent of span, with its 90 % interval, if the valve sticks.")
+    J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval, if the valve sticks.")
+    S_below: float | None = about("S is below this with 95 % confidence, percent; None where the test sets no limit.")
+    response_s: float | None = about("Dead time and lags between OP and PV, s; None where no turn was answered.")
+    known_by: str = about("How it is known what was set by hand: `sheet`, `mode` or `output`.")
+    from_s: float = about("When the test began, s on the recording's clock.")
+    to_s: float = about("When it ended.")
+    stops: int = about("How often the controller took over in between.")
+    steps: list[Step] = about("The turns, in order.")
+    reasons: list[str] = about("Why, in sentences.")
+    advice: str | None = about("What to do differently, where the test does not tell.")
+
+    def _summary(self) -> list[str]:
+        lines = [f"{self.class_}, p = {self.probability:.2g}, {len(self.steps)} turns, known by the {self.known_by}"]
+        if self.S is not None:
+            lines.append(f"S {self.S.value:.2g} % ({self.S.low:.2g} to {self.S.high:.2g})")
+        elif self.S_below is not None:
+            lines.append(f"S below {self.S_below:.2g} %")
+        return lines
+
+
+def plan(
+    recording: RecordingLike,
+    *,
+    rises: bool | None = None,
+    pv_allowed: tuple[float, float] | None = None,
+) -> Plan:
+    """Size a test for a loop from a recording of its operation.
+
+    Parameters
+    ----------
+    recording : Recording or table
+        The recording, see `stiction.read` and `stiction.recording`, or a table with the columns of one loop.
+    rises : bool, optional
+        Whether the PV rises with the OP; by default the action of the controller tells.
+    pv_allowed : (float, float), optional
+        The lowest and the highest PV that the process bears; by default what was recorded and half as much again.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    ValueError
+        If there is no segment in automatic, no PV, or nothing moves.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> run = stiction.simulate("samples/sticky-flow")
+    >>> test = stiction.valve_test.plan(stiction.recording(run.op, run.pv, run.sp, sample_time=1), rises=True)
+    >>> [turn.op for turn in test.grow[:4]]
+    [0.2, -0.2, 0.32, -0.32]
+    """
+    allowed = None if pv_allowed is None else (number("pv_allowed", pv_allowed[0]), number("pv_allowed", pv_allowed[1]))
+    known = None if rises is None else bool(instance("rises", rises, bool))
+    return result_of(Plan, _core.test_planned(_checked(recording), known, allowed))
+
+
+def read(
+    recording: RecordingLike,
+    *,
+    done: Iterable[tuple[float, float | None]] | None = None,
+    rises: bool | None = None,
+) -> Reading:
+    """Find the test in a recording, and judge the valve by it.
+
+    Parameters
+    ----------
+    recording : Recording or table
+        The recording, with the operation before the test; see `plan`.
+    done : iterable of (float, float or None), optional
+        When the OP was set, s on the recording's clock, and to what, percent; None where the controller was put back in
+        automatic. By default the mode tells, or else what the OP does.
+    rises : bool, optional
+        Whether the PV rises with the OP; by default the action of the controller tells, or else the test.
+
+    Returns
+    -------
+    Reading
+
+    Raises
+    ------
+    ValueError
+        If there is no test in the recording, or too little of it to be judged.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import stiction
+    >>> half = 0.2 * 1.25 ** np.minimum(np.arange(32), np.arange(32)[::-1])
+    >>> turns = np.repeat(50 + half * np.tile([1, -1], 16), 10)
+    >>> op = np.concatenate([50 + np.sin(np.arange(200) / 9), turns])
+    >>> pv = 2 * stiction.valve(op, S=3, J=1) + np.random.default_rng(1).normal(0, 0.1, op.size)
+    >>> test = stiction.valve_test.read(stiction.recording(op, pv, sample_time=1), rises=True)
+    >>> test.class_, round(test.S.value)
+    ('sticks', 3)
+    """
+    sets = None
+    if done is not None:
+        sets = [(number("done", at), None if op is None else number("done", op)) for at, op in done]
+    known = None if rises is None else bool(instance("rises", rises, bool))
+    return result_of(Reading, _core.test_read(_checked(recording), sets, known))

@@ -1,0 +1,47 @@
+"""A test of a valve, planned and read."""
+
+import pathlib
+
+import pytest
+
+import stiction
+
+TESTED = pathlib.Path(__file__).parents[2] / "samples" / "test" / "FIC106-tested.csv"
+
+
+def test_a_test_is_planned_and_read() -> None:
+    [recording] = stiction.read(TESTED)
+    reading = stiction.valve_test.read(recording)
+    assert reading.class_ == "sticks"
+    assert reading.known_by == "mode"
+    assert reading.S is not None
+    assert reading.S.low < 3.24 < reading.S.high
+    assert reading.S_below is None
+    assert len(reading.steps) > 20
+    assert "sticks" in repr(reading)
+    assert reading.to_dict()["steps"][0]["travel"] is None
+
+    plan = stiction.valve_test.plan(recording, pv_allowed=(0.8, 0.9))
+    assert plan.pv_low == pytest.approx(0.815)
+    assert plan.grow[0].op == -plan.grow[1].op
+    assert plan.total_s == pytest.approx(sum(turn.hold_s for turn in plan.grow))
+
+
+def test_a_list_of_what_was_done_stands_for_the_mode() -> None:
+    [recording] = stiction.read(TESTED)
+    by_mode = stiction.valve_test.read(recording)
+    done = [(step.at_s, step.op) for step in by_mode.steps]
+    reading = stiction.valve_test.read(recording, done=[*done, (by_mode.to_s, None)])
+    assert reading.known_by == "sheet"
+    assert reading.class_ == "sticks"
+
+
+def test_what_cannot_be_done_is_said() -> None:
+    wave = [50 + (k % 9) * 0.3 for k in range(300)]
+    recording = stiction.recording(wave, wave, sample_time=1, name="FIC1")
+    with pytest.raises(ValueError, match="loop FIC1: there is no test in the recording"):
+        stiction.valve_test.read(recording)
+    with pytest.raises(ValueError, match="lower limit is not below"):
+        stiction.valve_test.plan(recording, pv_allowed=(3, 1))
+    with pytest.raises(TypeError, match="rises"):
+        stiction.valve_test.plan(recording, rises="up")  # type: ignore[arg-type]
