@@ -20,7 +20,7 @@ use crate::error::{Result, non_negative};
 use crate::finding::{Abstention, Family, Finding};
 use crate::methods::{self, Detector, MethodId, Subject};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{ByHand, FEWEST_TURNS, Grid, GridOptions, LoopType, Recording, Segment};
+use crate::recording::{ByHand, Grid, GridOptions, LoopType, Recording, Segment};
 use crate::spoken::time;
 
 /// What may be told about a loop before it is diagnosed.
@@ -241,7 +241,7 @@ fn cut(grid: &Grid, segment: &Segment) -> Option<String> {
 /// That a test of the valve is in the recording, which the verdict does not use.
 fn test_beside(by_hand: &ByHand) -> Option<String> {
     let (turns, (from, to)) = (by_hand.turns(), by_hand.span_s());
-    (turns >= FEWEST_TURNS).then(|| {
+    by_hand.is_test().then(|| {
         format!(
             "a test of the valve is in this recording, {turns} turns of the OP by hand within {}; `stiction test read` \
              judges it",

@@ -78,6 +78,14 @@ impl ByHand {
         self.sets.iter().filter(|set| set.op.is_some()).count()
     }
 
+    /// Whether it looks like a test: [`FEWEST_TURNS`] or more, nearly all the other way than the last. Somebody who runs a
+    /// loop by hand goes one way for long.
+    pub fn is_test(&self) -> bool {
+        let op: Vec<f64> = self.sets.iter().filter_map(|set| set.op).collect();
+        let turned = op.windows(3).filter(|o| (o[1] - o[0]) * (o[2] - o[1]) < 0.0).count();
+        op.len() >= FEWEST_TURNS && 4 * turned >= 3 * (op.len() - 2)
+    }
+
     /// When the first was set and the last ended, s on the recording's clock.
     pub fn span_s(&self) -> (f64, f64) {
         let at = |set: Option<&Set>| set.map_or(0.0, |set| set.at_s);
@@ -227,6 +235,7 @@ mod tests {
         let found = ByHand::of(&recording).unwrap();
         assert_eq!((found.turns(), found.known_by), (12, KnownBy::Output));
         assert_eq!(found.span_s(), (100.0, 100.0 + 2.0 * 72.0));
+        assert!(found.is_test());
         assert_eq!(found.sets[3].op, Some(40.0 - 0.3 * 1.3f64.powi(3)));
         // Fewer, or none, are not one.
         for turns in [0, 3, FEWEST_TURNS - 1] {
@@ -246,6 +255,15 @@ mod tests {
     }
 
     #[test]
+    fn a_loop_that_is_run_by_hand_is_not_tested() {
+        let op: Vec<f64> = (0..200).map(|k| 40.0 + f64::from(k / 10) * 0.5).collect();
+        let mut recording = Recording::regular("", 2.0, &op, None, None).unwrap();
+        recording.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Manual] });
+        let found = ByHand::of(&recording).unwrap();
+        assert!(found.turns() == 20 && !found.is_test());
+    }
+
+    #[test]
     fn times_in_manual_are_found_by_the_mode() {
         let mut op = op(2);
         // It moves to the second level in three samples.
@@ -260,6 +278,7 @@ mod tests {
         let at: Vec<f64> = found.sets.iter().map(|set| set.at_s).collect();
         assert_eq!(at, [100.0, 112.0, 124.0]);
         assert_eq!(found.sets[1].op, Some(40.0 - 0.39));
+        assert!(!found.is_test());
         // In automatic throughout nothing was set by hand.
         recording.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Automatic] });
         assert_eq!(ByHand::of(&recording), None);
