@@ -1,5 +1,5 @@
-//! A test that settles whether a valve sticks: [planned](plan) from a recording in operation, carried out by hand, and
-//! [read](read) from the recording of it.
+//! A test that settles whether a valve sticks: [`plan()`] sizes it from a recording in operation, somebody carries it
+//! out, and [`read()`] judges the valve by the recording of it.
 //!
 //! A test is an experiment whose input is known. Operation often cannot tell a valve that sticks from a load that
 //! wanders, because the controller ties the OP to the PV; turns that a person makes are tied to nothing.
