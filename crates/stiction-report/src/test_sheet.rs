@@ -55,10 +55,10 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
          <p class=blanks>Date ________________ Operator ________________ Agreed with ________________ \
          u0 (OP in manual) ________ % PV at start ________{unit}</p>\n<ol>\n{list}</ol>\n\
          <h2>Part 1: growing turns</h2>\n<div class=wide tabindex=0 role=region aria-label=\"Turns of part 1\">\
-         <table><thead><tr>{head}<th class=gap></th>{head}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n\
+         <table><thead><tr>{head}<td class=gap></td>{head}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n\
          <h2>Part 2: shrinking turns, each size {:.0} % smaller</h2>\n\
          <div class=wide tabindex=0 role=region aria-label=\"Turns of part 2\">\
-         <table><thead><tr>{head}<th class=gap></th>{head}</tr></thead>\n<tbody>\n{part_2}</tbody></table></div>\n\
+         <table><thead><tr>{head}<td class=gap></td>{head}</tr></thead>\n<tbody>\n{part_2}</tbody></table></div>\n\
          <p class=foot>Limits: PV {} to {}{unit}, OP {} to {} %. Part 1 takes at most {}. An answer is a move of the PV by \
          {}{unit}. {}</p>\n</main></body></html>\n",
         100.0 * (1.0 - plan.shrink_by),
