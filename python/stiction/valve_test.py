@@ -35,7 +35,7 @@ class Plan(Result):
     shrink_by: float = about("By this each size of the second part is smaller than the last.")
     ends_after: int = about("The second part ends after so many sizes in a row that the PV does not answer.")
     answer: float = about("How far the PV goes with a turn until it has answered, in its units.")
-    rises: bool | None = about("Whether the PV rises with the OP; None where nothing tells.")
+    rises: bool | None = about("Whether the PV rises when the OP rises; None if the recording does not show it.")
     pv_low: float = about("The PV below which the controller is put back in automatic, in its units.")
     pv_high: float = about("The PV above which it is.")
     op_low: float = about("The lowest OP, percent.")
@@ -106,7 +106,7 @@ def plan(
     recording : Recording or table
         The recording, see `stiction.read` and `stiction.recording`, or a table with the columns of one loop.
     rises : bool, optional
-        Whether the PV rises with the OP; by default the action of the controller tells.
+        Whether the PV rises when the OP rises; the action of the controller shows it by default.
     pv_allowed : (float, float), optional
         The lowest and the highest PV that the process bears; by default what was recorded and half as much again.
 
@@ -145,10 +145,10 @@ def read(
     recording : Recording or table
         The recording, with the operation before the test; see `plan`.
     done : iterable of (float, float or None), optional
-        When the OP was set, s on the recording's clock, and to what, percent; None where the controller was put back in
-        automatic. By default the mode tells, or else what the OP does.
+        For each turn the time at which the OP was set, s on the recording's clock, and its new value, percent. None as the
+        value marks a return to automatic. By default the mode shows the turns, or else the OP itself.
     rises : bool, optional
-        Whether the PV rises with the OP; by default the action of the controller tells, or else the test.
+        Whether the PV rises when the OP rises; by default the action of the controller shows it, or else the test.
 
     Returns
     -------

@@ -281,10 +281,11 @@ fn plan_of(file: &In) -> Result<TestPlan> {
 /// What was done, as somebody wrote it on the sheet.
 fn sheet_of(file: &In, recording: &Recording, reading: &Reading) -> Result<ByHand> {
     let zone = reading.zone()?;
-    let mut rows = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(&**file)
-        .with_context(|| file.origin())?;
+    let from: Box<dyn std::io::Read> = match file.is_standard() {
+        true => Box::new(std::io::stdin()),
+        false => Box::new(std::fs::File::open(&**file).with_context(|| file.origin())?),
+    };
+    let mut rows = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(from);
     let columns = rows.headers().with_context(|| file.origin())?.clone();
     let column = |name: &str| {
         columns.iter().position(|c| c.eq_ignore_ascii_case(name)).ok_or_else(|| {
@@ -354,7 +355,7 @@ fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
         None => spoken::time(at),
     };
     let mut out = format!(
-        "{}: {} (p = {}), by a test from {} to {}\n",
+        "{}: {}, p(sticks) {}, by a test from {} to {}\n",
         recording.name,
         test.class.name(),
         words::percent(test.probability),

@@ -20,6 +20,8 @@ pub struct TestTrial {
     pub planned: Share,
     /// Tests that began, of those that were planned: the others never found the PV calm and the OP off its limits.
     pub began: Share,
+    /// Tests that were never stopped and tell whether the valve sticks.
+    pub calm: Share,
     /// Tests in which the controller was put back in automatic at least once.
     pub stopped: Share,
     /// Tests in which the PV left what the process bears.
@@ -114,6 +116,8 @@ impl TestTrial {
             n: began.len(),
         };
         let class = |read: Option<&TestReading>| read.map_or(VerdictClass::CannotTell, |r| r.class);
+        let never_stopped =
+            |one: &&(bool, &Tested, Option<&TestReading>)| one.1.carried.stopped == 0;
         let decisions = |only: bool| -> (Share, Share) {
             let of: Vec<_> = began.iter().filter(|(open, ..)| *open || !only).collect();
             let made: Vec<_> =
@@ -151,6 +155,13 @@ impl TestTrial {
         Self {
             planned: Share { k: tested.len(), n: asked.count() },
             began: Share { k: began.len(), n: tested.len() },
+            calm: Share {
+                k: began
+                    .iter()
+                    .filter(|one| never_stopped(one) && class(one.2) != VerdictClass::CannotTell)
+                    .count(),
+                n: began.iter().filter(never_stopped).count(),
+            },
             stopped: share(&|tested| tested.carried.stopped > 0),
             beyond: share(&|tested| tested.carried.beyond),
             given_up: share(&|tested| tested.carried.given_up),

@@ -50,11 +50,11 @@ pub struct Carried {
     pub given_up: bool,
     /// Whether it came to its end.
     pub ended: bool,
-    /// Whether the PV left its limits in manual or soon after, beyond what it does in operation.
+    /// Whether the PV left what the process bears, while a turn was held or after a stop until it was calm.
     pub beyond: bool,
-    /// When it began and ended, s on the recording's clock.
+    /// When it began, s on the recording's clock.
     pub from_s: f64,
-    /// The end, s.
+    /// When it ended.
     pub to_s: f64,
     /// The sheet as it was filled in.
     pub sheet: ByHand,
@@ -181,6 +181,7 @@ struct AtWork<'a> {
     /// Turns of this size, and how many of them were answered.
     done: usize,
     answered: usize,
+    /// Whether that is known.
     known: bool,
     /// How far the PV went with each, and how long the longest was held.
     moved: Vec<f64>,
@@ -188,7 +189,7 @@ struct AtWork<'a> {
     /// Turns that were answered since the size of this number was reached.
     seen: usize,
     grown: usize,
-    /// How soon the PV answers, s; and how far a turn must go, percent.
+    /// How soon the PV answers, s.
     soon: f64,
     /// At most so long is the turn held, s.
     hold: f64,
@@ -302,7 +303,8 @@ impl<'a> AtWork<'a> {
         }
     }
 
-    fn design_rises(&self) -> bool {
+    /// Whether the PV rises with the OP.
+    fn rises(&self) -> bool {
         self.design.gain > 0.0
     }
 
@@ -380,7 +382,7 @@ impl<'a> AtWork<'a> {
 
     /// Whether the PV has answered the turn that is held.
     fn passed(&self, pv: f64) -> bool {
-        let up = (self.held_op > self.last_op) == self.design_rises();
+        let up = (self.held_op > self.last_op) == self.rises();
         let moved = pv - self.turned_at;
         if up { moved >= self.answer() } else { -moved >= self.answer() }
     }
@@ -388,7 +390,7 @@ impl<'a> AtWork<'a> {
     /// What follows a turn that was held for so long.
     fn next(&mut self, pv: f64, held: f64) {
         self.done += 1;
-        let up = (self.held_op > self.last_op) == self.design_rises();
+        let up = (self.held_op > self.last_op) == self.rises();
         let moved = if up { pv - self.turned_at } else { self.turned_at - pv };
         self.moved.push(moved);
         if moved >= self.answer() {
@@ -448,7 +450,9 @@ impl Hand for AtWork<'_> {
         if self.at != At::Done {
             self.last = k;
         }
-        if matches!(self.at, At::Holds(_)) {
+        // After a stop the controller may let it go further before it brings it back.
+        let back = matches!(self.at, At::Waits(_)) && self.carried.stopped > 0;
+        if matches!(self.at, At::Holds(_)) || back {
             let out = pv < self.allowed[0] || pv > self.allowed[1];
             self.carried.beyond |= out;
         }
@@ -465,6 +469,7 @@ impl Hand for AtWork<'_> {
                 let waited = k.saturating_sub(since) as f64 * step;
                 if waited > 100.0 * self.soon {
                     self.over(false);
+                    return None;
                 }
                 if k < self.first || waited < 4.0 * self.soon {
                     return None;

@@ -66,6 +66,7 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table =
         row(table, "tests of loops that operation left undecided", "that tell", trial.undecided);
     let table = row(table, "these", "that are right", trial.undecided_right);
+    let table = row(table, "tests that were never stopped", "that tell", trial.calm);
     let table = row(table, "tests of faulty valves", "that found them", trial.found);
     let table = row(table, "tests of healthy valves", "that accused them", trial.accused);
     let table = row(table, "values of S", "within 15 % of the true one", trial.s_within);

@@ -12,6 +12,7 @@
 use super::answer::{Noise, Process, Spell};
 use super::stems::{PLACES, Stem};
 use super::weigh::Manual;
+use crate::valve::{Play, Start, Valve};
 use nalgebra::{Matrix3, Vector3};
 
 /// First lags that are tried for a dead band behind the process, samples, and its widths, parts of the longest turn.
@@ -79,7 +80,8 @@ pub(super) fn apart(
         let widest = paths.iter().map(swing).fold(0.0, f64::max);
         for width in WIDTHS {
             let width = if process.tau.is_finite() { width * travel } else { width * widest };
-            let paths: Vec<Vec<f64>> = paths.iter().map(|path| play(path, width)).collect();
+            let paths =
+                paths.iter().map(|path| behind_play(path, width)).collect::<Option<Vec<_>>>()?;
             if let Some(sum) = left(&paths) {
                 behind = behind.min(sum);
             }
@@ -88,15 +90,11 @@ pub(super) fn apart(
     (valve.is_finite() && behind.is_finite()).then_some(behind - valve)
 }
 
-/// A play of this width, which begins in its middle.
-fn play(input: &[f64], width: f64) -> Vec<f64> {
-    let half = 0.5 * width;
-    let mut at = input.first().copied().unwrap_or(0.0);
-    let step = |x: &f64| {
-        at = at.clamp(x - half, x + half);
-        at
-    };
-    input.iter().map(step).collect()
+/// What comes out behind a play of this width, which begins in its middle; `None` if the width is refused.
+fn behind_play(input: &[f64], width: f64) -> Option<Vec<f64>> {
+    let mut play = Play::new(width).ok()?;
+    play.restart(Start::at_rest(input.first().copied().unwrap_or(0.0)));
+    Some(input.iter().map(|x| play.step(*x)).collect())
 }
 
 /// Sum of squares that is left of the PV with level and slope in each spell and one gain for all.

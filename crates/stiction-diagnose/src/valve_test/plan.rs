@@ -34,7 +34,7 @@ use crate::spoken::{range, rough, time};
 /// What is known of a loop before its test is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PlanOptions {
-    /// Whether the PV rises with the OP; without it the controller's action tells.
+    /// Whether the PV rises when the OP rises; the action of the controller shows it by default.
     pub rises: Option<bool>,
     /// Where the PV may go, in its units.
     pub pv_allowed: Option<[f64; 2]>,
@@ -66,7 +66,7 @@ pub struct TestPlan {
     pub ends_after: usize,
     /// How far the PV goes with a turn until it has answered, in its units.
     pub answer: f64,
-    /// Whether the PV rises with the OP; `None` where nothing tells.
+    /// Whether the PV rises when the OP rises; `None` if the recording does not show it.
     pub rises: Option<bool>,
     /// The PV below which the controller is put back in automatic, in its units.
     pub pv_low: f64,

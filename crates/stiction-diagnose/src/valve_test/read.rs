@@ -5,6 +5,7 @@ use super::weigh::{Manual, SMALL, Weighed, weigh};
 use crate::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
 use crate::estimate::Estimate;
 use crate::finding::Abstention;
+use crate::fusion::{logit, sigmoid};
 use crate::recording::{ByHand, Grid, GridOptions, KnownBy, Recording, Segment};
 use crate::series::{max, median, min, noise_std, quantile, span, std};
 use crate::spoken::{percent, rough, time};
@@ -16,7 +17,7 @@ pub struct ReadOptions {
     pub by_hand: Option<ByHand>,
     /// The plan that was followed.
     pub plan: Option<TestPlan>,
-    /// Whether the PV rises with the OP.
+    /// Whether the PV rises when the OP rises; by default the action of the controller shows it, or else the test.
     pub rises: Option<bool>,
     /// How the recording is brought onto a grid.
     pub grid: GridOptions,
@@ -118,6 +119,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         Some(by_hand) => by_hand.clone(),
         None => ByHand::of(recording).ok_or_else(|| Abstention(NO_TEST.to_owned()))?,
     };
+    check(&by_hand)?;
     if recording.pv.is_none() {
         return Err(Abstention(
             "without a PV the turns of the OP have no answer to read".to_owned(),
@@ -183,11 +185,36 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     Ok(reading)
 }
 
+/// That what was set by hand makes sense: times ascend, and an OP is a percentage.
+fn check(by_hand: &ByHand) -> Result<(), Abstention> {
+    let refuse = |why: String| Err(Abstention(why));
+    for set in &by_hand.sets {
+        if !set.at_s.is_finite() {
+            return refuse(format!("the OP was set at {} s, which is no time", set.at_s));
+        }
+        if let Some(op) = set.op
+            && !OP.contains(&op)
+        {
+            return refuse(format!("the OP was set to {op} %, which is no OP in percent of span"));
+        }
+    }
+    match by_hand.sets.windows(2).find(|two| two[1].at_s < two[0].at_s) {
+        Some(two) => refuse(format!(
+            "what was set by hand at {} s comes after what was set at {} s; put it in order of time",
+            two[1].at_s, two[0].at_s
+        )),
+        None => Ok(()),
+    }
+}
+
+/// What an OP may be, percent.
+const OP: std::ops::RangeInclusive<f64> = -10.0..=110.0;
+
 const NO_TEST: &str = "there is no test in the recording: its mode shows no time in manual in which the OP was set \
                        twice, or, without a mode, the OP never goes to and fro in turns that are held; give the sheet \
                        with what was done, or a recording with the mode";
-const TOO_FEW: &str = "the test has too few turns to be judged: at least two in one time in manual, with twelve samples of \
-                       the PV; make more turns, or record more often";
+const TOO_FEW: &str = "the test cannot be judged: it needs at least two turns in one time in manual, with twelve samples of \
+                       the PV that are not all alike; make more turns, or record more often";
 
 impl Step {
     /// Whether the PV answered: by more than 2.5 standard deviations.
@@ -280,15 +307,14 @@ fn drawn(pv: &[f64]) -> f64 {
     0.5 * median(&off.collect::<Vec<_>>())
 }
 
-fn logit(p: f64) -> f64 {
-    let p = p.clamp(1e-6, 1.0 - 1e-6);
-    (p / (1.0 - p)).ln()
+/// Log-odds of a probability, short of certainty.
+fn odds(p: f64) -> f64 {
+    logit(p.clamp(1e-6, 1.0 - 1e-6))
 }
 
 /// The verdict of test and operation; evidence adds.
 fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> TestReading {
-    let both = logit(weighed.sticks) + operation.probability.map_or(0.0, logit);
-    let probability = 1.0 / (1.0 + (-both).exp());
+    let probability = sigmoid(odds(weighed.sticks) + operation.probability.map_or(0.0, odds));
     let (sticking, following) = (weighed.sticking_seen, weighed.following_seen);
     let turns = || spells.iter().flat_map(|spell| spell.turns.windows(2));
     let travel = turns().map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max);
@@ -567,6 +593,12 @@ mod tests {
             by_hand: Some(ByHand { sets, known_by: KnownBy::Sheet }),
             ..asked()
         };
+        let early = vec![Set { at_s: 700.0, op: Some(40.0) }, Set { at_s: 650.0, op: Some(41.0) }];
+        assert!(refused(&recording, &sheet(early)).contains("in order of time"));
+        for (at_s, op) in [(f64::NAN, 40.0), (700.0, f64::NAN), (700.0, 1e300)] {
+            let wrong = vec![Set { at_s: 600.0, op: Some(40.0) }, Set { at_s, op: Some(op) }];
+            assert!(refused(&recording, &sheet(wrong)).contains("which is no"));
+        }
         let far: Vec<Set> = (0..9)
             .map(|k| Set { at_s: 1e6 + f64::from(k), op: Some(40.0 + f64::from(k % 2)) })
             .collect();

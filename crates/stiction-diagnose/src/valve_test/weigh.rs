@@ -204,6 +204,9 @@ pub(super) fn weigh(
     let behind = 1.0 / (1.0 + (-(ELSEWHERE.ln() + against)).exp());
 
     let most = tried.iter().map(|one| one.weight).fold(silent, f64::max);
+    if !most.is_finite() {
+        return None;
+    }
     let whole: f64 =
         tried.iter().map(|one| (one.weight - most).exp()).sum::<f64>() + (silent - most).exp();
     let bands: Vec<Band> = tried.iter().map(|one| band(one, most, whole)).collect();
