@@ -1,7 +1,8 @@
 //! The sheet of a valve test: one page to print and to fill in, and the same as a table.
 
 use crate::sheet::Sheet;
-use stiction_diagnose::spoken::{rough, time};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use stiction_diagnose::spoken::{range, rough, time};
 use stiction_diagnose::valve_test::TestPlan;
 
 /// Lines of the second part that are printed: sizes are written in as they come.
@@ -23,53 +24,81 @@ pub fn csv(plan: &TestPlan) -> std::io::Result<String> {
 
 /// The page: self-contained HTML for one sheet of A4.
 pub fn html(plan: &TestPlan, tool: &str) -> String {
-    let unit =
-        plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" ({})", escaped(unit)));
-    let list: String =
-        plan.instructions.iter().map(|text| format!("<li>{}</li>\n", escaped(text))).collect();
+    let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" ({unit})"));
+    let title = format!("Valve test of {}", plan.name);
     let half = plan.grow.len().div_ceil(2);
-    let cell = |k: usize| match plan.grow.get(k) {
-        Some(turn) => format!(
-            "<td>{}</td><td>u0 {} {}</td><td>{}</td><td></td><td></td><td></td>",
-            k + 1,
-            if turn.op < 0.0 { "−" } else { "+" },
-            rough(turn.op.abs()),
-            time(turn.hold_s)
-        ),
-        None => "<td></td>".repeat(6),
+    let part_1: Vec<[Option<usize>; 2]> =
+        (0..half).map(|k| [k, half + k].map(|k| (k < plan.grow.len()).then_some(k))).collect();
+    let part_2 = vec![[None, None]; LINES_OF_PART_2 / 2];
+    let smaller = format!("{:.0}", 100.0 * (1.0 - plan.shrink_by));
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(CSS)) }
+            }
+            body {
+                main {
+                    h1 { (title) }
+                    p.blanks {
+                        "Date ________________ Operator ________________ Agreed with ________________ "
+                        "u0 (OP in manual) ________ % PV at start ________" (unit)
+                    }
+                    ol { @for text in &plan.instructions { li { (text) } } }
+                    h2 { "Part 1: growing turns" }
+                    (table("Turns of part 1", &unit, plan, &part_1))
+                    h2 { "Part 2: shrinking turns, each size " (smaller) " % smaller" }
+                    (table("Turns of part 2", &unit, plan, &part_2))
+                    p.foot {
+                        "Limits: PV " (range(plan.pv_low, plan.pv_high)) (unit)
+                        ", OP " (range(plan.op_low, plan.op_high))
+                        " %. Part 1 takes at most " (time(plan.total_s))
+                        ". An answer is a move of the PV by " (rough(plan.answer)) (unit) ". " (tool)
+                    }
+                }
+            }
+        }
     };
-    let rows: String = (0..half)
-        .map(|k| format!("<tr>{}<td class=gap></td>{}</tr>\n", cell(k), cell(half + k)))
-        .collect();
-    let head = format!(
-        "<th>Turn</th><th>OP (%)</th><th>Hold at most</th><th>Time</th><th>OP set</th><th>PV at end{unit}</th>"
-    );
-    let open = "<td></td>".repeat(6);
-    let part_2 = format!("<tr>{open}<td class=gap></td>{open}</tr>\n").repeat(LINES_OF_PART_2 / 2);
-    let name = escaped(&plan.name);
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <title>Valve test of {name}</title>\n<style>{CSS}</style></head>\n<body><main>\n\
-         <h1>Valve test of {name}</h1>\n\
-         <p class=blanks>Date ________________ Operator ________________ Agreed with ________________ \
-         u0 (OP in manual) ________ % PV at start ________{unit}</p>\n<ol>\n{list}</ol>\n\
-         <h2>Part 1: growing turns</h2>\n<div class=wide tabindex=0 role=region aria-label=\"Turns of part 1\">\
-         <table><thead><tr>{head}<td class=gap></td>{head}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n\
-         <h2>Part 2: shrinking turns, each size {:.0} % smaller</h2>\n\
-         <div class=wide tabindex=0 role=region aria-label=\"Turns of part 2\">\
-         <table><thead><tr>{head}<td class=gap></td>{head}</tr></thead>\n<tbody>\n{part_2}</tbody></table></div>\n\
-         <p class=foot>Limits: PV {} to {}{unit}, OP {} to {} %. Part 1 takes at most {}. An answer is a move of the PV by \
-         {}{unit}. {}</p>\n</main></body></html>\n",
-        100.0 * (1.0 - plan.shrink_by),
-        rough(plan.pv_low),
-        rough(plan.pv_high),
-        rough(plan.op_low),
-        rough(plan.op_high),
-        time(plan.total_s),
-        rough(plan.answer),
-        escaped(tool),
-    )
+    page.into_string()
+}
+
+/// Turns of the plan by their numbers, two beside each other; none for a line that is left open.
+fn table(label: &str, unit: &str, plan: &TestPlan, rows: &[[Option<usize>; 2]]) -> Markup {
+    let pv = format!("PV at end{unit}");
+    let heads = ["Turn", "OP (%)", "Hold at most", "Time", "OP set", &pv];
+    let cells = |k: usize| {
+        let turn = plan.grow[k];
+        let sign = if turn.op < 0.0 { '−' } else { '+' };
+        [format!("{}", k + 1), format!("u0 {sign} {}", rough(turn.op.abs())), time(turn.hold_s)]
+    };
+    html! {
+        div.wide tabindex="0" role="region" aria-label=(label) {
+            table {
+                thead {
+                    tr {
+                        @for head in heads { th { (head) } }
+                        td.gap {}
+                        @for head in heads { th { (head) } }
+                    }
+                }
+                tbody {
+                    @for row in rows {
+                        tr {
+                            @for (side, turn) in row.iter().enumerate() {
+                                @if side > 0 { td.gap {} }
+                                @let filled = turn.map(cells).unwrap_or_default();
+                                @for cell in &filled { td { (cell) } }
+                                @for _ in filled.len()..heads.len() { td {} }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 const CSS: &str = "
@@ -93,8 +122,4 @@ th { font-weight: 600; } .gap { border: 0; padding: 0; width: .6rem; }
 fn short(value: f64) -> String {
     let text = format!("{value:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

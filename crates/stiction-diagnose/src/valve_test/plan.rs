@@ -247,7 +247,7 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
             range(plan.pv_low, plan.pv_high)
         ),
         format!(
-            "Part 1 takes at most {}, and less if the valve answers early. Part 2 takes about as long again.",
+            "Part 1 takes at most {}, and less if the valve answers early. How long part 2 takes depends on how soon it answers.",
             time(plan.total_s)
         ),
     ]
