@@ -1,37 +1,39 @@
 //! Whether standard output was closed when the program began, as by `>&-`.
 //!
-//! Rust opens the null device in its place before `main`, so that what is written there is lost without a word. It opens it
-//! to read and write, a user's own `> /dev/null` only to write: by that the two can be told apart where the system lists
-//! open files, which is Linux.
+//! Rust opens the null device in place of a closed descriptor before `main`, and what is written there is lost without a
+//! word. Afterwards nothing distinguishes it from a null device that the caller gave, such as Python's
+//! `subprocess.DEVNULL`. So the system's loader calls a function that looks earlier.
 
-use std::fs;
+use anyhow::{Result, bail};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether it was; where no one can look, it was not.
-pub fn standard_output() -> bool {
-    let to = fs::read_link("/proc/self/fd/1");
-    let to_null = to.is_ok_and(|path| path.as_os_str() == "/dev/null");
-    to_null
-        && flags_of(&fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default())
-            == Some(READ_WRITE)
+static CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Refuses to run if standard output was closed, before a command does anything: its result would be lost.
+pub fn refuse() -> Result<()> {
+    if CLOSED.load(Ordering::Relaxed) {
+        bail!(
+            "standard output is closed, and the result has no other place to go; give it one, such as > FILE or > /dev/null"
+        );
+    }
+    Ok(())
 }
 
-/// How a file is open that is read and written, of the bits that say so.
-const READ_WRITE: u32 = 0o2;
+#[cfg(unix)]
+mod at_load {
+    use std::sync::atomic::Ordering;
 
-/// The bits of a list of an open file that say whether it is read or written.
-fn flags_of(listed: &str) -> Option<u32> {
-    let flags = listed.lines().find_map(|line| line.strip_prefix("flags:"))?;
-    Some(u32::from_str_radix(flags.trim(), 8).ok()? & 0o3)
-}
+    /// The loader of these systems calls what this section lists, before the runtime of Rust.
+    // Unsafe, as the linker trusts the section's name, and as `look` may rely on nothing of Rust's runtime. It does not: it
+    // asks the system once and stores a flag.
+    #[allow(unsafe_code)]
+    #[used]
+    #[cfg_attr(target_vendor = "apple", unsafe(link_section = "__DATA,__mod_init_func"))]
+    #[cfg_attr(not(target_vendor = "apple"), unsafe(link_section = ".init_array"))]
+    static LOOK: extern "C" fn() = look;
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn open_files_are_read_as_they_are_listed() {
-        assert_eq!(flags_of("pos:\t0\nflags:\t0100002\nmnt_id:\t15\n"), Some(READ_WRITE));
-        assert_eq!(flags_of("pos:\t0\nflags:\t0100001\n"), Some(1));
-        assert_eq!(flags_of(""), None);
+    extern "C" fn look() {
+        let closed = rustix::io::fcntl_getfd(rustix::stdio::stdout()).is_err();
+        super::CLOSED.store(closed, Ordering::Relaxed);
     }
 }

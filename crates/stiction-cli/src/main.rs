@@ -1,5 +1,4 @@
 //! The `stiction` command: sticking control valves, diagnosed and simulated.
-#![forbid(unsafe_code)]
 
 mod actions;
 mod bench;
@@ -154,7 +153,7 @@ fn main() -> ExitCode {
         reading_args::ignore_settings();
     }
     renamed.into_iter().for_each(output::note);
-    let noted = files::note(&Cli::command(), &matches);
+    let noted = closed::refuse().and_then(|()| files::note(&Cli::command(), &matches));
     match noted.and_then(|()| cli.command.run()) {
         Ok(code) => code,
         // A reader that has seen enough, such as `head`, is no failure.

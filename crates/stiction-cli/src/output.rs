@@ -1,6 +1,5 @@
 //! Writing results to files and to standard output.
 
-use crate::closed;
 use crate::files::Out;
 use crate::shown::steers;
 use crate::text::painted;
@@ -31,20 +30,14 @@ pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
 pub fn text(text: &str) -> Result<()> {
     // The only escapes in it are those of its colours.
     let text = painted(&shown(text));
-    opened(|out| anstream::AutoStream::auto(out).write_all(text.as_bytes()))
+    flushed(|out| anstream::AutoStream::auto(out).write_all(text.as_bytes()))
 }
 
 fn to_standard_output(bytes: &[u8]) -> Result<()> {
-    opened(|out| out.write_all(bytes))
+    flushed(|out| out.write_all(bytes))
 }
 
-/// Writes to standard output, if it is open.
-fn opened(write: impl FnOnce(&mut StdoutLock<'static>) -> std::io::Result<()>) -> Result<()> {
-    if closed::standard_output() {
-        bail!(
-            "standard output is closed, and the result has no other place to go; give it one, such as > FILE"
-        );
-    }
+fn flushed(write: impl FnOnce(&mut StdoutLock<'static>) -> std::io::Result<()>) -> Result<()> {
     let mut out = std::io::stdout().lock();
     write(&mut out)?;
     Ok(out.flush()?)

@@ -28,6 +28,8 @@ mod settings;
 mod shift;
 mod simulate;
 mod stem;
+#[cfg(unix)]
+mod standard_output;
 mod valve;
 mod valve_test;
 mod what_if;

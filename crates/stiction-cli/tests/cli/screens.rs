@@ -137,27 +137,6 @@ fn what_never_ends_is_refused() {
     refuses(&folder("endless"), &["inspect", "/dev/zero"], "may never end; write what it gives");
 }
 
-#[cfg(unix)]
-#[test]
-fn a_closed_standard_output_is_no_success() {
-    let folder = with_samples("closed-output");
-    let closed = |more: &str| {
-        let script = format!("exec \"$STICTION\" diagnose {FILE} {more} >&-");
-        let mut sh = std::process::Command::new("sh");
-        sh.args(["-c", &script]).env("STICTION", env!("CARGO_BIN_EXE_stiction"));
-        let done = sh.current_dir(&folder).output().expect("sh starts");
-        (done.status.code(), String::from_utf8(done.stderr).expect("UTF-8"))
-    };
-    for more in ["", "--json", "--brief", "--csv -"] {
-        let (code, said) = closed(more);
-        assert_eq!(code, Some(2), "{more}");
-        assert!(said.contains("standard output is closed"), "{said}");
-    }
-    assert_eq!(closed("--csv o.csv"), (Some(0), String::new()), "nothing is to be printed");
-    let null = command(&folder).args(["diagnose", FILE]).stdout(Stdio::null()).status();
-    assert!(null.expect("it starts").success(), "the user's own null device is none of ours");
-}
-
 #[test]
 fn times_that_tell_nothing_are_named_with_their_row() {
     let folder = folder("odd-times");

@@ -1,0 +1,108 @@
+//! Standard output that is a null device, closed, or full.
+
+use crate::diagnose::with_samples;
+use crate::session::commands;
+use crate::{command, read, run};
+use std::fs::OpenOptions;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+const FILE: &str = "FIC101-sticky.csv";
+
+/// A line of every command and of every task of a plant, in an order in which each has what it reads, and its exit code.
+const LINES: &[(&str, i32)] = &[
+    ("diagnose FIC101-sticky.csv", 0),
+    ("diagnose FIC101-sticky.csv --json", 0),
+    ("diagnose FIC101-sticky.csv --brief", 0),
+    ("diagnose FIC101-sticky.csv --csv -", 0),
+    ("diagnose FIC101-sticky.csv --csv o.csv", 0),
+    ("diagnose FIC101-sticky.csv --report r.html", 0),
+    ("diagnose FIC101-sticky.csv --fail-on sticks", 1),
+    ("history FIC101-sticky.csv", 0),
+    ("plant demo --loops 12 --days 2 -o p", 0),
+    ("plant init FIC101-sticky.csv", 0),
+    ("plant -C p check", 0),
+    ("plant -C p scan", 0),
+    ("plant -C p status", 0),
+    ("plant -C p report", 0),
+    ("plant -C p report --fail-on new-sticking", 0),
+    ("plant -C p orders", 0),
+    ("plant -C p note FIC1001 stroked", 0),
+    ("plant -C p override FIC1001 --verdict sticks --reason stroked", 0),
+    ("plant -C p snooze FIC1001 --until 2030-01-01", 0),
+    ("override FIC101-sticky.csv --verdict sticks --reason stroked", 0),
+    ("inspect FIC101-sticky.csv", 0),
+    ("fit FIC101-sticky.csv --draws 20", 0),
+    ("bench --simulated 2 --only verdict", 0),
+    ("valve --S 1 --J 1 in.csv", 0),
+    ("stem", 0),
+    ("simulate paper/closed-loop", 0),
+    ("compensate paper/closed-loop", 0),
+    ("what-if paper/closed-loop", 0),
+    ("test plan FIC101-sticky.csv", 0),
+    ("limit-cycle paper/closed-loop", 0),
+    ("population --n 2 -o population", 0),
+    ("fmu --list", 0),
+    ("shift FIC101-sticky.csv", 0),
+    ("figures -o drawn", 0),
+    ("docs -o site", 0),
+    ("schema diagnosis", 0),
+    ("completions bash", 0),
+    ("man pages", 0),
+];
+
+/// What never ends.
+const NOT_RUN: [&str; 1] = ["lab"];
+
+fn prepared(name: &str) -> std::path::PathBuf {
+    let folder = with_samples(name);
+    crate::write(&folder, "in.csv", "t,u\n0,1\n1,2\n2,3\n");
+    folder
+}
+
+/// `subprocess.DEVNULL` of Python, Node's `ignore`, and `daemon(3)` open it so.
+#[test]
+fn a_null_device_that_is_open_to_read_and_write_is_no_closed_output() {
+    let folder = prepared("null-device");
+    let tried = |name: &str| LINES.iter().any(|(line, _)| line.split(' ').next() == Some(name));
+    let help = run(&folder, &["-h"]).quiet_success();
+    for name in commands(&help) {
+        assert!(tried(name) || NOT_RUN.contains(&name), "{name} has no line here");
+    }
+    for (line, expected) in LINES {
+        let null = OpenOptions::new().read(true).write(true).open("/dev/null").expect("a device");
+        let arguments = line.split(' ');
+        let done = command(&folder).args(arguments).stdout(null).output().expect("it starts");
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(*expected), "{line}: {said}");
+    }
+    let log = read(&folder.join("p"), "log.toml");
+    assert_eq!(log.matches("stroked").count(), 2, "{log}");
+}
+
+fn closed(folder: &Path, arguments: &str) -> (Option<i32>, String) {
+    let script = format!("exec \"$STICTION\" {arguments} >&-");
+    let mut sh = Command::new("sh");
+    sh.args(["-c", &script]).env("STICTION", env!("CARGO_BIN_EXE_stiction"));
+    let done = sh.current_dir(folder).output().expect("sh starts");
+    (done.status.code(), String::from_utf8(done.stderr).expect("UTF-8"))
+}
+
+/// The result would be lost, and what a command does besides would be done twice by who tries again.
+#[test]
+fn a_closed_standard_output_is_refused_before_anything_is_done() {
+    let folder = prepared("closed-output");
+    for more in ["", "--json", "--brief", "--csv -", "--csv o.csv", "--report r.html"] {
+        let (code, said) = closed(&folder, &format!("diagnose {FILE} {more}"));
+        assert_eq!(code, Some(2), "{more}");
+        assert!(said.contains("standard output is closed"), "{said}");
+    }
+    let (code, _) = closed(&folder, &format!("override {FILE} --verdict sticks --reason stroked"));
+    assert_eq!(code, Some(2));
+    for name in ["o.csv", "r.html", "stiction-overrides.toml"] {
+        assert!(!folder.join(name).exists(), "{name}");
+    }
+    let null = command(&folder).args(["diagnose", FILE]).stdout(Stdio::null()).status();
+    assert!(null.expect("it starts").success(), "the user's own null device is none of ours");
+    run(&folder, &["diagnose", FILE, "--csv", "o.csv"]).quiet_success();
+}
