@@ -4,12 +4,12 @@ pub mod joined;
 mod methods;
 mod summary;
 
-use crate::files::{In, Out};
+use crate::files::{self, In, Out};
 use crate::loops::{Diagnosed, diagnose_all, find_all};
 use crate::output;
 use crate::overrule;
 use crate::reading_args::Reading;
-use anyhow::{Context, Result};
+use anyhow::{Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
 use std::process::ExitCode;
@@ -150,8 +150,13 @@ fn reported(path: &Out, found: &[Loop<'_>]) -> Result<()> {
         return output::write(Some(path), report::html(&tool(), found)?.as_bytes());
     }
     let folder = report::Folder::new(tool(), found);
-    let pages = path.join("loops");
-    std::fs::create_dir_all(&pages).with_context(|| pages.display().to_string())?;
+    if path.is_file() {
+        bail!(
+            "--report {} is a file; name a page, which ends in .html, or a folder",
+            path.display()
+        );
+    }
+    files::make_folder(&path.join("loops"))?;
     (0..folder.len()).into_par_iter().try_for_each(|place| {
         output::write(Some(&path.inside(folder.path(place))?), folder.page(place)?.as_bytes())
     })?;

@@ -6,7 +6,7 @@ mod commands;
 mod figures;
 mod gallery;
 
-use crate::files::Out;
+use crate::files::{self, Out};
 use crate::{Cli, output, progress, schema};
 use anyhow::{Context, Result, bail};
 use clap::{CommandFactory, Parser};
@@ -49,7 +49,7 @@ pub fn run(args: Args) -> Result<()> {
     for file in &files {
         let path = folder.inside(&file.path)?;
         if let Some(above) = path.parent() {
-            std::fs::create_dir_all(above).with_context(|| above.display().to_string())?;
+            files::make_folder(above)?;
         }
         output::write(Some(&path), &file.bytes)?;
     }

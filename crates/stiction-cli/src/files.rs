@@ -59,13 +59,21 @@ impl Out {
 
     /// Makes the folder that this is, if it is not there.
     pub fn make_folder(&self) -> Result<()> {
-        std::fs::create_dir_all(&self.0).with_context(|| self.0.display().to_string())
+        make_folder(&self.0)
     }
 
     /// Whether it is standard output.
     pub fn is_standard(&self) -> bool {
         self.0 == Path::new("-")
     }
+}
+
+/// Makes a folder, if it is not there.
+pub fn make_folder(path: &Path) -> Result<()> {
+    if let Some(file) = path.ancestors().find(|above| above.is_file()) {
+        bail!("{} is a file, and a folder is needed there; name another folder", file.display());
+    }
+    std::fs::create_dir_all(path).with_context(|| path.display().to_string())
 }
 
 impl Deref for In {
@@ -279,6 +287,31 @@ mod tests {
         ("fmu", "scenario"),
         ("fmu", "library"),
     ];
+
+    mod outputs {
+        include!("../tests/cli/outputs.rs");
+    }
+
+    /// Those of a command and of its tasks.
+    fn outputs_of(command: &clap::Command, found: &mut Vec<(String, String)>) {
+        for argument in command.get_arguments() {
+            if argument.get_value_parser().type_id() == TypeId::of::<Out>() {
+                found.push((command.get_name().to_owned(), argument.get_id().to_string()));
+            }
+        }
+        command.get_subcommands().for_each(|task| outputs_of(task, found));
+    }
+
+    /// The list is that of the test that tries to lose a recording by each of them.
+    #[test]
+    fn every_output_is_tried() {
+        let mut found = vec![];
+        outputs_of(&Cli::command(), &mut found);
+        for (command, argument) in found {
+            let is_it = |of: &outputs::Output| (of.0, of.1) == (&*command, &*argument);
+            assert!(outputs::OUTPUTS.iter().any(is_it), "{command}: {argument} is not in the list");
+        }
+    }
 
     /// A command with an output that is not asked for here would overwrite its input.
     #[test]

@@ -26,6 +26,7 @@ mod population;
 mod progress;
 mod reading_args;
 mod renamed;
+mod replaced;
 mod schema;
 mod shift;
 mod shown;
@@ -57,6 +58,9 @@ struct Cli {
     /// Look for no settings in stiction.toml, nor in the user's
     #[arg(long, global = true)]
     no_config: bool,
+    /// Write over files that hold other data, and to folders that are not empty
+    #[arg(long, global = true)]
+    force: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -151,6 +155,9 @@ fn main() -> ExitCode {
     .write_global();
     if cli.no_config {
         reading_args::ignore_settings();
+    }
+    if cli.force {
+        replaced::force();
     }
     renamed.into_iter().for_each(output::note);
     let noted = closed::refuse().and_then(|()| files::note(&Cli::command(), &matches));

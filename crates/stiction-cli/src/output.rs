@@ -1,6 +1,7 @@
 //! Writing results to files and to standard output.
 
 use crate::files::Out;
+use crate::replaced;
 use crate::shown::steers;
 use crate::text::painted;
 use anyhow::{Context, Result, bail};
@@ -15,10 +16,12 @@ pub use stiction_report::sheet::Sheet;
 /// The program with its version, as documents name it.
 pub const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 
-/// Writes data to a file, whole or not at all, or to standard output for none or `-`.
+/// Writes data to a file, whole or not at all, or to standard output for none or `-`. A file that holds other data is not
+/// replaced, see [`replaced`].
 pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
     match to {
         Some(file) if !file.is_standard() => {
+            replaced::check(file, bytes)?;
             whole::write(file, bytes).with_context(|| file.display().to_string())
         }
         _ if std::io::stdout().is_terminal() => text(&String::from_utf8_lossy(bytes)),

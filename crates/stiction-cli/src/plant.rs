@@ -1,7 +1,7 @@
 //! `stiction plant`: all loops of a plant, day by day.
 
-use crate::files::Out;
-use crate::{output, progress};
+use crate::files::{self, Out};
+use crate::{output, progress, replaced};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
 use schemars::JsonSchema;
@@ -189,9 +189,6 @@ struct Init {
     /// Files, or folders of files: CSV, Parquet, MATLAB
     #[arg(required = true, value_name = "DATA")]
     data: Vec<String>,
-    /// Write over a plant.toml that is there
-    #[arg(long)]
-    force: bool,
 }
 
 #[derive(Parser)]
@@ -230,9 +227,6 @@ struct Demo {
     /// Folder to write to; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: Out,
-    /// Write to a folder that is not empty
-    #[arg(long)]
-    force: bool,
 }
 
 pub fn run(args: Args) -> Result<ExitCode> {
@@ -266,7 +260,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
 
 fn init(folder: &Path, of: &Init) -> Result<()> {
     let path = folder.join(plant_file::NAME);
-    if path.exists() && !of.force {
+    if path.exists() && !replaced::is_forced() {
         bail!("{} is there already; --force writes over it", path.display());
     }
     let whole = std::fs::canonicalize(folder).with_context(|| folder.display().to_string())?;
@@ -513,8 +507,8 @@ fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -
 fn demonstrate(folder: &Path, of: &Demo) -> Result<()> {
     let folder = folder.join(&*of.output);
     let named = || folder.display().to_string();
-    std::fs::create_dir_all(&folder).with_context(named)?;
-    if !of.force && std::fs::read_dir(&folder).with_context(named)?.next().is_some() {
+    files::make_folder(&folder)?;
+    if !replaced::is_forced() && std::fs::read_dir(&folder).with_context(named)?.next().is_some() {
         return Err(anyhow!("{} is not empty; --force writes to it", named()));
     }
     let bar = progress::bar("simulating", of.loops as usize);

@@ -1,7 +1,7 @@
 //! `stiction population`: simulated loops with known truth, as files.
 
 use crate::files::Out;
-use crate::{output, progress};
+use crate::{output, progress, replaced};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
@@ -36,9 +36,6 @@ pub struct Args {
     /// Write the valve position too; methods that measure it then have the answer before them
     #[arg(long)]
     vp: bool,
-    /// Write to a folder that is not empty, over files of the same name
-    #[arg(long)]
-    force: bool,
 }
 
 /// Loops held in memory at a time.
@@ -49,7 +46,8 @@ pub fn run(args: Args) -> Result<()> {
     let folder = &args.output;
     let named = || folder.display().to_string();
     folder.make_folder()?;
-    if !args.force && std::fs::read_dir(&**folder).with_context(named)?.next().is_some() {
+    if !replaced::is_forced() && std::fs::read_dir(&**folder).with_context(named)?.next().is_some()
+    {
         bail!("{} is not empty; --force writes to it, over files of the same name", named());
     }
     // They say that the folder is whole, so they come last; those of another population would not be of this one.

@@ -18,6 +18,7 @@ mod lab_ends;
 mod limit_cycle;
 mod malformed;
 mod nothing_lost;
+mod outputs;
 mod overrule;
 mod plant;
 mod population;
@@ -27,9 +28,9 @@ mod session;
 mod settings;
 mod shift;
 mod simulate;
-mod stem;
 #[cfg(unix)]
 mod standard_output;
+mod stem;
 mod valve;
 mod valve_test;
 mod what_if;

@@ -1,6 +1,7 @@
 //! No run destroys what it reads or what was there: inputs, other outputs, full disks, kills.
 
 use crate::diagnose::{samples, with_samples};
+use crate::outputs::OUTPUTS as ARGUMENTS;
 use crate::{command, folder, read, run, write};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -111,6 +112,59 @@ fn an_output_that_is_an_input_is_refused_by_every_command() {
         run(&folder, &overrule).refusal();
     }
     assert_eq!(files(&folder)[FILE], before[FILE]);
+}
+
+/// The first file in a folder, or the file itself.
+fn first_file(path: &Path) -> std::path::PathBuf {
+    if !path.is_dir() {
+        return path.to_owned();
+    }
+    let mut there: Vec<_> =
+        std::fs::read_dir(path).expect("a folder").flatten().map(|e| e.path()).collect();
+    there.sort();
+    first_file(&there[0])
+}
+
+/// A pattern in the wrong place names a recording as an output, which the run does not read.
+#[test]
+fn a_recording_is_replaced_by_no_output() {
+    let folder = with_samples("recording-as-output");
+    std::fs::copy(samples().join("test/FIC106-tested.csv"), folder.join("FIC106-tested.csv"))
+        .expect("a copy");
+    write(&folder, "in.csv", "t,u\n0,1\n1,2\n2,3\n");
+    let recording = read(&folder, "FIC102-disturbed.csv");
+    for (_, _, output, line) in ARGUMENTS {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let ran = |more: &[&str]| run(&folder, &[&arguments, more].concat());
+        let first = ran(&[]);
+        assert_eq!(first.code, 0, "{line}: {}", first.err);
+        let path = first_file(&folder.join(output));
+        let made = std::fs::read(&path).expect("it is written");
+        // Some folders are written once; the documents take long.
+        let is_folder = folder.join(output).is_dir();
+        if !is_folder {
+            let again = ran(&[]);
+            assert_eq!(again.code, 0, "{line}, again: {}", again.err);
+        }
+        write(&folder, path.to_str().expect("UTF-8"), &recording);
+        let refused = ran(&[]);
+        assert_eq!(refused.code, 2, "{line}: {}", refused.err);
+        assert!(refused.err.contains("--force"), "{line}: {}", refused.err);
+        assert_eq!(std::fs::read_to_string(&path).expect("it is there"), recording, "{line}");
+        if !is_folder {
+            assert_eq!(ran(&["--force"]).code, 0, "{line}");
+            let forced = std::fs::read(&path).expect("it is written");
+            assert_eq!(forced.get(..4), made.get(..4), "{line}");
+        }
+    }
+    // As it happens by hand.
+    let csv: Vec<String> =
+        files(&folder).into_keys().filter(|name| name.starts_with("FIC10")).collect();
+    let all: Vec<&str> = csv.iter().map(String::as_str).collect();
+    let refused = run(&folder, &[&["diagnose", "--csv"][..], &all].concat());
+    assert_eq!(refused.code, 2);
+    assert!(refused.err.contains("FIC101-sticky.csv is there already"), "{}", refused.err);
+    assert_eq!(read(&folder, FILE), read(&samples(), FILE));
 }
 
 #[test]

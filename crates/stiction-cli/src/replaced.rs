@@ -1,0 +1,111 @@
+//! What stands where an output goes, and whether that may be lost.
+//!
+//! A pattern in the wrong place, as in `diagnose --csv *.csv`, names a recording as the output. So what holds data is replaced
+//! only by a table of the same columns, as a second run of the same command writes, or with `--force`. Pages, drawings
+//! and texts can be made again, and are replaced without a word.
+
+use anyhow::{Context, Result, bail};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How much of a file decides, in bytes.
+const HEAD: u64 = 1 << 16;
+
+static FORCED: AtomicBool = AtomicBool::new(false);
+
+/// Lets outputs replace anything from now on.
+pub fn force() {
+    FORCED.store(true, Ordering::Relaxed);
+}
+
+/// Whether outputs may replace anything.
+pub fn is_forced() -> bool {
+    FORCED.load(Ordering::Relaxed)
+}
+
+/// Refuses to put `new` in the place of the file at `path` if that holds data which `new` does not bring again.
+pub fn check(path: &Path, new: &[u8]) -> Result<()> {
+    // Of a device or pipe nothing is lost, and to read it could take for ever.
+    if is_forced() || !path.is_file() {
+        return Ok(());
+    }
+    let named = || path.display().to_string();
+    let mut old = vec![];
+    File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut old)).with_context(named)?;
+    if may_replace(&old, new) {
+        return Ok(());
+    }
+    bail!(
+        "{} is there already, and holds other data than this run writes, such as a recording; name another file, or \
+         give --force to lose it",
+        named()
+    );
+}
+
+/// Whether a file that begins with `old` may be replaced by `new`.
+fn may_replace(old: &[u8], new: &[u8]) -> bool {
+    if old.contains(&0) {
+        // Parquet, MATLAB, PNG, archives: by how they begin.
+        return new.get(..4) == old.get(..4);
+    }
+    let text = String::from_utf8_lossy(old);
+    let is_page = text.trim_start().starts_with('<');
+    let mut lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+    // The last one may be cut off.
+    if old.len() as u64 == HEAD && lines.len() > 1 {
+        lines.pop();
+    }
+    let rows = lines.iter().filter(|line| is_row(line)).count();
+    if is_page || 2 * rows < lines.len() || rows == 0 {
+        return true;
+    }
+    let new = new.split(|byte| *byte == b'\n').next().unwrap_or(&[]);
+    new.trim_ascii_end() == lines[0].trim_end().as_bytes()
+}
+
+/// Whether a line has a cell that is a number or a time.
+fn is_row(line: &str) -> bool {
+    line.split([',', ';', '\t', '|']).any(|cell| {
+        let cell = cell.trim_matches(|c: char| c.is_whitespace() || c == '"' || c == '\'');
+        let unsigned = cell.trim_start_matches(['+', '-', '.', '\u{2212}']);
+        unsigned.starts_with(|c: char| c.is_ascii_digit())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::may_replace;
+
+    #[test]
+    fn data_is_replaced_by_a_table_of_the_same_columns_only() {
+        let sample = "t,sp,pv,op\n0,50,49.9,50\n1,50,50.1,50\n";
+        let result = "loop,verdict,S\nFIC101,sticks,4.8\n";
+        for held in [
+            sample,
+            "0,50,49.9,50\n1,50,50.1,50\n",
+            "Time;OP;PV\n01.02.2024 10:00;Bad;Bad\n",
+            "time,value\n\"2024-01-01 00:00:00\",\"5\"\n",
+            "FIC101.PV\t2024-01-01\t-0,5\nFIC101.OP\t2024-01-01\t5\n",
+            "op\n5\n6\n7\n",
+            "PAR1\0\0",
+            "MATLAB 5.0 MAT-file\0",
+        ] {
+            assert!(!may_replace(held.as_bytes(), result.as_bytes()), "{held}");
+            assert!(!may_replace(held.as_bytes(), b"<!doctype html>"), "{held}");
+            assert!(may_replace(held.as_bytes(), held.as_bytes()), "{held}");
+        }
+        assert!(may_replace(result.as_bytes(), b"loop,verdict,S\nFIC102,unclear,\n"));
+        assert!(may_replace(sample.as_bytes(), b"t,sp,pv,op\r\n"));
+        for held in [
+            "",
+            "old\n",
+            "<!doctype html>\n1\n2\n3\n",
+            "# a loop\nsample_time = 1\n[process]\nnum = [1, 2]\nden = [1, 2]\nkc = 0.5\n",
+            ".TH stiction 1 \"2026\"\nexit codes: 0, 1, 2\nand more\nof it\n",
+        ] {
+            assert!(may_replace(held.as_bytes(), result.as_bytes()), "{held}");
+        }
+    }
+}
