@@ -77,8 +77,8 @@ def read(
         Time zone of times without one, such as ``"Europe/Berlin"``.
     time_format : str, optional
         How times are written: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first,
-        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds, microseconds,
-        nanoseconds, minutes, hours, days.
+        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel, excel-1904,
+        datenum, seconds, milliseconds, microseconds, nanoseconds, minutes, hours, days.
     sample_time : float, optional
         Time between rows, s, in place of a column of times.
     op_range, pv_range, vp_range : tuple of float, optional

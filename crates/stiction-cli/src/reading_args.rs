@@ -27,8 +27,8 @@ pub struct Reading {
     #[arg(long)]
     zone: Option<Zone>,
     /// How times are written: a pattern such as "%d/%m/%Y %H:%M:%S", or day-first, month-first,
-    /// year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, excel, datenum, seconds, milliseconds,
-    /// microseconds, nanoseconds, minutes, hours, days
+    /// year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel,
+    /// excel-1904, datenum, seconds, milliseconds, microseconds, nanoseconds, minutes, hours, days
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<TimeFormat>,
     /// Time between rows in s, in place of a column of times

@@ -340,6 +340,115 @@ const CASES: &[Case] = &[
     ),
     case!("time-datenum.csv", "", Ok("f @1735646400 op 0:50 60:51"), &["days of MATLAB's datenum"]),
     case!("time-minutes.csv", "", Ok("f op 0:50 60:51"), &["minutes"]),
+    case!(
+        "time-dotnet-ticks.csv",
+        "",
+        Err(()),
+        &[
+            "as ticks of .NET the sample time would be 1 s from 2024-01-04 on, as nanoseconds since 1970 10 ms from \
+             1990-03-25 on",
+            "time_format dotnet-ticks or epoch-ns"
+        ]
+    ),
+    case!(
+        "time-dotnet-ticks.csv",
+        "time_format = \"dotnet-ticks\"",
+        Ok("f @1704403200 op 0:50 1:51 2:52"),
+        &[]
+    ),
+    case!(
+        "time-filetime.csv",
+        "",
+        Err(()),
+        &[
+            "as file time of Windows the sample time would be 1 s, as seconds",
+            "time_format filetime or"
+        ]
+    ),
+    case!(
+        "time-filetime.csv",
+        "time_format = \"filetime\"",
+        Ok("f @1705526400 op 0:50 1:51 2:52"),
+        &[]
+    ),
+    case!(
+        "time-labview.csv",
+        "",
+        Err(()),
+        &[
+            "as seconds since 1904 the sample time would be 1 s from 2024-12-31 on, as seconds since 1970 1 s from \
+             2091-01-01 on",
+            "time_format labview or epoch-s"
+        ]
+    ),
+    case!(
+        "time-labview.csv",
+        "time_format = \"labview\"",
+        Ok("f @1735603200 op 0:50 1:51 2:52"),
+        &[]
+    ),
+    case!(
+        "time-gps.csv",
+        "",
+        Ok("f @1400000000 op 0:50 1:51 2:52"),
+        &["seconds since 1970, from 2014-05-13 on; if they are not, give time_format, such as gps"]
+    ),
+    case!("time-gps.csv", "time_format = \"gps\"", Ok("f @1715964782 op 0:50 1:51 2:52"), &[]),
+    case!(
+        "time-days-since-1900.csv",
+        "",
+        Err(()),
+        &[
+            "as spreadsheet days since 1900 the sample time would be 60 s from 2024-01-01 on, as days since 1970 60 s from \
+             2094-01-02 on",
+            "time_format excel,"
+        ]
+    ),
+    case!("time-excel.csv", "time_format = \"excel-1904\"", Ok("f @1861963200 op 0:50 60:51"), &[]),
+    case!(
+        "time-hourly-in-days.csv",
+        "",
+        Err(()),
+        &[
+            "as seconds the sample time would be 42 ms",
+            "as days 60 min",
+            "time_format seconds or hours or days"
+        ]
+    ),
+    case!(
+        "time-hourly-in-days.csv",
+        "time_format = \"days\"",
+        Ok(
+            "f op 0:50 3600.000288:51 7199.999712:52 10800:53 14400.000288:54 17999.999712:55 21600:56 25200.000288000003:57"
+        ),
+        &[]
+    ),
+    case!(
+        "time-hourly-in-days-5-digits.csv",
+        "",
+        Err(()),
+        &["as seconds the sample time would be 42 ms, as hours", "as days 60 min"]
+    ),
+    case!(
+        "time-seconds-in-minutes.csv",
+        "",
+        Err(()),
+        &["as seconds the sample time would be 17 ms, as minutes 1 s"]
+    ),
+    case!(
+        "time-even-in-seconds.csv",
+        "",
+        Ok("f op 0:50 0.05:51 0.1:52 0.15:53 0.2:54 0.25:55 0.3:56 0.35:57"),
+        &[]
+    ),
+    case!(
+        "time-jitter-in-seconds.csv",
+        "",
+        Ok(
+            "f op 0:50 1.003417:51 2.000981:52 2.99787:53 4.00127:54 5.00391:55 5.9991:56 7.00211:57"
+        ),
+        &[]
+    ),
     case!("time-two-columns.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
     case!(
         "time-pattern.csv",

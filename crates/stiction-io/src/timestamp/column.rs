@@ -1,7 +1,7 @@
 //! A whole column of times.
 
 use super::clock::Clock;
-use super::context::{Context, DATENUM_1970, PLAUSIBLE, SPREADSHEET_1970, Times};
+use super::context::{Context, PLAUSIBLE, Times};
 use super::format::{DateOrder, TimeFormat, is_plain_name, unit_of};
 use super::plausible;
 use super::scan::{Stamp, scan};
@@ -251,40 +251,56 @@ impl Context<'_> {
                 format
             }
         };
-        let mut times = match format {
-            TimeFormat::Epoch(unit) => {
-                self.since_start(self.nanos(column, numbers, unit)?, &format.describe(), Clock::Utc)
-            }
-            TimeFormat::Spreadsheet | TimeFormat::Datenum => {
-                let of_1970 = match format {
-                    TimeFormat::Spreadsheet => SPREADSHEET_1970,
-                    _ => DATENUM_1970,
-                };
+        let unit = format.unit();
+        let mut times = match format.zero() {
+            Some(zero) if format.is_local() => {
                 // A day has too many digits for less than some microseconds.
-                let seconds = |day: &f64| ((day - of_1970) * 86_400e3).round() / 1e3;
+                let seconds = |day: &f64| ((day + zero / unit) * unit * 1e3).round() / 1e3;
                 let seconds: Vec<f64> = numbers.iter().map(seconds).collect();
                 let civil = self.civil(column, &seconds)?;
                 self.resolve(column, &civil, format.describe())?
             }
-            TimeFormat::Elapsed(unit) => Times {
+            Some(zero) => {
+                let mut nanos = self.nanos(column, numbers, unit)?;
+                let zero = (zero * NANOS) as i128;
+                nanos.iter_mut().for_each(|at| *at += zero);
+                self.since_start(nanos, &format.describe(), Clock::Utc)
+            }
+            None => Times {
                 start: None,
                 seconds: numbers.iter().map(|n| n * unit).collect(),
                 format: format.describe(),
                 clock: Clock::Elapsed,
                 notes: vec![],
             },
-            TimeFormat::Date(_) | TimeFormat::Pattern(_) => unreachable!("refused above"),
         };
         let plain = times.clock == Clock::Elapsed && format == TimeFormat::Elapsed(1.0);
         if guessed && !(plain && is_seconds(&column.name)) {
-            times.notes.push(format!(
-                "the numbers in \"{}\" are taken as {}; if they are not, give {}",
-                column.name,
-                times.format,
-                self.wording.of(Remedy::TimeFormat(vec![]))
-            ));
+            times.notes.push(self.taken(&format, times.start, column, numbers));
         }
         Ok(times)
+    }
+
+    /// What `numbers` are taken as, and what else they may be.
+    fn taken(
+        &self,
+        format: &TimeFormat,
+        start: Option<f64>,
+        column: &Column,
+        numbers: &[f64],
+    ) -> String {
+        let from = start.map_or(String::new(), |at| format!(", from {} on", plausible::date(at)));
+        let others = plausible::of_the_same_size(format, numbers);
+        let such = match others[..] {
+            [] => String::new(),
+            _ => format!(", such as {}", others.join(" or ")),
+        };
+        format!(
+            "the numbers in \"{}\" are taken as {}{from}; if they are not, give {}{such}",
+            column.name,
+            format.describe(),
+            self.wording.of(Remedy::TimeFormat(vec![]))
+        )
     }
 
     /// From what is written to a clock that runs evenly.
@@ -432,28 +448,24 @@ fn unit_in(name: &str) -> Option<f64> {
     unit_of(&word.to_lowercase())
 }
 
+/// The unit that a column tells, s.
+pub(super) fn told_unit(column: &Column) -> Option<f64> {
+    let told = column.unit.as_deref().map(str::to_lowercase);
+    told.and_then(|unit| unit_of(&unit)).or_else(|| unit_in(&column.name))
+}
+
 /// What numbers are, by the name and unit of their column and by their magnitude.
 fn guess(column: &Column, numbers: &[f64]) -> TimeFormat {
-    let all = |of: &dyn Fn(f64) -> bool| numbers.iter().all(|number| of(*number));
-    let told = column.unit.as_deref().map(str::to_lowercase);
-    let unit = told.and_then(|unit| unit_of(&unit)).or_else(|| unit_in(&column.name));
-    if let Some(unit) = unit {
-        let epoch = all(&|n| PLAUSIBLE.contains(&(n * unit)));
-        return if epoch { TimeFormat::Epoch(unit) } else { TimeFormat::Elapsed(unit) };
+    let is_dated = |format: &TimeFormat| plausible::all_within(&PLAUSIBLE, format, numbers);
+    if let Some(unit) = told_unit(column) {
+        let epoch = TimeFormat::Epoch(unit);
+        return if is_dated(&epoch) { epoch } else { TimeFormat::Elapsed(unit) };
     }
-    for unit in [1.0, 1e-3, 1e-6, 1e-9] {
-        if all(&|n| PLAUSIBLE.contains(&(n * unit))) {
-            return TimeFormat::Epoch(unit);
-        }
-    }
+    let epochs = [1.0, 1e-3, 1e-6, 1e-9].map(TimeFormat::Epoch);
     let has_parts_of_days = numbers.iter().any(|n| n.fract() != 0.0);
-    for (of_1970, format) in
-        [(SPREADSHEET_1970, TimeFormat::Spreadsheet), (DATENUM_1970, TimeFormat::Datenum)]
-    {
-        let is_day = |n| PLAUSIBLE.contains(&((n - of_1970) * 86_400.0));
-        if all(&is_day) && has_parts_of_days && !column.name.eq_ignore_ascii_case("t") {
-            return format;
-        }
-    }
-    TimeFormat::Elapsed(1.0)
+    let days = [TimeFormat::Spreadsheet, TimeFormat::Datenum]
+        .into_iter()
+        .filter(|_| has_parts_of_days && !column.name.eq_ignore_ascii_case("t"));
+    let mut likely = epochs.into_iter().chain(days);
+    likely.find(is_dated).unwrap_or(TimeFormat::Elapsed(1.0))
 }

@@ -64,10 +64,3 @@ impl Context<'_> {
 
 /// Seconds since 1970 that a recording of a plant can have: 1980 to 2100.
 pub const PLAUSIBLE: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
-
-/// Days between the first day of spreadsheets, counted 0, and 1970-01-01. They count a 29 February
-/// 1900 that never was, so this holds from March 1900 on.
-pub const SPREADSHEET_1970: f64 = 25_569.0;
-
-/// Days between the year 0 of MATLAB's `datenum`, whose first day is 1, and 1970-01-01.
-pub const DATENUM_1970: f64 = 719_529.0;

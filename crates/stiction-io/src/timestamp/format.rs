@@ -30,8 +30,18 @@ pub enum TimeFormat {
     Date(DateOrder),
     /// Time since 1970-01-01 UTC in units of so many seconds.
     Epoch(f64),
+    /// Ticks of .NET, which are 100 ns, since 0001-01-01 UTC.
+    Ticks,
+    /// Time of Windows files in units of 100 ns, since 1601-01-01 UTC.
+    FileTime,
+    /// Seconds since 1904-01-01 UTC, as of LabVIEW.
+    LabView,
+    /// Seconds of GPS since 1980-01-06, taken as 18 s ahead of UTC: right since 2017, and up to 18 s late before.
+    Gps,
     /// Days as spreadsheets count them, 1 being 1900-01-01.
     Spreadsheet,
+    /// Days as spreadsheets of the Macintosh counted them, 0 being 1904-01-01.
+    Spreadsheet1904,
     /// Days as MATLAB's `datenum` counts them, 1 being 0000-01-01.
     Datenum,
     /// Time since any start in units of so many seconds.
@@ -42,7 +52,7 @@ pub enum TimeFormat {
 
 impl TimeFormat {
     /// The formats that have a name.
-    const NAMES: [(&'static str, Self); 16] = [
+    const NAMES: [(&'static str, Self); 21] = [
         ("year-first", Self::Date(DateOrder::YearFirst)),
         ("day-first", Self::Date(DateOrder::DayFirst)),
         ("month-first", Self::Date(DateOrder::MonthFirst)),
@@ -50,7 +60,12 @@ impl TimeFormat {
         ("epoch-ms", Self::Epoch(1e-3)),
         ("epoch-us", Self::Epoch(1e-6)),
         ("epoch-ns", Self::Epoch(1e-9)),
+        ("dotnet-ticks", Self::Ticks),
+        ("filetime", Self::FileTime),
+        ("labview", Self::LabView),
+        ("gps", Self::Gps),
         ("excel", Self::Spreadsheet),
+        ("excel-1904", Self::Spreadsheet1904),
         ("datenum", Self::Datenum),
         ("seconds", Self::Elapsed(1.0)),
         ("milliseconds", Self::Elapsed(1e-3)),
@@ -60,6 +75,54 @@ impl TimeFormat {
         ("hours", Self::Elapsed(3600.0)),
         ("days", Self::Elapsed(86_400.0)),
     ];
+
+    /// Those that tell a date by a number.
+    pub(super) const DATED: [Self; 11] = [
+        Self::Epoch(1.0),
+        Self::Epoch(1e-3),
+        Self::Epoch(1e-6),
+        Self::Epoch(1e-9),
+        Self::Ticks,
+        Self::FileTime,
+        Self::LabView,
+        Self::Spreadsheet,
+        Self::Datenum,
+        // Numbers of these are as large as those of others above, so their size speaks for neither.
+        Self::Gps,
+        Self::Spreadsheet1904,
+    ];
+
+    /// How many seconds a step of 1 is.
+    pub(super) fn unit(&self) -> f64 {
+        match self {
+            Self::Epoch(unit) | Self::Elapsed(unit) => *unit,
+            Self::Ticks | Self::FileTime => 1e-7,
+            Self::Spreadsheet | Self::Spreadsheet1904 | Self::Datenum => 86_400.0,
+            Self::LabView | Self::Gps | Self::Date(_) | Self::Pattern(_) => 1.0,
+        }
+    }
+
+    /// Its zero, s since 1970, of one that tells a date by a number.
+    pub(super) fn zero(&self) -> Option<f64> {
+        match self {
+            Self::Epoch(_) => Some(0.0),
+            Self::Ticks => Some(-62_135_596_800.0),
+            Self::FileTime => Some(-11_644_473_600.0),
+            Self::LabView => Some(-2_082_844_800.0),
+            Self::Gps => Some(315_964_800.0 - 18.0),
+            // They count a 29 February 1900 that never was, so this holds from March 1900 on.
+            Self::Spreadsheet => Some(-25_569.0 * 86_400.0),
+            Self::Spreadsheet1904 => Some(-24_107.0 * 86_400.0),
+            // The first day of the year 0 is 1.
+            Self::Datenum => Some(-719_529.0 * 86_400.0),
+            Self::Elapsed(_) | Self::Date(_) | Self::Pattern(_) => None,
+        }
+    }
+
+    /// Whether it counts days on a clock of the plant, and not of the world.
+    pub(super) fn is_local(&self) -> bool {
+        matches!(self, Self::Spreadsheet | Self::Spreadsheet1904 | Self::Datenum)
+    }
 
     /// The word by which a user gives it; a pattern is its own.
     pub(super) fn name(&self) -> &str {
@@ -74,7 +137,12 @@ impl TimeFormat {
         match self {
             Self::Date(order) => format!("date and time, {}", order.name()),
             Self::Epoch(unit) => format!("{} since 1970", unit_name(*unit)),
+            Self::Ticks => "ticks of .NET".to_owned(),
+            Self::FileTime => "file time of Windows".to_owned(),
+            Self::LabView => "seconds since 1904".to_owned(),
+            Self::Gps => "seconds of GPS".to_owned(),
             Self::Spreadsheet => "spreadsheet days since 1900".to_owned(),
+            Self::Spreadsheet1904 => "spreadsheet days since 1904".to_owned(),
             Self::Datenum => "days of MATLAB's datenum".to_owned(),
             Self::Elapsed(unit) => unit_name(*unit).to_owned(),
             Self::Pattern(pattern) => pattern.clone(),

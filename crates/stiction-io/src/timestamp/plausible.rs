@@ -4,13 +4,15 @@
 //! where nobody says what the numbers are, a sample time that hardly any plant has is a question, not an answer.
 
 use super::clock::Clock;
-use super::context::{Context, DATENUM_1970, PLAUSIBLE, SPREADSHEET_1970, Times};
+use super::column::told_unit;
+use super::context::{Context, PLAUSIBLE, Times};
 use super::format::{TimeFormat, is_plain_name, unit_name};
 use crate::cells::number;
 use crate::error::{Error, Result};
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column};
-use std::ops::RangeInclusive;
+use jiff::tz::Offset;
+use std::ops::{Range, RangeInclusive};
 use stiction_diagnose::spoken;
 
 /// Sample times of controllers and historians, s: 10 ms to a day. Others have to be told.
@@ -23,6 +25,9 @@ const POSSIBLE: RangeInclusive<f64> = 1e-6..=366.0 * 86_400.0;
 pub const YEARS: RangeInclusive<i16> = 1900..=2200;
 /// The same in s since 1970.
 const OF_RECORDINGS: RangeInclusive<f64> = -2_208_988_800.0..=7_289_654_400.0;
+
+/// Dates that are believed without a question where another reading gives one of them, s since 1970: 1995 to 2050.
+const RECENT: Range<f64> = 788_918_400.0..2_524_608_000.0;
 
 /// A clock that counts longer than since the ice age does not count in this unit, s.
 const LONGEST: f64 = 2.5e11;
@@ -88,8 +93,8 @@ pub fn beyond(column: &Column, row: usize, format: &str, context: &Context<'_>) 
     context.wrong(column, row, message)
 }
 
-/// Asks what `numbers` are that were taken as `format` by their looks, if the sample time is an unusual one or days
-/// would do as well as seconds.
+/// Asks what `numbers` are that were taken as `format` by their looks: if the sample time is an unusual one, if days would
+/// do as well as seconds, if they would be dates of another time than ours, or fractions of a minute, hour or day.
 pub fn question(
     format: &TimeFormat,
     numbers: &[f64],
@@ -97,7 +102,19 @@ pub fn question(
     context: &Context<'_>,
 ) -> Result<()> {
     let Some(step) = step(&context.rows_of_series(), numbers) else { return Ok(()) };
-    let is_usual = |format: &TimeFormat| USUAL.contains(&(step * unit(format)));
+    let is_usual = |format: &TimeFormat| USUAL.contains(&(step * format.unit()));
+    let mut readings = better_dates(format, numbers);
+    if !readings.is_empty() {
+        readings.push(format.clone());
+        return Err(asked(&readings, step, numbers, column, context));
+    }
+    if *format == TimeFormat::Elapsed(1.0) && is_usual(format) && told_unit(column).is_none() {
+        readings = larger_units(numbers, step).into_iter().filter(is_usual).collect();
+        if !readings.is_empty() {
+            readings.insert(0, format.clone());
+            return Err(asked(&readings, step, numbers, column, context));
+        }
+    }
     let others: Vec<TimeFormat> =
         candidates(numbers).into_iter().filter(|each| each != format && is_usual(each)).collect();
     // Which of seconds and days a column called t or time holds its name does not tell.
@@ -108,29 +125,52 @@ pub fn question(
             || *format == plain && others.iter().any(|each| days.contains(each)));
     // A clock that would have run for more than a century counts from 1970 in another unit.
     let is_epoch = matches!(format, TimeFormat::Elapsed(_))
-        && numbers.iter().all(|n| n * unit(format) > PLAUSIBLE.end)
-        && others.iter().any(|each| matches!(each, TimeFormat::Epoch(_)));
+        && numbers.iter().all(|n| n * format.unit() > PLAUSIBLE.end)
+        && others.iter().any(|each| each.zero().is_some() && !each.is_local());
     if is_usual(format) && !is_doubtful && !is_epoch {
         return Ok(());
     }
     let other = match others.first() {
         _ if days.contains(format) && is_doubtful => Some(&plain),
         // What nothing makes possible is no question.
-        None if !POSSIBLE.contains(&(step * unit(format))) => return Ok(()),
+        None if !POSSIBLE.contains(&(step * format.unit())) => return Ok(()),
         other => other,
     };
-    let mut readings: Vec<&TimeFormat> = [format].into_iter().chain(other).collect();
+    let mut readings: Vec<TimeFormat> = [format].into_iter().chain(other).cloned().collect();
     // What the size of the numbers speaks for goes first.
     if other.is_some_and(|other| !matches!(other, TimeFormat::Elapsed(_))) {
         readings.reverse();
     }
+    Err(asked(&readings, step, numbers, column, context))
+}
+
+/// The question which of `readings` it is.
+fn asked(
+    readings: &[TimeFormat],
+    step: f64,
+    numbers: &[f64],
+    column: &Column,
+    context: &Context<'_>,
+) -> Error {
+    // Where all tell a date it is that by which they are told apart.
+    let dated = readings.iter().all(|each| each.zero().is_some());
+    let first = numbers.iter().copied().fold(f64::INFINITY, f64::min);
     let told = readings.iter().enumerate().map(|(i, each)| {
         let would = if i == 0 { "the sample time would be " } else { "" };
-        format!("as {} {would}{}", each.describe(), span(step * unit(each)))
+        let from = match each.zero().filter(|_| dated) {
+            Some(zero) => format!(" from {} on", date(zero + first * each.unit())),
+            None => String::new(),
+        };
+        format!("as {} {would}{}{from}", each.describe(), span(step * each.unit()))
     });
     let told = told.collect::<Vec<_>>().join(", ");
-    let formats: Vec<String> = readings.iter().map(|each| each.name().to_owned()).collect();
-    Err(context.wrong_column(
+    let formats: Vec<String> = readings
+        .iter()
+        .map(|each| each.name().to_owned())
+        // Days since 1970 have no name, as nobody counts them.
+        .filter(|name| !name.is_empty())
+        .collect();
+    context.wrong_column(
         column,
         format!(
             "steps by {}: {told}; say which it is, as in {}{}",
@@ -138,7 +178,92 @@ pub fn question(
             context.wording.of(Remedy::TimeFormat(formats)),
             sample_time(context)
         ),
-    ))
+    )
+}
+
+/// The day of a time, s since 1970.
+pub fn date(seconds: f64) -> String {
+    let at = jiff::Timestamp::from_second(seconds.floor() as i64);
+    at.map_or("?".to_owned(), |at| Offset::UTC.to_datetime(at).date().to_string())
+}
+
+/// Whether all `numbers`, read by a format that tells dates, lie within a time, s since 1970.
+pub fn all_within(time: &Range<f64>, format: &TimeFormat, numbers: &[f64]) -> bool {
+    let Some(zero) = format.zero() else { return false };
+    numbers.iter().all(|n| time.contains(&(zero + n * format.unit())))
+}
+
+/// The formats by which numbers are dates of our time, where `format` makes them others, such as ticks of .NET that would be
+/// nanoseconds of the year 1990.
+fn better_dates(format: &TimeFormat, numbers: &[f64]) -> Vec<TimeFormat> {
+    let is_recent = |format: &TimeFormat| all_within(&RECENT, format, numbers);
+    if format.zero().is_none() || is_recent(format) {
+        return vec![];
+    }
+    let same_size = [TimeFormat::Gps, TimeFormat::Spreadsheet1904];
+    let others = TimeFormat::DATED.into_iter().filter(|each| !same_size.contains(each));
+    others.filter(is_recent).collect()
+}
+
+/// The names of formats by which the numbers are dates as plausible as by `format`, some years apart.
+pub fn of_the_same_size(format: &TimeFormat, numbers: &[f64]) -> Vec<&'static str> {
+    let pairs = [
+        (TimeFormat::Epoch(1.0), TimeFormat::Gps, "gps"),
+        (TimeFormat::Spreadsheet, TimeFormat::Spreadsheet1904, "excel-1904"),
+    ];
+    let fits = pairs
+        .iter()
+        .filter(|(known, other, _)| known == format && all_within(&RECENT, other, numbers));
+    fits.map(|(_, _, name)| *name).collect()
+}
+
+/// The units in which `numbers` are whole seconds, minutes or quarters of an hour, where as seconds they are uneven: minutes,
+/// hours, days. Samples of a clock that counts seconds are even, or jitter, and neither comes out so.
+fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
+    /// With fewer rows, chance would do.
+    const LEAST_ROWS: usize = 8;
+    /// The share of a grid by which a time may be off it.
+    const OFF: f64 = 0.05;
+    /// Half of what a digit less is, of numbers that were stored in 32 bits.
+    const SINGLE: f64 = 1.2e-7;
+    if numbers.len() < LEAST_ROWS {
+        return vec![];
+    }
+    let first = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+    let last = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let is_multiple = |of: f64, unit: f64, off: f64| {
+        numbers.iter().all(|n| {
+            let count = (n - first) * unit / of;
+            (count - count.round()).abs() * of <= off
+        })
+    };
+    let decimals = decimals(numbers);
+    if decimals.is_some_and(|decimals| is_multiple(step, 1.0, 0.1 * 10f64.powi(-decimals))) {
+        return vec![];
+    }
+    let rounded = match decimals {
+        Some(decimals) => 0.5 * 10f64.powi(-decimals),
+        None => SINGLE * first.abs().max(last.abs()),
+    };
+    let is_whole = |unit: f64| {
+        let off = rounded * unit;
+        let grid = [1.0, 60.0, 900.0].into_iter().find(|grid| off <= OFF * grid);
+        grid.is_some_and(|grid| is_multiple(grid, unit, 2.0 * off + 1e-9))
+    };
+    let units = [60.0, 3600.0, 86_400.0].into_iter().filter(|unit| is_whole(*unit));
+    units.map(TimeFormat::Elapsed).collect()
+}
+
+/// How many decimals all numbers have at most; none if they have more than 9.
+fn decimals(numbers: &[f64]) -> Option<i32> {
+    let has = |decimals: &i32| {
+        let scale = 10f64.powi(*decimals);
+        numbers.iter().all(|n| {
+            let scaled = n * scale;
+            (scaled - scaled.round()).abs() <= (1e-6 + 1e-7 * scaled.abs()).min(0.05)
+        })
+    };
+    (0..=9).find(has)
 }
 
 /// That the time between rows would help, unless rows are of several tags.
@@ -152,33 +277,11 @@ fn sample_time(context: &Context<'_>) -> String {
 
 /// What numbers can be, the likelier ones first: those to whose size they fit, then plain units.
 fn candidates(numbers: &[f64]) -> Vec<TimeFormat> {
-    let all = |of: &dyn Fn(f64) -> f64| numbers.iter().all(|n| PLAUSIBLE.contains(&of(*n)));
-    let mut found = vec![];
-    for unit in [1.0, 1e-3, 1e-6, 1e-9] {
-        if all(&|n| n * unit) {
-            found.push(TimeFormat::Epoch(unit));
-        }
-    }
-    if numbers.iter().any(|n| n.fract() != 0.0) {
-        for (of_1970, format) in
-            [(SPREADSHEET_1970, TimeFormat::Spreadsheet), (DATENUM_1970, TimeFormat::Datenum)]
-        {
-            if all(&|n| (n - of_1970) * 86_400.0) {
-                found.push(format);
-            }
-        }
-    }
+    let has_parts = numbers.iter().any(|n| n.fract() != 0.0);
+    let dated = TimeFormat::DATED.into_iter().filter(|each| has_parts || !each.is_local());
+    let mut found: Vec<_> = dated.filter(|each| all_within(&PLAUSIBLE, each, numbers)).collect();
     found.extend([86_400.0, 3600.0, 60.0, 1.0, 1e-3, 1e-6, 1e-9].map(TimeFormat::Elapsed));
     found
-}
-
-/// How many seconds a step of 1 is.
-fn unit(format: &TimeFormat) -> f64 {
-    match format {
-        TimeFormat::Epoch(unit) | TimeFormat::Elapsed(unit) => *unit,
-        TimeFormat::Spreadsheet | TimeFormat::Datenum => 86_400.0,
-        TimeFormat::Date(_) | TimeFormat::Pattern(_) => 1.0,
-    }
 }
 
 /// The step between neighbours in time that lies in the middle of all steps; none if all times are the same.
