@@ -15,8 +15,8 @@ use jiff::tz::Offset;
 use std::ops::{Range, RangeInclusive};
 use stiction_diagnose::spoken;
 
-/// Sample times of controllers and historians, s: 10 ms to a day. Others have to be told.
-const USUAL: RangeInclusive<f64> = 0.01..=86_400.0;
+/// Sample times of controllers and historians, s: 10 ms, less what rounding takes, to a day. Others have to be told.
+const USUAL: RangeInclusive<f64> = 0.009_9..=86_400.0;
 
 /// Sample times that are believed if they are told, s: a microsecond to a year.
 const POSSIBLE: RangeInclusive<f64> = 1e-6..=366.0 * 86_400.0;
@@ -237,6 +237,9 @@ fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
             (count - count.round()).abs() * of <= off
         })
     };
+    if is_short(mean_step(numbers, step)) {
+        return vec![];
+    }
     let decimals = decimals(numbers);
     if decimals.is_some_and(|decimals| is_multiple(step, 1.0, 0.1 * 10f64.powi(-decimals))) {
         return vec![];
@@ -252,6 +255,26 @@ fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
     };
     let units = [60.0, 3600.0, 86_400.0].into_iter().filter(|unit| is_whole(*unit));
     units.map(TimeFormat::Elapsed).collect()
+}
+
+/// The mean of the steps that are no gaps.
+fn mean_step(numbers: &[f64], step: f64) -> f64 {
+    let mut sorted = numbers.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for one in steps.filter(|one| *one > 0.0 && *one < 1.5 * step) {
+        (sum, count) = (sum + one, count + 1.0);
+    }
+    if count > 0.0 { sum / count } else { step }
+}
+
+/// Whether a step is a number of two digits, such as 0.25 or 10, but for the drift of a clock.
+fn is_short(step: f64) -> bool {
+    /// A part in so many is drift.
+    const DRIFT: f64 = 1e-4;
+    let unit = 10f64.powf(step.log10().floor() - 1.0);
+    (step / unit - (step / unit).round()).abs() * unit <= DRIFT * step
 }
 
 /// How many decimals all numbers have at most; none if they have more than 9.
