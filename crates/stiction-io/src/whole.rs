@@ -2,17 +2,23 @@
 //!
 //! What is written goes to a temporary file in the same folder, is flushed to the disk, and takes the name of the file
 //! in one step. A full disk, or an end in between, leaves what was there before. Who is killed leaves the temporary file:
-//! it is called `.stiction-XXXXXX.part`, which no pattern such as `*.csv` takes for data, and may be removed.
+//! it is called `.stiction-XXXXXX.part`, which no pattern such as `*.csv` takes for data. Who writes holds a lock on it, so
+//! the next run that writes to the folder knows what was left, and removes it.
 
+use std::collections::HashSet;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex, PoisonError};
+use std::time::Duration;
 use tempfile::TempPath;
 
 /// What the name of a temporary file begins with.
 const PREFIX: &str = ".stiction-";
 /// What it ends with.
 const SUFFIX: &str = ".part";
+/// A temporary file that is younger may be one that its writer has made and not locked yet.
+const YOUNG: Duration = Duration::from_secs(60);
 
 /// A file that is being written. It takes its name with [`keep`](Self::keep); without that, nothing has happened.
 #[derive(Debug)]
@@ -68,6 +74,7 @@ impl WholeFile {
             _ => Path::new("."),
         };
         fs::metadata(folder)?;
+        remove_left_over_once(folder);
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).suffix(SUFFIX);
         #[cfg(unix)]
@@ -90,6 +97,8 @@ impl WholeFile {
                 kind => Error::from(kind),
             })?
             .into_parts();
+        // Where files cannot be locked nothing is removed either.
+        let _ = out.try_lock();
         Ok(Self { out: BufWriter::new(out), place: Some(Place { beside, target, permissions }) })
     }
 
@@ -119,6 +128,36 @@ impl Write for WholeFile {
     }
 }
 
+/// Removes what killed writers left in `folder`: temporary files of this module that nobody holds. What cannot be removed
+/// stays.
+pub fn remove_left_over(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(PREFIX) && name.ends_with(SUFFIX) && is_left_over(&entry.path()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Once a folder and process: a folder of many files is not listed for each of them.
+fn remove_left_over_once(folder: &Path) {
+    static SEEN: LazyLock<Mutex<HashSet<PathBuf>>> = LazyLock::new(Mutex::default);
+    let first = SEEN.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_owned());
+    if first {
+        remove_left_over(folder);
+    }
+}
+
+/// Whether no writer holds a temporary file, and none has just made it.
+fn is_left_over(path: &Path) -> bool {
+    let age = |there: fs::Metadata| there.modified().ok()?.elapsed().ok();
+    let is_file = |there: &fs::Metadata| there.is_file();
+    let there = fs::symlink_metadata(path).ok().filter(is_file);
+    let is_old = there.and_then(age).is_some_and(|age| age > YOUNG);
+    is_old && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+}
+
 /// The file that `path` names, by whatever links; it may be one that is still to be made.
 pub fn end_of_links(path: &Path) -> PathBuf {
     /// As many links as Linux follows.
@@ -134,6 +173,50 @@ pub fn end_of_links(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::SystemTime;
+
+    #[test]
+    fn what_killed_writers_left_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let old = |name: &str| {
+            let file = File::create(at(name)).unwrap();
+            file.set_modified(SystemTime::now() - 2 * YOUNG).unwrap();
+            file
+        };
+        for name in [".stiction-left.part", ".stiction-x.txt", "stiction-x.part"] {
+            drop(old(name));
+        }
+        File::create(at(".stiction-young.part")).unwrap();
+        // Another writer, for which a lock of this process by another handle stands.
+        let held = old(".stiction-held.part");
+        held.try_lock().unwrap();
+        write(&at("a.txt"), b"x").unwrap();
+        let mut left: Vec<_> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        left.sort();
+        assert_eq!(
+            left,
+            [
+                ".stiction-held.part",
+                ".stiction-x.txt",
+                ".stiction-young.part",
+                "a.txt",
+                "stiction-x.part"
+            ]
+        );
+        drop(held);
+        remove_left_over(folder.path());
+        assert!(!at(".stiction-held.part").exists());
+        // A file that is being written is held, however old.
+        let begun = WholeFile::create(&at("b.txt")).unwrap();
+        begun.out.get_ref().set_modified(SystemTime::now() - 2 * YOUNG).unwrap();
+        remove_left_over(folder.path());
+        begun.keep().unwrap();
+        assert!(at("b.txt").exists());
+    }
 
     #[test]
     fn files_are_replaced_whole_and_links_stay() {

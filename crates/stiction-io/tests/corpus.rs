@@ -449,6 +449,22 @@ const CASES: &[Case] = &[
         ),
         &[]
     ),
+    case!(
+        "cut-in-number.csv",
+        "",
+        Ok(
+            "f op 0:50.125 1:50.25 2:50.375 3:50.5 4:50.625 5:50.75 6:50.875 7:51 8:51.125 9:51.25 10:51"
+        ),
+        &["the file seems to be cut in row 12", "the last value, \"51\""]
+    ),
+    case!(
+        "whole-without-end.csv",
+        "",
+        Ok(
+            "f op 0:50.125 1:50.25 2:50.375 3:50.5 4:50.625 5:50.75 6:50.875 7:51 8:51.125 9:51.25 10:51.5"
+        ),
+        &[]
+    ),
     case!("time-two-columns.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
     case!(
         "time-pattern.csv",

@@ -244,7 +244,8 @@ fn a_write_that_fails_leaves_the_old_file_whole() {
     // Who dies cannot clean up, but what is left is told apart from data; who fails does.
     let left = std::fs::read_dir(&folder).expect("a folder").flatten();
     let left = left.filter(|e| is_left_over(&e.file_name().to_string_lossy())).count();
-    assert_eq!(left, cases.len(), "files of those who died");
+    // A later run removes what is old enough.
+    assert!((1..=cases.len()).contains(&left), "{left} files of those who died");
 }
 
 /// The same on a disk that is really full.

@@ -96,6 +96,8 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         notes.push(format!("{comments} comment lines among the rows are not samples"));
     }
 
+    notes.extend(cut(text, &columns, &rows));
+
     let unit = |i: usize| {
         let unit = units.as_ref()?.get(i)?.trim_matches(['[', ']', '(', ')']);
         (!unit.is_empty()).then(|| unit.to_owned())
@@ -126,6 +128,24 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
     };
     let dialect = Dialect { encoding: decoded.encoding, delimiter: delimiter.into(), decimal_mark };
     Ok(CsvSheet { sheet, dialect, notes })
+}
+
+/// That a file seems to be cut within its last value: no line ends after it, and it is shorter than those above.
+fn cut(text: &str, columns: &[Vec<Arc<str>>], rows: &[usize]) -> Option<String> {
+    /// So many values above are compared.
+    const ABOVE: usize = 10;
+    let (last, above) = columns.last()?.split_last()?;
+    let shorter = |value: &Arc<str>| last.chars().count() < value.chars().count();
+    let is_cut = !text.ends_with(['\r', '\n'])
+        && above.len() >= ABOVE
+        && above.iter().rev().take(ABOVE).all(shorter);
+    is_cut.then(|| {
+        format!(
+            "the file seems to be cut in row {}, for no line ends there and the last value, \"{last}\", is shorter than \
+             those above; copy it again, or remove the row",
+            rows.last().unwrap_or(&0)
+        )
+    })
 }
 
 /// The delimiter that Excel's line `sep=;` tells.
