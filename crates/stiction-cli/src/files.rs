@@ -71,7 +71,7 @@ impl Out {
 /// Makes a folder, if it is not there.
 pub fn make_folder(path: &Path) -> Result<()> {
     if let Some(file) = path.ancestors().find(|above| above.is_file()) {
-        bail!("{} is a file, and a folder is needed there; name another folder", file.display());
+        bail!("{}: is a file, and a folder is needed there; name another folder", file.display());
     }
     std::fs::create_dir_all(path).with_context(|| path.display().to_string())
 }

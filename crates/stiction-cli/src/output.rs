@@ -122,14 +122,33 @@ fn failure(error: &anyhow::Error) -> String {
         _ => cause.to_string(),
     };
     let mut line = String::new();
-    for cause in error.chain().map(words) {
+    for cause in error.chain() {
+        let said = words(cause);
         match line.as_str() {
-            "" => line = cause,
-            said if said.ends_with(&cause) => {}
-            _ => line += &format!(": {cause}"),
+            "" => line = said,
+            before if before.ends_with(&said) => {}
+            _ => line += &format!(": {said}"),
         }
+        line += remedy(cause);
     }
     line
+}
+
+/// What helps against a refusal of the operating system, which says none.
+fn remedy(cause: &(dyn std::error::Error + 'static)) -> &'static str {
+    let Some(refused) = cause.downcast_ref::<std::io::Error>() else { return "" };
+    match refused.kind() {
+        // Our own have theirs.
+        _ if refused.raw_os_error().is_none() => "",
+        ErrorKind::NotFound => "; correct the name",
+        ErrorKind::NotADirectory => "; a folder is needed where a file is, so correct the path",
+        ErrorKind::IsADirectory => "; name a file in this folder",
+        ErrorKind::PermissionDenied => "; permit this user to use it, or name another",
+        ErrorKind::ReadOnlyFilesystem => "; name a place that can be written to",
+        ErrorKind::StorageFull => "; make room on the disk, or name another place",
+        ErrorKind::InvalidFilename => "; choose another name",
+        _ => "",
+    }
 }
 
 /// Whether the reader of our output has gone.

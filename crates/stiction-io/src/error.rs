@@ -66,6 +66,14 @@ pub enum Error {
         /// What is wrong and what would be right.
         message: String,
     },
+    /// No column of a table is known as the OP of a loop, so it may be no recording at all.
+    #[error("{origin}: {message}")]
+    NoOp {
+        /// The table's file.
+        origin: String,
+        /// What it has instead, and what would be right if it is a recording.
+        message: String,
+    },
     /// A column of a table is not what it should be.
     #[error("{origin}, column \"{column}\": {message}")]
     Column {

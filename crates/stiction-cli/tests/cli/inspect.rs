@@ -132,3 +132,32 @@ fn a_missing_file_is_reported_once() {
         assert!(refused.starts_with("stiction: none.csv: "), "{refused}");
     }
 }
+
+/// What the operating system refuses has a remedy, and what a mapping names wrongly its file.
+#[test]
+fn refusals_name_the_file_and_what_helps() {
+    let folder = folder("inspect-remedies");
+    write(&folder, "a.csv", "t,op\n0,50\n1,51\n2,52\n");
+    write(&folder, "map.toml", "[columns]\nOUT = \"op\"\n");
+    std::fs::create_dir(folder.join("data")).unwrap();
+    for (arguments, expected) in [
+        (
+            &["inspect", "a.csv", "--mapping", "map.toml"][..],
+            "which is given as OP (map.toml holds)",
+        ),
+        (&["inspect", "a.csv", "--mapping", "no.toml"], "; correct the name"),
+        (&["inspect", "none.csv"], "; correct the name"),
+        #[cfg(unix)]
+        (&["inspect", "data"], "; name a file in this folder"),
+        #[cfg(unix)]
+        (&["inspect", "a.csv/b.csv"], "; a folder is needed where a file is, so correct the path"),
+        (
+            &["diagnose", "a.csv", "--report", "a.csv/pages"],
+            "a.csv: is a file, and a folder is needed there",
+        ),
+        (&["man", "a.csv"], "a.csv: is a file, and a folder is needed there"),
+    ] {
+        let message = run(&folder, arguments).refusal();
+        assert!(message.contains(expected), "{arguments:?} must say {expected}: {message}");
+    }
+}

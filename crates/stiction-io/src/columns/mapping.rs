@@ -70,7 +70,7 @@ impl ReadOptions {
         };
         let document = DeTable::parse(text).map_err(|e| at(e.into()))?;
         let fields = Fields::document(&document, TOP).map_err(at)?;
-        build(fields).map_err(at)
+        Ok(ReadOptions { mapping: Some(origin.to_owned()), ..build(fields).map_err(at)? })
     }
 }
 

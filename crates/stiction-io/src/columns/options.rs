@@ -33,6 +33,8 @@ pub struct ReadOptions {
     pub all: LoopSettings,
     /// How messages and notes name what would help.
     pub wording: Wording,
+    /// The mapping file of which this was read, for messages.
+    pub mapping: Option<String>,
 }
 
 impl ReadOptions {
@@ -53,6 +55,7 @@ impl ReadOptions {
             sample_time: self.sample_time,
             all: self.all,
             wording: self.wording,
+            mapping: self.mapping.clone(),
         }
     }
 }

@@ -345,7 +345,7 @@ impl<'a> Builder<'a> {
 /// The refusal of what has no OP.
 pub fn no_op(origin: &str, recognised: &[Recognised], wording: Wording) -> Error {
     let names: Vec<&str> = recognised.iter().map(|each| &*each.column).collect();
-    Error::Table {
+    Error::NoOp {
         origin: origin.to_owned(),
         message: format!(
             "has no column known as the controller output (OP); its columns are {}; say which it is, \

@@ -172,7 +172,11 @@ fn build(
         let Some(lacking) = lacking else {
             return Err(no_op(origin, &recognised, options.wording));
         };
-        return Err(Error::Table { origin: origin.to_owned(), message: lacking.reason.clone() });
+        let (origin, message) = (origin.to_owned(), lacking.reason.clone());
+        return Err(match lacking.is_partly_here {
+            true => Error::Table { origin, message },
+            false => Error::NoOp { origin, message },
+        });
     };
     match &without_op[..] {
         [] => {}

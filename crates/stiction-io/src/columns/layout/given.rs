@@ -56,8 +56,10 @@ pub fn missing(
         .collect();
     let (mut missing, mut seen): (Vec<MissingLoop>, _) = (vec![], HashSet::new());
     for mapped in options.map.iter().filter(|each| !known.contains(&each.column.to_lowercase())) {
+        let holds =
+            options.mapping.as_ref().map_or(String::new(), |file| format!(" ({file} holds)"));
         let reason = format!(
-            "has no {what} \"{}\", which is given as {}; its {what}s are {}",
+            "has no {what} \"{}\", which is given as {}{holds}; its {what}s are {}",
             mapped.column,
             mapped.role,
             list(names)
