@@ -20,7 +20,7 @@ use stiction_plant::plant_file::{self, Plant};
 use stiction_plant::report::{self, Known, ReportOptions, Reported};
 use stiction_plant::scan::{Manifest, Progress};
 use stiction_plant::week::Week;
-use stiction_plant::{ScanOptions, Store, day, demo, propose, scan, summary};
+use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
 
 /// Judge all loops of a plant, day by day, and keep what was found.
 ///
@@ -50,6 +50,7 @@ enum Task {
     /// Propose plant.toml for files or folders of data, with doubts as comments
     Init(Init),
     /// Read plant.toml and all data: which loops and days are there, and what is wrong; judges nothing
+    #[command(after_help = EXIT_CODES)]
     Check {
         /// Print the results as JSON
         #[arg(long)]
@@ -191,7 +192,16 @@ struct Init {
     data: Vec<String>,
 }
 
+/// What the exit code of a scan and of a check says.
+const EXIT_CODES: &str = "Exit codes:
+  0  all recordings were read, and everything new was judged
+  2  some files or loops could not be read, each with a message, and everything else was judged; or
+     nothing could be done, and the only message says why
+
+A table without an OP, such as a list of tags, is no recording: a note lists it.";
+
 #[derive(Parser)]
+#[command(after_help = EXIT_CODES)]
 struct Scan {
     /// Judge windows from this day on, such as 2026-03-01
     #[arg(long, value_name = "DAY", value_parser = day::parse)]
@@ -269,7 +279,13 @@ fn init(folder: &Path, of: &Init) -> Result<()> {
     let found = propose::propose(folder, &name, &of.data)?;
     output::write(Some(&Out::also(&path)?), found.text.as_bytes())?;
     let (loops, files, doubts) = (found.loops, found.files, found.doubts.len());
-    output::line(format!("{loops} loops in {files} files, {doubts} doubts; see {}", path.display()))
+    output::line(format!(
+        "{} in {}, {}; see {}",
+        counted(loops, "loop"),
+        counted(files, "file"),
+        counted(doubts, "doubt"),
+        path.display()
+    ))
 }
 
 fn check(folder: &Path, json: bool) -> Result<ExitCode> {
@@ -278,6 +294,7 @@ fn check(folder: &Path, json: bool) -> Result<ExitCode> {
     let bar = progress::bar("reading", files);
     let checked = summary::check(folder, &plant, |_| bar.inc(1))?;
     bar.finish_and_clear();
+    checked.no_recordings.iter().for_each(output::note);
     if json {
         output::json(&checked)?;
     } else {
@@ -364,6 +381,7 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
         ControlFlow::Continue(())
     })?;
     bar.finish_and_clear();
+    done.damaged.iter().chain(&done.no_recordings).for_each(output::note);
     if of.json {
         output::json(&done)?;
     } else {
@@ -380,6 +398,7 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
 fn status(folder: &Path, json: bool) -> Result<()> {
     let plant = Plant::read(folder)?;
     let status = summary::status(folder, &plant)?;
+    status.damaged.iter().for_each(output::note);
     if json {
         return output::json(&status);
     }
@@ -397,7 +416,7 @@ fn status(folder: &Path, json: bool) -> Result<()> {
         counted(status.runs, "run")
     );
     for each in status.grades.iter().filter(|each| each.windows > 0) {
-        text += &format!("{:7} {}\n", each.windows, each.grade);
+        text += &format!("{:>15} {}\n", counted(each.windows, "window"), each.grade);
     }
     if status.cut_short > 0 {
         text += &format!(
@@ -485,11 +504,10 @@ type Said = (Kind, Option<VerdictClass>, Option<i64>, String);
 
 fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -> Result<()> {
     let plant = Plant::read(folder)?;
-    let rows = Store::of(folder).rows()?;
-    let name = log::loop_named(&plant, rows.iter().map(|row| &*row.name), tag)?;
+    let name = log::known_loop(folder, &plant, tag)?;
     let entry = Entry {
         kind,
-        name: name.to_owned(),
+        name: name.clone(),
         day: match by.day {
             Some(day) => day,
             None => day::parse(&overrides::today().to_string()).map_err(|e| anyhow!(e))?,

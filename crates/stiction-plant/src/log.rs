@@ -17,6 +17,7 @@
 use crate::day;
 use crate::error::{Error, Result, file};
 use crate::plant_file::{self, Plant};
+use crate::scan::inputs::Inputs;
 use crate::store::{Store, write_whole};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::path::Path;
@@ -264,6 +265,22 @@ pub fn loop_named<'a>(
             plant_file::NAME
         ))
     })
+}
+
+/// The same of the plant's file, of its data as far as they were looked at, or of what was judged. Rows that cannot be read are
+/// no reason to refuse what a person has to say.
+///
+/// # Errors
+/// If there is none.
+pub fn known_loop(folder: &Path, plant: &Plant, tag: &str) -> Result<String> {
+    let store = Store::of(folder);
+    let inputs = Inputs::known(&store, plant);
+    let looked_at = inputs.files.values().flat_map(|input| input.loops.keys());
+    if let Ok(name) = loop_named(plant, looked_at.map(String::as_str), tag) {
+        return Ok(name.to_owned());
+    }
+    let rows = store.rows().unwrap_or_default();
+    loop_named(plant, rows.iter().map(|row| &*row.name), tag).map(str::to_owned)
 }
 
 /// Adds an entry at the end of `log.toml` in `folder`, whoever else does at the time.

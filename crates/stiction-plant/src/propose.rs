@@ -72,7 +72,7 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
 
     let mut doubts: Vec<String> = vec![];
     let mut loops: BTreeMap<String, (LoopType, Vec<String>)> = BTreeMap::new();
-    let mut local = false;
+    let (mut local, mut no_recordings) = (false, vec![]);
     for (path, is_text) in &looked {
         let looked = look(&folder.join(path), path, *is_text, |reading| {
             local |= reading.time.clock == Clock::Local;
@@ -94,10 +94,17 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
             }
             doubts.extend(reading.notes.iter().map(|note| format!("{path}: {note}")));
         });
-        doubts.extend(looked.err());
+        match looked {
+            Err(NotRead::NoRecording(why)) => no_recordings.push(why),
+            Err(NotRead::Refused(why)) => doubts.push(why),
+            Ok(()) => {}
+        }
     }
     if loops.is_empty() {
-        let why = doubts.first().map_or("there are no files of data".to_owned(), Clone::clone);
+        let why = doubts
+            .first()
+            .or(no_recordings.first())
+            .map_or("there are no files of data".to_owned(), Clone::clone);
         return Err(Error::Option(format!("no loop was found: {why}")));
     }
     if local {
@@ -113,6 +120,9 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
     let _ = writeln!(text, "data = [{}]", list.join(", "));
     for doubt in &doubts {
         let _ = writeln!(text, "# ? {}", doubt.replace(['\n', '\r'], " "));
+    }
+    for why in &no_recordings {
+        let _ = writeln!(text, "# no recording: {}", why.replace(['\n', '\r'], " "));
     }
     for (name, (loop_type, tags)) in &loops {
         let _ = writeln!(text, "\n[loop.{}]", quoted(name));
@@ -139,7 +149,10 @@ fn list(folder: &Path, own: &str) -> Result<Vec<String>> {
             let path = entry.map_err(file(&next))?.path();
             let extension =
                 path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
-            if path.is_dir() {
+            let is_hidden = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+            if is_hidden {
+                // Such as what was judged, which is no data.
+            } else if path.is_dir() {
                 open.push(path);
             } else if TEXT.contains(&&*extension) || OTHER.contains(&&*extension) {
                 found.push(path.strip_prefix(folder).unwrap_or(&path).display().to_string());
@@ -149,15 +162,30 @@ fn list(folder: &Path, own: &str) -> Result<Vec<String>> {
     Ok(found)
 }
 
+/// Why a file gives no loop, a sentence.
+enum NotRead {
+    NoRecording(String),
+    Refused(String),
+}
+
+impl From<stiction_io::Error> for NotRead {
+    fn from(error: stiction_io::Error) -> Self {
+        match error {
+            stiction_io::Error::NoOp { .. } => Self::NoRecording(error.to_string()),
+            _ => Self::Refused(error.to_string()),
+        }
+    }
+}
+
 fn look(
     path: &Path,
     own: &str,
     is_text: bool,
     mut visit: impl FnMut(Reading),
-) -> Result<(), String> {
+) -> Result<(), NotRead> {
     let options = ReadOptions::default();
     if !is_text {
-        return head(path, &options, visit).map_err(|e| e.to_string());
+        return Ok(head(path, &options, visit)?);
     }
     let open = || -> std::io::Result<Vec<u8>> {
         let mut bytes = vec![];
@@ -169,8 +197,8 @@ fn look(
         }
         Ok(bytes)
     };
-    let bytes = open().map_err(|e| format!("{own}: {e}"))?;
-    visit(reading::parse(&bytes, own, &options).map_err(|e| e.to_string())?);
+    let bytes = open().map_err(|e| NotRead::Refused(format!("{own}: {e}")))?;
+    visit(reading::parse(&bytes, own, &options)?);
     Ok(())
 }
 

@@ -23,6 +23,8 @@ pub struct Checked {
     pub loops: Vec<LoopThere>,
     /// What is wrong.
     pub problems: Vec<Problem>,
+    /// Files that are no recordings, as they have no OP, a sentence each.
+    pub no_recordings: Vec<String>,
 }
 
 /// A loop that the data hold.
@@ -68,10 +70,12 @@ pub struct Status {
     pub errors: usize,
     /// Windows by grade, the worst first.
     pub grades: Vec<Graded>,
-    /// Runs, and of these those that did not come to their end.
+    /// Runs.
     pub runs: usize,
-    /// Runs that were cut short.
+    /// Runs that were cut short since the last scan of all loops and days that came to its end.
     pub cut_short: usize,
+    /// Files of what was judged that were found damaged, a sentence each.
+    pub damaged: Vec<String>,
 }
 
 /// How many windows have a grade.
@@ -106,6 +110,7 @@ pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Result<Che
         files,
         loops: inputs.days().into_iter().map(there).collect(),
         problems: inputs.problems(plant),
+        no_recordings: inputs.no_recordings(),
     })
 }
 
@@ -153,8 +158,6 @@ fn described(reading: &Reading, recording: &Recording) -> LoopThere {
 pub fn status(folder: &Path, plant: &Plant) -> Result<Status> {
     let store = Store::of(folder);
     let rows = store.rows()?;
-    let runs = store.run_names()?;
-    let manifests = runs.iter().map(|run| store.manifest(run)).collect::<Result<Vec<_>>>()?;
     let loops: BTreeSet<&str> = rows.iter().map(|row| &*row.name).collect();
     let days: BTreeSet<i64> =
         rows.iter().map(|row| day::of(row.window_start as f64, &plant.zone)).collect();
@@ -171,7 +174,8 @@ pub fn status(folder: &Path, plant: &Plant) -> Result<Status> {
         windows: rows.len(),
         errors: rows.iter().filter(|row| row.error.is_some()).count(),
         grades: Grade::ALL.map(graded).into_iter().collect(),
-        runs: runs.len(),
-        cut_short: manifests.iter().filter(|manifest| manifest.is_none()).count(),
+        runs: store.run_names()?.len(),
+        cut_short: store.cut_short()?,
+        damaged: store.damaged(),
     })
 }

@@ -75,8 +75,15 @@ fn what_is_written_now_has_all_columns_of_before_and_comes_back() {
         let path = folder.join(".stiction/runs").join(run).join(file);
         SerializedFileReader::new(File::open(path).unwrap()).unwrap()
     };
+    // Names have the sum of the file at their end now.
+    let now: Vec<String> = fs::read_dir(folder.join(".stiction/runs/0002"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
     for name in FILES {
-        let (before, now) = (file("0001", name), file("0002", name));
+        let begins = name.trim_end_matches(".parquet");
+        let written = now.iter().find(|own| own.starts_with(begins)).unwrap();
+        let (before, now) = (file("0001", name), file("0002", written));
         let [before, now] =
             [&before, &now].map(|file| file.metadata().file_metadata().schema_descr_ptr());
         // Columns may come, but none may go or become another.

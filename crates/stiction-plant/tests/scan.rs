@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use stiction_plant::plant_file::Plant;
 use stiction_plant::scan::{Manifest, Progress};
-use stiction_plant::{ScanOptions, Store, WindowRow, day, demo, scan};
+use stiction_plant::{ScanOptions, Store, WindowRow, day, demo, log, propose, scan, summary};
 use stiction_population::LoopKind;
 
 fn folder(name: &str) -> PathBuf {
@@ -108,6 +108,107 @@ fn a_bad_file_or_loop_stops_no_other() {
     assert!(done.problems[0].words().contains("b.csv"), "{:?}", done.problems);
     assert!(done.windows >= 4 && rows(&folder).iter().any(|row| row.error.is_none()));
     assert!(Plant::read(&folder.join("none")).is_err());
+}
+
+#[test]
+fn a_table_without_op_is_no_recording_and_no_problem() {
+    let folder = folder("no-op");
+    let truth = "loop,sticks,S,J\nFIC1,yes,5,2\nFIC2,no,0,0\n".to_owned();
+    let tags = "tag,description\nFIC1.PV,feed\nFIC1.OP,feed valve\n".to_owned();
+    plant_of(&folder, &[("a.csv", csv(0, 660)), ("truth.csv", truth), ("tags.csv", tags)]);
+    let done = go(&folder);
+    assert!(done.problems.is_empty() && done.windows == 2, "{done:?}");
+    assert_eq!(done.no_recordings.len(), 2, "{done:?}");
+    assert!(done.no_recordings[1].contains("truth.csv"), "{done:?}");
+    let proposed = propose::propose(&folder, "N", &[".".to_owned()]).unwrap();
+    assert_eq!(proposed.text.matches("# no recording: ").count(), 2, "{}", proposed.text);
+    assert!(!proposed.doubts.iter().any(|doubt| doubt.contains("truth.csv")), "{proposed:?}");
+}
+
+/// The first file of rows of a plant.
+fn first_part(folder: &Path) -> PathBuf {
+    let pattern = format!("{}/.stiction/runs/0001/windows-*", folder.display());
+    glob::glob(&pattern).unwrap().next().unwrap().unwrap()
+}
+
+/// What disks and people do to files: emptied, cut, a bit flipped.
+const DAMAGES: [fn(&mut Vec<u8>); 3] = [
+    |bytes| bytes.clear(),
+    |bytes| bytes.truncate(bytes.len() / 2),
+    |bytes| {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+    },
+];
+
+#[test]
+fn damaged_rows_block_nothing_and_are_judged_again() {
+    let whole = folder("damage-none");
+    plant_of(&whole, &[("a.csv", csv(0, 660))]);
+    go(&whole);
+    let expected = rows(&whole);
+    for (k, damage) in DAMAGES.into_iter().enumerate() {
+        let folder = folder(&format!("damage-{k}"));
+        plant_of(&folder, &[("a.csv", csv(0, 660))]);
+        go(&folder);
+        let plant = Plant::read(&folder).unwrap();
+        let part = first_part(&folder);
+        let mut bytes = fs::read(&part).unwrap();
+        damage(&mut bytes);
+        // While the index is whole, it has the rows; the damage is seen by a scan all the same.
+        fs::write(&part, &bytes).unwrap();
+        assert_eq!(rows(&folder), expected);
+        let done = go(&folder);
+        assert_eq!((done.windows, done.damaged.len()), (0, 1), "{done:?}");
+        assert!(done.damaged[0].contains("was cut or changed"), "{done:?}");
+        assert!(!part.exists() && folder.join(".stiction/damaged").is_dir());
+        // Without the index they are gone, and everything goes on.
+        fs::write(&part, &bytes).unwrap();
+        fs::remove_dir_all(folder.join(".stiction/index")).unwrap();
+        let status = summary::status(&folder, &plant).unwrap();
+        assert_eq!((status.windows, status.damaged.len()), (0, 1), "{status:?}");
+        assert_eq!(log::known_loop(&folder, &plant, "fic1").unwrap(), "FIC1");
+        let done = go(&folder);
+        assert_eq!((done.windows, done.damaged.len()), (2, 1), "{done:?}");
+        assert_eq!(rows(&folder), expected);
+        assert!(go(&folder).damaged.is_empty());
+    }
+}
+
+#[test]
+fn an_index_that_cannot_be_read_is_made_again() {
+    let folder = folder("index-damaged");
+    plant_of(&folder, &[("a.csv", csv(0, 660))]);
+    go(&folder);
+    let expected = rows(&folder);
+    let pattern = format!("{}/.stiction/index/*.parquet", folder.display());
+    let week = glob::glob(&pattern).unwrap().next().unwrap().unwrap();
+    let bytes = fs::read(&week).unwrap();
+    fs::write(&week, b"").unwrap();
+    let store = Store::of(&folder);
+    assert_eq!(store.rows().unwrap(), expected);
+    assert_eq!(store.damaged().len(), 1);
+    let done = go(&folder);
+    assert_eq!((done.windows, done.damaged.len()), (0, 1), "{done:?}");
+    assert!(fs::read(&week).unwrap() == bytes && rows(&folder) == expected);
+}
+
+#[test]
+fn a_run_that_was_cut_short_is_forgotten_after_a_whole_scan() {
+    let folder = folder("cut-forgotten");
+    plant_of(&folder, &[("a.csv", csv(0, 660))]);
+    let plant = Plant::read(&folder).unwrap();
+    go(&folder);
+    // As if it had been killed between its last rows and its end.
+    fs::remove_file(folder.join(".stiction/runs/0001/manifest.json")).unwrap();
+    fs::remove_file(folder.join(".stiction/whole")).unwrap();
+    let cut = || summary::status(&folder, &plant).unwrap().cut_short;
+    assert_eq!(cut(), 1);
+    let some = ScanOptions { loops: Some("FIC1".to_owned()), ..ScanOptions::default() };
+    scan(&folder, &plant, &some, |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(cut(), 1, "a scan of some loops is no whole one");
+    assert_eq!(go(&folder).run, None);
+    assert_eq!(cut(), 0);
 }
 
 #[test]

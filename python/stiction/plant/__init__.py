@@ -68,6 +68,8 @@ class Scanned(Result):
     errors: int = about("Of these, windows that could not be judged.")
     parts: int = about("Parts in which they are kept.")
     problems: list[Problem] = about("What could not be read.")
+    no_recordings: list[str] = about("Files that are no recordings, as they have no OP, a sentence each.")
+    damaged: list[str] = about("Files of earlier runs that were found damaged, a sentence each.")
 
 
 @result
@@ -96,6 +98,7 @@ class Checked(Result):
     files: int = about("Files that the plant's file names.")
     loops: list[LoopThere] = about("Loops in them.")
     problems: list[Problem] = about("What is wrong.")
+    no_recordings: list[str] = about("Files that are no recordings, as they have no OP, a sentence each.")
 
 
 @result
@@ -119,7 +122,8 @@ class Status(Result):
     errors: int = about("Of these, windows that could not be judged.")
     grades: list[Graded] = about("Windows by grade, the worst first.")
     runs: int = about("Runs.")
-    cut_short: int = about("Runs that did not come to their end.")
+    cut_short: int = about("Runs that did not come to their end since the last scan of all loops and days that did.")
+    damaged: list[str] = about("Files of what was judged that were found damaged, a sentence each.")
 
 
 @result

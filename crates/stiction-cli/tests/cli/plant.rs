@@ -1,6 +1,6 @@
 //! `stiction plant`.
 
-use crate::{folder, read, rows, run};
+use crate::{folder, read, rows, run, write};
 
 #[test]
 fn a_plant_is_made_proposed_scanned_and_told() {
@@ -43,6 +43,50 @@ fn a_plant_is_made_proposed_scanned_and_told() {
     let grades: i64 =
         json["grades"].as_array().unwrap().iter().map(|g| g["windows"].as_i64().unwrap()).sum();
     assert_eq!(grades, 6);
+}
+
+/// One file of many, a list of tags, and rows that are damaged: the scan goes on, and what a person says is kept.
+#[test]
+fn one_bad_file_ends_no_scan_and_damaged_rows_no_note() {
+    let folder = folder("plant-bad-file");
+    let demo = ["plant", "demo", "--loops", "2", "--days", "2", "-o", "north"];
+    run(&folder, &demo).quiet_success();
+    run(&folder, &["plant", "-C", "north", "init", "data", "--force"]).quiet_success();
+    let bad = folder.join("north/data/broken.csv");
+    std::fs::create_dir_all(bad.parent().unwrap()).unwrap();
+    let north = |arguments: &[&str]| run(&folder, &[&["plant", "-C", "north"], arguments].concat());
+    let toml = read(&folder.join("north"), "plant.toml");
+    let with_csv = toml.replacen("data = [", "data = [\"data/*.csv\", ", 1);
+    write(&folder, "north/plant.toml", with_csv);
+    write(&folder, "north/data/tags.csv", "tag,description\nFIC1001.OP,feed\n");
+    let done = north(&["scan"]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    assert!(done.err.starts_with("note: ") && done.err.contains("tags.csv"), "{}", done.err);
+    write(&folder, "north/data/broken.csv", "time,op,pv\nyesterday,1,2\n");
+    let done = north(&["scan", "--again"]);
+    assert_eq!(done.code, 2, "{}", done.err);
+    assert!(done.err.contains("broken.csv, row 2"), "{}", done.err);
+    assert!(done.out.starts_with("4 windows judged"), "{}", done.out);
+    assert!(north(&["scan", "--help"]).quiet_success().contains("Exit codes:"));
+    std::fs::remove_file(&bad).unwrap();
+
+    for name in std::fs::read_dir(folder.join("north/.stiction/runs/0002")).unwrap().flatten() {
+        if name.file_name().to_string_lossy().starts_with("windows-") {
+            std::fs::write(name.path(), b"").unwrap();
+        }
+    }
+    std::fs::remove_dir_all(folder.join("north/.stiction/index")).unwrap();
+    for arguments in
+        [&["status"][..], &["note", "FIC1001", "stroked"], &["report"], &["scan"], &["report"]]
+    {
+        let done = north(arguments);
+        assert_eq!(done.code, 0, "{arguments:?}: {}", done.err);
+    }
+    assert!(read(&folder.join("north"), "log.toml").contains("stroked"));
+    let told = north(&["status"]).quiet_success();
+    assert!(told.contains("4 windows, ") && !told.contains("did not come"), "{told}");
+    let grades: Vec<&str> = told.lines().skip(1).collect();
+    assert!(!grades.is_empty() && grades.iter().all(|line| line.contains(" window")), "{told}");
 }
 
 #[test]

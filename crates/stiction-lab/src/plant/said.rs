@@ -7,9 +7,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use stiction_diagnose::diagnose::VerdictClass;
 use stiction_io::overrides;
+use stiction_plant::day;
 use stiction_plant::log::{self, Entry, Kind};
 use stiction_plant::plant_file::Plant;
-use stiction_plant::{Store, day};
 
 /// Characters of a text, and of a name.
 const TEXT: usize = 4000;
@@ -97,10 +97,7 @@ fn enter(lab: &Lab, new: New) -> Answer<Said> {
     let judged = week.iter().flat_map(|week| week.known.names());
     let name = match log::loop_named(&plant, judged, &new.name) {
         Ok(name) => name.to_owned(),
-        Err(_) => {
-            let rows = Store::of(folder).rows()?;
-            log::loop_named(&plant, rows.iter().map(|row| &*row.name), &new.name)?.to_owned()
-        }
+        Err(_) => log::known_loop(folder, &plant, &new.name)?,
     };
     let by = new.by.map(|by| by.trim().to_owned()).filter(|by| !by.is_empty());
     let entry = Entry {

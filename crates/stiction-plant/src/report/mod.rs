@@ -152,6 +152,8 @@ pub struct Known {
     week: Week,
     /// The loops that swing together in the week.
     pub groups: Vec<Group>,
+    /// What of the store was found damaged, in sentences.
+    damaged: Vec<String>,
 }
 
 impl Known {
@@ -183,7 +185,7 @@ impl Known {
                 "nothing was judged in or before {week}; the last week is {last}"
             )));
         }
-        Ok(Self { log, rows, week, groups: vec![] })
+        Ok(Self { log, rows, week, groups: vec![], damaged: store.damaged() })
     }
 
     /// What groups need to know of each loop.
@@ -310,7 +312,8 @@ pub fn write(
     let mut ranking = known.ranking(plant);
     let own = format!("{FOLDER}/{}", ranking.week);
     let to = folder.join(&own);
-    let problems = write_pages(folder, &to, plant, &mut ranking, options.pages, &seen)?;
+    let mut problems = known.damaged.clone();
+    problems.extend(write_pages(folder, &to, plant, &mut ranking, options.pages, &seen)?);
     let orders = orders(&ranking);
     write_tables(&to, &ranking, &orders, groups)?;
     write_whole(&to.join(page::INDEX), page::page(&ranking, &orders, groups).as_bytes())?;

@@ -3,7 +3,7 @@
 use crate::day;
 use crate::error::{Result, file, store};
 use crate::plant_file::{self, Plant};
-use crate::store::{Store, write_whole};
+use crate::store::{STORE, Store, write_whole};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -50,6 +50,9 @@ pub struct Input {
     pub loops: BTreeMap<String, LoopIn>,
     /// What of it could not be read.
     pub problems: Vec<Problem>,
+    /// Why it is no recording, if it is a table without an OP, such as one of truths or of tags.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_recording: Option<String>,
 }
 
 /// A loop in a file.
@@ -179,6 +182,11 @@ impl Inputs {
         loops
     }
 
+    /// The files that are no recordings, a sentence each.
+    pub fn no_recordings(&self) -> Vec<String> {
+        self.files.values().filter_map(|input| input.no_recording.clone()).collect()
+    }
+
     /// Everything that could not be read, and the loops of the plant's file that no file holds.
     pub fn problems(&self, plant: &Plant) -> Vec<Problem> {
         let mut problems: Vec<Problem> =
@@ -217,7 +225,9 @@ pub fn paths(folder: &Path, plant: &Plant) -> Result<Vec<String>> {
                 let at = e.path().to_owned();
                 file(&at)(e.into())
             })?;
-            if path.is_file() {
+            // What was judged is no data.
+            let is_stored = path.components().any(|part| part.as_os_str() == STORE);
+            if path.is_file() && !is_stored {
                 let own = path.strip_prefix(folder).unwrap_or(&path);
                 paths.insert(own.display().to_string());
             }
@@ -292,6 +302,10 @@ fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
     };
     let reading = match reading::read(&folder.join(path), &plant.options) {
         Ok(reading) => reading,
+        Err(e @ stiction_io::Error::NoOp { .. }) => {
+            input.no_recording = Some(e.to_string());
+            return input;
+        }
         Err(e) => {
             input.problems.push(problem(None, e.to_string()));
             return input;

@@ -100,6 +100,10 @@ pub struct Manifest {
     pub parts: usize,
     /// What could not be read.
     pub problems: Vec<Problem>,
+    /// Files that are no recordings, as they have no OP, a sentence each.
+    pub no_recordings: Vec<String>,
+    /// Files of earlier runs that were found damaged, a sentence each.
+    pub damaged: Vec<String>,
 }
 
 /// A loop of the plant, and how far it is judged.
@@ -183,6 +187,7 @@ pub fn scan(
     let sorted = store_of.path("sorted");
     let open: usize = loops.iter().map(|each| scan.open_days(each)).sum();
     let mut kept = Kept { run, rows: vec![], traces: vec![], windows: 0, errors: 0, days: 0 };
+    let mut is_whole = options.since.is_none() && options.loops.is_none();
     while let Some(from) = scan.next_segment(&mut loops) {
         let until = from + SEGMENT;
         let batches = batches(&loops, until, &files, (memory / ROW).max(1) as usize);
@@ -194,7 +199,10 @@ pub fn scan(
             watch(Progress::Written { done: days.min(open), of: open })
         })?;
         files.forget_sorted();
-        let ControlFlow::Continue(cursors) = judged else { break };
+        let ControlFlow::Continue(cursors) = judged else {
+            is_whole = false;
+            break;
+        };
         for (place, cursor) in cursors {
             loops[place].cursor = cursor;
         }
@@ -211,7 +219,12 @@ pub fn scan(
         errors: kept.errors,
         parts: kept.run.parts(),
         problems: inputs.problems(plant),
+        no_recordings: inputs.no_recordings(),
+        damaged: store_of.damaged(),
     };
+    if is_whole {
+        kept.run.mark_whole()?;
+    }
     let text =
         serde_json::to_string_pretty(&manifest).map_err(|e| store(&store_of.path("runs"), e))?;
     kept.run.end(&text)?;

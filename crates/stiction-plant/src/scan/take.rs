@@ -45,6 +45,8 @@ pub fn take(
         errors: rows.iter().filter(|row| row.error.is_some()).count(),
         parts: run.parts(),
         problems: vec![],
+        no_recordings: vec![],
+        damaged: store_of.damaged(),
     };
     let text =
         serde_json::to_string_pretty(&manifest).map_err(|e| store(&store_of.path("runs"), e))?;

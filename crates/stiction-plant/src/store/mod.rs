@@ -4,9 +4,11 @@
 //! .stiction/lock                               held by the one who writes
 //! .stiction/log.lock                           held by the one who enters something in log.toml
 //! .stiction/inputs.json                        what was seen of the data; made anew where it is lost
-//! .stiction/runs/0001/windows-0001.parquet     rows, written as they end
-//! .stiction/runs/0001/traces-0001.parquet      their traces, written before them
+//! .stiction/runs/0001/windows-0001-SHA.parquet rows, written as they end
+//! .stiction/runs/0001/traces-0001-SHA.parquet  their traces, written before them
 //! .stiction/runs/0001/manifest.json            how the run ended; none if it was cut short
+//! .stiction/whole                              the last run when a scan of all loops and days came to its end
+//! .stiction/damaged/                           files of runs that were found damaged, which count no longer
 //! .stiction/index/02931.parquet                the rows that count of a week, made from the runs
 //! .stiction/index/through                      the last run that is in it
 //! .stiction/pairs/2026-W10-SHA256.parquet      pairs of loops of a week, found elsewhere, and what they were made of
@@ -14,6 +16,9 @@
 //!
 //! Every file is written beside its place and renamed into it, so it is there whole or not at all. Rows count
 //! whether or not their run came to its end; which windows are done is asked of them alone.
+//!
+//! SHA is the beginning of the SHA-256 of the file. A file of a run that was cut or changed since is passed over, and the next
+//! scan sets it apart and judges its windows again; an index that cannot be read is made again of the runs.
 
 pub mod pair;
 pub mod parquet_file;
@@ -30,14 +35,20 @@ use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use table::{Row, Table};
 use trace::Trace;
 use window::WindowRow;
+
+/// The folder of the store, in that of the plant.
+pub(crate) const STORE: &str = ".stiction";
 
 /// The store of a plant.
 #[derive(Debug, Clone)]
 pub struct Store {
     folder: PathBuf,
+    /// What was found damaged, in sentences.
+    damaged: Arc<Mutex<BTreeSet<String>>>,
 }
 
 /// What is asked of a window that was judged.
@@ -73,7 +84,16 @@ pub struct Run {
 impl Store {
     /// The store of the plant in `folder`, which may not be there yet.
     pub fn of(folder: &Path) -> Self {
-        Self { folder: folder.join(".stiction") }
+        Self { folder: folder.join(STORE), damaged: Arc::default() }
+    }
+
+    /// The files that were found damaged since this was made, a sentence each.
+    pub fn damaged(&self) -> Vec<String> {
+        self.damaged.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    }
+
+    fn found_damaged(&self, sentence: String) {
+        self.damaged.lock().unwrap_or_else(PoisonError::into_inner).insert(sentence);
     }
 
     /// Its file of that name.
@@ -100,11 +120,72 @@ impl Store {
             }
             Err(TryLockError::Error(e)) => return Err(file(&path)(e)),
         }
-        self.index()?;
+        self.remove_left_over()?;
+        self.set_damaged_apart()?;
+        self.index_again_if_damaged()?;
         let last = self.run_names()?.iter().map(|name| number(name)).max();
         let name = format!("{:04}", last.unwrap_or(0) + 1);
         let folder = self.runs().join(&name);
         Ok(Run { name, folder, store: self.clone(), parts: 0, _lock: lock })
+    }
+
+    /// Removes what killed scans left in the folders of runs, to which nobody writes any more.
+    fn remove_left_over(&self) -> Result<()> {
+        for run in self.run_names()? {
+            stiction_io::whole::remove_left_over(&self.runs().join(run));
+        }
+        Ok(())
+    }
+
+    /// Takes files of runs that were cut or changed since they were written out of them. What the index holds of them stays.
+    fn set_damaged_apart(&self) -> Result<()> {
+        for run in self.run_names()? {
+            let folder = self.runs().join(&run);
+            for part in names(&folder, |name| is_part(name, WINDOWS) || is_part(name, TRACES))? {
+                let path = folder.join(&part);
+                if is_whole(&path)? {
+                    continue;
+                }
+                let apart = self.path("damaged");
+                fs::create_dir_all(&apart).map_err(file(&apart))?;
+                let to = apart.join(format!("{run}-{part}"));
+                fs::rename(&path, &to).map_err(file(&path))?;
+                self.found_damaged(format!(
+                    "{} was cut or changed since it was written, and is kept as {}; windows of which it had the only rows \
+                     are judged again",
+                    path.display(),
+                    to.display()
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings the index up to date, and makes it again if it cannot be read.
+    fn index_again_if_damaged(&self) -> Result<()> {
+        let readable =
+            || self.weeks()?.into_iter().try_for_each(|week| read_done(&self.week(week)).map(drop));
+        match readable().and_then(|()| self.index()) {
+            Err(Error::Store { origin, .. }) => {
+                self.found_damaged(format!("{origin} could not be read; the index is made again"));
+                self.forget_index()?;
+                self.index()
+            }
+            done => done,
+        }
+    }
+
+    /// Asks with the last run that is in the index, and of the runs alone if the index cannot be read.
+    fn indexed<T>(&self, ask: impl Fn(&str) -> Result<T>) -> Result<T> {
+        match ask(&self.through()) {
+            Err(Error::Store { origin, .. }) => {
+                self.found_damaged(format!(
+                    "{origin} cannot be read; the next scan makes it again"
+                ));
+                ask("")
+            }
+            done => done,
+        }
     }
 
     /// Waits until nobody else changes what people say of the plant, and keeps others from it while the file lives.
@@ -159,16 +240,19 @@ impl Store {
         let near = |row: &WindowRow| {
             (from.saturating_sub(longest)..to.saturating_add(longest)).contains(&row.window_start)
         };
-        let mut all = vec![];
-        for week in self.weeks()? {
-            let begin = (7 * week - 3) * DAY;
-            if begin.saturating_add(16 * DAY) >= from && begin.saturating_sub(8 * DAY) <= to {
-                all.extend(read(&self.week(week))?);
+        let all = self.indexed(|through| {
+            let mut all = vec![];
+            for week in self.weeks_in(through)? {
+                let begin = (7 * week - 3) * DAY;
+                if begin.saturating_add(16 * DAY) >= from && begin.saturating_sub(8 * DAY) <= to {
+                    all.extend(read(&self.week(week))?);
+                }
             }
-        }
-        for run in self.runs_after(&self.through())? {
-            all.extend(self.rows_of(&run)?.into_iter().filter(near));
-        }
+            for run in self.runs_after(through)? {
+                all.extend(self.rows_of(&run)?.into_iter().filter(near));
+            }
+            Ok(all)
+        })?;
         let mut rows = those_that_count(all);
         rows.retain(|row| (from..to).contains(&row.window_start));
         Ok(rows)
@@ -179,14 +263,16 @@ impl Store {
     /// # Errors
     /// As for [`Store::rows`].
     pub fn last(&self) -> Result<Option<i64>> {
-        let mut last = None;
-        if let Some(week) = self.weeks()?.into_iter().max() {
-            last = read_done(&self.week(week))?.into_iter().map(|((_, begin), _)| begin).max();
-        }
-        for run in self.runs_after(&self.through())? {
-            last = last.max(self.rows_of(&run)?.iter().map(|row| row.window_start).max());
-        }
-        Ok(last)
+        self.indexed(|through| {
+            let mut last = None;
+            if let Some(week) = self.weeks_in(through)?.into_iter().max() {
+                last = read_done(&self.week(week))?.into_iter().map(|((_, begin), _)| begin).max();
+            }
+            for run in self.runs_after(through)? {
+                last = last.max(self.rows_of(&run)?.iter().map(|row| row.window_start).max());
+            }
+            Ok(last)
+        })
     }
 
     /// The weeks in which windows begin, in their order.
@@ -210,7 +296,7 @@ impl Store {
         let Some(last) = self.run_names()?.into_iter().max_by_key(|run| number(run)) else {
             return Ok(through);
         };
-        let parts = names(&self.runs().join(&last), |name| name.starts_with("windows-"))?.len();
+        let parts = names(&self.runs().join(&last), |name| is_part(name, WINDOWS))?.len();
         Ok(format!("{through}/{last}/{parts}"))
     }
 
@@ -219,18 +305,20 @@ impl Store {
     /// # Errors
     /// As for [`Store::rows`].
     pub fn done(&self) -> Result<HashMap<(String, i64), Done>> {
-        let mut done = HashMap::new();
-        for week in self.weeks()? {
-            done.extend(read_done(&self.week(week))?);
-        }
-        if !self.runs_after(&self.through())?.is_empty() {
-            let keyed = |row: WindowRow| {
-                let of = Done::of(row.window_s, &row.settings_hash, &row.input_fingerprint);
-                ((row.name, row.window_start), of)
-            };
-            done = self.rows()?.into_iter().map(keyed).collect();
-        }
-        Ok(done)
+        self.indexed(|through| {
+            if !self.runs_after(through)?.is_empty() {
+                let keyed = |row: WindowRow| {
+                    let of = Done::of(row.window_s, &row.settings_hash, &row.input_fingerprint);
+                    ((row.name, row.window_start), of)
+                };
+                return Ok(self.rows()?.into_iter().map(keyed).collect());
+            }
+            let mut done = HashMap::new();
+            for week in self.weeks_in(through)? {
+                done.extend(read_done(&self.week(week))?);
+            }
+            Ok(done)
+        })
     }
 
     /// Brings the index up to date with the runs. Only the holder of a run may.
@@ -291,8 +379,13 @@ impl Store {
 
     /// The weeks in the index, counted from that of 1970-01-01 on.
     fn weeks(&self) -> Result<Vec<i64>> {
+        self.weeks_in(&self.through())
+    }
+
+    /// The same of an index that goes through this run.
+    fn weeks_in(&self, through: &str) -> Result<Vec<i64>> {
         // Without its end it was not made whole, and the runs are asked.
-        if self.through().is_empty() {
+        if through.is_empty() {
             return Ok(vec![]);
         }
         let files = names(&self.path("index"), |name| name.ends_with(".parquet"))?;
@@ -301,14 +394,28 @@ impl Store {
 
     /// The rows of a run, as they were written.
     fn rows_of(&self, run: &str) -> Result<Vec<WindowRow>> {
-        let folder = self.runs().join(run);
         let mut rows = vec![];
-        for part in
-            names(&folder, |name| name.starts_with("windows-") && name.ends_with(".parquet"))?
-        {
-            rows.extend(read(&folder.join(part))?);
+        for path in self.whole_parts(run, WINDOWS)? {
+            rows.extend(read(&path)?);
         }
         Ok(rows)
+    }
+
+    /// The files of a run of this kind, without those that are damaged.
+    fn whole_parts(&self, run: &str, kind: &str) -> Result<Vec<PathBuf>> {
+        let folder = self.runs().join(run);
+        let mut parts = vec![];
+        for part in names(&folder, |name| is_part(name, kind))? {
+            let path = folder.join(part);
+            match is_whole(&path)? {
+                true => parts.push(path),
+                false => self.found_damaged(format!(
+                    "{} was cut or changed since it was written, and is left out; the next scan judges its windows again",
+                    path.display()
+                )),
+            }
+        }
+        Ok(parts)
     }
 
     /// The traces of windows that begin from `from` on and before `to`, s since 1970-01-01 UTC, by loop and time: of traces of a
@@ -321,11 +428,7 @@ impl Store {
         let mut runs = self.run_names()?;
         runs.sort_by_key(|run| number(run));
         for run in runs {
-            let folder = self.runs().join(&run);
-            for part in
-                names(&folder, |name| name.starts_with("traces-") && name.ends_with(".parquet"))?
-            {
-                let path = folder.join(part);
+            for path in self.whole_parts(&run, TRACES)? {
                 let within = |footer: &ParquetMetaData| may_begin(footer, from, to);
                 tables(&path, None, within, |table| {
                     let found = Trace::rows(table)?.into_iter();
@@ -379,6 +482,19 @@ impl Store {
         Ok(())
     }
 
+    /// How many runs did not come to their end since the last scan of all loops and days that did.
+    ///
+    /// # Errors
+    /// If a folder cannot be read.
+    pub fn cut_short(&self) -> Result<usize> {
+        let whole = fs::read_to_string(self.path("whole")).unwrap_or_default();
+        let mut cut = 0;
+        for run in self.runs_after(&whole)? {
+            cut += usize::from(self.manifest(&run)?.is_none());
+        }
+        Ok(cut)
+    }
+
     /// The manifest of a run, as it was written; `None` if the run did not come to its end.
     ///
     /// # Errors
@@ -400,8 +516,7 @@ impl Run {
     /// If the file cannot be written.
     pub fn write(&mut self, rows: &[WindowRow]) -> Result<()> {
         self.parts += 1;
-        let path = self.folder.join(format!("windows-{:04}.parquet", self.parts));
-        write(&path, rows)
+        self.write_part(WINDOWS, self.parts, rows)
     }
 
     /// Writes the traces of the rows that are written next. Without their rows they are harmless; rows count as done.
@@ -409,13 +524,28 @@ impl Run {
     /// # Errors
     /// If the file cannot be written.
     pub fn write_traces(&mut self, traces: &[Trace]) -> Result<()> {
-        let path = self.folder.join(format!("traces-{:04}.parquet", self.parts + 1));
-        write(&path, traces)
+        self.write_part(TRACES, self.parts + 1, traces)
+    }
+
+    fn write_part<R: Row>(&self, kind: &str, number: usize, rows: &[R]) -> Result<()> {
+        let bytes = parquet_file::bytes(rows).map_err(|e| store(&self.folder, e))?;
+        let name =
+            format!("{kind}{number:04}-{}.parquet", beginning(Sha256::digest(&bytes).as_slice()));
+        write_whole(&self.folder.join(name), &bytes)
     }
 
     /// How many parts were written.
     pub fn parts(&self) -> usize {
         self.parts
+    }
+
+    /// Keeps that this scan was one of all loops and days, and came to its end: runs that were cut short before need nothing.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn mark_whole(&self) -> Result<()> {
+        let last = self.store.run_names()?.into_iter().max_by_key(|run| number(run));
+        last.map_or(Ok(()), |last| write_whole(&self.store.path("whole"), last.as_bytes()))
     }
 
     /// Ends the run with its manifest, and brings the index up to date; one without a part leaves nothing behind.
@@ -442,6 +572,34 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 const DAY: i64 = 86_400;
+
+/// What the names of files of rows begin with.
+const WINDOWS: &str = "windows-";
+/// What the names of files of traces begin with.
+const TRACES: &str = "traces-";
+
+fn is_part(name: &str, kind: &str) -> bool {
+    name.starts_with(kind) && name.ends_with(".parquet")
+}
+
+/// Whether a file of a run is what was written: by the sum in its name, and one of an earlier version by being readable.
+fn is_whole(path: &Path) -> Result<bool> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let mut input = File::open(path).map_err(file(path))?;
+    match stem.splitn(3, '-').nth(2) {
+        Some(sum) => {
+            let mut hasher = Sha256::new();
+            std::io::copy(&mut input, &mut hasher).map_err(file(path))?;
+            Ok(beginning(hasher.finalize().as_slice()) == sum)
+        }
+        None => Ok(parquet_file::read(input, None, |_| true, |_| Ok(())).is_ok()),
+    }
+}
+
+/// The beginning of a sum, in hexadecimal.
+fn beginning(sum: &[u8]) -> String {
+    sum.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}
 
 /// The number of a run; 0 of none.
 fn number(run: &str) -> u32 {
