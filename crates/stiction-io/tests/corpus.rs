@@ -458,6 +458,14 @@ const CASES: &[Case] = &[
         &["the file seems to be cut in row 12", "the last value, \"51\""]
     ),
     case!(
+        "cut-in-zeros.csv",
+        "",
+        Ok(
+            "f op 0:45 1:45.03 2:44.95 3:45.15 4:45.05 5:45.08 6:45.12 7:45.2 8:45.17 9:45.13 10:46.41"
+        ),
+        &["the file seems to be cut in row 12"]
+    ),
+    case!(
         "whole-without-end.csv",
         "",
         Ok(

@@ -130,18 +130,26 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
     Ok(CsvSheet { sheet, dialect, notes })
 }
 
-/// That a file seems to be cut within its last value: no line ends after it, and it is shorter than those above.
+/// That a file seems to be cut within its last value: no line ends after it, and it is shorter than most of those above, or
+/// its decimals end as none of theirs do.
 fn cut(text: &str, columns: &[Vec<Arc<str>>], rows: &[usize]) -> Option<String> {
     /// So many values above are compared.
     const ABOVE: usize = 10;
+    /// So many of them are most.
+    const MOST: usize = 8;
     let (last, above) = columns.last()?.split_last()?;
-    let shorter = |value: &Arc<str>| last.chars().count() < value.chars().count();
-    let is_cut = !text.ends_with(['\r', '\n'])
-        && above.len() >= ABOVE
-        && above.iter().rev().take(ABOVE).all(shorter);
+    if text.ends_with(['\r', '\n']) || above.len() < ABOVE {
+        return None;
+    }
+    let above = &above[above.len() - ABOVE..];
+    let shorter = |value: &&Arc<str>| last.chars().count() < value.chars().count();
+    let ends_in_zero =
+        |value: &Arc<str>| value.contains(['.', ',']) && value.ends_with(['0', '.', ',']);
+    let is_cut = above.iter().filter(shorter).count() >= MOST
+        || ends_in_zero(last) && !above.iter().any(ends_in_zero);
     is_cut.then(|| {
         format!(
-            "the file seems to be cut in row {}, for no line ends there and the last value, \"{last}\", is shorter than \
+            "the file seems to be cut in row {}, for no line ends there and the last value, \"{last}\", is not as long as \
              those above; copy it again, or remove the row",
             rows.last().unwrap_or(&0)
         )
