@@ -3,6 +3,7 @@
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 use stiction_plant::plant_file::Plant;
 use stiction_plant::scan::{Manifest, Progress};
 use stiction_plant::{ScanOptions, Store, WindowRow, day, demo, log, propose, scan, summary};
@@ -173,6 +174,34 @@ fn damaged_rows_block_nothing_and_are_judged_again() {
         assert_eq!(rows(&folder), expected);
         assert!(go(&folder).damaged.is_empty());
     }
+}
+
+/// Of files that have not changed since the index was made only the end is looked at; a page asks the sum of traces it wants.
+#[test]
+fn damage_that_has_no_new_date_is_seen_where_it_matters() {
+    let folder = folder("damage-old");
+    plant_of(&folder, &[("a.csv", csv(0, 660))]);
+    go(&folder);
+    let long_ago = SystemTime::now() - Duration::from_secs(1000);
+    let damage = |path: &Path, bytes: &[u8]| {
+        fs::write(path, bytes).unwrap();
+        fs::File::options().write(true).open(path).unwrap().set_modified(long_ago).unwrap();
+    };
+    let part = first_part(&folder);
+    damage(&part, &fs::read(&part).unwrap()[..100]);
+    assert_eq!(go(&folder).damaged.len(), 1);
+    let pattern = format!("{}/.stiction/runs/0001/traces-*", folder.display());
+    let traces = glob::glob(&pattern).unwrap().next().unwrap().unwrap();
+    let mut bytes = fs::read(&traces).unwrap();
+    bytes[10] ^= 1;
+    damage(&traces, &bytes);
+    let store = Store::of(&folder);
+    assert!(store.traces(i64::MIN, i64::MAX).unwrap().is_empty());
+    assert_eq!(store.damaged().len(), 1);
+    damage(&traces, b"");
+    let store = Store::of(&folder);
+    assert!(store.traces(i64::MIN, i64::MAX).unwrap().is_empty());
+    assert_eq!((store.damaged().len(), go(&folder).damaged.len()), (1, 1));
 }
 
 #[test]

@@ -34,8 +34,10 @@ use parquet::file::statistics::Statistics;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, File, TryLockError};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
 use table::{Row, Table};
 use trace::Trace;
 use window::WindowRow;
@@ -139,11 +141,13 @@ impl Store {
 
     /// Takes files of runs that were cut or changed since they were written out of them. What the index holds of them stays.
     fn set_damaged_apart(&self) -> Result<()> {
+        let through = self.path("index").join("through");
+        let indexed = fs::metadata(through).and_then(|there| there.modified()).ok();
         for run in self.run_names()? {
             let folder = self.runs().join(&run);
             for part in names(&folder, |name| is_part(name, WINDOWS) || is_part(name, TRACES))? {
                 let path = folder.join(&part);
-                if is_whole(&path)? {
+                if looks_whole(&path, indexed)? {
                     continue;
                 }
                 let apart = self.path("damaged");
@@ -151,10 +155,10 @@ impl Store {
                 let to = apart.join(format!("{run}-{part}"));
                 fs::rename(&path, &to).map_err(file(&path))?;
                 self.found_damaged(format!(
-                    "{} was cut or changed since it was written, and is kept as {}; windows of which it had the only rows \
-                     are judged again",
+                    "{} was cut or changed since it was written, and is kept as {}; {}",
                     path.display(),
-                    to.display()
+                    to.display(),
+                    consequence(&part)
                 ));
             }
         }
@@ -395,27 +399,33 @@ impl Store {
     /// The rows of a run, as they were written.
     fn rows_of(&self, run: &str) -> Result<Vec<WindowRow>> {
         let mut rows = vec![];
-        for path in self.whole_parts(run, WINDOWS)? {
+        for path in self.whole_parts(run)? {
             rows.extend(read(&path)?);
         }
         Ok(rows)
     }
 
-    /// The files of a run of this kind, without those that are damaged.
-    fn whole_parts(&self, run: &str, kind: &str) -> Result<Vec<PathBuf>> {
+    /// The files of rows of a run, without those that are damaged.
+    fn whole_parts(&self, run: &str) -> Result<Vec<PathBuf>> {
         let folder = self.runs().join(run);
         let mut parts = vec![];
-        for part in names(&folder, |name| is_part(name, kind))? {
+        for part in names(&folder, |name| is_part(name, WINDOWS))? {
             let path = folder.join(part);
             match is_whole(&path)? {
                 true => parts.push(path),
-                false => self.found_damaged(format!(
-                    "{} was cut or changed since it was written, and is left out; the next scan judges its windows again",
-                    path.display()
-                )),
+                false => self.left_out(&path),
             }
         }
         Ok(parts)
+    }
+
+    fn left_out(&self, path: &Path) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        self.found_damaged(format!(
+            "{} was cut or changed since it was written, and is left out; {}",
+            path.display(),
+            consequence(&name)
+        ));
     }
 
     /// The traces of windows that begin from `from` on and before `to`, s since 1970-01-01 UTC, by loop and time: of traces of a
@@ -428,14 +438,28 @@ impl Store {
         let mut runs = self.run_names()?;
         runs.sort_by_key(|run| number(run));
         for run in runs {
-            for path in self.whole_parts(&run, TRACES)? {
-                let within = |footer: &ParquetMetaData| may_begin(footer, from, to);
-                tables(&path, None, within, |table| {
+            let folder = self.runs().join(&run);
+            for part in names(&folder, |name| is_part(name, TRACES))? {
+                let path = folder.join(part);
+                // They are large: the sum is asked of those only that are wanted.
+                let within = |footer: &ParquetMetaData| {
+                    let wanted = may_begin(footer, from, to);
+                    let whole = wanted && is_whole(&path).unwrap_or(false);
+                    if wanted && !whole {
+                        self.left_out(&path);
+                    }
+                    whole
+                };
+                let read = tables(&path, None, within, |table| {
                     let found = Trace::rows(table)?.into_iter();
                     let wanted = found.filter(|trace| (from..to).contains(&trace.start));
                     newest.extend(wanted.map(|trace| ((trace.name.clone(), trace.start), trace)));
                     Ok(())
-                })?;
+                });
+                match read {
+                    Err(Error::Store { .. }) => self.left_out(&path),
+                    read => read?,
+                }
             }
         }
         Ok(newest.into_values().collect())
@@ -582,6 +606,14 @@ fn is_part(name: &str, kind: &str) -> bool {
     name.starts_with(kind) && name.ends_with(".parquet")
 }
 
+/// What follows from the damage of a part.
+fn consequence(name: &str) -> &'static str {
+    match is_part(name, TRACES) {
+        true => "groups of loops are found without its windows, until scan --again makes it anew",
+        false => "the next scan judges its windows again, but those that another file has",
+    }
+}
+
 /// Whether a file of a run is what was written: by the sum in its name, and one of an earlier version by being readable.
 fn is_whole(path: &Path) -> Result<bool> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -593,6 +625,22 @@ fn is_whole(path: &Path) -> Result<bool> {
             Ok(beginning(hasher.finalize().as_slice()) == sum)
         }
         None => Ok(parquet_file::read(input, None, |_| true, |_| Ok(())).is_ok()),
+    }
+}
+
+/// The same, but of a file that has not changed since `seen` only its end is looked at: all runs together may be large.
+fn looks_whole(path: &Path, seen: Option<SystemTime>) -> Result<bool> {
+    let there = fs::metadata(path).map_err(file(path))?;
+    match there.modified() {
+        Ok(changed) if seen.is_some_and(|seen| changed < seen) => {
+            let mut end = [0; 8];
+            let mut input = File::open(path).map_err(file(path))?;
+            let read = input.seek(SeekFrom::End(-8)).and_then(|_| input.read_exact(&mut end));
+            let [a, b, c, d, magic @ ..] = end;
+            let footer = u64::from(u32::from_le_bytes([a, b, c, d]));
+            Ok(read.is_ok() && &magic == b"PAR1" && footer + 12 <= there.len())
+        }
+        _ => is_whole(path),
     }
 }
 
