@@ -367,7 +367,7 @@ fn a_recorded_valve_position_is_measured() {
         [("sticky-flow", 4.0, 2.0), ("cascade-slave", 5.0, 2.5), ("aggressive-flow", 0.0, 0.0)]
     {
         let name = format!("samples/{scenario}");
-        run(&folder, &["simulate", &name, "-o", "FIC1.csv"]).quiet_success();
+        run(&folder, &["simulate", &name, "-o", "FIC1.csv", "--force"]).quiet_success();
         let json = run(&folder, &["diagnose", "FIC1.csv", "--json"]).json();
         let found = &json["loops"][0];
         let class = if s > 0.0 { "sticks" } else { "does not stick" };
