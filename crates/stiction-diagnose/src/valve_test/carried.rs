@@ -429,11 +429,11 @@ mod tests {
             "left out: 0.64, 1 %",
             "not in the plan: 0.8 %",
             "Only one turn was made of these sizes: 0.8 %",
-            "3 turns of part 1 ended before the planned hold",
+            "2 turns of part 1 ended before the planned hold",
             "Part 2 ended after 1 size without an answer; the plan asks for 3.",
             "The PV was outside the limits of the plan (-5.0 to 1.0 m3/h) for ",
             "and went to 1.6 m3/h",
-            "The OP was set outside the limits of the plan (40.0 to 50.5 %) 3 times",
+            "The OP was set outside the limits of the plan (40 to 50 %) 3 times",
             "There is a sample every 5 s, and the plan asks for one every 2 s.",
         ] {
             assert!(found.remarks.iter().any(|r| r.contains(part)), "{part}: {found:#?}");

@@ -52,7 +52,7 @@ columns! {
     "finding" [""] finding: String;
     /// What says so.
     "evidence" [""] evidence: String;
-    /// The test that would confirm it.
+    /// The test that is due, or when it was made.
     "test" [""] test: String;
     /// The last repair, order or note.
     "note" [""] note: Option<String>;
