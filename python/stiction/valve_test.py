@@ -14,7 +14,19 @@ from stiction._document import Estimate
 from stiction._result import Result, about, result, result_of
 from stiction.recordings import RecordingLike, _checked
 
-__all__ = ["Plan", "Reading", "Step", "Turn", "plan", "read"]
+__all__ = [
+    "Carried",
+    "CarriedSize",
+    "Comparison",
+    "Difference",
+    "Plan",
+    "Reading",
+    "Step",
+    "Turn",
+    "compare",
+    "plan",
+    "read",
+]
 
 
 @result
@@ -60,6 +72,34 @@ class Step(Result):
 
 
 @result
+class CarriedSize(Result):
+    """A size of the plan, and the turns that were made of it."""
+
+    part: int = about("The part of the test: 1, where sizes grow, or 2, where they shrink.")
+    planned: float | None = about("The size as planned, percent from one turn to the next; None if the plan has no such size.")
+    made: float | None = about("The size as made, percent; None if it was left out.")
+    turns: int = about("Turns that were made of it.")
+    answered: int = about("How many of them the PV answered.")
+    hold_planned_s: float | None = about("How long each is held at most by the plan, s; None in part 2.")
+    hold_s: float | None = about("How long the longest was held, s; None if it was left out.")
+
+
+@result
+class Carried(Result):
+    """A plan beside what was carried out of it."""
+
+    sizes: list[CarriedSize] = about("The sizes, in the order in which they were made or planned.")
+    turns_planned: int = about("Turns of these sizes that the plan asks for: two of each.")
+    turns: int = about("Turns that were made.")
+    cut_short: int = about("Turns of part 1 that ended before their hold, although the PV had not moved by the answer of the plan.")
+    held_longer: int = about("Turns of part 1 that were held longer than planned.")
+    pv_beyond_s: float = about("How long the PV was outside the limits of the plan during the test, s.")
+    pv_low: float = about("The lowest PV of the test, in its units.")
+    pv_high: float = about("The highest.")
+    remarks: list[str] = about("What was carried out in another way than planned, in sentences.")
+
+
+@result
 class Reading(Result):
     """What a test says of a valve."""
 
@@ -83,6 +123,7 @@ class Reading(Result):
     steps: list[Step] = about("The turns, in order.")
     reasons: list[str] = about("Why, in sentences.")
     advice: str | None = about("What to do differently, where the test does not tell.")
+    plan: Carried | None = about("What was carried out of the plan, where one was given.")
 
     def _summary(self) -> list[str]:
         lines = [f"{self.class_}, p = {self.probability:.2g}, {len(self.steps)} turns, known by the {self.known_by}"]
@@ -91,6 +132,29 @@ class Reading(Result):
         elif self.S_below is not None:
             lines.append(f"S below {self.S_below:.2g} %")
         return lines
+
+
+@result
+class Difference(Result):
+    """S after a repair less S before it."""
+
+    value: float | None = about("The best value, percent of span; None where a test gives a limit of S alone.")
+    low: float = about("Lower end of its 90 % interval, percent of span.")
+    high: float = about("Upper end.")
+
+
+@result
+class Comparison(Result):
+    """What two tests say of a repair between them."""
+
+    effect: str = about("What became of S: `lowered`, `raised`, `unchanged` or `cannot tell`.")
+    difference: Difference | None = about("S after less S before; None where a test neither finds S nor limits it.")
+    sentences: list[str] = about("It in sentences.")
+    before: Reading = about("The test before the repair.")
+    after: Reading = about("The test after it.")
+
+    def _summary(self) -> list[str]:
+        return [self.effect, *self.sentences]
 
 
 def plan(
@@ -171,8 +235,59 @@ def read(
     >>> test.class_, round(test.S.value)
     ('sticks', 3)
     """
-    sets = None
-    if done is not None:
-        sets = [(number("done", at), None if op is None else number("done", op)) for at, op in done]
     known = None if rises is None else bool(instance("rises", rises, bool))
-    return result_of(Reading, _core.test_read(_checked(recording), sets, known))
+    return result_of(Reading, _core.test_read(_checked(recording), _sets("done", done), known))
+
+
+def _sets(name: str, done: Iterable[tuple[float, float | None]] | None) -> list[tuple[float, float | None]] | None:
+    if done is None:
+        return None
+    return [(number(name, at), None if op is None else number(name, op)) for at, op in done]
+
+
+def compare(
+    before: RecordingLike,
+    after: RecordingLike,
+    *,
+    before_done: Iterable[tuple[float, float | None]] | None = None,
+    after_done: Iterable[tuple[float, float | None]] | None = None,
+    rises: bool | None = None,
+) -> Comparison:
+    """Compare the test of a valve after a repair with the test before it.
+
+    Parameters
+    ----------
+    before : Recording or table
+        The recording with the test before the repair; see `read`.
+    after : Recording or table
+        The recording with the test after it.
+    before_done, after_done : iterable of (float, float or None), optional
+        What was set by hand in each test, as `done` of `read`.
+    rises : bool, optional
+        Whether the PV rises when the OP rises; by default the action of the controller shows it, or else the test.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ValueError
+        If there is no test in a recording, or too little of it to be judged.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import stiction
+    >>> half = 0.2 * 1.25 ** np.minimum(np.arange(32), np.arange(32)[::-1])
+    >>> turns = np.repeat(50 + half * np.tile([1, -1], 16), 10)
+    >>> op = np.concatenate([50 + np.sin(np.arange(200) / 9), turns])
+    >>> noise = np.random.default_rng(1).normal(0, 0.1, op.size)
+    >>> recorded = lambda position: stiction.recording(op, 2 * position + noise, sample_time=1)
+    >>> repair = stiction.valve_test.compare(recorded(stiction.valve(op, S=3, J=1)), recorded(op), rises=True)
+    >>> repair.effect, repair.difference.high < 0
+    ('lowered', True)
+    """
+    known = None if rises is None else bool(instance("rises", rises, bool))
+    sets = (_sets("before_done", before_done), _sets("after_done", after_done))
+    return result_of(Comparison, _core.test_compared(_checked(before), _checked(after), *sets, known))

@@ -36,6 +36,25 @@ def test_a_list_of_what_was_done_stands_for_the_mode() -> None:
     assert reading.class_ == "sticks"
 
 
+def test_two_tests_show_what_a_repair_changed() -> None:
+    [before] = stiction.read(TESTED.with_name("FIC107-tested.csv"))
+    [after] = stiction.read(TESTED.with_name("FIC107-repaired.csv"))
+    repair = stiction.valve_test.compare(before, after)
+    assert repair.effect == "lowered"
+    assert repair.before.class_ == "sticks"
+    assert repair.after.S_below is not None
+    assert repair.before.S is not None
+    assert repair.difference is not None
+    assert repair.difference.value is None
+    assert repair.difference.high == pytest.approx(repair.after.S_below - repair.before.S.low)
+    assert "The repair lowered S from" in repr(repair)
+    same = stiction.valve_test.compare(before, before)
+    assert same.effect == "unchanged"
+    done = [(step.at_s, step.op) for step in repair.before.steps]
+    sheet = stiction.valve_test.compare(before, after, before_done=[*done, (repair.before.to_s, None)])
+    assert sheet.before.known_by == "sheet"
+
+
 def test_what_cannot_be_done_is_said() -> None:
     wave = [50 + (k % 9) * 0.3 for k in range(300)]
     recording = stiction.recording(wave, wave, sample_time=1, name="FIC1")

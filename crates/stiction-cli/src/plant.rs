@@ -15,7 +15,7 @@ use stiction::spoken::counted;
 use stiction_io::overrides;
 use stiction_plant::inputs::{self, Problem};
 use stiction_plant::log::{self, Entry, Kind};
-use stiction_plant::orders::{Order, orders};
+use stiction_plant::orders::{Order, orders, to_do};
 use stiction_plant::plant_file::{self, Plant};
 use stiction_plant::report::{self, Known, ReportOptions, Reported};
 use stiction_plant::scan::{Manifest, Progress};
@@ -448,7 +448,10 @@ fn reported(folder: &Path, of: &Report) -> Result<ExitCode> {
             text += &format!("{}: {}{day}\n", output::name(&each.name), each.change.name());
         }
         let page = folder.join(&done.folder).join(stiction_plant::page::INDEX);
-        let orders = counted(done.orders, "work order");
+        let mut orders = counted(done.orders, "work order");
+        if done.orders_closed > 0 {
+            orders += &format!(", {} closed by a test", done.orders_closed);
+        }
         text += &format!("{orders}; see {}\n", page.display());
         output::text(&text)?;
     }
@@ -485,8 +488,9 @@ fn ordered(folder: &Path, of: &Orders) -> Result<()> {
     let mut text = String::new();
     for each in &document.orders {
         text += &format!(
-            "{}: {}\n  {}\n  test: {}\n",
+            "{}, {}: {}\n  {}\n  test: {}\n",
             output::name(&each.name),
+            each.status.name(),
             each.finding,
             each.evidence,
             each.test
@@ -495,7 +499,7 @@ fn ordered(folder: &Path, of: &Orders) -> Result<()> {
             text += &format!("  {}\n", output::name(note));
         }
     }
-    let orders = counted(document.orders.len(), "order");
+    let orders = counted(to_do(&document.orders), "order");
     output::text(&format!("{text}{orders}, {}, week {}\n", document.plant, document.week))
 }
 

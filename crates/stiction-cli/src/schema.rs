@@ -13,7 +13,7 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All that have one.
-pub const SCHEMAS: [Described; 22] = [
+pub const SCHEMAS: [Described; 23] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("plant-check", schema_of::<stiction_plant::summary::Checked>),
@@ -33,6 +33,7 @@ pub const SCHEMAS: [Described; 22] = [
     ("what-if", schema_of::<what_if::Document>),
     ("test-plan", schema_of::<valve_test::PlanDocument>),
     ("test-read", schema_of::<valve_test::ReadDocument>),
+    ("test-compare", schema_of::<valve_test::CompareDocument>),
     ("limit-cycle", schema_of::<limit_cycle::Report>),
     ("fmu-models", schema_of::<fmu::List>),
     ("fmu-variables", schema_of::<fmu::Variables>),

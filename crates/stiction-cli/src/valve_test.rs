@@ -14,11 +14,12 @@ use std::process::ExitCode;
 use stiction::diagnose::{Detectors, DiagnoseOptions, VerdictClass};
 use stiction::recording::{ByHand, GridOptions, KnownBy, Recording, Set};
 use stiction::spoken;
-use stiction::valve_test::{PlanOptions, ReadOptions, TestPlan, TestReading, plan, read};
-use stiction_figure::figure::instant as date;
+use stiction::valve_test::{
+    Carried, Comparison, PlanOptions, ReadOptions, TestPlan, TestReading, compare, plan, read,
+};
 use stiction_io::timestamp::instant;
 use stiction_report::document::Source;
-use stiction_report::{test_answers, test_sheet, words};
+use stiction_report::{test_answers, test_page, test_sheet, words};
 
 /// Plan a test that settles whether a valve sticks, and read it back.
 ///
@@ -30,7 +31,8 @@ use stiction_report::{test_answers, test_sheet, words};
   stiction test plan samples/LIC104-quantised.csv
   stiction test plan FIC101.csv --pv-low 40 --pv-high 60 --sheet sheet.html --json > FIC101.plan.json
   stiction test read samples/FIC106-tested.csv
-  stiction test read FIC101-test.csv --plan FIC101.plan.json --done done.csv --json")]
+  stiction test read FIC101-test.csv --plan FIC101.plan.json --done done.csv --json
+  stiction test read FIC101-after.csv --before FIC101-before.csv --report repair.html")]
 pub struct Args {
     #[command(subcommand)]
     task: Task,
@@ -49,10 +51,12 @@ enum Task {
     /// Find the test in a recording, and judge the valve by it
     ///
     /// The test is found by the mode column; or by a sheet of what was done; or, without either, by an OP that goes to
-    /// and fro in turns that are held. The recording before the test counts, too.
+    /// and fro in turns that are held. The recording before the test counts, too. With --before the test is compared
+    /// with one that was made before a repair.
     #[command(after_help = "Examples:
   stiction test read FIC101-test.csv
   stiction test read FIC101-test.csv --done done.csv --plot answers.svg
+  stiction test read FIC101-after.csv --before FIC101-before.csv --report repair.html
 
 A sheet of what was done is a CSV file with the columns time and op: when the OP was set, in the clock of the
 recording, and to what, in percent. A row without op is where the controller was put back in automatic. Other
@@ -84,21 +88,26 @@ impl Of {
 
     /// The loop's recording.
     fn recording(&self, reading: &Reading) -> Result<(Source, Recording)> {
-        let loops: Vec<String> = self.of_loop.iter().cloned().collect();
-        let (mut found, failures) = find_all(std::slice::from_ref(&self.file), &loops, reading)?;
-        ended(failures)?;
-        if found.len() != 1 {
-            let tags: Vec<&str> = found.iter().map(|each| &*each.recording.name).collect();
-            bail!(
-                "{} holds {} loops; choose one with --loop: {}",
-                self.file.origin(),
-                found.len(),
-                tags.join(", ")
-            );
-        }
-        let one = found.swap_remove(0);
-        Ok((one.source, one.recording))
+        one_loop(&self.file, self.of_loop.as_ref(), reading)
     }
+}
+
+/// The recording of one loop.
+fn one_loop(file: &In, of_loop: Option<&String>, reading: &Reading) -> Result<(Source, Recording)> {
+    let loops: Vec<String> = of_loop.into_iter().cloned().collect();
+    let (mut found, failures) = find_all(std::slice::from_ref(file), &loops, reading)?;
+    ended(failures)?;
+    if found.len() != 1 {
+        let tags: Vec<&str> = found.iter().map(|each| &*each.recording.name).collect();
+        bail!(
+            "{} holds {} loops; choose one with --loop: {}",
+            file.origin(),
+            found.len(),
+            tags.join(", ")
+        );
+    }
+    let one = found.swap_remove(0);
+    Ok((one.source, one.recording))
 }
 
 #[derive(clap::Args)]
@@ -134,12 +143,24 @@ struct Read {
     /// What was done: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
+    /// The recording of a test before a repair, to compare with
+    #[arg(long, value_name = "BEFORE")]
+    before: Option<In>,
+    /// The plan of the test before
+    #[arg(long, value_name = "PLAN.json", requires = "before")]
+    before_plan: Option<In>,
+    /// What was done in the test before
+    #[arg(long, value_name = "DONE.csv", requires = "before")]
+    before_done: Option<In>,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
     /// Draw turns against answers to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
+    /// Write the page that is filed to this file: HTML
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<Out>,
     /// Exit with 1 if the valve sticks or does not respond
     #[arg(long)]
     fail: bool,
@@ -176,6 +197,19 @@ pub struct ReadDocument {
     tool: &'static str,
     /// The loop that was read.
     loops: [Tested; 1],
+}
+
+/// What `stiction test read --before --json` prints.
+#[derive(Serialize, JsonSchema)]
+pub struct CompareDocument {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The test before the repair.
+    before: Tested,
+    /// The test after it.
+    after: Tested,
+    /// What they say of the repair.
+    comparison: Comparison,
 }
 
 pub fn run(args: Args) -> Result<ExitCode> {
@@ -235,28 +269,136 @@ fn plan_in_words(plan: &TestPlan) -> String {
     out
 }
 
-fn was_read(args: &Read) -> Result<ExitCode> {
-    let (source, recording) = args.of.recording(&args.reading)?;
-    let plan = args.plan.as_ref().map(plan_of).transpose()?;
-    let by_hand =
-        args.done.as_ref().map(|done| sheet_of(done, &recording, &args.reading)).transpose()?;
-    let options =
-        ReadOptions { by_hand, plan, rises: args.of.rises(), grid: GridOptions::default() };
-    let name = recording.name.clone();
-    let test = read(&recording, &options)
-        .map_err(|why| anyhow!("{}, loop {name}: {}", args.of.file.origin(), why.0))?;
-    if let Some(path) = &args.plot {
-        let unit = recording.pv.as_ref().and_then(|pv| pv.unit.as_deref());
-        output::figure("--plot", path, &test_answers::figure(&name, unit, &test))?;
+/// A recording with its test.
+struct Found {
+    source: Source,
+    recording: Recording,
+    test: TestReading,
+}
+
+impl Found {
+    /// The test in `file`, with its plan and its sheet.
+    fn of(args: &Read, file: &In, plan: Option<&In>, done: Option<&In>) -> Result<Self> {
+        let (source, recording) = one_loop(file, args.of.of_loop.as_ref(), &args.reading)?;
+        let plan = plan.map(plan_of).transpose()?;
+        let by_hand = done.map(|done| sheet_of(done, &recording, &args.reading)).transpose()?;
+        let options =
+            ReadOptions { by_hand, plan, rises: args.of.rises(), grid: GridOptions::default() };
+        let test = read(&recording, &options)
+            .map_err(|why| anyhow!("{}, loop {}: {}", file.origin(), recording.name, why.0))?;
+        Ok(Self { source, recording, test })
     }
-    let bad = matches!(test.class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
-    if args.json {
-        let loops = [Tested { name, source, test }];
-        output::json(&ReadDocument { tool: output::TOOL, loops })?;
-    } else {
-        output::text(&reading_in_words(&recording, &test))?;
+
+    fn page(&self) -> test_page::Tested<'_> {
+        let Self { source, recording, test } = self;
+        test_page::Tested { source, recording, test }
+    }
+
+    fn document(self) -> Tested {
+        Tested { name: self.recording.name, source: self.source, test: self.test }
+    }
+
+    fn unit(&self) -> Option<&str> {
+        self.recording.pv.as_ref().and_then(|pv| pv.unit.as_deref())
+    }
+}
+
+fn was_read(args: &Read) -> Result<ExitCode> {
+    let found = Found::of(args, &args.of.file, args.plan.as_ref(), args.done.as_ref())?;
+    let bad = matches!(found.test.class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
+    match &args.before {
+        Some(file) => {
+            let (plan, done) = (args.before_plan.as_ref(), args.before_done.as_ref());
+            was_compared(args, Found::of(args, file, plan, done)?, found)?;
+        }
+        None => was_read_alone(args, found)?,
     }
     Ok(if bad && args.fail { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+fn was_read_alone(args: &Read, found: Found) -> Result<()> {
+    if let Some(path) = &args.plot {
+        let figure = test_answers::figure(&found.recording.name, found.unit(), &found.test);
+        output::figure("--plot", path, &figure)?;
+    }
+    if let Some(path) = &args.report {
+        let page = test_page::reading(output::TOOL, found.page())?;
+        output::write(Some(path), page.as_bytes())?;
+    }
+    if args.json {
+        let loops = [found.document()];
+        return output::json(&ReadDocument { tool: output::TOOL, loops });
+    }
+    output::text(&reading_in_words(&found.recording, &found.test))
+}
+
+fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
+    let dated = |of: &Found| of.recording.start.map(|start| start + of.test.from_s);
+    if let (Some(old), Some(new)) = (dated(&before), dated(&after))
+        && new <= old
+    {
+        bail!(
+            "the test of --before began on {}, which is not before the other one, on {}; exchange the two files",
+            test_page::moment(&before.recording, before.test.from_s),
+            test_page::moment(&after.recording, after.test.from_s)
+        );
+    }
+    let comparison = compare(&before.test, &after.test);
+    if let Some(path) = &args.plot {
+        let tests = [("before", &before.test), ("after", &after.test)];
+        output::figure("--plot", path, &test_answers::beside(tests, after.unit()))?;
+    }
+    if let Some(path) = &args.report {
+        let (tool, pages) = (output::TOOL, (before.page(), after.page()));
+        let page = test_page::comparison(tool, pages.0, pages.1, &comparison)?;
+        output::write(Some(path), page.as_bytes())?;
+    }
+    if args.json {
+        let (before, after) = (before.document(), after.document());
+        return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
+    }
+    output::text(&comparison_in_words(&before, &after, &comparison))
+}
+
+/// Paragraphs, each with a head before its first line and as many blanks before the others.
+fn hanging<'a>(head: &str, texts: impl IntoIterator<Item = &'a String>) -> String {
+    let mut out = String::new();
+    for text in texts {
+        for (line, part) in wrapped(text, 96).iter().enumerate() {
+            let blank = " ".repeat(head.len());
+            out += &format!("{}{part}\n", if line == 0 { head } else { &blank });
+        }
+    }
+    out
+}
+
+fn comparison_in_words(before: &Found, after: &Found, of: &Comparison) -> String {
+    let mut out = format!("{}: before and after the repair\n", after.recording.name);
+    out += &hanging("  ", &of.sentences);
+    out += &hanging("  ", &test_page::caution(before.page(), after.page()));
+    let rows = test_page::rows(before.page(), after.page());
+    let wide = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let (name, old) = (wide(0).unwrap_or(0), wide(1).unwrap_or(0).max("before".len()));
+    out += &format!("  {:name$}  {:old$}  after\n", "", "before");
+    for [what, was, is] in &rows {
+        out += &format!("  {what:name$}  {was:old$}  {is}\n").replace('\u{2212}', "-");
+    }
+    for (word, found) in [("before", before), ("after", after)] {
+        if let Some(carried) = &found.test.plan {
+            out += &format!("{word}: {}", carried_in_words(carried));
+        }
+    }
+    out
+}
+
+/// What was carried out of the plan.
+fn carried_in_words(carried: &Carried) -> String {
+    let head = format!(
+        "the plan asks for {} or more, and {} were made\n",
+        spoken::counted(carried.turns_planned, "turn"),
+        carried.turns
+    );
+    head + &hanging("  - ", &carried.remarks)
 }
 
 /// A plan that `stiction test plan --json` printed.
@@ -347,20 +489,12 @@ fn sheet_of(file: &In, recording: &Recording, reading: &Reading) -> Result<ByHan
 }
 
 fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
-    let moment = |at: f64| match recording.start {
-        Some(start) => {
-            let plant = &recording.plant_time;
-            date(plant.shows(start + at), &plant.name).unwrap_or_else(|| spoken::time(at))
-        }
-        None => spoken::time(at),
-    };
     let mut out = format!(
-        "{}: {}, p(sticks) {}, by a test from {} to {}\n",
+        "{}: {}, p(sticks) {}, by a test from {}\n",
         recording.name,
         test.class.name(),
         words::percent(test.probability),
-        moment(test.from_s),
-        moment(test.to_s)
+        test_page::span(recording, test)
     );
     let interval = |e: stiction::diagnose::Estimate| words::interval(e).replace('\u{2212}', "-");
     if let (Some(s), Some(j)) = (test.s, test.j) {
@@ -372,13 +506,10 @@ fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
     if let Some(response) = test.response_s {
         out += &format!("  the PV responds to the OP in {}\n", spoken::time(response));
     }
-    for reason in &test.reasons {
-        for (line, part) in wrapped(reason, 96).iter().enumerate() {
-            out += &format!("{}{part}\n", if line == 0 { "  - " } else { "    " });
-        }
-    }
-    for part in test.advice.iter().flat_map(|advice| wrapped(advice, 96)) {
-        out += &format!("  {part}\n");
+    out += &hanging("  - ", &test.reasons);
+    out += &hanging("  ", &test.advice);
+    if let Some(carried) = &test.plan {
+        out += &format!("  {}", carried_in_words(carried));
     }
     out
 }

@@ -84,6 +84,7 @@ stiction_model::written_by_name!(
     recording::LoopType,
     recording::fitness::Class,
     recording::fitness::MeasureId,
+    valve_test::Effect,
 );
 use stiction_model::{
     Bands, Error, Result, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,

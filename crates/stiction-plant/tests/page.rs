@@ -124,7 +124,7 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
     assert!(orders.iter().all(|order| order.name != name(14) && order.name != name(15)));
     let first = orders.iter().find(|order| order.name == name(28)).unwrap();
     assert!(
-        first.evidence.contains("by 7 windows") && first.test.contains("steps of the output"),
+        first.evidence.contains("by 7 windows") && first.test.contains("turns of the OP"),
         "{first:?}"
     );
 

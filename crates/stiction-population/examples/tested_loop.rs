@@ -1,7 +1,8 @@
-//! Prints a loop of the population with a test of its valve at the end, as CSV: how `samples/FIC106-tested.csv` was made.
+//! Prints a loop of the population with a test of its valve at the end, as CSV: how the samples in `samples/test` were made.
+//! KIND is that of the loop, by default that of a valve that sticks.
 //!
 //! ```text
-//! cargo run --release -p stiction-population --example tested_loop -- SEED > loop.csv
+//! cargo run --release -p stiction-population --example tested_loop -- SEED [KIND] > loop.csv
 //! ```
 
 use std::io::Write;
@@ -11,18 +12,15 @@ use stiction_population::{LoopKind, Operator, Trend};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seed = std::env::args().nth(1).ok_or("give a seed")?.parse()?;
-    let tested = LoopKind::Sticky.tested(
-        seed,
-        12.0,
-        Operator::Careful,
-        Trend::AsAsked,
-        &mut |before, of| {
+    let kind = std::env::args().nth(2).map(|name| LoopKind::by_name(&name));
+    let kind = kind.transpose()?.unwrap_or(LoopKind::Sticky);
+    let tested =
+        kind.tested(seed, 12.0, Operator::Careful, Trend::AsAsked, &mut |before, of| {
             let asked =
                 DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
             let options = PlanOptions { rises: Some(of.rises), pv_allowed: Some(of.pv_allowed) };
             plan(&diagnose(before, &asked).ok()?, &options).ok()
-        },
-    )?;
+        })?;
     let tested = tested.ok_or("this loop has no plan")?;
     let (recording, sets) = (&tested.whole, &tested.carried.sheet.sets);
     let (pv, sp) =

@@ -6,10 +6,11 @@ use crate::long::long;
 use crate::recordings::Recording;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use serde::Serialize;
 use stiction::diagnose::{Detectors, DiagnoseOptions, diagnose};
 use stiction::finding::Abstention;
 use stiction::recording::{ByHand, KnownBy, Set};
-use stiction::valve_test::{self, PlanOptions, ReadOptions};
+use stiction::valve_test::{self, Comparison, PlanOptions, ReadOptions, TestReading};
 
 fn because(name: &str, why: &Abstention) -> PyErr {
     PyValueError::new_err(format!("loop {name}: {}", why.0))
@@ -39,9 +40,22 @@ fn test_planned(
 fn test_read(
     py: Python<'_>,
     recording: Recording,
-    done: Option<Vec<(f64, Option<f64>)>>,
+    done: Done,
     rises: Option<bool>,
 ) -> PyResult<Bound<'_, PyAny>> {
+    let read = read(py, recording, done, rises)?;
+    plain(py, &read)
+}
+
+/// When the OP was set, s, and to what.
+type Done = Option<Vec<(f64, Option<f64>)>>;
+
+fn read(
+    py: Python<'_>,
+    recording: Recording,
+    done: Done,
+    rises: Option<bool>,
+) -> PyResult<TestReading> {
     let name = recording.recording.name.clone();
     let by_hand = done.map(|done| ByHand {
         sets: done.into_iter().map(|(at_s, op)| Set { at_s, op }).collect(),
@@ -49,10 +63,36 @@ fn test_read(
     });
     let options = ReadOptions { by_hand, rises, ..ReadOptions::default() };
     let read = long(py, None, move |_| valve_test::read(&recording.recording, &options))?;
-    plain(py, &read.map_err(|why| because(&name, &why))?)
+    read.map_err(|why| because(&name, &why))
+}
+
+/// Two tests, and what they say of the repair between them.
+#[derive(Serialize)]
+struct Compared {
+    #[serde(flatten)]
+    comparison: Comparison,
+    before: TestReading,
+    after: TestReading,
+}
+
+/// What two tests say of a repair, as its document says it.
+#[pyfunction]
+fn test_compared<'py>(
+    py: Python<'py>,
+    before: Recording,
+    after: Recording,
+    before_done: Done,
+    after_done: Done,
+    rises: Option<bool>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let before = read(py, before, before_done, rises)?;
+    let after = read(py, after, after_done, rises)?;
+    let comparison = valve_test::compare(&before, &after);
+    plain(py, &Compared { comparison, before, after })
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(test_planned, m)?)?;
-    m.add_function(wrap_pyfunction!(test_read, m)?)
+    m.add_function(wrap_pyfunction!(test_read, m)?)?;
+    m.add_function(wrap_pyfunction!(test_compared, m)?)
 }

@@ -6,6 +6,7 @@
 //! * [`report`]: the report on recorded loops, which can be read with a pointer;
 //! * [`sheet`]: tables as CSV that are safe in spreadsheets;
 //! * [`test_sheet`]: the sheet of a valve test, to print and to fill in; [`test_answers`]: its figure;
+//!   [`test_page`]: the page of a test, and of two with a repair between them;
 //! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page.
 //!
 //! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
@@ -18,6 +19,7 @@ pub mod scoreboard;
 pub mod sheet;
 pub mod table;
 pub mod test_answers;
+pub mod test_page;
 pub mod test_sheet;
 pub mod words;
 

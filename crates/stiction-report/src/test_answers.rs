@@ -1,10 +1,37 @@
 //! The figure of a valve test: how far the PV went with each turn of the OP.
 
+use stiction_diagnose::series::{max, min};
 use stiction_diagnose::valve_test::{Step, TestReading};
 use stiction_figure::{Annotation, Figure, Panel, Series};
 
+const CAPTION: &str = "A valve that sticks answers no turn that is smaller than S.";
+
 /// Turns against answers; `unit` is that of the PV.
 pub fn figure(name: &str, unit: Option<&str>, test: &TestReading) -> Figure {
+    Figure::new(format!("{name}: turns of the OP and answers of the PV"))
+        .caption(CAPTION)
+        .with(panel(unit, test))
+}
+
+/// The tests before and after a repair, one above the other with the same axes; each has its words, and its PV this unit.
+pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
+    let mut panels =
+        tests.map(|(title, test)| Panel { title: title.to_owned(), ..panel(unit, test) });
+    let ends = |of: fn(&Series) -> &Vec<f64>| {
+        let all = panels.iter().flat_map(|panel| &panel.series).flat_map(of);
+        let all: Vec<f64> = all.copied().filter(|v| v.is_finite()).collect();
+        let (low, high) = (min(&all), max(&all));
+        (high > low).then(|| (low - 0.05 * (high - low), high + 0.05 * (high - low)))
+    };
+    let (x_range, y_range) = (ends(|series| &series.x), ends(|series| &series.y));
+    for panel in &mut panels {
+        (panel.x_range, panel.y_range) = (x_range, y_range);
+    }
+    let figure = Figure::new("").caption(format!("Both tests with the same axes. {CAPTION}"));
+    panels.into_iter().fold(figure, Figure::with)
+}
+
+fn panel(unit: Option<&str>, test: &TestReading) -> Panel {
     let unit = unit.map_or("its units".to_owned(), str::to_owned);
     let mut panel = Panel::new("turn of the OP (%)", format!("answer of the PV ({unit})"));
     let of = |wanted: bool| -> (Vec<f64>, Vec<f64>) {
@@ -33,7 +60,5 @@ pub fn figure(name: &str, unit: Option<&str>, test: &TestReading) -> Figure {
     } else if let Some(limit) = test.s_below {
         panel = panel.note(Annotation::vertical_line(limit, "S is below"));
     }
-    Figure::new(format!("{name}: turns of the OP and answers of the PV"))
-        .caption("A valve that sticks answers no turn that is smaller than S.")
-        .with(panel)
+    panel
 }

@@ -221,7 +221,7 @@ fn a_report_tells_all_that_a_model_can_say() {
         "The test",
         "<ol>",
         "Put the controller in manual.",
-        "1.2\u{a0}m3/h",
+        "The turns of part 1, from u0.",
         "Over time",
         "The numbers of all 6 windows",
         "Data quality",

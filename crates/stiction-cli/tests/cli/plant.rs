@@ -1,5 +1,6 @@
 //! `stiction plant`.
 
+use crate::valve_test::{dated, sample};
 use crate::{folder, read, rows, run, write};
 
 #[test]
@@ -193,4 +194,61 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
     std::fs::write(folder.join("north/log.toml"), "[[entry]]\nkind = \"repair\"\nlop = 1\n")
         .unwrap();
     assert!(plant(&["report"]).refusal().contains("log.toml, line 3: unknown field `lop`"));
+}
+
+#[test]
+fn a_test_confirms_an_order_and_closes_one() {
+    let folder = folder("plant-tested");
+    let demo = ["plant", "demo", "--loops", "10", "--days", "3", "-o", "north"];
+    run(&folder, &demo).quiet_success();
+    let plant = |more: &[&str]| run(&folder, &[&["plant", "-C", "north"], more].concat());
+    std::fs::create_dir(folder.join("north/tests")).unwrap();
+    write(&folder, "north/tests/FIC107.csv", dated(&sample("test/FIC107-tested.csv"), 4));
+    write(&folder, "north/tests/FIC207.csv", dated(&sample("test/FIC107-repaired.csv"), 4));
+    let own = read(&folder, "north/plant.toml");
+    let both = own.replace("\"data/*.parquet\"", "\"data/*.parquet\", \"tests/*.csv\"");
+    assert_ne!(own, both, "{own}");
+    write(&folder, "north/plant.toml", both);
+    plant(&["scan"]).quiet_success();
+    let order =
+        ["note", "FIC207", "WO 4711", "--order", "--day", "2026-03-02", "--by", "J. Miller"];
+    plant(&order).quiet_success();
+    let out = plant(&["report", "--week", "2026-W10"]).quiet_success();
+    assert!(out.contains(" work orders, 1 closed by a test; see "), "{out}");
+
+    assert!(read(&folder, "north/reports/2026-W10/orders.csv").contains(",status,finding,"));
+    let orders: serde_json::Value =
+        serde_json::from_str(&read(&folder, "north/reports/2026-W10/orders.json")).unwrap();
+    let all = orders.as_array().unwrap();
+    let of = |key: &str, value: &str| {
+        all.iter().find(|order| order[key] == value).unwrap_or_else(|| panic!("{orders}"))
+    };
+    let (confirmed, closed) = (of("loop", "FIC107"), of("loop", "FIC207"));
+    assert_eq!((&confirmed["status"], &confirmed["sheet"]), (&"confirmed".into(), &().into()));
+    let starts = |order: &serde_json::Value, key: &str, with: &str| {
+        assert!(order[key].as_str().unwrap().starts_with(with), "{order}");
+    };
+    starts(confirmed, "finding", "the valve sticks, confirmed by a test on 2026-03-04, S 2.");
+    assert_eq!(closed["status"], "closed");
+    starts(closed, "finding", "the valve does not stick, by a test on 2026-03-04, S below 0.");
+    assert_eq!(all.last().unwrap()["loop"], "FIC207", "what is closed stands at the end");
+    // An open order has the plan in short, and its sheet beside the page.
+    let open = of("status", "open");
+    starts(open, "test", "in manual, turn the OP to and fro by 0.4, ");
+    let sheet = format!("north/reports/2026-W10/{}", open["sheet"].as_str().unwrap());
+    let heading = format!("<h1>Valve test of {}</h1>", open["loop"].as_str().unwrap());
+    assert!(read(&folder, &sheet).contains(&heading));
+
+    let page = read(&folder, "north/reports/2026-W10/index.html");
+    for part in ["1 closed by a test", ": does not stick</small>", "-test.html\">The sheet</a>"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let words = plant(&["orders", "--week", "2026-W10"]).quiet_success();
+    assert!(words.contains("FIC207, closed: the valve does not stick, by a test on"), "{words}");
+    // A repair after the test ends what the test said.
+    let repair = ["note", "FIC107", "new packing", "--repair", "--day", "2026-03-05"];
+    plant(&repair).quiet_success();
+    let json = plant(&["orders", "--week", "2026-W10", "--json"]).json();
+    let confirmed = json["orders"].as_array().unwrap().iter().any(|o| o["status"] == "confirmed");
+    assert!(!confirmed, "{json}");
 }

@@ -17,6 +17,10 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("bench-tests", vec!["bench", "--tests", "3", "--json"]),
         ("test-plan", vec!["test", "plan", file, "--json"]),
         ("test-read", vec!["test", "read", "FIC106-tested.csv", "--json"]),
+        (
+            "test-compare",
+            vec!["test", "read", "FIC106-tested.csv", "--before", "FIC106-tested.csv", "--json"],
+        ),
         ("plant-check", vec!["plant", "-C", "north", "check", "--json"]),
         ("plant-scan", vec!["plant", "-C", "north", "scan", "--json"]),
         ("plant-report", vec!["plant", "-C", "north", "report", "--json"]),

@@ -4,7 +4,7 @@ use crate::{folder, read, run, write};
 use std::path::Path;
 
 /// A path of the project, from the folder of a test.
-fn sample(name: &str) -> String {
+pub fn sample(name: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples").join(name).display().to_string()
 }
 
@@ -113,4 +113,166 @@ fn what_cannot_be_planned_or_read_is_said() {
     let words = run(&folder, &["diagnose", &tested, "--json"]).json();
     let notes = words["loops"][0]["notes"].to_string();
     assert!(notes.contains("a test of the valve is in this recording"), "{notes}");
+}
+
+/// A sample on the given day of March 2026, from 06:00 on.
+pub fn dated(path: &str, day: u32) -> String {
+    let whole = std::fs::read_to_string(path).unwrap();
+    let line = |line: &str| match line.split_once(',') {
+        Some((t, rest)) if t != "time_s" => {
+            let t: f64 = t.parse().unwrap();
+            let (m, s) = ((t / 60.0).floor(), t % 60.0);
+            format!("2026-03-{day:02}T06:{m:02}:{s:04.1}Z,{rest}\n")
+        }
+        _ => format!("{}\n", line.replace("time_s", "time")),
+    };
+    whole.lines().map(line).collect()
+}
+
+/// A recording whose first `operation` samples wander, then the OP goes to and fro about 50 % by `sizes`, each for twelve
+/// samples of 2 s in manual; `pv` gets the OP and returns the PV, sample by sample.
+fn by_hand(operation: usize, sizes: &[f64], middle: f64, pv: &dyn Fn(usize, f64) -> f64) -> String {
+    let mut text = "time_s,OP,PV,mode\n".to_owned();
+    let mut row = |k: usize, op: f64, mode: &str| {
+        text += &format!("{},{op:.3},{:.4},{mode}\n", 2 * k, pv(k, op));
+    };
+    for k in 0..operation {
+        row(k, middle + (k as f64 / 9.0).sin(), "AUTO");
+    }
+    for (turn, size) in sizes.iter().enumerate() {
+        let op = middle + if turn % 2 == 0 { 0.5 * size } else { -0.5 * size };
+        for k in 0..12 {
+            row(operation + 12 * turn + k, op.clamp(0.0, 100.0), "MAN");
+        }
+    }
+    for k in 0..20 {
+        row(operation + 12 * sizes.len() + k, middle, "AUTO");
+    }
+    text
+}
+
+fn grow_and_shrink() -> Vec<f64> {
+    (0..16).chain((0..16).rev()).map(|k| 0.4 * 1.23f64.powi(k)).collect()
+}
+
+#[test]
+fn a_repair_is_shown_by_two_tests() {
+    let folder = folder("test-before-after");
+    let (before, after) = (sample("test/FIC107-tested.csv"), sample("test/FIC107-repaired.csv"));
+    let words = run(&folder, &["test", "read", &after, "--before", &before]).quiet_success();
+    let page = include_str!("../../../../docs/test.md");
+    assert!(page.contains(&words), "docs/test.md must show: {words}");
+    assert!(words.lines().all(|line| line.chars().count() <= 100), "{words}");
+    let asked = ["test", "read", &*after, "--before", &*before];
+    let json = run(&folder, &[&asked[..], &["--json"]].concat()).json();
+    let of = |what: &str| &json["comparison"][what];
+    assert_eq!(of("effect"), "lowered", "{json}");
+    let s = json["before"]["test"]["S"]["low"].as_f64().unwrap();
+    let below = json["after"]["test"]["S_below"].as_f64().unwrap();
+    assert!((of("difference")["high"].as_f64().unwrap() - (below - s)).abs() < 1e-9, "{json}");
+    assert!(of("difference")["value"].is_null());
+
+    let more = ["--report", "repair.html", "--plot", "both.svg", "--fail"];
+    run(&folder, &[&asked[..], &more].concat()).quiet_success();
+    let html = read(&folder, "repair.html");
+    for part in [
+        "before and after a repair</h1>",
+        "The repair lowered S from",
+        "difference of S, with its 90 % interval",
+        "The two tests, side by side.",
+        "Both tests with the same axes.",
+        "<h3>Before the repair</h3>",
+        "<h3>After the repair</h3>",
+        "signature",
+        "prefers-color-scheme: dark",
+        "size: A4 portrait",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    let fetched = ["src=\"", "href=\"http", "url(http", "@import"].map(|part| html.contains(part));
+    assert!(!fetched.contains(&true), "the page needs no network");
+    assert!(read(&folder, "both.svg").contains("before"));
+
+    // The other way round S rises, and a valve that sticks fails.
+    let back = run(&folder, &["test", "read", &before, "--before", &after, "--fail"]);
+    assert!(back.code == 1 && back.out.contains("S rose by at least"), "{}", back.out);
+    // With itself nothing changes.
+    let same = run(&folder, &["test", "read", &before, "--before", &before]).quiet_success();
+    assert!(same.contains("S did not change."), "{same}");
+
+    // A test that was made later is not the one before.
+    write(&folder, "FIC107.csv", dated(&before, 2));
+    write(&folder, "FIC107-after.csv", dated(&after, 9));
+    let right =
+        ["test", "read", "FIC107-after.csv", "--before", "FIC107.csv", "--report", "r.html"];
+    let words = run(&folder, &right).quiet_success();
+    assert!(words.contains("2026-03-02") && words.contains("2026-03-09"), "{words}");
+    assert!(read(&folder, "r.html").contains("before, 2026-03-02"));
+    let wrong = ["test", "read", "FIC107.csv", "--before", "FIC107-after.csv"];
+    let refused = run(&folder, &wrong).refusal();
+    assert!(refused.contains("exchange the two files"), "{refused}");
+    // Tags that differ are said.
+    std::fs::copy(folder.join("FIC107.csv"), folder.join("FIC108.csv")).unwrap();
+    let other = ["test", "read", "FIC107-after.csv", "--before", "FIC108.csv"];
+    let words = run(&folder, &other).quiet_success();
+    assert!(
+        words.contains("The recordings have different tags, FIC108 and FIC107-after."),
+        "{words}"
+    );
+}
+
+#[test]
+fn a_plan_stands_beside_what_was_carried_out() {
+    let folder = folder("test-carried");
+    let tested = sample("test/FIC106-tested.csv");
+    let whole = std::fs::read_to_string(&tested).unwrap();
+    let operation: String = whole.lines().take(700).map(|line| format!("{line}\n")).collect();
+    write(&folder, "FIC106.csv", operation);
+    let plan = run(&folder, &["test", "plan", "FIC106.csv", "--json"]).quiet_success();
+    write(&folder, "plan.json", plan);
+    // The tag of the plan goes on with a word in the file's name.
+    let asked = ["test", "read", &*tested, "--plan", "plan.json"];
+    let words = run(&folder, &[&asked[..], &["--report", "test.html"]].concat()).quiet_success();
+    assert!(words.contains("the plan asks for ") && words.contains(" or more, and 28 were made\n"));
+    assert!(words.contains("  - The controller took over once in between.\n"), "{words}");
+    let html = read(&folder, "test.html");
+    for part in ["The plan beside what was carried out", "planned", "The turns, with", "its units"]
+    {
+        assert!(html.contains(part), "{part}");
+    }
+    let json = run(&folder, &[&asked[..], &["--json"]].concat()).json();
+    let carried = &json["loops"][0]["test"]["plan"];
+    assert_eq!(carried["turns"], 28);
+    assert!(carried["sizes"].as_array().unwrap().iter().any(|size| size["part"] == 2));
+    let none = run(&folder, &["test", "read", &tested, "--json"]).json();
+    assert!(none["loops"][0]["test"]["plan"].is_null());
+}
+
+#[test]
+fn what_spoils_a_test_is_said() {
+    let folder = folder("test-spoiled");
+    let read_it = |name: &str| run(&folder, &["test", "read", name, "--rises"]);
+    // A transmitter that never leaves its dead band.
+    write(
+        &folder,
+        "FIC1.csv",
+        by_hand(300, &grow_and_shrink(), 50.0, &|k, op| match k {
+            0..300 => op,
+            _ => 49.0,
+        }),
+    );
+    let refused = read_it("FIC1.csv").refusal();
+    assert!(
+        refused.contains("FIC1.csv, loop FIC1: the PV holds one value throughout"),
+        "{refused}"
+    );
+    // An OP that is cut at the end of its range.
+    let noise = |k: usize| 0.05 * ((k * k * 7919) % 1000) as f64 / 1000.0;
+    write(&folder, "FIC2.csv", by_hand(300, &grow_and_shrink(), 1.0, &|k, op| op + noise(k)));
+    let words = read_it("FIC2.csv").quiet_success();
+    assert!(words.contains("the OP stood at 0 or 100 % in "), "{words}");
+    // A PV without units breaks nothing.
+    let page = ["test", "read", "FIC2.csv", "--rises", "--report", "page.html"];
+    run(&folder, &page).quiet_success();
+    assert!(read(&folder, "page.html").contains("(its units)"));
 }

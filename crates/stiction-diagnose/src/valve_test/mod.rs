@@ -7,6 +7,7 @@
 //! * `answer`: how far each turn moved the PV, whatever the valve did;
 //! * `stems`: how far each valve would move with each turn;
 //! * `explain`: how well a valve explains the answers; `weigh`: which valve is likely;
+//! * `carried`: what was done of the plan; `compare`: what a repair changed;
 //! * `behind`: whether a dead band lies in the valve or behind the process.
 //!
 //! # Limits
@@ -16,11 +17,18 @@
 
 mod answer;
 mod behind;
+mod carried;
+mod compare;
+mod cut;
 mod explain;
 mod plan;
 mod read;
+mod short;
 mod stems;
 mod weigh;
 
+pub use carried::{Carried, CarriedSize, same_loop};
+pub use compare::{Comparison, Difference, Effect, compare};
 pub use plan::{PlanOptions, TestPlan, Turn, plan};
 pub use read::{ReadOptions, Step, TestReading, read};
+pub use short::short;

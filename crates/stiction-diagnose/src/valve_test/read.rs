@@ -1,5 +1,7 @@
 //! What a test says that was carried out.
 
+use super::carried::{Carried, carried, same_loop};
+use super::cut::cut;
 use super::plan::{TestPlan, rises};
 use super::weigh::{Manual, SMALL, Weighed, weigh};
 use crate::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
@@ -79,6 +81,8 @@ pub struct TestReading {
     pub reasons: Vec<String>,
     /// What to do differently, where the test does not tell.
     pub advice: Option<String>,
+    /// What was carried out of the plan, where one was given.
+    pub plan: Option<Carried>,
 }
 
 /// Probability from which a valve sticks.
@@ -126,7 +130,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         ));
     }
     if let Some(plan) = &options.plan
-        && !plan.name.eq_ignore_ascii_case(&recording.name)
+        && !same_loop(&plan.name, &recording.name)
     {
         return Err(Abstention(format!(
             "the plan is for loop {}, and the recording is of {}; give the plan of this loop",
@@ -181,7 +185,10 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     reading.response_s =
         (reading.steps.iter().any(Step::seen)).then_some((process.dead as f64 + lags) * step_s);
     reading.reasons = reasons(&reading, &weighed);
+    reading.reasons.extend(cut(&spells));
     reading.advice = advice(&reading);
+    let plan = options.plan.as_ref();
+    reading.plan = plan.map(|plan| carried(plan, &spells, &reading.steps, grid.sample_time));
     Ok(reading)
 }
 
@@ -376,6 +383,7 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
         steps: vec![],
         reasons: vec![],
         advice: None,
+        plan: None,
     }
 }
 

@@ -61,6 +61,8 @@ pub struct Found {
     pub grade: Option<Grade>,
     /// What a person concluded, which goes before it.
     pub overruled: Option<VerdictClass>,
+    /// What the last test of the valve says, which goes before the verdict, too.
+    pub tested: Option<VerdictClass>,
     /// What the data are like.
     pub health: Health,
     /// Whether the loop oscillates in most windows.
@@ -75,6 +77,11 @@ impl Found {
     /// What to do.
     pub fn action(&self) -> Action {
         match self.overruled {
+            Some(VerdictClass::Sticks | VerdictClass::DoesNotRespond) => return Action::Repair,
+            Some(VerdictClass::DoesNotStick) => return self.without_stiction(),
+            Some(VerdictClass::CannotTell) | None => {}
+        }
+        match self.tested {
             Some(VerdictClass::Sticks | VerdictClass::DoesNotRespond) => return Action::Repair,
             Some(VerdictClass::DoesNotStick) => return self.without_stiction(),
             Some(VerdictClass::CannotTell) | None => {}
@@ -115,6 +122,7 @@ mod tests {
         let found = Found {
             grade: Some(Grade::Sticks),
             overruled: None,
+            tested: None,
             health: Health::Good,
             oscillates: true,
             alternative: Some((Cause::AggressiveTuning, 0.7)),
@@ -124,6 +132,14 @@ mod tests {
         let overruled = |verdict| Found { overruled: Some(verdict), ..found };
         assert_eq!(overruled(VerdictClass::DoesNotStick).action(), Action::Retune);
         assert_eq!(overruled(VerdictClass::CannotTell).action(), Action::Repair);
+        let tested = |verdict| Found { tested: Some(verdict), ..found };
+        assert_eq!(tested(VerdictClass::DoesNotStick).action(), Action::Retune);
+        assert_eq!(tested(VerdictClass::CannotTell).action(), Action::Repair);
+        let person =
+            Found { overruled: Some(VerdictClass::Sticks), ..tested(VerdictClass::DoesNotStick) };
+        assert_eq!(person.action(), Action::Repair);
+        let fine = Found { grade: Some(Grade::Fine), ..tested(VerdictClass::Sticks) };
+        assert_eq!(fine.action(), Action::Repair);
         let of = |grade| Found { grade: Some(grade), ..found };
         assert_eq!(of(Grade::Unclear).action(), Action::Retune);
         assert_eq!(Found { oscillates: false, ..of(Grade::Fine) }.action(), Action::Leave);

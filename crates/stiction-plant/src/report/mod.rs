@@ -3,6 +3,7 @@
 //! ```text
 //! index.html            the page
 //! loops/TAG.html        the diagnosis of the most telling window of a loop
+//! loops/TAG-test.html   the sheet of the test of its valve, where an order asks for one
 //! ranking.csv|json|parquet
 //! orders.csv|json
 //! groups.parquet
@@ -16,6 +17,7 @@ pub mod health;
 pub mod orders;
 pub mod page;
 pub mod ranking;
+pub mod tested;
 pub mod treemap;
 
 use crate::day;
@@ -40,10 +42,12 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_diagnose::recording::Recording;
+use stiction_diagnose::valve_test::{self, PlanOptions, TestPlan};
 use stiction_report::document::{Loop, Source, json};
 use stiction_report::report::Folder;
 use stiction_report::report::folder::plain;
 use stiction_report::sheet::Sheet;
+use stiction_report::test_sheet;
 
 /// The folder of all reports, in that of the plant.
 pub const FOLDER: &str = "reports";
@@ -110,8 +114,10 @@ pub struct Reported {
     pub actions: Vec<Counted>,
     /// What changed in the week.
     pub changes: Vec<Changed>,
-    /// Work orders.
+    /// Work orders that are to be done.
     pub orders: usize,
+    /// Work orders that a test closed.
+    pub orders_closed: usize,
     /// Pages of loops that were written.
     pub pages: usize,
     /// Why pages of loops could not be written.
@@ -336,7 +342,8 @@ pub fn write(
                 day: row.change_day.clone(),
             })
             .collect(),
-        orders: orders.len(),
+        orders: orders::to_do(&orders),
+        orders_closed: orders.len() - orders::to_do(&orders),
         pages: loops().filter(|row| row.page.is_some()).count(),
         problems,
         new_sticking: loops().filter(|row| row.is_new_sticking() && !row.is_snoozed()).count(),
@@ -360,37 +367,49 @@ fn write_pages(
             continue;
         }
         let Some(window) = telling(ranked) else { continue };
-        // Tags that differ in what no file system holds.
-        let plain = plain(&row.name);
-        let tries = std::iter::once(plain.clone()).chain((2..).map(|k| format!("{plain}-{k}")));
-        let name = tries.into_iter().find(|name| names.insert(name.to_lowercase()));
-        chosen.push((place, window, format!("loops/{}.html", name.unwrap_or(plain))));
+        let path = file_name(&mut names, plain(&row.name));
+        chosen.push((place, window, path));
     }
     let windows: Vec<&WindowRow> = chosen.iter().map(|(_, window, _)| *window).collect();
     let recordings = recordings_of(folder, plant, &windows)?;
     let mut problems = vec![];
     // A few at a time: a page is a megabyte, and a diagnosis some more.
     for (part, recordings) in chosen.chunks(8).zip(recordings.chunks(8)) {
-        let made: Vec<std::result::Result<String, String>> = part
+        let made: Vec<std::result::Result<LoopPages, String>> = part
             .par_iter()
             .zip(recordings)
             .map(|((_, window, _), recording)| {
-                let html = loop_page(window, recording.as_ref().map_err(Clone::clone)?, plant);
+                let pages = loop_pages(window, recording.as_ref().map_err(Clone::clone)?, plant);
                 seen();
-                html
+                pages
             })
             .collect();
-        for ((place, window, path), html) in part.iter().zip(made) {
-            match html {
-                Ok(html) => {
-                    write_whole(&to.join(path), html.as_bytes())?;
-                    ranking.loops[*place].row.page = Some(path.clone());
+        for ((place, window, path), pages) in part.iter().zip(made) {
+            let row = &mut ranking.loops[*place].row;
+            match pages {
+                Ok(pages) => {
+                    write_whole(&to.join(path), pages.diagnosis.as_bytes())?;
+                    row.page = Some(path.clone());
+                    if let Some(plan) = pages.plan.filter(|_| row.is_to_test()) {
+                        let tag = format!("{}-test", plain(&row.name));
+                        let sheet = file_name(&mut names, tag);
+                        let html = test_sheet::html(&plan, &tool());
+                        write_whole(&to.join(&sheet), html.as_bytes())?;
+                        (row.plan, row.sheet) = (Some(valve_test::short(&plan)), Some(sheet));
+                    }
                 }
                 Err(why) => problems.push(format!("the page of {}: {why}", window.name)),
             }
         }
     }
     Ok(problems)
+}
+
+/// A file of the pages of loops that has no other's name: tags may differ in what no file system holds.
+fn file_name(names: &mut BTreeSet<String>, plain: String) -> String {
+    let tries = std::iter::once(plain.clone()).chain((2..).map(|k| format!("{plain}-{k}")));
+    let name = tries.into_iter().find(|name| names.insert(name.to_lowercase()));
+    format!("loops/{}.html", name.unwrap_or(plain))
 }
 
 /// The window of the week that says most: of a valve to repair that which accuses it most, else the last that was judged.
@@ -404,19 +423,31 @@ fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
     }
 }
 
-/// The diagnosis of a window as a page.
-fn loop_page(
+/// What is written of a loop.
+struct LoopPages {
+    /// The diagnosis of a window as a page.
+    diagnosis: String,
+    /// The test of its valve, where one can be sized.
+    plan: Option<TestPlan>,
+}
+
+fn tool() -> String {
+    format!("stiction {ENGINE_VERSION}")
+}
+
+fn loop_pages(
     window: &WindowRow,
     recording: &Recording,
     plant: &Plant,
-) -> std::result::Result<String, String> {
+) -> std::result::Result<LoopPages, String> {
     let diagnosis = diagnose(recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())?;
     let day = day::date(day::of(window.window_start as f64, &plant.zone));
     let file = format!("all files of {day}, put together");
     let source = Source { file, sha256: window.input_fingerprint.clone() };
-    let tool = format!("stiction {ENGINE_VERSION}");
     let one = Loop { diagnosis: &diagnosis, source: &source };
-    Folder::new(tool, &[one]).page(0).map_err(|e| e.to_string())
+    let page = Folder::new(tool(), &[one]).page(0).map_err(|e| e.to_string())?;
+    let plan = valve_test::plan(&diagnosis, &PlanOptions::default()).ok();
+    Ok(LoopPages { diagnosis: page, plan })
 }
 
 fn write_tables(

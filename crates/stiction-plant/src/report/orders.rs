@@ -2,17 +2,38 @@
 
 use crate::report::action::Action;
 use crate::report::ranking::{LoopRow, Ranking};
-use crate::store::table::columns;
+use crate::store::table::{columns, named_cell, written_by_name};
 use stiction_diagnose::diagnose::{Grade, VerdictClass};
-use stiction_diagnose::recording::LoopType;
 use stiction_diagnose::spoken::{counted, percent, rough, time};
 
-/// The smallest and the largest step that a test asks for, percent of span.
-const STEPS: (f64, f64) = (0.25, 5.0);
-/// Steps a stick band is divided into.
-const STEPS_IN_BAND: f64 = 3.0;
-/// The step where S is not known, percent of span.
-const STEP: f64 = 0.5;
+/// What a test of the valve made of an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Status {
+    /// No test says anything of it.
+    #[default]
+    Open,
+    /// A test says that the valve sticks, or does not respond.
+    Confirmed,
+    /// A test says that the valve does not stick.
+    Closed,
+}
+
+named_cell!(Status);
+written_by_name!(Status);
+
+impl Status {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Open, Self::Confirmed, Self::Closed];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Confirmed => "confirmed",
+            Self::Closed => "closed",
+        }
+    }
+}
 
 columns! {
     /// A work order that a week proposes.
@@ -25,22 +46,41 @@ columns! {
     "unit" [""] unit: Option<String>;
     /// Weight times severity times probability.
     "priority" [""] priority: f64;
+    /// What a test made of it: open, confirmed or closed.
+    "status" [""] status: Status;
     /// What is wrong.
     "finding" [""] finding: String;
     /// What says so.
     "evidence" [""] evidence: String;
-    /// The test that would confirm it.
+    /// The test that is due, or when it was made.
     "test" [""] test: String;
     /// The last repair, order or note.
     "note" [""] note: Option<String>;
     /// Page of the loop, from the folder of the report on.
     "page" [""] page: Option<String>;
+    /// Sheet of the test, from the folder of the report on.
+    "sheet" [""] sheet: Option<String>;
 }
 
-/// The orders of a week, the most important first. What is snoozed has none.
+/// The orders of a week, the most important first, and those that a test closed at the end. What is snoozed has none.
 pub fn orders(ranking: &Ranking<'_>) -> Vec<Order> {
     let rows = ranking.loops.iter().map(|ranked| &ranked.row);
-    rows.filter(|row| row.action == Action::Repair && !row.is_snoozed()).map(order).collect()
+    let rows: Vec<&LoopRow> = rows.filter(|row| !row.is_snoozed()).collect();
+    let due = rows.iter().filter(|row| row.action == Action::Repair);
+    due.chain(rows.iter().filter(|row| row.is_cleared())).map(|row| order(row)).collect()
+}
+
+/// How many of them are still to be done.
+pub fn to_do(orders: &[Order]) -> usize {
+    orders.iter().filter(|order| order.status != Status::Closed).count()
+}
+
+fn status(row: &LoopRow) -> Status {
+    match () {
+        () if row.is_cleared() => Status::Closed,
+        () if row.is_confirmed() && row.overruled.is_none() => Status::Confirmed,
+        () => Status::Open,
+    }
 }
 
 fn order(row: &LoopRow) -> Order {
@@ -49,15 +89,29 @@ fn order(row: &LoopRow) -> Order {
         area: row.area.clone(),
         unit: row.unit.clone(),
         priority: row.priority,
+        status: status(row),
         finding: finding(row),
         evidence: evidence(row),
         test: test(row),
         note: row.note.clone(),
         page: row.page.clone(),
+        sheet: row.sheet.clone(),
     }
 }
 
 fn finding(row: &LoopRow) -> String {
+    let by_test = row.test_in_words().unwrap_or_default();
+    match status(row) {
+        Status::Closed => return format!("the valve does not stick, by {by_test}"),
+        Status::Confirmed => {
+            let what = match row.test {
+                Some(VerdictClass::DoesNotRespond) => "the valve does not respond",
+                _ => "the valve sticks",
+            };
+            return format!("{what}, confirmed by {by_test}");
+        }
+        Status::Open => {}
+    }
     let found = match (row.overruled, row.grade) {
         (Some(VerdictClass::DoesNotRespond), _) | (None, Some(Grade::DoesNotRespond)) => {
             "the valve, or its transmitter, does not respond"
@@ -99,22 +153,17 @@ fn evidence(row: &LoopRow) -> String {
     parts.join("; ")
 }
 
-/// The test that would confirm it, sized as far as the row tells; the page of the loop has it in full.
+/// The test that is due, or that was made.
 fn test(row: &LoopRow) -> String {
-    let step = row.s.map_or(STEP, |s| (s / STEPS_IN_BAND).clamp(STEPS.0, STEPS.1));
-    let wait = row.period_s.map_or(String::new(), |p| format!(", {} each", time(p / 2.0)));
-    let integrates = [LoopType::Level, LoopType::OtherIntegrating].map(LoopType::name);
-    match integrates.contains(&&*row.loop_type) {
-        true => format!(
-            "in manual, pulses of the output of {} %, {} % and so on, away and back{wait}: a valve that sticks \
-             answers none until they exceed its stick band",
-            rough(step),
-            rough(2.0 * step)
-        ),
-        false => format!(
-            "in manual, steps of the output by {} % up, and the same down{wait}: a valve that sticks does nothing \
-             for two or three of them, then jumps",
-            rough(step)
-        ),
+    match (status(row), &row.plan) {
+        (Status::Closed | Status::Confirmed, _) => {
+            format!("made on {}", row.test_day.as_deref().unwrap_or("a day that is not known"))
+        }
+        (Status::Open, Some(plan)) => plan.clone(),
+        (Status::Open, None) => UNSIZED.to_owned(),
     }
 }
+
+/// The test of a loop whose page was not made.
+const UNSIZED: &str = "in manual, turns of the OP to and fro that grow until the PV answers, then shrink; the report has the \
+                       sheet where it has a page of the loop, and `stiction test plan` sizes it for any other";

@@ -6,7 +6,7 @@ use crate::groups::{Group, Source};
 use crate::report::action::Action;
 use crate::report::change::Change;
 use crate::report::health::Health;
-use crate::report::orders::Order;
+use crate::report::orders::{Order, to_do};
 use crate::report::ranking::{FULL, LoopRow, Ranked, Ranking};
 use crate::report::treemap::{AreaTile, LoopTile, NOWHERE, Tile, map};
 use crate::store::window::ENGINE_VERSION;
@@ -288,7 +288,11 @@ const HEADS: [(&str, bool, &str); 16] = [
     ("travel", true, "travel of the output, % an hour"),
     ("turns", true, "turns of the output an hour"),
     ("other cause", false, "the likeliest other cause, and the period of the swing"),
-    ("said", false, "overrides, orders, repairs and notes of people"),
+    (
+        "said",
+        false,
+        "overrides, orders, repairs and notes of people, and the last test of the valve",
+    ),
 ];
 
 fn table(ranking: &Ranking<'_>) -> Markup {
@@ -418,6 +422,9 @@ fn said(row: &LoopRow) -> Markup {
         @if row.watch { small { "watched" } }
         @if let Some(id) = row.group { small { a href={ "#group-" (id) } { "swings with group " (id) } } }
         @if let Some(reason) = &row.override_reason { small { "override: " (reason) } }
+        @if let (Some(class), Some(test)) = (row.test, row.test_in_words()) {
+            small { (test) ": " (class.name()) }
+        }
         @if let Some(note) = &row.note { small { (note) } }
         @if let Some(error) = &row.error { small { "error: " (error) } }
     }
@@ -539,7 +546,9 @@ fn work(orders: &[Order]) -> Markup {
     html! {
         h2 #orders { "Work orders" }
         p {
-            (counted(orders.len(), "order")) ": " a href="orders.csv" download { "orders.csv" } ", "
+            (counted(to_do(orders), "order")) " to be done"
+            @if to_do(orders) < orders.len() { ", " (orders.len() - to_do(orders)) " closed by a test" }
+            ": " a href="orders.csv" download { "orders.csv" } ", "
             a href="orders.json" download { "orders.json" } ". All loops: " a href="ranking.csv" download { "ranking.csv" } ", "
             a href="ranking.json" download { "ranking.json" } ", " a href="ranking.parquet" download { "ranking.parquet" } "."
         }
@@ -550,10 +559,13 @@ fn work(orders: &[Order]) -> Markup {
                     section.box {
                         p {
                             b { @match &order.page { Some(path) => a href=(relative(path)) { (order.name) }, None => (order.name) } }
-                            ": " (order.finding) "."
+                            ", " (order.status.name()) ": " (order.finding) "."
                         }
                         p { "Evidence: " (order.evidence) "." }
-                        p { "Test: " (order.test) "." }
+                        p {
+                            "Test: " (order.test) "."
+                            @if let Some(sheet) = &order.sheet { " " a href=(relative(sheet)) { "The sheet" } "." }
+                        }
                         @if let Some(note) = &order.note { p.soft { (note) } }
                     }
                 }

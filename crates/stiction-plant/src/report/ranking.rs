@@ -25,6 +25,7 @@ use crate::plant_file::Plant;
 use crate::report::action::{Action, Found};
 use crate::report::change::{self, Change, Event, Seen};
 use crate::report::health::Health;
+use crate::report::tested::{LastTest, s_in_words};
 use crate::store::table::columns;
 use crate::store::window::WindowRow;
 use crate::week::Week;
@@ -123,6 +124,20 @@ columns! {
     "override" [""] overruled: Option<VerdictClass>;
     /// Why, by whom and until when.
     "override_reason" [""] override_reason: Option<String>;
+    /// What the last test of the valve says that counts in the week.
+    "test" [""] test: Option<VerdictClass>;
+    /// The day on which that test ended.
+    "test_day" [""] test_day: Option<String>;
+    /// S by that test, of span.
+    "test_S" ["%"] test_s: Option<f64>;
+    /// Low end of its interval.
+    "test_S_low" ["%"] test_s_low: Option<f64>;
+    /// High end of its interval.
+    "test_S_high" ["%"] test_s_high: Option<f64>;
+    /// S is below this by that test, where it finds none.
+    "test_S_below" ["%"] test_s_below: Option<f64>;
+    /// The day of the last order that no repair followed.
+    "ordered" [""] ordered: Option<String>;
     /// The day on which to look again.
     "snoozed_until" [""] snoozed_until: Option<String>;
     /// Whether it is on the watch list.
@@ -139,6 +154,10 @@ columns! {
     "error" [""] error: Option<String>;
     /// Page of the loop, from the folder of the report on.
     "page" [""] page: Option<String>;
+    /// The test of the valve in short, where one is due and its page was made.
+    "plan" [""] plan: Option<String>;
+    /// Sheet of that test, from the folder of the report on.
+    "sheet" [""] sheet: Option<String>;
 }
 
 /// A loop in the ranking, with what its row comes from.
@@ -169,6 +188,35 @@ impl LoopRow {
     /// Whether it is not to be seen in the list of work.
     pub fn is_snoozed(&self) -> bool {
         self.snoozed_until.is_some()
+    }
+
+    /// Whether the last test says that the valve sticks, or does not respond.
+    pub fn is_confirmed(&self) -> bool {
+        matches!(self.test, Some(VerdictClass::Sticks | VerdictClass::DoesNotRespond))
+    }
+
+    /// Whether a test is due before the valve is repaired.
+    pub fn is_to_test(&self) -> bool {
+        self.action == Action::Repair && !self.is_confirmed() && self.overruled.is_none()
+    }
+
+    /// Whether the last test says that a valve does not stick that was to be repaired, by its windows or by an order.
+    pub fn is_cleared(&self) -> bool {
+        let accused = [self.grade, self.verdict_before].into_iter().flatten().any(Grade::accuses);
+        self.test == Some(VerdictClass::DoesNotStick)
+            && self.action != Action::Repair
+            && (accused || self.ordered.is_some())
+    }
+
+    /// The last test in words, without what it says of the valve: `a test on 2026-03-04, S 3.2 % (3 to 3.5)`.
+    pub fn test_in_words(&self) -> Option<String> {
+        let day = self.test_day.as_ref()?;
+        let s = s_in_words(self.test_s, self.test_s_low, self.test_s_high, self.test_s_below);
+        Some(if s.is_empty() {
+            format!("a test on {day}")
+        } else {
+            format!("a test on {day}, {s}")
+        })
     }
 
     /// Whether a valve that did not stick does now.
@@ -215,6 +263,8 @@ struct Said<'a> {
     overruled: Option<&'a Entry>,
     snoozed: Option<i64>,
     note: Option<&'a Entry>,
+    /// The day of the last order that no repair followed.
+    ordered: Option<i64>,
 }
 
 impl<'a> Said<'a> {
@@ -223,6 +273,8 @@ impl<'a> Said<'a> {
         let of_kind = |kind: Kind| entries.iter().copied().filter(move |entry| entry.kind == kind);
         let holds = |entry: &&Entry| entry.until.is_none_or(|until| until >= *days.start());
         let repairs = of_kind(Kind::Repair).map(|entry| entry.day);
+        let repaired = of_kind(Kind::Repair).map(|entry| entry.day).max();
+        let ordered = of_kind(Kind::Order).map(|entry| entry.day).filter(|day| day <= days.end());
         let snoozed = of_kind(Kind::Snooze).filter_map(|entry| entry.until).max();
         // The last one counts; one that cannot tell takes back what was said before.
         let overruled = of_kind(Kind::Override).rfind(holds);
@@ -230,6 +282,7 @@ impl<'a> Said<'a> {
             repairs: repairs.filter(|day| day <= days.end()).collect(),
             overruled: overruled.filter(|e| e.verdict != Some(VerdictClass::CannotTell)),
             snoozed: snoozed.filter(|until| until > days.end()),
+            ordered: ordered.max().filter(|day| repaired.is_none_or(|r| r < *day)),
             note: entries.iter().copied().rfind(|entry| entry.kind != Kind::Override),
         }
     }
@@ -295,10 +348,11 @@ fn ranked<'a>(
     let days = week.days();
     let facts = plant.facts(name);
     let entries = log.of(name);
-    let Said { repairs, overruled, snoozed, note } = Said::of(&entries, &days);
+    let Said { repairs, overruled, snoozed, note, ordered } = Said::of(&entries, &days);
     let last_repair = repairs.last().copied();
     let Valve { now, history, before, drift, event } =
         Valve::of(&windows, &entries, last_repair, *days.start(), begin);
+    let test = LastTest::of(&windows, *days.start(), last_repair, &plant.zone);
     let from = begin(*days.start());
     let of_week: Vec<&WindowRow> =
         windows.iter().copied().filter(|row| row.window_start as f64 >= from).collect();
@@ -360,6 +414,13 @@ fn ranked<'a>(
         verdict_before: before,
         overruled: overruled.and_then(|entry| entry.verdict),
         override_reason: overruled.map(|entry| entry.words()),
+        test: test.as_ref().map(|test| test.class),
+        test_day: test.as_ref().map(|test| test.day.clone()),
+        test_s: test.as_ref().and_then(|test| test.s),
+        test_s_low: test.as_ref().and_then(|test| test.s_low),
+        test_s_high: test.as_ref().and_then(|test| test.s_high),
+        test_s_below: test.as_ref().and_then(|test| test.s_below),
+        ordered: ordered.map(day::date),
         snoozed_until: snoozed.map(day::date),
         watch: facts.is_some_and(|facts| facts.watch),
         note: note.map(|entry| entry.words()),
@@ -373,6 +434,7 @@ fn ranked<'a>(
     row.decides(&Found {
         grade: row.grade,
         overruled: row.overruled,
+        tested: row.test,
         health,
         oscillates: 2 * oscillating > judged.len(),
         alternative,
@@ -384,7 +446,7 @@ fn ranked<'a>(
 impl LoopRow {
     /// How far the valve, or the output, goes, percent of span.
     fn swing(&self) -> f64 {
-        if let Some(s) = self.s {
+        if let Some(s) = self.test_s.or(self.s) {
             return s + self.j.unwrap_or(0.0);
         }
         let Some(travel) = self.travel_per_hour else { return 0.0 };
@@ -399,6 +461,7 @@ impl LoopRow {
         let other = || self.alternative_likelihood.unwrap_or(0.5);
         match (self.action, self.overruled) {
             (Action::CheckData, _) | (Action::Repair, Some(_)) => 1.0,
+            (Action::Repair, None) if self.is_confirmed() => 1.0,
             (Action::Repair, None) if self.grade == Some(Grade::DoesNotRespond) => 1.0,
             (Action::Repair | Action::Leave, _) => self.probability.unwrap_or(0.0),
             (Action::Retune | Action::LookUpstream, _) => other(),

@@ -10,7 +10,8 @@ use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use sha2::{Digest, Sha256};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, diagnose};
-use stiction_diagnose::recording::{Channel, Modes, Recording};
+use stiction_diagnose::recording::{ByHand, Channel, Modes, Recording};
+use stiction_diagnose::valve_test::{self, ReadOptions, TestReading};
 use stiction_io::join;
 
 /// Periods that a window has at least, as far as [`MOST_DAYS`] allow.
@@ -67,9 +68,13 @@ impl<'a> Judge<'a> {
                     found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
                 let days = period.map_or(1, |p| (PERIODS * p / 86_400.0).ceil() as i64);
                 let signal = TraceSignal::of(&found);
+                let row = identity.clone().judged(&found);
                 Judged {
                     trace: Trace::of(&recording, identity.window_start, identity.window_s, signal),
-                    row: Some(identity.judged(&found)),
+                    row: Some(match tested(&recording) {
+                        Some(test) => row.tested(&test),
+                        None => row,
+                    }),
                     days: days.clamp(1, MOST_DAYS),
                 }
             }
@@ -199,6 +204,13 @@ fn fingerprint(recording: &Recording) -> String {
         }
     }
     format!("{:x}", Sha256::digest(bytes))
+}
+
+/// What a test of the valve says that the recording holds; none where there is none that can be read.
+fn tested(recording: &Recording) -> Option<TestReading> {
+    ByHand::of(recording).filter(ByHand::is_test)?;
+    let options = ReadOptions::default();
+    catch_unwind(AssertUnwindSafe(|| valve_test::read(recording, &options))).ok()?.ok()
 }
 
 /// A diagnosis; what must not happen ends it, and nothing else.

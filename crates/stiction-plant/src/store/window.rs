@@ -4,6 +4,7 @@ use crate::store::table::columns;
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade, Observation, VerdictClass};
 use stiction_diagnose::fusion;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
+use stiction_diagnose::valve_test::TestReading;
 
 columns! {
     /// What is kept of one window of one loop. Percent of span, s, and the units of the PV, as columns say.
@@ -96,6 +97,20 @@ columns! {
     "mistaken" [""] mistaken: Option<String>;
     /// What the PV does that does not respond.
     "no_response" [""] no_response: Option<String>;
+    /// What a test of the valve says that the window holds; empty where it holds none that can be read.
+    "test" [""] test: Option<String>;
+    /// S by that test, of span.
+    "test_S" ["%"] test_s: Option<f64>;
+    /// Low end of its interval.
+    "test_S_low" ["%"] test_s_low: Option<f64>;
+    /// High end of its interval.
+    "test_S_high" ["%"] test_s_high: Option<f64>;
+    /// S is below this by that test, where it finds none.
+    "test_S_below" ["%"] test_s_below: Option<f64>;
+    /// When the test began, since 1970-01-01 UTC.
+    "test_from" ["s"] test_from: Option<i64>;
+    /// When it ended.
+    "test_to" ["s"] test_to: Option<i64>;
 }
 
 /// The program's version, as rows name it.
@@ -192,6 +207,22 @@ impl WindowRow {
             alternative_likelihood: alternative.map(|other| other.likelihood),
             mistaken: diagnosis.mistaken().map(|mistake| mistake.name().to_owned()),
             no_response: diagnosis.silence().map(|silence| silence.name().to_owned()),
+            ..self
+        }
+    }
+
+    /// The row with what a test of the valve says; its times begin with the window.
+    #[must_use]
+    pub fn tested(self, test: &TestReading) -> Self {
+        let at = |s: f64| Some(self.window_start + s as i64);
+        Self {
+            test: Some(test.class.name().to_owned()),
+            test_s: test.s.map(|s| s.value),
+            test_s_low: test.s.map(|s| s.low),
+            test_s_high: test.s.map(|s| s.high),
+            test_s_below: test.s_below,
+            test_from: at(test.from_s),
+            test_to: at(test.to_s),
             ..self
         }
     }

@@ -105,6 +105,12 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         .is_some_and(|cycle| cycle.explained == Some(false));
     let verdict = &diagnosis.verdict;
     let test = || {
+        if let Some(plan) = super::verdict::planned_test(diagnosis) {
+            return format!(
+                "Test the valve: in manual, turns of the OP to and fro, from {} % on (below)",
+                rough(2.0 * plan.grow[0].op.abs())
+            );
+        }
         match &verdict.confirm {
         Some(test) if test.kind == TestKind::NoneInOperation => {
             "It cannot be tested in normal operation (below, why): record the valve position, or stroke it at the next stop"

@@ -9,6 +9,7 @@ use stiction_diagnose::diagnose::{
 };
 use stiction_diagnose::drawing::WIDTH;
 use stiction_diagnose::spoken::range;
+use stiction_diagnose::valve_test::{self, PlanOptions, TestPlan};
 use stiction_figure::figure::{Figure, Panel, Scale, Series, colour};
 
 /// Names of the rows of the figure of S and J: then come the definitions, by letters.
@@ -134,7 +135,10 @@ fn bar(share: f64) -> String {
 /// the plant.
 pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
     if let Some(test) = &diagnosis.verdict.confirm {
-        return confirming_test(section, test, diagnosis);
+        return match planned_test(diagnosis) {
+            Some(plan) => planned(section, &plan),
+            None => confirming_test(section, test, diagnosis),
+        };
     }
     match diagnosis.verdict.class {
         VerdictClass::Sticks if diagnosis.verdict.basis != Basis::ValvePosition => {
@@ -155,6 +159,31 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
         ),
         _ => section,
     }
+}
+
+/// The test that `stiction test plan` sizes; `None` where no test is due, or none can be made in operation.
+pub(super) fn planned_test(diagnosis: &Diagnosis) -> Option<TestPlan> {
+    let due = diagnosis.verdict.confirm.as_ref()?;
+    if due.kind == TestKind::NoneInOperation {
+        return None;
+    }
+    valve_test::plan(diagnosis, &PlanOptions::default()).ok()
+}
+
+/// The sheet of a test, without what is filled in by hand.
+fn planned(section: Section, plan: &TestPlan) -> Section {
+    let items = plan.instructions.clone();
+    let table = Table::new(
+        "The turns of part 1, from u0. `stiction test plan` prints the sheet, `stiction test read` reads the test.",
+    )
+    .numbers("turn", "")
+    .numbers("OP from u0", "%")
+    .numbers("hold at most", "");
+    let table = (1..).zip(&plan.grow).fold(table, |table, (k, turn)| {
+        let sign = if turn.op < 0.0 { '\u{2212}' } else { '+' };
+        table.row([format!("{k}"), format!("{sign}{}", rough(turn.op.abs())), spoken(turn.hold_s)])
+    });
+    section.with(Block::List { ordered: true, items }).with(table)
 }
 
 fn confirming_test(section: Section, test: &ConfirmingTest, diagnosis: &Diagnosis) -> Section {

@@ -1,0 +1,463 @@
+//! What was carried out of a plan, beside what was planned.
+//!
+//! The sizes of a test are found again in what was set by hand: turns that follow one another about the same place and
+//! are equally large make one size. Those up to the largest are part 1, the others part 2. A size of part 1 is that of
+//! the plan to which it is nearest, and one of part 2 is its share of the size before it.
+//!
+//! # Limits
+//! Where the first part ends and how long the second is held depends on the answers that the operator saw, which nobody
+//! recorded. So of part 2 only sizes and its end are compared.
+
+use super::plan::TestPlan;
+use super::read::Step;
+use super::weigh::Manual;
+use crate::series::{max, min};
+use crate::spoken::{counted, range, rough, time};
+
+/// A size of the plan, and the turns that were made of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct CarriedSize {
+    /// The part of the test: 1, where sizes grow, or 2, where they shrink.
+    pub part: u8,
+    /// The size as planned, percent from one turn to the next; `None` if the plan has no such size.
+    pub planned: Option<f64>,
+    /// The size as made, percent; `None` if it was left out.
+    pub made: Option<f64>,
+    /// Turns that were made of it.
+    pub turns: usize,
+    /// How many of them the PV answered.
+    pub answered: usize,
+    /// How long each is held at most by the plan, s; `None` in part 2, where that depends on the answers.
+    pub hold_planned_s: Option<f64>,
+    /// How long the longest was held, s; `None` if it was left out.
+    pub hold_s: Option<f64>,
+}
+
+/// A plan beside what was carried out of it.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Carried {
+    /// The sizes, in the order in which they were made or planned.
+    pub sizes: Vec<CarriedSize>,
+    /// Turns of these sizes that the plan asks for: two of each.
+    pub turns_planned: usize,
+    /// Turns that were made.
+    pub turns: usize,
+    /// Turns of part 1 that ended before their hold, although the PV had not moved by the answer of the plan.
+    pub cut_short: usize,
+    /// Turns of part 1 that were held longer than planned.
+    pub held_longer: usize,
+    /// How long the PV was outside the limits of the plan during the test, s.
+    pub pv_beyond_s: f64,
+    /// The lowest PV of the test, in its units.
+    pub pv_low: f64,
+    /// The highest.
+    pub pv_high: f64,
+    /// What was carried out in another way than planned, in sentences; one that says so if nothing was.
+    pub remarks: Vec<String>,
+}
+
+/// Turns of a size that a plan asks for.
+const OF_A_SIZE: usize = 2;
+/// Shares by which two turns of one size may differ, and a size of part 1 from that of the plan.
+const ALIKE: f64 = 0.07;
+const NEAR: f64 = 0.15;
+/// What an OP is set to is known no better, percent.
+const SETTING: f64 = 0.02;
+/// Shares of a hold below and above which it was shorter or longer than planned, beside two samples.
+const SHORTER: f64 = 0.8;
+const LONGER: f64 = 1.25;
+
+/// Turns of one size in a row.
+#[derive(Debug, Clone, Copy)]
+struct Made {
+    size: f64,
+    turns: usize,
+    answered: usize,
+    longest_s: f64,
+}
+
+/// A turn as it was made.
+#[derive(Debug, Clone, Copy)]
+struct Turned {
+    size: f64,
+    hold_s: f64,
+    /// Whether the PV moved by the answer of the plan while it was held.
+    moved: bool,
+    /// Whether it was cut off by the controller that took over.
+    last: bool,
+    answered: bool,
+}
+
+/// What was carried out of a plan: the times in manual as they are recorded, with a sample every `dt` s, and what came of
+/// their turns.
+pub(super) fn carried(
+    plan: &TestPlan,
+    spells: &[(Vec<f64>, Manual)],
+    steps: &[Step],
+    dt: f64,
+) -> Carried {
+    let mut turned = vec![];
+    let mut seen = steps.iter().map(Step::seen);
+    for (_, manual) in spells {
+        turned.extend(of_spell(plan, manual, dt, &mut seen));
+    }
+    let made = grouped(&turned);
+    let (sizes, of_turn) = beside(plan, &made);
+    let pv = || spells.iter().flat_map(|(_, manual)| manual.pv.iter().copied());
+    let values: Vec<f64> = pv().collect();
+    let outside = pv().filter(|v| *v < plan.pv_low || *v > plan.pv_high).count();
+    let (mut cut_short, mut held_longer) = (0, 0);
+    let holds = of_turn.iter().zip(&turned).filter_map(|(hold, turn)| Some(((*hold)?, turn)));
+    for (hold_s, turn) in holds {
+        let short = turn.hold_s < SHORTER * hold_s - 2.0 * dt;
+        cut_short += usize::from(short && !turn.moved && !turn.last);
+        held_longer += usize::from(turn.hold_s > LONGER * hold_s + 2.0 * dt);
+    }
+    let mut all = Carried {
+        turns_planned: OF_A_SIZE * sizes.iter().filter(|size| size.planned.is_some()).count(),
+        turns: turned.len(),
+        cut_short,
+        held_longer,
+        pv_beyond_s: outside as f64 * dt,
+        pv_low: min(&values),
+        pv_high: max(&values),
+        sizes,
+        remarks: vec![],
+    };
+    all.remarks = remarks(&all, plan, spells, dt);
+    all
+}
+
+/// The turns of a time in manual.
+fn of_spell(
+    plan: &TestPlan,
+    manual: &Manual,
+    dt: f64,
+    seen: &mut impl Iterator<Item = bool>,
+) -> Vec<Turned> {
+    let middle = middle(&manual.turns);
+    let mut all = vec![];
+    for (i, (at, op)) in manual.turns.iter().enumerate() {
+        let until = manual.turns.get(i + 1).map_or(manual.pv.len(), |next| next.0);
+        let held = &manual.pv[*at..until.max(*at)];
+        let from = held.first().copied().unwrap_or(0.0);
+        all.push(Turned {
+            size: 2.0 * (op - middle).abs(),
+            hold_s: held.len() as f64 * dt,
+            moved: held.iter().any(|v| (v - from).abs() >= 0.9 * plan.answer),
+            last: i + 1 == manual.turns.len(),
+            answered: seen.next().unwrap_or(false),
+        });
+    }
+    all
+}
+
+/// The place about which turns go: that in the middle of most pairs.
+fn middle(turns: &[(usize, f64)]) -> f64 {
+    let middles: Vec<f64> = turns.windows(2).map(|two| 0.5 * (two[0].1 + two[1].1)).collect();
+    let near = |m: f64| middles.iter().filter(|other| (**other - m).abs() <= SETTING).count();
+    let best = middles.iter().fold((0.0, 0), |best, m| match near(*m) {
+        count if count > best.1 => (*m, count),
+        _ => best,
+    });
+    best.0
+}
+
+fn alike(a: f64, b: f64) -> bool {
+    (a - b).abs() <= ALIKE * a.max(b) + SETTING
+}
+
+fn grouped(turned: &[Turned]) -> Vec<Made> {
+    let mut all: Vec<Made> = vec![];
+    for turn in turned {
+        match all.last_mut() {
+            Some(last) if alike(last.size, turn.size) => {
+                last.turns += 1;
+                last.answered += usize::from(turn.answered);
+                last.longest_s = last.longest_s.max(turn.hold_s);
+            }
+            _ => all.push(Made {
+                size: turn.size,
+                turns: 1,
+                answered: usize::from(turn.answered),
+                longest_s: turn.hold_s,
+            }),
+        }
+    }
+    all
+}
+
+/// The sizes of the plan beside those that were made, and for each turn the hold that is planned, s.
+fn beside(plan: &TestPlan, made: &[Made]) -> (Vec<CarriedSize>, Vec<Option<f64>>) {
+    let planned: Vec<(f64, f64)> =
+        plan.grow.chunks(OF_A_SIZE).map(|two| (2.0 * two[0].op.abs(), two[0].hold_s)).collect();
+    // Of equal ones the first: the second part is below it.
+    let top = made.iter().enumerate().fold(0, |top, (k, m)| match m.size > made[top].size {
+        true => k,
+        false => top,
+    });
+    let row = |part, planned: Option<(f64, Option<f64>)>, made: Option<&Made>| CarriedSize {
+        part,
+        planned: planned.map(|(size, _)| size),
+        made: made.map(|m| m.size),
+        turns: made.map_or(0, |m| m.turns),
+        answered: made.map_or(0, |m| m.answered),
+        hold_planned_s: planned.and_then(|(_, hold)| hold),
+        hold_s: made.map(|m| m.longest_s),
+    };
+    let (mut rows, mut holds, mut next) = (vec![], vec![], 0);
+    let grown = made.len().min(top + 1);
+    for m in &made[..grown] {
+        let near = (next..planned.len()).find(|k| (planned[*k].0 / m.size).ln().abs() <= NEAR);
+        let of = near.map(|k| (planned[k].0, Some(planned[k].1)));
+        if let Some(k) = near {
+            let left = planned[next..k].iter().map(|(size, hold)| (*size, Some(*hold)));
+            rows.extend(left.map(|of| row(1, Some(of), None)));
+            next = k + 1;
+        }
+        rows.push(row(1, of, Some(m)));
+        holds.extend(vec![of.and_then(|(_, hold)| hold); m.turns]);
+    }
+    let mut last = made.get(top).map_or(0.0, |m| m.size);
+    for m in &made[grown..] {
+        let (one, two) = (plan.shrink_by * last, plan.shrink_by.powi(2) * last);
+        let of = match () {
+            () if alike(m.size, one) => Some((one, None)),
+            () if alike(m.size, two) => {
+                rows.push(row(2, Some((one, None)), None));
+                Some((two, None))
+            }
+            () => None,
+        };
+        rows.push(row(2, of, Some(m)));
+        holds.extend(vec![None; m.turns]);
+        last = m.size;
+    }
+    (rows, holds)
+}
+
+fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64) -> Vec<String> {
+    let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
+    let listed = |sizes: Vec<f64>| sizes.into_iter().map(rough).collect::<Vec<_>>().join(", ");
+    let sizes = |wanted: &dyn Fn(&CarriedSize) -> Option<f64>| -> Vec<f64> {
+        of.sizes.iter().filter_map(wanted).collect()
+    };
+    let left_out = sizes(&|size| size.planned.filter(|_| size.made.is_none()));
+    let other = sizes(&|size| size.made.filter(|_| size.planned.is_none()));
+    let single = sizes(&|size| size.made.filter(|_| size.turns < OF_A_SIZE));
+    let mut all = vec![];
+    if !left_out.is_empty() {
+        all.push(format!("These sizes of the plan were left out: {} %.", listed(left_out)));
+    }
+    if !other.is_empty() {
+        all.push(format!("These sizes are not in the plan: {} %.", listed(other)));
+    }
+    if !single.is_empty() {
+        all.push(format!("Only one turn was made of these sizes: {} %.", listed(single)));
+    }
+    if of.cut_short > 0 {
+        all.push(format!(
+            "{} of part 1 ended before the planned hold, although the PV had not answered.",
+            counted(of.cut_short, "turn")
+        ));
+    }
+    if of.held_longer > 0 {
+        all.push(format!(
+            "{} of part 1 lasted longer than the planned hold.",
+            counted(of.held_longer, "turn")
+        ));
+    }
+    all.extend(end(of, plan));
+    let stops = spells.len().saturating_sub(1);
+    if stops > 0 {
+        all.push(format!("The controller took over {} in between.", times(stops)));
+    }
+    if of.pv_beyond_s > 0.0 {
+        let far = if of.pv_high > plan.pv_high { of.pv_high } else { of.pv_low };
+        all.push(format!(
+            "The PV was outside the limits of the plan ({}{unit}) for {}, and went to {}{unit}.",
+            range(plan.pv_low, plan.pv_high),
+            time(of.pv_beyond_s),
+            rough(far)
+        ));
+    }
+    let op = || spells.iter().flat_map(|(_, manual)| &manual.turns).map(|(_, op)| *op);
+    let beyond = |op: &f64| *op < plan.op_low - SETTING || *op > plan.op_high + SETTING;
+    let outside = op().filter(beyond).count();
+    if outside > 0 {
+        all.push(format!(
+            "The OP was set outside the limits of the plan ({} %) {}.",
+            range(plan.op_low, plan.op_high),
+            times(outside)
+        ));
+    }
+    if dt > 1.05 * plan.record_every_s {
+        all.push(format!(
+            "There is a sample every {}, and the plan asks for one every {}.",
+            time(dt),
+            time(plan.record_every_s)
+        ));
+    }
+    if all.is_empty() {
+        all.push("The test was carried out as planned.".to_owned());
+    }
+    all
+}
+
+/// How the second part ended, where that is not as planned.
+fn end(of: &Carried, plan: &TestPlan) -> Option<String> {
+    let second: Vec<&CarriedSize> =
+        of.sizes.iter().filter(|size| size.part == 2 && size.made.is_some()).collect();
+    let Some(last) = second.last() else {
+        return Some("Part 2 was not carried out.".to_owned());
+    };
+    let silent = second.iter().rev().take_while(|size| size.answered == 0).count();
+    // The turns below those that are worth making end it, too.
+    let smallest = last.made.is_some_and(|made| made <= plan.grow[0].op.abs() * 2.0);
+    (silent < plan.ends_after && !smallest).then(|| {
+        format!(
+            "Part 2 ended after {} without an answer; the plan asks for {}.",
+            counted(silent, "size"),
+            plan.ends_after
+        )
+    })
+}
+
+fn times(count: usize) -> String {
+    if count == 1 { "once".to_owned() } else { format!("{count} times") }
+}
+
+/// Whether two names are of one loop. A recording is often called by its file, so that a word may follow the tag after a
+/// separator, as in `FIC106-tested`; the case does not matter.
+pub fn same_loop(a: &str, b: &str) -> bool {
+    tag(a).eq_ignore_ascii_case(tag(b))
+}
+
+/// Letters of a word that belongs to no tag.
+const WORD: usize = 3;
+
+fn tag(name: &str) -> &str {
+    match name.trim().rsplit_once(['-', '_', '.', ' ']) {
+        Some((tag, word))
+            if word.len() >= WORD
+                && word.bytes().all(|byte| byte.is_ascii_alphabetic())
+                && tag.bytes().any(|byte| byte.is_ascii_digit()) =>
+        {
+            tag
+        }
+        _ => name.trim(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::valve_test::Turn;
+
+    fn plan() -> TestPlan {
+        let halves = [0.2, 0.32, 0.51, 0.82, 1.3, 2.1];
+        let both = |half: &f64| [*half, -half].map(|op| Turn { op, hold_s: 40.0 });
+        TestPlan {
+            name: "FIC1".to_owned(),
+            pv_unit: Some("m3/h".to_owned()),
+            grow: halves.iter().flat_map(both).collect(),
+            shrink_by: 0.85,
+            ends_after: 3,
+            answer: 1.0,
+            rises: Some(true),
+            pv_low: -5.0,
+            pv_high: 5.0,
+            op_low: 40.0,
+            op_high: 60.0,
+            record_every_s: 5.0,
+            total_s: 480.0,
+            instructions: vec![],
+        }
+    }
+
+    /// Turns about 50 %, each as long as `held` says, samples; the PV goes along with those of 1.6 % and more.
+    fn made(sizes: &[(f64, usize)], held: usize) -> (Vec<(Vec<f64>, Manual)>, Vec<Step>) {
+        let (mut turns, mut pv, mut steps) = (vec![], vec![], vec![]);
+        let mut up = true;
+        for (size, count) in sizes {
+            for _ in 0..*count {
+                let op = 50.0 + if up { 0.5 * size } else { -0.5 * size };
+                turns.push((pv.len(), op));
+                let answers = *size >= 1.6;
+                let moves = if answers { *size } else { 0.0 };
+                let from = pv.last().copied().unwrap_or(0.0);
+                pv.push(from);
+                pv.extend(vec![if up { moves } else { -moves }; held - 1]);
+                let (answer, error) = (Some(moves), Some(0.1));
+                steps.push(Step { at_s: 0.0, op, travel: Some(*size), answer, error });
+                up = !up;
+            }
+        }
+        (vec![(vec![], Manual { pv, before: 50.0, turns })], steps)
+    }
+
+    const AS_PLANNED: [(f64, usize); 8] =
+        [(0.4, 2), (0.64, 2), (1.02, 2), (1.64, 4), (1.394, 2), (1.185, 2), (1.007, 2), (0.856, 2)];
+
+    fn remarks_of(sizes: &[(f64, usize)], held: usize, plan: &TestPlan) -> Carried {
+        let (spells, steps) = made(sizes, held);
+        carried(plan, &spells, &steps, 5.0)
+    }
+
+    #[test]
+    fn what_is_done_by_the_plan_has_no_remark() {
+        let found = remarks_of(&AS_PLANNED, 8, &plan());
+        assert_eq!(found.remarks, ["The test was carried out as planned."], "{found:?}");
+        assert_eq!((found.turns, found.turns_planned, found.sizes.len()), (18, 16, 8));
+        assert!(found.sizes.iter().all(|size| size.planned.is_some() && size.made.is_some()));
+        assert_eq!(found.sizes[3].answered, 4);
+    }
+
+    #[test]
+    fn what_is_done_otherwise_is_said() {
+        let mut sizes = AS_PLANNED.to_vec();
+        // 0.64 % is left out, 1.02 % becomes 0.8 %, and one turn of it alone.
+        sizes[2] = (0.8, 1);
+        sizes.remove(1);
+        sizes.truncate(4);
+        let mut plan = plan();
+        (plan.pv_high, plan.record_every_s, plan.op_high) = (1.0, 2.0, 50.5);
+        let found = remarks_of(&sizes, 4, &plan);
+        for part in [
+            "left out: 0.64, 1 %",
+            "not in the plan: 0.8 %",
+            "Only one turn was made of these sizes: 0.8 %",
+            "2 turns of part 1 ended before the planned hold",
+            "Part 2 ended after 1 size without an answer; the plan asks for 3.",
+            "The PV was outside the limits of the plan (-5.0 to 1.0 m3/h) for ",
+            "and went to 1.6 m3/h",
+            "The OP was set outside the limits of the plan (40 to 50 %) 3 times",
+            "There is a sample every 5 s, and the plan asks for one every 2 s.",
+        ] {
+            assert!(found.remarks.iter().any(|r| r.contains(part)), "{part}: {found:#?}");
+        }
+        let long = remarks_of(&AS_PLANNED[..4], 20, &self::plan());
+        let wanted = [
+            "10 turns of part 1 lasted longer than the planned hold.",
+            "Part 2 was not carried out.",
+        ];
+        assert_eq!(long.remarks, wanted);
+    }
+
+    #[test]
+    fn a_loop_is_known_by_its_tag() {
+        for (a, b, same) in [
+            ("FIC106", "fic106", true),
+            ("FIC106-tested", "FIC106-repaired", true),
+            ("FIC-106", "FIC-106_test", true),
+            ("FIC-106", "FIC-107", false),
+            ("FIC106-A", "FIC106-B", false),
+            ("FIC101-sticky", "FIC106-tested", false),
+            ("level-tank", "level-drum", false),
+        ] {
+            assert_eq!(same_loop(a, b), same, "{a} {b}");
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! What a repair changed, by a test before it and one after it.
+//!
+//! # Equations
+//! b and a are S before and after, each with its 90 % interval (b_l to b_u, a_l to a_u). The tests are independent, so the
+//! 90 % interval of the difference d = a - b follows from the two intervals, without their distributions:
+//!
+//! ```text
+//! d_l = a - b - sqrt((a - a_l)^2 + (b_u - b)^2)
+//! d_u = a - b + sqrt((a_u - a)^2 + (b - b_l)^2)
+//! ```
+//!
+//! A test that finds no S gives its limit alone: S lies between 0 and A with 95 % confidence. Then no single value of d is
+//! known, and its ends are the farthest that the two leave:
+//!
+//! ```text
+//! a < A:           d_l = -b_u,  d_u = A - b_l
+//! b < B:           d_l = a_l - B,  d_u = a_u
+//! a < A and b < B: d_l = -B,  d_u = A
+//! ```
+//!
+//! Each limit and each end of an interval fails in 5 of 100 tests, so each end of d fails in 10 of 100 at most.
+//!
+//! S changed if d_l to d_u leaves out 0. It did not change if no end is farther from 0 than a quarter of the larger S,
+//! or than 0.5 %, which hardly any test resolves. Else the tests cannot show a change.
+//!
+//! # Limits
+//! The tests know nothing of what was done in between; here it is called the repair. Both must be of the same valve.
+//!
+//! # Sources
+//! G. Y. Zou and A. Donner, "Construction of confidence intervals about effect measures: a general approach", Statistics in
+//! Medicine 27 (2008) 1693 (recalled, not read). The limits, and when S did not change, are ours.
+
+use super::read::TestReading;
+use crate::diagnose::VerdictClass;
+use crate::estimate::Estimate;
+use crate::spoken::rough;
+
+/// What became of S.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// It is smaller than before.
+    Lowered,
+    /// It is larger than before.
+    Raised,
+    /// It is what it was.
+    Unchanged,
+    /// The tests cannot show a change.
+    CannotTell,
+}
+
+impl Effect {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Lowered, Self::Raised, Self::Unchanged, Self::CannotTell];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lowered => "lowered",
+            Self::Raised => "raised",
+            Self::Unchanged => "unchanged",
+            Self::CannotTell => "cannot tell",
+        }
+    }
+}
+
+/// S after less S before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Difference {
+    /// The best value, percent of span; `None` where a test gives a limit of S alone.
+    pub value: Option<f64>,
+    /// Lower end of its 90 % interval, percent of span.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// What two tests say of a repair between them.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Comparison {
+    /// What became of S: `lowered`, `raised`, `unchanged` or `cannot tell`.
+    pub effect: Effect,
+    /// S after less S before; `None` where a test neither finds S nor limits it.
+    pub difference: Option<Difference>,
+    /// It in sentences.
+    pub sentences: Vec<String>,
+}
+
+/// A difference that is smaller is none: percent of span, and share of the larger S.
+const NONE: f64 = 0.5;
+const NONE_OF_S: f64 = 0.25;
+
+/// Compares the test after a repair with that before it.
+pub fn compare(before: &TestReading, after: &TestReading) -> Comparison {
+    let (old, new) = (Known::of(before), Known::of(after));
+    let difference = old.zip(new).map(|(old, new)| Difference::of(old, new));
+    let effect = match (difference, old, new) {
+        (Some(d), ..) if d.high < 0.0 => Effect::Lowered,
+        (Some(d), ..) if d.low > 0.0 => Effect::Raised,
+        (Some(d), Some(old), Some(new)) => {
+            let nothing = NONE.max(NONE_OF_S * old.most().max(new.most()));
+            match d.low >= -nothing && d.high <= nothing {
+                true => Effect::Unchanged,
+                false => Effect::CannotTell,
+            }
+        }
+        _ => Effect::CannotTell,
+    };
+    let sentences = sentences(before, after, effect, difference);
+    Comparison { effect, difference, sentences }
+}
+
+/// What a test knows of S, percent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Known {
+    /// S itself.
+    Found(Estimate),
+    /// That it is below this.
+    Below(f64),
+}
+
+impl Known {
+    fn of(reading: &TestReading) -> Option<Self> {
+        reading.s.map(Self::Found).or(reading.s_below.map(Self::Below))
+    }
+
+    /// S, or what it is below.
+    fn most(self) -> f64 {
+        match self {
+            Self::Found(s) => s.value,
+            Self::Below(limit) => limit,
+        }
+    }
+
+    /// The ends between which it lies.
+    fn ends(self) -> (f64, f64) {
+        match self {
+            Self::Found(s) => (s.low, s.high),
+            Self::Below(limit) => (0.0, limit),
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Self::Found(s) => {
+                format!("{} % ({} to {})", rough(s.value), rough(s.low), rough(s.high))
+            }
+            Self::Below(limit) => format!("below {} %", rough(limit)),
+        }
+    }
+}
+
+impl Difference {
+    fn of(before: Known, after: Known) -> Self {
+        if let (Known::Found(b), Known::Found(a)) = (before, after) {
+            let value = a.value - b.value;
+            return Self {
+                value: Some(value),
+                low: value - (a.value - a.low).hypot(b.high - b.value),
+                high: value + (a.high - a.value).hypot(b.value - b.low),
+            };
+        }
+        let ((b_low, b_high), (a_low, a_high)) = (before.ends(), after.ends());
+        Self { value: None, low: a_low - b_high, high: a_high - b_low }
+    }
+
+    /// It in words, with its signs: `-2.1 % (-2.5 to -1.7)`, `-3.4 to -2.4 %`.
+    pub fn words(&self) -> String {
+        let signed = |x: f64| format!("{}{}", if x > 0.0 { "+" } else { "" }, rough(x));
+        let (low, high) = (signed(self.low), signed(self.high));
+        match self.value {
+            Some(value) => format!("{} % ({low} to {high})", signed(value)),
+            None => format!("{low} to {high} %"),
+        }
+    }
+}
+
+fn sentences(
+    before: &TestReading,
+    after: &TestReading,
+    effect: Effect,
+    difference: Option<Difference>,
+) -> Vec<String> {
+    let words = |of: &TestReading| Known::of(of).map_or("not known".to_owned(), Known::words);
+    let (old, new) = (words(before), words(after));
+    let mut all = vec![match effect {
+        Effect::Lowered => format!("The repair lowered S from {old} to {new}."),
+        Effect::Raised => format!("S rose from {old} to {new}."),
+        Effect::Unchanged => format!("S did not change. It was {old} before and is {new} after."),
+        Effect::CannotTell => {
+            format!("The tests cannot show a change of S. It was {old} before and is {new} after.")
+        }
+    }];
+    if let Some(d) = difference {
+        all.push(match d.value {
+            Some(_) => format!("The difference of S is {} of span.", d.words()),
+            None if effect == Effect::Lowered => {
+                format!("S fell by at least {} % of span.", rough(-d.high))
+            }
+            None if effect == Effect::Raised => {
+                format!("S rose by at least {} % of span.", rough(d.low))
+            }
+            None => format!("The difference of S lies between {} of span.", between(&d)),
+        });
+    }
+    let after_it = match (before.class, after.class) {
+        (VerdictClass::Sticks, VerdictClass::Sticks) => Some("The valve still sticks."),
+        (VerdictClass::Sticks, VerdictClass::DoesNotStick) => {
+            Some("The valve does not stick any more.")
+        }
+        (VerdictClass::DoesNotRespond, VerdictClass::DoesNotRespond) => {
+            Some("The valve still does not respond.")
+        }
+        (VerdictClass::DoesNotRespond, _) => {
+            Some("Before the repair the valve did not respond; now the PV answers.")
+                .filter(|_| after.steps.iter().any(super::Step::seen))
+        }
+        (_, VerdictClass::DoesNotRespond) => Some("After the repair the valve does not respond."),
+        (_, VerdictClass::Sticks) => Some("After the repair the valve sticks."),
+        _ => None,
+    };
+    all.extend(after_it.map(str::to_owned));
+    all
+}
+
+fn between(d: &Difference) -> String {
+    format!("{} and {} %", rough(d.low), rough(d.high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::KnownBy;
+
+    fn reading(s: Option<(f64, f64, f64)>, s_below: Option<f64>) -> TestReading {
+        let s = s.map(|(value, low, high)| Estimate { value, low, high });
+        let class = match (s, s_below) {
+            (Some(_), _) => VerdictClass::Sticks,
+            (None, Some(limit)) if limit < 2.0 => VerdictClass::DoesNotStick,
+            _ => VerdictClass::CannotTell,
+        };
+        TestReading {
+            class,
+            probability: 0.5,
+            by_test: 0.5,
+            by_operation: None,
+            dead_band_elsewhere: 0.0,
+            s,
+            j: s,
+            s_below,
+            response_s: None,
+            known_by: KnownBy::Mode,
+            from_s: 0.0,
+            to_s: 1.0,
+            stops: 0,
+            steps: vec![],
+            reasons: vec![],
+            advice: None,
+            plan: None,
+        }
+    }
+
+    /// By the equations on paper: 3 and 4 make 5.
+    #[test]
+    fn two_intervals_make_one() {
+        let before = reading(Some((10.0, 9.6, 10.4)), None);
+        let after = reading(Some((5.0, 4.7, 5.3)), None);
+        let found = compare(&before, &after);
+        let d = found.difference.unwrap();
+        assert!(
+            (d.low + 5.5).abs() < 1e-12 && (d.high + 4.5).abs() < 1e-12 && d.value == Some(-5.0)
+        );
+        assert_eq!(found.effect, Effect::Lowered);
+        assert_eq!(
+            found.sentences,
+            [
+                "The repair lowered S from 10 % (9.6 to 10) to 5 % (4.7 to 5.3).",
+                "The difference of S is -5 % (-5.5 to -4.5) of span.",
+                "The valve still sticks."
+            ]
+        );
+        // The other way round it is the same with the other sign.
+        let back = compare(&after, &before);
+        let other = back.difference.unwrap();
+        assert_eq!((other.low, other.high), (-d.high, -d.low));
+        assert_eq!(back.effect, Effect::Raised);
+    }
+
+    #[test]
+    fn a_limit_bounds_the_difference() {
+        let before = reading(Some((3.2, 3.0, 3.5)), None);
+        let cleared = reading(None, Some(0.6));
+        let found = compare(&before, &cleared);
+        let d = found.difference.unwrap();
+        assert!((d.low + 3.5).abs() < 1e-12 && (d.high + 2.4).abs() < 1e-12 && d.value.is_none());
+        assert_eq!(
+            found.sentences,
+            [
+                "The repair lowered S from 3.2 % (3 to 3.5) to below 0.6 %.",
+                "S fell by at least 2.4 % of span.",
+                "The valve does not stick any more."
+            ]
+        );
+        assert_eq!(compare(&cleared, &before).effect, Effect::Raised);
+        // A limit that is no smaller than S says nothing.
+        let vague = reading(None, Some(4.0));
+        let found = compare(&before, &vague);
+        assert_eq!(found.effect, Effect::CannotTell);
+        assert!(found.sentences[0].starts_with("The tests cannot show a change of S."));
+        assert!(found.sentences[1].contains("between -3.5 and 1 %"), "{found:?}");
+        let none = compare(&before, &reading(None, None));
+        assert_eq!((none.effect, none.difference), (Effect::CannotTell, None));
+        assert!(none.sentences[0].ends_with("is not known after."), "{none:?}");
+    }
+
+    #[test]
+    fn what_is_nearly_the_same_did_not_change() {
+        let before = reading(Some((3.2, 3.0, 3.5)), None);
+        let found = compare(&before, &reading(Some((3.1, 2.9, 3.4)), None));
+        assert_eq!(found.effect, Effect::Unchanged);
+        assert!(found.sentences[0].starts_with("S did not change."));
+        // Wide intervals leave it open.
+        let wide = compare(&before, &reading(Some((3.1, 1.9, 4.4)), None));
+        assert_eq!(wide.effect, Effect::CannotTell);
+        let fine = reading(None, Some(0.5));
+        assert_eq!(compare(&fine, &fine).effect, Effect::Unchanged);
+        let coarse = reading(None, Some(1.5));
+        assert_eq!(compare(&coarse, &coarse).effect, Effect::CannotTell);
+    }
+
+    /// 20,000 pairs of normal S with their intervals: the interval of the difference holds the true one in 90 of 100.
+    #[test]
+    fn the_interval_holds_as_often_as_it_says() {
+        let mut noise = crate::closed_loop::NormalStream::new(5);
+        let (old, new, sd) = (4.0, 1.5, (0.3, 0.2));
+        let wide = |value: f64, sd: f64| {
+            Known::Found(Estimate { value, low: value - 1.645 * sd, high: value + 1.645 * sd })
+        };
+        let mut held = 0;
+        for _ in 0..20_000 {
+            let (b, a) = (old + sd.0 * noise.draw(), new + sd.1 * noise.draw());
+            let d = Difference::of(wide(b, sd.0), wide(a, sd.1));
+            held += usize::from(d.low < new - old && new - old < d.high);
+        }
+        let share = held as f64 / 20_000.0;
+        assert!((share - 0.9).abs() < 0.01, "{share}");
+    }
+}

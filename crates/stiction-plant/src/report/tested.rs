@@ -1,0 +1,100 @@
+//! The last test of a valve, as its windows hold it, and for how long it counts.
+//!
+//! A test counts in the week in which it ends and in the four weeks after, but not beyond a repair: it was of another
+//! valve then. What a person concluded goes before it, and it goes before the verdict on operation.
+
+use crate::day;
+use crate::store::window::WindowRow;
+use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::spoken::rough;
+use stiction_io::timestamp::Zone;
+
+/// How long a test counts after its week began, days.
+const COUNTS: i64 = 28;
+
+/// The last test of a valve that counts in a week.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LastTest {
+    /// What it says.
+    pub class: VerdictClass,
+    /// The day on which it ended, such as `2026-03-04`.
+    pub day: String,
+    /// S, percent of span.
+    pub s: Option<f64>,
+    /// Low end of its interval.
+    pub s_low: Option<f64>,
+    /// High end of its interval.
+    pub s_high: Option<f64>,
+    /// S is below this, where it was not found.
+    pub s_below: Option<f64>,
+}
+
+impl LastTest {
+    /// Of windows in order of time, for a week that begins on the day `first`, after the last repair.
+    pub fn of(
+        windows: &[&WindowRow],
+        first: i64,
+        repaired: Option<i64>,
+        zone: &Zone,
+    ) -> Option<Self> {
+        let counts = |day: i64| day >= first - COUNTS && repaired.is_none_or(|r| day > r);
+        windows.iter().rev().find_map(|row| {
+            let class = VerdictClass::by_name(row.test.as_deref()?).ok()?;
+            let day = day::of(row.test_to? as f64, zone);
+            counts(day).then(|| Self {
+                class,
+                day: day::date(day),
+                s: row.test_s,
+                s_low: row.test_s_low,
+                s_high: row.test_s_high,
+                s_below: row.test_s_below,
+            })
+        })
+    }
+}
+
+/// S as a test gives it: `S 3.2 % (3 to 3.5)`, `S below 0.6 %`; empty if it says nothing of S.
+pub fn s_in_words(
+    s: Option<f64>,
+    low: Option<f64>,
+    high: Option<f64>,
+    below: Option<f64>,
+) -> String {
+    match (s, low.zip(high), below) {
+        (Some(s), Some((low, high)), _) => {
+            format!("S {} % ({} to {})", rough(s), rough(low), rough(high))
+        }
+        (Some(s), None, _) => format!("S {} %", rough(s)),
+        (None, _, Some(limit)) => format!("S below {} %", rough(limit)),
+        (None, _, None) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant_file::Plant;
+
+    #[test]
+    fn a_test_counts_four_weeks_and_not_beyond_a_repair() {
+        let plant = Plant::parse("name = \"N\"", "plant.toml").unwrap();
+        let row = |day: i64, test: &str| WindowRow {
+            test: Some(test.to_owned()),
+            test_to: Some(86_400 * day + 3600),
+            test_s_below: Some(0.6),
+            ..WindowRow::default()
+        };
+        let (old, new) = (row(100, "sticks"), row(105, "does not stick"));
+        let all = [&old, &new];
+        let last = |windows: &[&WindowRow], first, repaired| {
+            LastTest::of(windows, first, repaired, &plant.zone)
+        };
+        let found = last(&all, 105, None).unwrap();
+        assert_eq!((found.class, &*found.day), (VerdictClass::DoesNotStick, "1970-04-16"));
+        assert!(last(&all, 133, None).is_some() && last(&all, 134, None).is_none());
+        assert!(last(&all, 105, Some(104)).is_some() && last(&all, 105, Some(105)).is_none());
+        assert_eq!(last(&all[..1], 105, None).unwrap().class, VerdictClass::Sticks);
+        assert_eq!(s_in_words(None, None, None, Some(0.6)), "S below 0.6 %");
+        assert_eq!(s_in_words(Some(3.2), Some(3.0), Some(3.5), None), "S 3.2 % (3 to 3.5)");
+    }
+}

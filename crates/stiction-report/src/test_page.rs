@@ -1,0 +1,269 @@
+//! The page of a valve test, and of two with a repair between them: what a maintenance planner files.
+
+use crate::Error;
+use crate::document::Source;
+use crate::report::layout::{Badge, Block, Fact, Report, Section, Table};
+use crate::report::views::{self, Context};
+use crate::test_answers;
+use crate::words::{self, percent, rough, sentence};
+use stiction_diagnose::diagnose::Estimate;
+use stiction_diagnose::recording::{Grid, GridOptions, Recording};
+use stiction_diagnose::spoken::{counted, time};
+use stiction_diagnose::valve_test::{Carried, Comparison, TestReading, same_loop};
+use stiction_figure::figure::instant;
+use stiction_figure::{Annotation, Figure};
+
+/// A test with the recording of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Tested<'a> {
+    /// The file that it comes from.
+    pub source: &'a Source,
+    /// The recording.
+    pub recording: &'a Recording,
+    /// What the test says.
+    pub test: &'a TestReading,
+}
+
+/// A time on the recording's clock as a date of the plant, or as what has passed where no date is known.
+pub fn moment(recording: &Recording, at: f64) -> String {
+    let date = recording.start.and_then(|start| {
+        let plant = &recording.plant_time;
+        instant(plant.shows(start + at), &plant.name)
+    });
+    date.unwrap_or_else(|| time(at))
+}
+
+/// When a test was made.
+pub fn span(recording: &Recording, test: &TestReading) -> String {
+    format!("{} to {}", moment(recording, test.from_s), moment(recording, test.to_s))
+}
+
+/// S of a test in words, as far as it is known.
+pub fn s_in_words(test: &TestReading) -> String {
+    match (test.s, test.s_below) {
+        (Some(s), _) => words::interval(s),
+        (None, Some(limit)) => format!("below {} %", rough(limit)),
+        (None, None) => "not known".to_owned(),
+    }
+}
+
+/// Two tests beside each other: what a row is about, what it was before, and what it is after.
+pub fn rows(before: Tested<'_>, after: Tested<'_>) -> Vec<[String; 3]> {
+    let both =
+        |name: &str, of: &dyn Fn(Tested<'_>) -> String| [name.to_owned(), of(before), of(after)];
+    let estimate = |of: Option<Estimate>| of.map_or("–".to_owned(), words::interval);
+    vec![
+        both("recording", &|of| of.recording.name.clone()),
+        both("test", &|of| span(of.recording, of.test)),
+        both("verdict", &|of| of.test.class.name().to_owned()),
+        both("probability that it sticks", &|of| percent(of.test.probability)),
+        both("S", &|of| s_in_words(of.test)),
+        both("J", &|of| estimate(of.test.j)),
+        both("the PV responds in", &|of| of.test.response_s.map_or("–".to_owned(), time)),
+        both("turns", &|of| {
+            let answered = of.test.steps.iter().filter(|step| step.seen()).count();
+            format!("{}, {answered} answered", of.test.steps.len())
+        }),
+    ]
+}
+
+/// What to check where two recordings do not look like those of one valve.
+pub fn caution(before: Tested<'_>, after: Tested<'_>) -> Option<String> {
+    let (a, b) = (&before.recording.name, &after.recording.name);
+    (!same_loop(a, b)).then(|| {
+        format!(
+            "The recordings have different tags, {a} and {b}. Check that both are of one valve."
+        )
+    })
+}
+
+/// The page of one test.
+///
+/// # Errors
+/// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not expected.
+pub fn reading(tool: &str, tested: Tested<'_>) -> Result<String, Error> {
+    let Tested { source, recording, test } = tested;
+    let name = &recording.name;
+    let mut section = Section::new(name, Badge::from(test.class), headline(test));
+    section.facts = facts(tested);
+    section.reasons = test.reasons.iter().chain(&test.advice).map(|text| sentence(text)).collect();
+    section = drawn(section, answers(tested));
+    section = of_test(section, tested).heading("Agreed").with(agreed());
+    let report = Report::new(format!("Valve test of {name}"), tool);
+    report.source(source).with(section).html()
+}
+
+/// The page of two tests with a repair between them.
+///
+/// # Errors
+/// As of [`reading()`].
+pub fn comparison(
+    tool: &str,
+    before: Tested<'_>,
+    after: Tested<'_>,
+    found: &Comparison,
+) -> Result<String, Error> {
+    let name = &after.recording.name;
+    let headline = found.sentences.join(" ");
+    let mut section = Section::new(name, Badge::from(after.test.class), headline);
+    let d = found.difference.map_or("not known".to_owned(), |d| d.words().replace('-', "\u{2212}"));
+    section.facts = vec![
+        Fact::new("S before", s_in_words(before.test), ""),
+        Fact::new("S after", s_in_words(after.test), ""),
+        Fact::new("difference of S, with its 90 % interval", d, ""),
+    ];
+    section.reasons = caution(before, after).into_iter().collect();
+    let table = Table::new("The two tests, side by side.").words("").words("before").words("after");
+    section = section.with(rows(before, after).into_iter().fold(table, Table::row));
+    let title = |word: &str, of: Tested<'_>| match of.recording.start {
+        Some(_) => format!("{word}, {}", moment(of.recording, of.test.from_s)),
+        None => word.to_owned(),
+    };
+    let (old, new) = (title("before", before), title("after", after));
+    let tests = [(&*old, before.test), (&*new, after.test)];
+    section = drawn(section, test_answers::beside(tests, unit(after.recording)).width(WIDTH));
+    section = section.heading("Agreed").with(agreed());
+    for (word, one) in [("Before the repair", before), ("After the repair", after)] {
+        section = section.heading(word);
+        let reasons = one.test.reasons.iter().chain(&one.test.advice);
+        let items = reasons.map(|text| sentence(text)).collect();
+        section = of_test(section.with(Block::List { ordered: false, items }), one);
+    }
+    let report = Report::new(format!("Valve of {name} before and after a repair"), tool);
+    report.source(before.source).source(after.source).with(section).html()
+}
+
+/// Width of a figure that a telephone shows, too, px.
+const WIDTH: f64 = 560.0;
+
+fn answers(of: Tested<'_>) -> Figure {
+    let figure = test_answers::figure("", unit(of.recording), of.test).width(WIDTH);
+    Figure { title: String::new(), ..figure }
+}
+
+fn unit(recording: &Recording) -> Option<&str> {
+    recording.pv.as_ref().and_then(|pv| pv.unit.as_deref())
+}
+
+fn headline(test: &TestReading) -> String {
+    use stiction_diagnose::diagnose::VerdictClass as Class;
+    let p = percent(test.probability);
+    match test.class {
+        Class::Sticks => format!("The valve sticks. Its S is {}.", s_in_words(test)),
+        Class::DoesNotStick => format!("The valve does not stick. Its S is {}.", s_in_words(test)),
+        Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
+        Class::CannotTell => {
+            format!("The test does not settle whether the valve sticks: the probability is {p}.")
+        }
+    }
+}
+
+fn facts(of: Tested<'_>) -> Vec<Fact> {
+    let test = of.test;
+    let mut all = vec![
+        Fact::new("test", span(of.recording, test), ""),
+        Fact::new("probability that it sticks", percent(test.probability), ""),
+        Fact::new("S, stick band plus dead band", s_in_words(test), ""),
+    ];
+    all.extend(test.j.map(|j| Fact::new("J, slip jump", words::interval(j), "")));
+    all.extend(test.response_s.map(|s| Fact::new("the PV responds in", time(s), "")));
+    all.push(Fact::new("the turns are known by", format!("the {}", test.known_by.name()), ""));
+    all
+}
+
+/// What one test has of its own: its trend, the plan beside it, its turns.
+fn of_test(mut section: Section, of: Tested<'_>) -> Section {
+    if let Some(figure) = trend(of) {
+        section = drawn(section, figure);
+    }
+    if let Some(carried) = &of.test.plan {
+        let items = carried.remarks.clone();
+        section = section.with(planned(carried)).with(Block::List { ordered: false, items });
+    }
+    section.with(turns(of))
+}
+
+/// What is beyond all that can be drawn is not worth the whole page.
+fn drawn(section: Section, figure: Figure) -> Section {
+    if figure.check().is_ok() { section.with(figure) } else { section }
+}
+
+/// All that was recorded, with the test marked.
+fn trend(of: Tested<'_>) -> Option<Figure> {
+    let whole = Recording { mode: None, ..of.recording.clone() };
+    let grid = Grid::of(&whole, &GridOptions::default()).ok()?;
+    let context = Context {
+        start: of.recording.start,
+        plant_time: Some(&of.recording.plant_time),
+        pv_unit: unit(of.recording),
+        modes: of.recording.mode.as_ref(),
+        period_s: None,
+    };
+    let last = grid.segments.iter().rfind(|segment| !segment.is_empty())?;
+    let axis = context.time_axis(last.from + last.duration());
+    let mut figure = views::trends(&grid.segments, 0, &context)?;
+    let test = Annotation::x_band(axis.at(of.test.from_s), axis.at(of.test.to_s), "test");
+    let panels = std::mem::take(&mut figure.panels).into_iter();
+    figure.panels = panels.map(|panel| panel.note(test.clone())).collect();
+    Some(figure)
+}
+
+/// The sizes of a plan beside those that were made.
+fn planned(carried: &Carried) -> Table {
+    let table = Table::new(format!(
+        "The plan beside what was carried out: {} made, and the plan asks for {} of these sizes or more.",
+        counted(carried.turns, "turn"),
+        carried.turns_planned
+    ))
+    .numbers("part", "")
+    .numbers("planned", "%")
+    .numbers("made", "%")
+    .numbers("turns", "")
+    .numbers("answered", "")
+    .numbers("hold at most", "")
+    .numbers("longest hold", "");
+    let or = |value: Option<f64>, words: fn(f64) -> String| value.map_or("–".to_owned(), words);
+    carried.sizes.iter().fold(table, |table, size| {
+        table.row([
+            size.part.to_string(),
+            or(size.planned, rough),
+            or(size.made, rough),
+            size.turns.to_string(),
+            size.answered.to_string(),
+            or(size.hold_planned_s, time),
+            or(size.hold_s, time),
+        ])
+    })
+}
+
+fn turns(of: Tested<'_>) -> Table {
+    let unit = unit(of.recording).unwrap_or("its units");
+    let table = Table::new("The turns, with the answer of the PV and its standard deviation.")
+        .numbers("turn", "")
+        .words("set at")
+        .numbers("OP", "%")
+        .numbers("turned by", "%")
+        .numbers("answer", unit)
+        .numbers("deviation", unit)
+        .words("answered");
+    (1..).zip(&of.test.steps).fold(table, |table, (k, step)| {
+        let or = |value: Option<f64>| value.map_or("–".to_owned(), rough);
+        table.row([
+            format!("{k}"),
+            moment(of.recording, step.at_s),
+            format!("{:.2}", step.op),
+            or(step.travel),
+            or(step.answer),
+            or(step.error),
+            if step.seen() { "yes" } else { "no" }.to_owned(),
+        ])
+    })
+}
+
+/// Who agreed: lines to sign.
+fn agreed() -> Table {
+    let table = Table::new("").words("for").words("name").words("date").words("signature");
+    let (line, date) = ("_________", "______");
+    let people = ["operation", "maintenance"];
+    people.into_iter().fold(table, |table, of| table.row([of, line, date, line]))
+}
