@@ -347,7 +347,10 @@ class Fitted:
     def ring(self, after: Recording, told: dict[str, Any], action: str) -> dict[str, Any]: ...
 
 def test_planned(
-    recording: Recording, rises: bool | None, pv_allowed: tuple[float, float] | None
+    recording: Recording,
+    done: list[tuple[float, float | None]] | None,
+    rises: bool | None,
+    pv_allowed: tuple[float, float] | None,
 ) -> dict[str, Any]: ...
 def test_read(
     recording: Recording, done: list[tuple[float, float | None]] | None, rises: bool | None

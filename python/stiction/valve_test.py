@@ -43,6 +43,7 @@ class Plan(Result):
 
     name: str = about("Tag of the loop.")
     pv_unit: str | None = about("Unit of the PV, where it is known.")
+    each: int = about("Turns of each size.")
     grow: list[Turn] = about("The turns of the first part, in order, until the PV answers.")
     shrink_by: float = about("By this each size of the second part is smaller than the last.")
     ends_after: int = about("The second part ends after so many sizes in a row that the PV does not answer.")
@@ -160,15 +161,21 @@ class Comparison(Result):
 def plan(
     recording: RecordingLike,
     *,
+    done: Iterable[tuple[float, float | None]] | None = None,
     rises: bool | None = None,
     pv_allowed: tuple[float, float] | None = None,
 ) -> Plan:
     """Size a test for a loop from a recording of its operation.
 
+    Where the recording holds a test that cannot tell, the plan is of the next test. It begins where the PV answered, and
+    makes more turns of each size.
+
     Parameters
     ----------
     recording : Recording or table
         The recording, see `stiction.read` and `stiction.recording`, or a table with the columns of one loop.
+    done : iterable of (float, float or None), optional
+        What was set by hand in a test that the recording holds, as for `read`.
     rises : bool, optional
         Whether the PV rises when the OP rises; the action of the controller shows it by default.
     pv_allowed : (float, float), optional
@@ -193,7 +200,7 @@ def plan(
     """
     allowed = None if pv_allowed is None else (number("pv_allowed", pv_allowed[0]), number("pv_allowed", pv_allowed[1]))
     known = None if rises is None else bool(instance("rises", rises, bool))
-    return result_of(Plan, _core.test_planned(_checked(recording), known, allowed))
+    return result_of(Plan, _core.test_planned(_checked(recording), _sets("done", done), known, allowed))
 
 
 def read(

@@ -15,7 +15,8 @@ use stiction::diagnose::{Detectors, DiagnoseOptions, VerdictClass};
 use stiction::recording::{ByHand, GridOptions, KnownBy, Recording, Set};
 use stiction::spoken;
 use stiction::valve_test::{
-    Carried, Comparison, PlanOptions, ReadOptions, TestPlan, TestReading, compare, plan, read,
+    Carried, Comparison, PlanOptions, ReadOptions, TestPlan, TestReading, before_test, compare,
+    plan, read,
 };
 use stiction_io::timestamp::instant;
 use stiction_report::document::Source;
@@ -43,7 +44,8 @@ enum Task {
     /// Size a test for a loop from a recording of its operation
     ///
     /// The sheet says how far to turn the OP, how long to hold it, when the PV has answered and when to stop. Without
-    /// limits for the PV the test stays within what was recorded and half as much again.
+    /// limits for the PV the test stays within what was recorded and half as much again. Where the recording holds a test
+    /// that cannot tell, the plan is of the next test: it begins where the PV answered, and makes more turns of each size.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
   stiction test plan plant.parquet --loop FIC101 --pv-low 40 --pv-high 60 --csv steps.csv")]
@@ -120,6 +122,9 @@ struct Plan {
     /// The highest PV that the process bears, in its units
     #[arg(long, value_name = "PV", requires = "pv_low", allow_negative_numbers = true)]
     pv_high: Option<f64>,
+    /// What was done in a test that the recording holds and that cannot tell: a CSV file with the columns time and op
+    #[arg(long, value_name = "DONE.csv")]
+    done: Option<In>,
     /// Print the plan as JSON, for a sequence and for `stiction test read --plan`
     #[arg(long)]
     json: bool,
@@ -222,16 +227,25 @@ pub fn run(args: Args) -> Result<ExitCode> {
 fn planned(args: &Plan) -> Result<()> {
     let (source, recording) = args.of.recording(&args.reading)?;
     let name = recording.name.clone();
+    let done = args.done.as_ref().map(|done| sheet_of(done, &recording, &args.reading));
+    let by_hand = done.transpose()?.or_else(|| ByHand::of(&recording).filter(ByHand::is_test));
+    let operation = before_test(&recording, by_hand.as_ref());
     let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
-    let (mut diagnosed, failures) = diagnose_all(&[(source, recording)], &options);
+    let (mut diagnosed, failures) = diagnose_all(&[(source, operation)], &options);
     ended(failures)?;
     let Some(one) = diagnosed.pop() else { bail!("loop {name}: nothing was diagnosed") };
     let options = PlanOptions {
         rises: args.of.rises(),
         pv_allowed: args.pv_low.zip(args.pv_high).map(|(low, high)| [low, high]),
     };
-    let plan = plan(&one.diagnosis, &options)
+    let first = plan(&one.diagnosis, &options)
         .map_err(|why| anyhow!("{}, loop {name}: {}", args.of.file.origin(), why.0))?;
+    let next = first.again(&recording, by_hand);
+    let head = match next {
+        Some(_) => "the next test of the valve, after the one in the recording that cannot tell",
+        None => "test of the valve",
+    };
+    let plan = next.unwrap_or(first);
     if let Some(path) = &args.sheet {
         output::write(Some(path), test_sheet::html(&plan, output::TOOL).as_bytes())?;
     }
@@ -244,11 +258,11 @@ fn planned(args: &Plan) -> Result<()> {
             return Ok(());
         }
     }
-    output::text(&plan_in_words(&plan))
+    output::text(&plan_in_words(head, &plan))
 }
 
-fn plan_in_words(plan: &TestPlan) -> String {
-    let mut out = format!("{}: test of the valve\n", plan.name);
+fn plan_in_words(head: &str, plan: &TestPlan) -> String {
+    let mut out = format!("{}: {head}\n", plan.name);
     for (k, text) in plan.instructions.iter().enumerate() {
         for (line, part) in wrapped(text, 96).iter().enumerate() {
             let head = if line == 0 { format!("{}. ", k + 1) } else { "   ".to_owned() };
@@ -256,15 +270,15 @@ fn plan_in_words(plan: &TestPlan) -> String {
         }
     }
     out += "turns of part 1\n";
-    for two in plan.grow.chunks(2) {
-        let of: Vec<String> = two
+    for same in plan.grow.chunks(plan.each.max(1)) {
+        let of: Vec<String> = same
             .iter()
             .map(|turn| {
                 let sign = if turn.op < 0.0 { '-' } else { '+' };
                 format!("u0 {sign} {:<5}", spoken::rough(turn.op.abs()))
             })
             .collect();
-        out += &format!("  {}  hold {} at most\n", of.join("  "), spoken::time(two[0].hold_s));
+        out += &format!("  {}  hold {} at most\n", of.join("  "), spoken::time(same[0].hold_s));
     }
     out
 }

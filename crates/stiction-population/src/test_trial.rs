@@ -26,6 +26,8 @@ pub struct TestTrial {
     pub stopped: Share,
     /// Tests in which the PV left what the process bears.
     pub beyond: Share,
+    /// Loops whose PV leaves it in the same time without a test.
+    pub beyond_anyway: Share,
     /// Tests that were given up.
     pub given_up: Share,
     /// Tests that began and tell whether the valve sticks.
@@ -48,6 +50,8 @@ pub struct TestTrial {
     pub s_error: Option<f64>,
     /// Median limit of S where the valve does not stick, percent.
     pub s_below: Option<f64>,
+    /// Tests that were followed by another, because they did not tell.
+    pub repeated: Share,
     /// Median number of turns.
     pub turns: Option<f64>,
     /// Tests that are found without a sheet and without a mode.
@@ -164,6 +168,7 @@ impl TestTrial {
             },
             stopped: share(&|tested| tested.carried.stopped > 0),
             beyond: share(&|tested| tested.carried.beyond),
+            beyond_anyway: share(&|tested| tested.carried.beyond_anyway),
             given_up: share(&|tested| tested.carried.given_up),
             decided,
             right: of_decided,
@@ -178,6 +183,7 @@ impl TestTrial {
             s_covered: Share { k: told.iter().filter(covers).count(), n: told.len() },
             s_error: median(&errors),
             s_below: median(&limits),
+            repeated: share(&|tested| tested.carried.began > 1),
             turns: median(&turns),
             noticed: share(&|tested| tested.noticed),
             imagined: Share {

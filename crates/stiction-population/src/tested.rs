@@ -42,6 +42,8 @@ pub struct ToPlan {
 /// What the operator did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Carried {
+    /// Tests that were begun, one after another.
+    pub began: usize,
     /// Turns that were made.
     pub turns: usize,
     /// How often the controller was put back in automatic because the PV went too far.
@@ -52,6 +54,8 @@ pub struct Carried {
     pub ended: bool,
     /// Whether the PV left what the process bears, while a turn was held or after a stop until it was calm.
     pub beyond: bool,
+    /// Whether the PV of the same loop leaves it in the same time without a test.
+    pub beyond_anyway: bool,
     /// When it began, s on the recording's clock.
     pub from_s: f64,
     /// When it ended.
@@ -96,7 +100,6 @@ impl LoopKind {
         let factor = 1.0 + longest;
         for redrawn in 0..100 {
             let draw = &mut Draw::of(&[seed, redrawn]);
-            let mut of_operator = Draw::of(&[seed, redrawn, 77]);
             let mut tested = None;
             let mut then = |scene: &Scene<'_>, simulated: &Simulated| -> Result<()> {
                 let samples = (scene.design.samples as f64 / factor) as usize;
@@ -114,27 +117,42 @@ impl LoopKind {
                 let to_plan = ToPlan { rises, pv_allowed: allowed };
                 let Some(plan) = plan(&before, to_plan) else { return Ok(()) };
                 let first = scene.design.warm_up + samples * scene.design.steps;
-                let mut hand =
-                    AtWork::new(scene.design, &plan, operator, allowed, first, &mut of_operator);
-                let played = scene.plant.play_with(scene.fittings, &mut hand)?;
-                let carried = hand.carried();
-                let whole = {
+                let mut plans = vec![plan];
+                let (whole, mut carried) = loop {
+                    let of = Draw::of(&[seed, redrawn, 77]);
+                    let mut hand = AtWork::new(scene.design, &plans, operator, allowed, first, of);
+                    let played = scene.plant.play_with(scene.fittings, &mut hand)?;
+                    let carried = hand.carried();
                     let own = &scene.design.historian;
                     let historian = match trend {
                         Trend::AsAsked => own.trend(),
                         Trend::Historian => own.clone(),
                     };
-                    member::recorded(scene.design, &historian, &played)?
+                    let whole = member::recorded(scene.design, &historian, &played)?;
+                    let last = &plans[plans.len() - 1];
+                    let more = plans.len() < MOST_TESTS && carried.began == plans.len();
+                    let next = more.then(|| last.again(&whole, Some(carried.sheet.clone())));
+                    match next.flatten() {
+                        Some(next) => plans.push(next),
+                        None => break (whole, carried),
+                    }
                 };
+                let plan = plans.swap_remove(0);
                 let after = carried.to_s + 10.0 * plan.grow[0].hold_s;
                 let whole = whole.part(0.0, after, 0.0).unwrap_or(whole);
                 let truth = simulated.truth.clone();
                 let imagined = ByHand::of(&before).is_some();
                 let (from, to) = (carried.from_s, carried.to_s);
                 let noticed = ByHand::of(&whole).is_some_and(|found| {
-                    let (a, b) = found.span_s();
-                    a < to && b > from && 2 * found.turns() >= carried.turns
+                    let inside = |set: &&Set| set.op.is_some() && from <= set.at_s && set.at_s < to;
+                    2 * found.sets.iter().filter(inside).count() >= carried.turns
                 });
+                // What the load does without a test.
+                let went = simulated.recording.part(from, to, f64::INFINITY);
+                let calm = went.and_then(|part| part.pv).is_none_or(|pv| {
+                    pv.values.iter().all(|v| (allowed[0]..=allowed[1]).contains(v))
+                });
+                carried.beyond_anyway = !calm;
                 tested = Some(Tested { before, whole, truth, plan, carried, noticed, imagined });
                 Ok(())
             };
@@ -168,6 +186,8 @@ enum Stage {
 /// An operator at work.
 struct AtWork<'a> {
     plan: &'a TestPlan,
+    /// Those that follow it.
+    plans: &'a [TestPlan],
     design: &'a Design,
     of: Draw,
     careless: bool,
@@ -204,6 +224,10 @@ struct AtWork<'a> {
     noise: Noise,
     carried: Carried,
     last: usize,
+    /// How often in a row the OP was moved on because the PV strayed.
+    nudged: u32,
+    /// Stops of this test.
+    stops: usize,
 }
 
 /// The noise of what an operator sees: the mean size of its second differences.
@@ -250,22 +274,26 @@ impl Wander {
 
 /// How far the PV may go from where it rests, parts of its span.
 const ALLOWED: f64 = 0.05;
+/// Tests of one loop, one after another.
+const MOST_TESTS: usize = 3;
 /// After so many stops nobody goes on.
 const MOST_STOPS: usize = 6;
 
 impl<'a> AtWork<'a> {
     fn new(
         design: &'a Design,
-        plan: &'a TestPlan,
+        plans: &'a [TestPlan],
         operator: Operator,
         allowed: [f64; 2],
         first: usize,
-        draw: &mut Draw,
+        of: Draw,
     ) -> Self {
+        let plan = &plans[0];
         Self {
             plan,
+            plans: &plans[1..],
             design,
-            of: draw.fork(),
+            of,
             careless: operator == Operator::Careless,
             at: At::Waits(first),
             stage: Stage::Grows(0),
@@ -292,14 +320,18 @@ impl<'a> AtWork<'a> {
             carried: Carried {
                 turns: 0,
                 stopped: 0,
+                began: 1,
                 given_up: false,
                 ended: false,
                 beyond: false,
+                beyond_anyway: false,
                 from_s: 0.0,
                 to_s: 0.0,
                 sheet: ByHand { sets: vec![], known_by: KnownBy::Sheet },
             },
             last: 0,
+            nudged: 0,
+            stops: 0,
         }
     }
 
@@ -326,16 +358,28 @@ impl<'a> AtWork<'a> {
         None
     }
 
-    fn over(&mut self, ended: bool) {
+    /// This test is over, and the next begins.
+    fn over(&mut self, k: usize, ended: bool) {
         self.carried.ended = ended;
         self.carried.given_up = !ended;
         self.at = At::Done;
+        if let Some((next, others)) = self.plans.split_first() {
+            (self.plan, self.plans) = (next, others);
+            self.carried.began += 1;
+            (self.stage, self.at, self.known) = (Stage::Grows(0), At::Waits(k), false);
+            (self.done, self.answered, self.longest, self.seen, self.grown) = (0, 0, 0.0, 0, 0);
+            (self.calm, self.stops) = (0.0, 0);
+            self.moved.clear();
+            self.soon = next.grow[0].hold_s;
+        }
     }
 
     /// The size of the turns that are made, percent.
     fn size(&self) -> Option<f64> {
         match self.stage {
-            Stage::Grows(number) => self.plan.grow.get(2 * number).map(|turn| 2.0 * turn.op.abs()),
+            Stage::Grows(number) => {
+                self.plan.grow.get(self.plan.each * number).map(|turn| 2.0 * turn.op.abs())
+            }
             Stage::Shrinks(size, silent) => {
                 (silent < self.plan.ends_after && size > 0.2).then_some(size)
             }
@@ -349,9 +393,9 @@ impl<'a> AtWork<'a> {
             self.done += 1;
             self.after();
         }
-        let Some(size) = self.size() else { return self.over(true) };
+        let Some(size) = self.size() else { return self.over(k, true) };
         let hold = match self.stage {
-            Stage::Grows(number) if !self.known => self.plan.grow[2 * number].hold_s,
+            Stage::Grows(number) if !self.known => self.plan.grow[self.plan.each * number].hold_s,
             _ => 2.0 * self.soon,
         };
         let away = 0.5 * size;
@@ -364,6 +408,7 @@ impl<'a> AtWork<'a> {
         }
         let sign = if self.up { 1.0 } else { -1.0 };
         self.up = !self.up;
+        self.nudged = 0;
         self.last_op = if self.held_op.is_nan() { self.rest.0 } else { self.held_op };
         self.held_op = (self.rest.0 + sign * size * away).clamp(low, high);
         self.hold = late * hold;
@@ -385,6 +430,32 @@ impl<'a> AtWork<'a> {
         let up = (self.held_op > self.last_op) == self.rises();
         let moved = pv - self.turned_at;
         if up { moved >= self.answer() } else { -moved >= self.answer() }
+    }
+
+    /// Whether the PV goes away, although the OP is where it should bring it back.
+    fn strays(&self, pv: f64) -> bool {
+        let [low, high] = self.plan.inner();
+        let up = (self.held_op > self.last_op) == self.rises();
+        pv > high && !up && pv > self.turned_at || pv < low && up && pv < self.turned_at
+    }
+
+    /// Moves the OP further the same way, each time by twice as much.
+    fn nudge(&mut self, k: usize, pv: f64) {
+        let (low, high) = (self.plan.op_low, self.plan.op_high);
+        let Some(size) = self.size() else { return };
+        let sign = if self.held_op > self.last_op { 1.0 } else { -1.0 };
+        let by = 0.5 * size * f64::from(1u32 << self.nudged.min(8));
+        self.nudged += 1;
+        let op = (self.held_op + sign * by).clamp(low, high);
+        self.rest.0 += op - self.held_op;
+        self.last_op = self.held_op;
+        self.held_op = op;
+        self.turned_at = pv;
+        self.at = At::Holds(k);
+        (self.done, self.answered, self.longest) = (0, 0, 0.0);
+        self.moved.clear();
+        self.carried.turns += 1;
+        self.wrote(k, Some(op));
     }
 
     /// What follows a turn that was held for so long.
@@ -413,17 +484,22 @@ impl<'a> AtWork<'a> {
 
     /// Two turns of each size, and four where the first two were answered.
     fn after(&mut self) {
-        if self.done < 2 {
+        if self.done < self.plan.each {
             return;
         }
         match self.stage {
-            Stage::Grows(_) if self.answered >= 2 && self.done < 4 => return,
-            Stage::Grows(number) if self.done >= 4 && self.together() => {
+            Stage::Grows(_)
+                if self.answered >= self.plan.each && self.done < 2 * self.plan.each =>
+            {
+                return;
+            }
+            Stage::Grows(number) if self.done >= 2 * self.plan.each && self.together() => {
                 self.soon = self.longest;
                 self.known = true;
                 self.seen = self.answered;
                 self.grown = number;
-                self.stage = Stage::Shrinks(2.0 * self.plan.grow[2 * number].op.abs(), 0);
+                self.stage =
+                    Stage::Shrinks(2.0 * self.plan.grow[self.plan.each * number].op.abs(), 0);
             }
             Stage::Grows(number) => self.stage = Stage::Grows(number + 1),
             Stage::Shrinks(size, silent) => {
@@ -468,7 +544,7 @@ impl Hand for AtWork<'_> {
                 self.wander.see(pv, k, (self.soon / step) as usize);
                 let waited = k.saturating_sub(since) as f64 * step;
                 if waited > 100.0 * self.soon {
-                    self.over(false);
+                    self.over(k, false);
                     return None;
                 }
                 if k < self.first || waited < 4.0 * self.soon {
@@ -502,20 +578,24 @@ impl Hand for AtWork<'_> {
                     self.moved.clear();
                     self.calm = 0.0;
                     self.at = At::Waits(k);
-                    if self.carried.stopped >= MOST_STOPS {
-                        self.over(false);
+                    self.stops += 1;
+                    if self.stops >= MOST_STOPS {
+                        self.over(k, false);
                     }
                     return self.automatic(k);
                 }
                 let held = (k - since) as f64 * step;
+                let room = self.plan.op_low < self.held_op && self.held_op < self.plan.op_high;
+                if self.strays(pv) && held >= self.soon && room {
+                    self.nudge(k, pv);
+                    return Some(self.held_op);
+                }
                 let passed =
                     self.passed(pv) && held >= (0.3 * self.hold).max(2.0 * self.design.sample_time);
                 if passed || held >= self.hold {
                     self.next(pv, held);
-                    if self.at != At::Done {
-                        self.turn(k, pv);
-                    }
-                    if self.at == At::Done {
+                    self.turn(k, pv);
+                    if !matches!(self.at, At::Holds(_)) {
                         return self.automatic(k);
                     }
                 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 use stiction::diagnose::{Detectors, DiagnoseOptions, diagnose};
 use stiction::finding::Abstention;
 use stiction::recording::{ByHand, KnownBy, Set};
-use stiction::valve_test::{self, Comparison, PlanOptions, ReadOptions, TestReading};
+use stiction::valve_test::{self, Comparison, PlanOptions, ReadOptions, TestReading, before_test};
 
 fn because(name: &str, why: &Abstention) -> PyErr {
     PyValueError::new_err(format!("loop {name}: {}", why.0))
@@ -21,16 +21,22 @@ fn because(name: &str, why: &Abstention) -> PyErr {
 fn test_planned(
     py: Python<'_>,
     recording: Recording,
+    done: Done,
     rises: Option<bool>,
     pv_allowed: Option<[f64; 2]>,
 ) -> PyResult<Bound<'_, PyAny>> {
     let name = recording.recording.name.clone();
-    let diagnosis = long(py, None, move |_| {
+    let plan = long(py, None, move |_| {
+        let recording = &recording.recording;
+        let by_hand = sheet(done).or_else(|| ByHand::of(recording).filter(ByHand::is_test));
         let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
-        diagnose(&recording.recording, &asked)
+        let diagnosis = diagnose(&before_test(recording, by_hand.as_ref()), &asked)?;
+        let first = valve_test::plan(&diagnosis, &PlanOptions { rises, pv_allowed });
+        Ok::<_, stiction::Error>(
+            first.map(|first| first.again(recording, by_hand).unwrap_or(first)),
+        )
     })?
     .map_err(refused)?;
-    let plan = valve_test::plan(&diagnosis, &PlanOptions { rises, pv_allowed });
     plain(py, &plan.map_err(|why| because(&name, &why))?)
 }
 
@@ -50,6 +56,12 @@ fn test_read(
 /// When the OP was set, s, and to what.
 type Done = Option<Vec<(f64, Option<f64>)>>;
 
+/// The same as the library has it.
+fn sheet(done: Done) -> Option<ByHand> {
+    let sets = done?.into_iter().map(|(at_s, op)| Set { at_s, op }).collect();
+    Some(ByHand { sets, known_by: KnownBy::Sheet })
+}
+
 fn read(
     py: Python<'_>,
     recording: Recording,
@@ -57,11 +69,7 @@ fn read(
     rises: Option<bool>,
 ) -> PyResult<TestReading> {
     let name = recording.recording.name.clone();
-    let by_hand = done.map(|done| ByHand {
-        sets: done.into_iter().map(|(at_s, op)| Set { at_s, op }).collect(),
-        known_by: KnownBy::Sheet,
-    });
-    let options = ReadOptions { by_hand, rises, ..ReadOptions::default() };
+    let options = ReadOptions { by_hand: sheet(done), rises, ..ReadOptions::default() };
     let read = long(py, None, move |_| valve_test::read(&recording.recording, &options))?;
     read.map_err(|why| because(&name, &why))
 }

@@ -71,9 +71,12 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = row(table, "tests of healthy valves", "that accused them", trial.accused);
     let table = row(table, "values of S", "within 15 % of the true one", trial.s_within);
     let table = row(table, "90 % intervals of S", "that hold it", trial.s_covered);
+    let table = row(table, "tests", "followed by a second or a third", trial.repeated);
     let table = row(table, "tests", "stopped at least once", trial.stopped);
     let table = row(table, "tests", "given up", trial.given_up);
     let table = row(table, "tests", "in which the PV left what the process bears", trial.beyond);
+    let table =
+        row(table, "the same loops", "whose PV leaves it without a test", trial.beyond_anyway);
     let table = row(table, "tests", "found without sheet and mode", trial.noticed);
     let table = row(table, "recordings of operation", "taken for a test", trial.imagined);
     let number = |value: Option<f64>, unit: &str| {

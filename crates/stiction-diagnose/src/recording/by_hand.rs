@@ -14,8 +14,15 @@ use crate::series::median;
 pub const FEWEST_TURNS: usize = 8;
 /// Samples for which a level is held at least.
 const HELD: usize = 4;
-/// How far the middle of a turn lies from that of all, parts of the turn.
+/// How far the middle of a turn lies from that of so many on either side, parts of the turn.
 const ASKEW: f64 = 0.35;
+const BESIDE: usize = 4;
+/// Samples between two levels.
+const NEAR: usize = 2;
+/// Share of turns the other way than the last.
+const TO_AND_FRO: f64 = 0.7;
+/// Turns of another time in manual beside a test.
+const FEWEST_BESIDE: usize = 3;
 /// Different sizes, and by how much they differ.
 const SIZES: usize = 4;
 const DIFFERENT: f64 = 0.05;
@@ -167,49 +174,46 @@ fn by_output(op: &Channel) -> Vec<Set> {
         }
         first = to;
     }
-    let mut best: &[Level] = &[];
-    let mut from = 0;
-    for k in 1..=held.len() {
-        let goes_on = k < held.len() && follows(&held, from, k);
-        if goes_on {
-            continue;
-        }
-        let chain = &held[from..k];
-        if chain.len() > best.len() && is_test(chain) {
-            best = chain;
-        }
-        // The last level may begin another.
-        from = if k > from + 1 { k - 1 } else { k };
+    let chains: Vec<&[Level]> = held.chunk_by(|a, b| b.from <= a.to + NEAR).collect();
+    if !chains.iter().any(|chain| is_test(chain)) {
+        return vec![];
     }
-    let Some(last) = best.last() else { return vec![] };
-    let mut sets: Vec<Set> =
-        best.iter().map(|level| Set { at_s: op[level.from].0, op: Some(level.op) }).collect();
-    sets.push(Set { at_s: op[(last.to).min(op.len() - 1)].0, op: None });
+    let mut sets = vec![];
+    for chain in chains.into_iter().filter(|chain| goes_to_and_fro(chain)) {
+        sets.extend(chain.iter().map(|level| Set { at_s: op[level.from].0, op: Some(level.op) }));
+        let to = chain.last().map_or(0, |last| last.to);
+        sets.push(Set { at_s: op[to.min(op.len() - 1)].0, op: None });
+    }
     sets
 }
 
-/// Whether level `k` goes on with what began at `from`: next to the last, and the other way.
-fn follows(held: &[Level], from: usize, k: usize) -> bool {
-    let near = held[k].from - held[k - 1].to <= 2;
-    let turn = held[k].op - held[k - 1].op;
-    near && (k == from + 1 || turn * (held[k - 1].op - held[k - 2].op) < 0.0)
+/// Turns of a chain, percent.
+fn turns(chain: &[Level]) -> Vec<f64> {
+    chain.windows(2).map(|two| two[1].op - two[0].op).collect()
 }
 
-/// Whether levels lie about one value and differ in size.
+/// Whether levels go up and down in turn, but for a few with which the PV was brought back.
+fn goes_to_and_fro(chain: &[Level]) -> bool {
+    let turns = turns(chain);
+    let back = turns.windows(2).filter(|two| two[0] * two[1] < 0.0).count();
+    turns.len() >= FEWEST_BESIDE && back as f64 >= TO_AND_FRO * (turns.len() - 1) as f64
+}
+
+/// Whether levels go to and fro, lie about a value that moves little from turn to turn, and differ in size.
 fn is_test(chain: &[Level]) -> bool {
-    if chain.len() <= FEWEST_TURNS {
+    if chain.len() <= FEWEST_TURNS || !goes_to_and_fro(chain) {
         return false;
     }
-    let turns: Vec<(f64, f64)> = chain
-        .windows(2)
-        .map(|two| (0.5 * (two[0].op + two[1].op), (two[1].op - two[0].op).abs()))
-        .collect();
-    let middle = median(&turns.iter().map(|(middle, _)| *middle).collect::<Vec<_>>());
-    let askew = turns.iter().filter(|(m, size)| (m - middle).abs() > ASKEW * size).count();
-    let mut sizes: Vec<f64> = turns.iter().map(|(_, size)| *size).collect();
+    let middles: Vec<f64> = chain.windows(2).map(|two| 0.5 * (two[0].op + two[1].op)).collect();
+    let mut sizes: Vec<f64> = turns(chain).iter().map(|turn| turn.abs()).collect();
+    let askew = (0..middles.len()).filter(|k| {
+        let near = &middles[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(middles.len())];
+        (middles[*k] - median(near)).abs() > ASKEW * sizes[*k]
+    });
+    let few = 4 * askew.count() <= middles.len();
     sizes.sort_by(f64::total_cmp);
     let different = 1 + sizes.windows(2).filter(|s| s[1] > (1.0 + DIFFERENT) * s[0]).count();
-    4 * askew <= turns.len() && different >= SIZES
+    few && different >= SIZES
 }
 
 #[cfg(test)]

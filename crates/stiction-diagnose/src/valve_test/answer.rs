@@ -62,21 +62,41 @@ impl Process {
         answer
     }
 
-    /// All that are tried, with dead times up to `longest` samples.
-    pub fn all(longest: usize) -> Vec<Self> {
+    /// All that may be tried, with dead times up to `longest` samples.
+    fn grid(longest: usize) -> Vec<Place> {
         let lags = |tau: f64| match () {
             () if tau.is_infinite() => TAU2_OF_INTEGRATOR.to_vec(),
             () if tau == 0.0 => vec![0.0],
             () => TAU2.map(|part| part * tau).to_vec(),
         };
+        let dead = || DEAD.into_iter().filter(|d| *d <= longest.max(2)).enumerate();
         let mut all = vec![];
-        for tau in TAU {
-            for tau2 in lags(tau) {
-                let dead = DEAD.into_iter().filter(|d| *d <= longest.max(2));
-                all.extend(dead.map(|dead| Self { tau, tau2, dead }));
+        for (i, tau) in TAU.into_iter().enumerate() {
+            for (j, tau2) in lags(tau).into_iter().enumerate() {
+                let of = |(k, dead)| Place { at: [i, j, k], process: Self { tau, tau2, dead } };
+                all.extend(dead().map(of));
             }
         }
         all
+    }
+}
+
+/// A process in the grid of those that are tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Place {
+    at: [usize; 3],
+    process: Process,
+}
+
+impl Place {
+    /// Whether it is among the few that are tried first.
+    fn is_first(&self) -> bool {
+        let [tau, tau2, dead] = self.at;
+        (tau % 2 == 1 || tau == 0) && tau2 % 2 == 0 && dead % 2 == 0
+    }
+
+    fn is_beside(&self, other: &Self) -> bool {
+        self.at.iter().zip(&other.at).all(|(a, b)| a.abs_diff(*b) <= 1)
     }
 }
 
@@ -236,19 +256,44 @@ fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<
     (gram, products, square)
 }
 
-/// The answers behind every process, the likeliest first, and the standard deviation of what cannot be foreseen.
+/// Processes beside which others are tried.
+const BEST: usize = 4;
+
+/// The answers behind the processes that come into question, the likeliest first, and the standard deviation of what cannot
+/// be foreseen.
 pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answers>, f64)> {
-    let processes = Process::all(longest_dead);
+    let grid = Process::grid(longest_dead);
+    let (first, others): (Vec<Place>, Vec<Place>) = grid.into_iter().partition(Place::is_first);
     let start: Vec<Vec<f64>> =
         spells.iter().map(|spell| crate::series::detrended(&spell.pv)).collect();
     let mut noise = Noise::of(&start);
-    let mut all: Vec<Answers> = vec![];
+    let mut all: Vec<(Place, Answers)> = vec![];
+    let tried = |places: &[Place], noise: &Noise| -> Vec<(Place, Answers)> {
+        let of = |place: &Place| Some((*place, Answers::of(spells, place.process, noise)?));
+        places.iter().filter_map(of).collect()
+    };
+    let sort = |all: &mut Vec<(Place, Answers)>| {
+        all.sort_by(|a, b| a.1.left.total_cmp(&b.1.left));
+    };
     for _ in 0..3 {
-        all =
-            processes.iter().filter_map(|process| Answers::of(spells, *process, &noise)).collect();
-        all.sort_by(|a, b| a.left.total_cmp(&b.left));
-        noise = Noise::of(&all.first()?.residual(spells));
+        all = tried(&first, &noise);
+        sort(&mut all);
+        noise = Noise::of(&all.first()?.1.residual(spells));
     }
+    // Beside the best, as long as there are better ones.
+    let mut others = others;
+    loop {
+        let best: Vec<Place> = all.iter().take(BEST).map(|(place, _)| *place).collect();
+        let (near, far): (Vec<Place>, Vec<Place>) =
+            others.into_iter().partition(|place| best.iter().any(|b| b.is_beside(place)));
+        if near.is_empty() {
+            break;
+        }
+        all.extend(tried(&near, &all[0].1.noise.clone()));
+        sort(&mut all);
+        others = far;
+    }
+    let all: Vec<Answers> = all.into_iter().map(|(_, answers)| answers).collect();
     let columns: usize = spells.iter().map(|spell| spell.turns.len() + BESIDE).sum();
     let samples: usize =
         spells.iter().map(|spell| spell.pv.len().saturating_sub(LONGEST_PAST)).sum();

@@ -40,7 +40,7 @@ pub struct CarriedSize {
 pub struct Carried {
     /// The sizes, in the order in which they were made or planned.
     pub sizes: Vec<CarriedSize>,
-    /// Turns of these sizes that the plan asks for: two of each.
+    /// Turns of these sizes that the plan asks for.
     pub turns_planned: usize,
     /// Turns that were made.
     pub turns: usize,
@@ -58,8 +58,6 @@ pub struct Carried {
     pub remarks: Vec<String>,
 }
 
-/// Turns of a size that a plan asks for.
-const OF_A_SIZE: usize = 2;
 /// Shares by which two turns of one size may differ, and a size of part 1 from that of the plan.
 const ALIKE: f64 = 0.07;
 const NEAR: f64 = 0.15;
@@ -116,7 +114,7 @@ pub(super) fn carried(
         held_longer += usize::from(turn.hold_s > LONGER * hold_s + 2.0 * dt);
     }
     let mut all = Carried {
-        turns_planned: OF_A_SIZE * sizes.iter().filter(|size| size.planned.is_some()).count(),
+        turns_planned: plan.each * sizes.iter().filter(|size| size.planned.is_some()).count(),
         turns: turned.len(),
         cut_short,
         held_longer,
@@ -192,7 +190,7 @@ fn grouped(turned: &[Turned]) -> Vec<Made> {
 /// The sizes of the plan beside those that were made, and for each turn the hold that is planned, s.
 fn beside(plan: &TestPlan, made: &[Made]) -> (Vec<CarriedSize>, Vec<Option<f64>>) {
     let planned: Vec<(f64, f64)> =
-        plan.grow.chunks(OF_A_SIZE).map(|two| (2.0 * two[0].op.abs(), two[0].hold_s)).collect();
+        plan.grow.chunks(plan.each).map(|two| (2.0 * two[0].op.abs(), two[0].hold_s)).collect();
     // Of equal ones the first: the second part is below it.
     let top = made.iter().enumerate().fold(0, |top, (k, m)| match m.size > made[top].size {
         true => k,
@@ -246,7 +244,7 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
     };
     let left_out = sizes(&|size| size.planned.filter(|_| size.made.is_none()));
     let other = sizes(&|size| size.made.filter(|_| size.planned.is_none()));
-    let single = sizes(&|size| size.made.filter(|_| size.turns < OF_A_SIZE));
+    let single = sizes(&|size| size.made.filter(|_| size.turns < plan.each));
     let mut all = vec![];
     if !left_out.is_empty() {
         all.push(format!("These sizes of the plan were left out: {} %.", listed(left_out)));

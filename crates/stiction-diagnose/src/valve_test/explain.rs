@@ -14,11 +14,14 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// By how much the gain may change from turn to turn, share.
 const UNEVEN: f64 = 0.15;
-/// Gains that are tried: from the largest that was seen down by this factor each.
-const GAINS: usize = 9;
-const GAIN_RATIO: f64 = 0.6;
-/// Degrees of freedom of the answers.
+/// Gains that are tried, parts of the one that fits best if it is the same everywhere.
+const GAINS: [f64; 5] = [1.6, 1.26, 1.0, 0.8, 0.5];
+/// Degrees of freedom of the answers of a piece.
 const FREEDOM: f64 = 6.0;
+/// Turns of a piece.
+const PIECE: usize = 24;
+/// No answer is known better than this share of the largest: no process is quite what is fitted.
+const AT_BEST: f64 = 0.03;
 
 /// How well the PV goes with a valve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -32,17 +35,24 @@ pub(super) struct Seen {
 }
 
 /// What one spell answered, but for its first turn: before it the stem may have been anywhere.
-struct Answered {
+struct Answered(Vec<Piece>);
+
+/// So many turns in a row at most that errors of one do not matter for those of the next piece.
+struct Piece {
+    /// Number of its first turn, the first of the spell not counted.
+    from: usize,
     /// PV units by turn.
     found: DVector<f64>,
     covariance: DMatrix<f64>,
+    information: DMatrix<f64>,
 }
 
 /// The answers behind one process, to be explained by valves.
 pub(super) struct Problem<'a> {
     spells: &'a [Manual],
     answered: Vec<Answered>,
-    gains: Vec<f64>,
+    /// Of the gain.
+    sign: f64,
     pub process: Process,
     /// Likelihood of the process itself.
     log: f64,
@@ -58,23 +68,31 @@ impl<'a> Problem<'a> {
         log: f64,
     ) -> Option<Self> {
         let mut all = vec![];
-        let mut largest: f64 = 0.0;
-        for ((found, information), spell) in of.spells.iter().zip(spells) {
+        let mut furthest: f64 = 0.0;
+        for (found, information) in &of.spells {
             let covariance = Cholesky::new(information.clone())?.inverse() * variance;
             let n = found.len() - 1;
             let found = found.rows(1, n).into_owned();
             let covariance = covariance.view((1, 1), (n, n)).into_owned();
-            for (i, two) in spell.turns.windows(2).enumerate() {
-                let travel = (two[1].1 - two[0].1).abs();
-                let seen = found[i].abs() + covariance[(i, i)].sqrt();
-                if travel > 0.0 {
-                    largest = largest.max(seen / travel);
-                }
+            for (i, answer) in found.iter().enumerate() {
+                furthest = furthest.max(answer.abs() - 3.0 * covariance[(i, i)].sqrt());
             }
-            all.push(Answered { found, covariance });
+            all.push((found, covariance));
         }
-        let gains = (0..GAINS).map(|k| sign * 1.5 * largest * GAIN_RATIO.powi(k as i32)).collect();
-        Some(Self { spells, answered: all, gains, process: of.process, log })
+        let floor = (AT_BEST * furthest).powi(2);
+        let piece = |found: &DVector<f64>, covariance: &DMatrix<f64>, from: usize| {
+            let n = (found.len() - from).min(PIECE);
+            let mut covariance = covariance.view((from, from), (n, n)).into_owned();
+            (0..n).for_each(|i| covariance[(i, i)] += floor);
+            let information = Cholesky::new(covariance.clone())?.inverse();
+            Some(Piece { from, found: found.rows(from, n).into_owned(), covariance, information })
+        };
+        let answered = |(found, covariance): &(DVector<f64>, DMatrix<f64>)| {
+            let pieces = (0..found.len()).step_by(PIECE);
+            pieces.map(|from| piece(found, covariance, from)).collect::<Option<_>>().map(Answered)
+        };
+        let answered = all.iter().map(answered).collect::<Option<_>>()?;
+        Some(Self { spells, answered, sign, process: of.process, log })
     }
 
     /// How far the stem moves with each turn, from each place where it may be at first.
@@ -86,7 +104,8 @@ impl<'a> Problem<'a> {
         };
         let of = |place: &f64| stem.moves(spell.before, &op, *place);
         let mut all: Vec<Vec<f64>> = PLACES.iter().filter_map(of).collect();
-        all.dedup();
+        // Where the first turn has moved the stem, it no longer matters where it was.
+        all.dedup_by(|a, b| a[1..] == b[1..]);
         all
     }
 
@@ -102,10 +121,13 @@ impl<'a> Problem<'a> {
             })
             .sum()
         };
-        // What does not answer at all answers with a small gain, too.
-        let coarse = self.gains.iter().map(|gain| (*gain, of_gain(gain)));
-        let mut best = coarse.fold((0.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
-        for by in [1.26f64, 1.12] {
+        // The gain that fits best if it is the same everywhere, and half of it, and less: what does not answer at all
+        // answers with a small gain, too.
+        let gain = self.gain(&moves);
+        let coarse = GAINS.map(|by| gain * by).map(|gain| (gain, of_gain(&gain)));
+        let mut best =
+            coarse.into_iter().fold((0.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
+        for by in [1.12f64, 1.06] {
             for gain in [best.0 / by, best.0 * by] {
                 let log = of_gain(&gain);
                 if log > best.1 {
@@ -116,23 +138,37 @@ impl<'a> Problem<'a> {
         (self.log + best.1, best.0)
     }
 
+    /// The gain that fits these moves best, of the stem from its first place, by least squares: of the sign that it has, and no
+    /// less than a part of its standard deviation.
+    fn gain(&self, moves: &[Vec<Vec<f64>>]) -> f64 {
+        let (mut own, mut across) = (0.0, 0.0);
+        for (answered, moves) in self.answered.iter().zip(moves) {
+            let Some(m) = moves.first() else { continue };
+            for piece in &answered.0 {
+                let m = DVector::from_row_slice(piece.of(m));
+                own += m.dot(&(&piece.information * &m));
+                across += m.dot(&(&piece.information * &piece.found));
+            }
+        }
+        if own > 0.0 { self.sign * (self.sign * across / own).max(0.3 / own.sqrt()) } else { 0.0 }
+    }
+
     /// How well the PV goes with a valve from its likeliest places.
     pub fn seen(&self, stem: Option<Stem>) -> Seen {
         let (_, gain) = self.likelihood(stem);
         let (mut clear, mut together, mut own, mut other) = (0, 0.0, 0.0, 0.0);
         for (answered, spell) in self.answered.iter().zip(self.spells) {
-            let Answered { found, covariance } = answered;
             let best = self
                 .moves(spell, stem)
                 .into_iter()
                 .max_by(|a, b| answered.density(a, gain).total_cmp(&answered.density(b, gain)));
             for (i, m) in best.iter().flat_map(|m| &m[1..]).enumerate() {
-                let (expected, sd) = (gain * m, covariance[(i, i)].sqrt());
-                let ratio = found[i] / expected;
-                let far = expected.abs() > 2.5 * sd && found[i].abs() > 2.5 * sd;
+                let (expected, (found, sd)) = (gain * m, answered.turn(i));
+                let ratio = found / expected;
+                let far = expected.abs() > 2.5 * sd && found.abs() > 2.5 * sd;
                 clear += usize::from(far && (0.4..2.5).contains(&ratio));
-                together += found[i] * expected / (sd * sd);
-                own += (found[i] / sd).powi(2);
+                together += found * expected / (sd * sd);
+                own += (found / sd).powi(2);
                 other += (expected / sd).powi(2);
             }
         }
@@ -156,7 +192,7 @@ impl<'a> Problem<'a> {
                 let until = spell.turns.get(i + 1).copied().unwrap_or(spell.pv.len());
                 let held = until.saturating_sub(spell.turns[i] + 1);
                 let scale = step.get(held).copied().unwrap_or(0.0);
-                let sd = answered.covariance[(i - 1, i - 1)].sqrt();
+                let (_, sd) = answered.turn(i - 1);
                 all.push((indices[s], i, found[i] * scale, sd * scale));
             }
         }
@@ -166,11 +202,11 @@ impl<'a> Problem<'a> {
     /// The largest change of the PV with a percent of the OP that the answers leave possible.
     pub fn upper(&self) -> f64 {
         let (mut square, mut across) = (0.0, 0.0);
-        for (Answered { found, covariance }, spell) in self.answered.iter().zip(self.spells) {
+        for (answered, spell) in self.answered.iter().zip(self.spells) {
             for (i, two) in spell.turns.windows(2).enumerate() {
-                let travel = two[1].1 - two[0].1;
-                square += travel * travel / covariance[(i, i)];
-                across += travel * found[i] / covariance[(i, i)];
+                let (travel, (found, sd)) = (two[1].1 - two[0].1, answered.turn(i));
+                square += (travel / sd).powi(2);
+                across += travel * found / (sd * sd);
             }
         }
         if square > 0.0 { (across / square).abs() + 2.0 / square.sqrt() } else { f64::INFINITY }
@@ -178,18 +214,38 @@ impl<'a> Problem<'a> {
 
     /// The same if nothing answers.
     pub fn silence(&self) -> f64 {
-        let still =
-            |answered: &Answered| answered.density(&vec![0.0; answered.found.len() + 1], 0.0);
+        let still = |answered: &Answered| {
+            let turns: usize = answered.0.iter().map(|piece| piece.found.len()).sum();
+            answered.density(&vec![0.0; turns + 1], 0.0)
+        };
         self.log + self.answered.iter().map(still).sum::<f64>()
     }
 }
 
 impl Answered {
-    /// Logarithm of the density of the answers where the stem moves so, the first turn included, but for a constant:
-    /// Student's t of many dimensions.
+    /// How far the PV went with turn `i`, the first of the spell not counted, and its standard deviation.
+    fn turn(&self, i: usize) -> (f64, f64) {
+        let piece = &self.0[i / PIECE];
+        let i = i - piece.from;
+        (piece.found[i], piece.covariance[(i, i)].sqrt())
+    }
+
+    /// Logarithm of the density of the answers where the stem moves so, the first turn included.
+    fn density(&self, moves: &[f64], gain: f64) -> f64 {
+        self.0.iter().map(|piece| piece.density(piece.of(moves), gain)).sum()
+    }
+}
+
+impl Piece {
+    /// Its part of the moves of a spell, whose first turn does not count.
+    fn of<'a>(&self, moves: &'a [f64]) -> &'a [f64] {
+        &moves[1 + self.from..1 + self.from + self.found.len()]
+    }
+
+    /// Logarithm of the density of its answers where the stem moves so, but for a constant: Student's t of many dimensions.
     fn density(&self, moves: &[f64], gain: f64) -> f64 {
         let (mut apart, mut spread) = (self.found.clone(), self.covariance.clone());
-        for (i, m) in moves[1..].iter().enumerate() {
+        for (i, m) in moves.iter().enumerate() {
             apart[i] -= gain * m;
             spread[(i, i)] += (UNEVEN * gain * m).powi(2);
         }

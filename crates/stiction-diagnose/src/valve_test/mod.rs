@@ -29,6 +29,6 @@ mod weigh;
 
 pub use carried::{Carried, CarriedSize, same_loop};
 pub use compare::{Comparison, Difference, Effect, compare};
-pub use plan::{PlanOptions, TestPlan, Turn, plan};
+pub use plan::{PlanOptions, TestPlan, Turn, before_test, plan};
 pub use read::{ReadOptions, Step, TestReading, read};
 pub use short::short;

@@ -9,6 +9,10 @@
 //! 2. **Shrink.** From there two turns of each size, each 0.85 times the last, held twice as long as the PV took to
 //!    answer, until three sizes in a row are not answered.
 //!
+//! Where the PV strays although the OP is where it brings the PV back, the OP goes on the same way, and the middle of the
+//! turns with it. A test that does not tell is followed by another ([`TestPlan::again`]), which begins where the PV answered
+//! and makes more turns of each size.
+//!
 //! A valve that sticks answers no turn that is shorter than S; so S lies between the last turn that is answered and the
 //! first that is not. The alternation cancels a load that drifts, and returns a process that integrates.
 //!
@@ -24,10 +28,11 @@
 //! Ours. The alternation that a relay gives is that of K. J. Astrom and T. Hagglund, "Automatic tuning of simple
 //! regulators with specifications on phase and amplitude margins", Automatica 20 (1984) 645 (recalled, not read).
 
-use crate::diagnose::Diagnosis;
+use super::read::{ReadOptions, TestReading, read};
+use crate::diagnose::{Diagnosis, VerdictClass};
 use crate::finding::Abstention;
 use crate::identify::controller;
-use crate::recording::Segment;
+use crate::recording::{ByHand, Recording, Segment};
 use crate::series::{max, mean, min, noise_std, quantile, span};
 use crate::spoken::{range, rough, time};
 
@@ -58,6 +63,8 @@ pub struct TestPlan {
     pub name: String,
     /// Unit of the PV, where it is known.
     pub pv_unit: Option<String>,
+    /// Turns of each size.
+    pub each: usize,
     /// The turns of the first part, in order, until the PV answers.
     pub grow: Vec<Turn>,
     /// By this each size of the second part is smaller than the last.
@@ -84,6 +91,9 @@ pub struct TestPlan {
     pub instructions: Vec<String>,
 }
 
+/// Turns of each size, of the first test and of a further one.
+const EACH: usize = 2;
+const EACH_AGAIN: usize = 4;
 /// From one size of the first part to the next, and of the second.
 const GROWTH: f64 = 1.6;
 const SHRINK_BY: f64 = 0.85;
@@ -95,7 +105,7 @@ const PATIENCE: f64 = 1.5;
 const MOST_PATIENCE: f64 = 16.0;
 /// The shortest turn, and the least and the most that the longest is, percent.
 const SHORTEST: f64 = 0.4;
-const LEAST_LONGEST: f64 = 8.0;
+const LEAST_LONGEST: f64 = 24.0;
 const MOST_LONGEST: f64 = 48.0;
 /// The longest turn over the largest S that is likely, and over the OP's range in operation.
 const OVER_S: f64 = 2.8;
@@ -141,7 +151,7 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
     let answer = (ANSWERED * noise).min(0.4 * room);
     let period = diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s);
     let hold_s = (PERIODS * period.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
-    let grow = grow(longest, mean(op) < 50.0, hold_s);
+    let grow = grow(SHORTEST, longest, mean(op) < 50.0, hold_s, PATIENCE, EACH);
     // Within what is allowed the controller needs some room to bring the PV back.
     let [low, high] = options.pv_allowed.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
     let (pv_low, pv_high) = match options.pv_allowed {
@@ -151,6 +161,7 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
     let mut plan = TestPlan {
         name: diagnosis.name.clone(),
         pv_unit: diagnosis.pv_unit.clone(),
+        each: EACH,
         shrink_by: SHRINK_BY,
         ends_after: ENDS_AFTER,
         answer,
@@ -168,17 +179,94 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
     Ok(plan)
 }
 
+/// What was recorded before a test, from which a plan is made; the whole recording, if that is too little or no test is in
+/// it.
+pub fn before_test(recording: &Recording, by_hand: Option<&ByHand>) -> Recording {
+    let before =
+        by_hand.and_then(|of| recording.part(f64::NEG_INFINITY, of.span_s().0, f64::INFINITY));
+    before.filter(|part| part.op.time.len() >= FEWEST).unwrap_or_else(|| recording.clone())
+}
+
+/// Samples of operation from which a test is sized at least.
+const FEWEST: usize = 100;
+
+impl TestPlan {
+    /// The next test, where this one was carried out and does not tell: it begins at the size that the PV answered, holds
+    /// each turn for twice as long as the PV took, and makes more turns of each size. `None` if there is no test in the
+    /// recording, or one that tells.
+    pub fn again(&self, recording: &Recording, by_hand: Option<ByHand>) -> Option<Self> {
+        let by_hand = by_hand.or_else(|| ByHand::of(recording).filter(ByHand::is_test))?;
+        let asked =
+            ReadOptions { by_hand: Some(by_hand), rises: self.rises, ..ReadOptions::default() };
+        match read(recording, &asked) {
+            Ok(reading) if reading.class != VerdictClass::CannotTell => None,
+            Ok(reading) => Some(self.after(Some(&reading))),
+            Err(_) => Some(self.after(None)),
+        }
+    }
+
+    fn after(&self, last: Option<&TestReading>) -> Self {
+        let of = |seen: bool| {
+            let steps = last.iter().flat_map(|last| &last.steps);
+            let of = steps.filter(move |step| step.seen() == seen && step.answer.is_some());
+            of.filter_map(|step| step.travel).filter(|travel| *travel > 0.0)
+        };
+        let least = of(true).fold(f64::INFINITY, f64::min);
+        let most = of(false).fold(0.0, f64::max);
+        let from = if least.is_finite() { LESS * least } else { FURTHER * most };
+        let longest = self.op_high - self.op_low;
+        let from = from.clamp(SHORTEST, (AT_MOST * longest).max(SHORTEST));
+        let first = self.grow[0];
+        let (hold_s, patience) = match last.and_then(|last| last.response_s) {
+            Some(response) => ((2.0 * response).max(LEAST_HOLD * first.hold_s), KNOWN_PATIENCE),
+            None => (first.hold_s, PATIENCE),
+        };
+        let grow = grow(from, longest, first.op > 0.0, hold_s, patience, EACH_AGAIN);
+        let total_s = grow.iter().map(|turn| turn.hold_s).sum();
+        let mut next = Self { each: EACH_AGAIN, grow, total_s, ..self.clone() };
+        next.instructions = instructions(&next);
+        next
+    }
+
+    /// Where the PV may be before it is brought back.
+    pub fn inner(&self) -> [f64; 2] {
+        let (middle, half) =
+            (0.5 * (self.pv_low + self.pv_high), 0.5 * (self.pv_high - self.pv_low));
+        [middle - INNER * half, middle + INNER * half]
+    }
+}
+
+/// Where a further test begins: parts of the smallest turn that was answered, of the largest that was not, and of the
+/// longest turn at most.
+const LESS: f64 = 0.6;
+const FURTHER: f64 = 0.8;
+const AT_MOST: f64 = 0.3;
+/// The least hold of a further test over that of the first, and by how much it grows where it is known how soon the PV
+/// answers.
+const LEAST_HOLD: f64 = 0.3;
+const KNOWN_PATIENCE: f64 = 1.2;
+/// Share of the limits beyond which the PV is brought back.
+const INNER: f64 = 0.5;
+
 /// Share of the allowed range that is kept at either end.
 const BACK: f64 = 0.15;
 
-/// Two turns of each size.
-fn grow(longest: f64, up_first: bool, hold_s: f64) -> Vec<Turn> {
-    let sizes = 1 + ((longest / SHORTEST).ln() / GROWTH.ln()).ceil() as i32;
+/// Turns of each size from the first to the longest; each hold is longer than the last by `patience`.
+fn grow(
+    first: f64,
+    longest: f64,
+    up_first: bool,
+    hold_s: f64,
+    patience: f64,
+    each: usize,
+) -> Vec<Turn> {
+    let sizes = 1 + ((longest / first).ln() / GROWTH.ln()).ceil().max(0.0) as i32;
     let mut turns = vec![];
     for k in 0..sizes {
-        let half = two_digits(0.5 * SHORTEST * GROWTH.powi(k));
-        let hold_s = two_digits(hold_s * PATIENCE.powi(k).min(MOST_PATIENCE));
-        for up in [up_first, !up_first] {
+        let half = two_digits(0.5 * (first * GROWTH.powi(k)).min(longest));
+        let hold_s = two_digits(hold_s * patience.powi(k).min(MOST_PATIENCE));
+        for turn in 0..each {
+            let up = (turn % 2 == 0) == up_first;
             turns.push(Turn { op: if up { half } else { -half }, hold_s });
         }
     }
@@ -204,7 +292,18 @@ fn quantum(x: &[f64]) -> f64 {
     steps.fold(f64::INFINITY, f64::min).min(span(x))
 }
 
+/// As a word of a sentence.
+fn counted(turns: usize) -> String {
+    match turns {
+        2 => "two".to_owned(),
+        4 => "four".to_owned(),
+        8 => "eight".to_owned(),
+        other => other.to_string(),
+    }
+}
+
 fn instructions(plan: &TestPlan) -> Vec<String> {
+    let [low, high] = plan.inner();
     let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
     let first = plan.grow[0];
     let (up, down) = if first.op > 0.0 { ("up", "down") } else { ("down", "up") };
@@ -232,14 +331,24 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
             time(first.hold_s),
             if first.op > 0.0 { "−" } else { "+" },
         ),
-        "Go on with the next size in the table. When the PV answers both turns of a size, make two more turns of that size. \
-         If the PV goes to and fro with all four, note how long the slowest answer took and go to part 2."
-            .to_owned(),
         format!(
-            "Part 2. Make two turns of each size again, each {:.0} % smaller than the last. Hold each turn until the PV has \
+            "Make {} turns of each size in the table. When the PV answers all turns of a size, make {} more of that size. If \
+             the PV goes to and fro with all {}, note how long the slowest answer took and go to part 2.",
+            counted(plan.each),
+            counted(plan.each),
+            counted(2 * plan.each),
+        ),
+        format!(
+            "Part 2. Make {} turns of each size again, each {:.0} % smaller than the last. Hold each turn until the PV has \
              answered, at most twice the time that you noted. Stop when the PV does not answer {} sizes in a row.",
+            counted(plan.each),
             100.0 * (1.0 - plan.shrink_by),
             plan.ends_after
+        ),
+        format!(
+            "If the PV leaves {}{unit} although the OP is where it brings the PV back, move the OP further the same way: by \
+             half a turn, then each time by twice as much, one hold apart. Move u0 by as much.",
+            range(low, high)
         ),
         format!(
             "Put the controller in automatic if the PV leaves {}{unit}, or before an alarm does. Wait until the PV is calm, \
@@ -247,7 +356,9 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
             range(plan.pv_low, plan.pv_high)
         ),
         format!(
-            "Part 1 takes at most {}, and less if the valve answers early. How long part 2 takes depends on how soon it answers.",
+            "Part 1 takes at most {}, and less if the valve answers early. How long part 2 takes depends on how soon it answers. \
+             Read the recording with stiction test read; if it cannot tell, stiction test plan makes the next test of the same \
+             recording.",
             time(plan.total_s)
         ),
     ]
@@ -283,7 +394,7 @@ mod tests {
         assert!(sizes.windows(2).all(|two| (two[1] / two[0] - GROWTH).abs() < 0.1), "{sizes:?}");
         assert!(sizes.last().unwrap() >= &LEAST_LONGEST);
         assert!(plan.op_low >= 0.0 && plan.op_high <= 100.0);
-        assert_eq!(plan.instructions.len(), 7);
+        assert_eq!(plan.instructions.len(), 8);
     }
 
     #[test]

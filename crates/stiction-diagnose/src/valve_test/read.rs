@@ -2,6 +2,7 @@
 
 use super::carried::{Carried, carried, same_loop};
 use super::cut::cut;
+use super::explain::Seen;
 use super::plan::{TestPlan, rises};
 use super::weigh::{Manual, SMALL, Weighed, weigh};
 use crate::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
@@ -93,8 +94,12 @@ const FITS_HEALTHY: f64 = 0.5;
 const STRONG: f64 = 5.0;
 /// Turns that a valve that sticks must follow, and the PV with it.
 const CLEAR: usize = 2;
+/// What is asked where it is only one.
+const FITS_ONCE: f64 = 0.9;
+const STRONG_ONCE: f64 = 7.5;
+const SURE_ONCE: f64 = 0.99;
 /// A PV that goes less than this share of what it does in operation, with an OP that goes as far, does not answer.
-const SILENT: f64 = 0.03;
+const SILENT: f64 = 0.12;
 /// A valve follows if the test limits S to this share of the OP's range in operation, within bounds in percent.
 const LIMIT: f64 = 0.25;
 const LIMITS: (f64, f64) = (2.0, 5.0);
@@ -337,13 +342,7 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
     let limit = (LIMIT * operation.op_range).clamp(LIMITS.0, LIMITS.1);
     let class = match () {
         () if silent => VerdictClass::DoesNotRespond,
-        () if probability >= SURE
-            && sticking.strength > STRONG
-            && sticking.clear >= CLEAR
-            && sticking.fits > FITS =>
-        {
-            VerdictClass::Sticks
-        }
+        () if probability >= SURE && explains(sticking, weighed.sticks) => VerdictClass::Sticks,
         () if probability < 0.5
             && weighed.elsewhere < 0.1
             && weighed.silent < 1.0 - SURE
@@ -385,6 +384,13 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
         advice: None,
         plan: None,
     }
+}
+
+/// Whether the PV goes with a valve that sticks, in turns that it follows: in two at least, or quite in one.
+fn explains(seen: Seen, by_test: f64) -> bool {
+    let often = seen.clear >= CLEAR && seen.fits > FITS && seen.strength > STRONG;
+    let once = seen.clear == 1 && seen.fits > FITS_ONCE && seen.strength > STRONG_ONCE;
+    often || once && by_test >= SURE_ONCE
 }
 
 /// By this the interval of S is wider than what the likelihoods say.

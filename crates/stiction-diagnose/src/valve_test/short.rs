@@ -6,13 +6,14 @@ use crate::spoken::{rough, time};
 /// Sizes and holds of a plan in short.
 pub fn short(plan: &TestPlan) -> String {
     let sizes: Vec<String> =
-        plan.grow.iter().step_by(2).map(|turn| rough(2.0 * turn.op.abs())).collect();
+        plan.grow.iter().step_by(plan.each).map(|turn| rough(2.0 * turn.op.abs())).collect();
     let holds = plan.grow.iter().map(|turn| turn.hold_s);
     let (least, most) = holds.fold((f64::INFINITY, 0.0f64), |(a, b), h| (a.min(h), b.max(h)));
     format!(
-        "in manual, turn the OP to and fro by {} %, twice each, until the PV answers; hold each turn {} to {} at most; then \
+        "in manual, turn the OP to and fro by {} %, {} turns each, until the PV answers; hold each turn {} to {} at most; then \
          make each size {:.0} % smaller",
         sizes.join(", "),
+        plan.each,
         time(least),
         time(most),
         100.0 * (1.0 - plan.shrink_by)

@@ -36,7 +36,7 @@ const MOST_SAMPLES: usize = 1500;
 /// Samples and turns that a time in manual has at least.
 const FEWEST: (usize, usize) = (12, 2);
 /// Processes that all valves are tried with, and by how many nats they may be less likely than the best.
-const PROCESSES: usize = 8;
+const PROCESSES: usize = 4;
 const NEAR: f64 = 12.0;
 /// Valves and processes by which a dead band behind the process is told from one in the valve.
 const STEMS: usize = 12;
