@@ -15,11 +15,13 @@ from stiction._result import Result, about, result, result_of
 from stiction.recordings import RecordingLike, _checked
 
 __all__ = [
+    "Between",
     "Carried",
     "CarriedSize",
     "Comparison",
     "Difference",
     "Plan",
+    "PositionReading",
     "Reading",
     "Step",
     "Turn",
@@ -73,6 +75,26 @@ class Step(Result):
 
 
 @result
+class Between(Result):
+    """A distance of the OP that moves the stem, percent: known between two turns."""
+
+    above: float = about("The longest that did not move it; 0 if each did.")
+    up_to: float | None = about("The shortest that did; None if none did.")
+
+
+@result
+class PositionReading(Result):
+    """What the position of the stem shows, by the definitions of ANSI/ISA-75.25.01 (recalled)."""
+
+    dead_band: Between | None = about("How far the OP goes after a reversal before the stem moves, percent.")
+    resolution: Between | None = about("How far the OP goes on in one direction before the stem moves again, percent.")
+    dead_time_s: float | None = about("Median time until the stem begins to move, s.")
+    t63_s: float | None = about("Median time until it has gone 63.2 % of its way, s.")
+    t86_s: float | None = about("Median time until it has gone 86.5 % of its way, s.")
+    timed: int = about("Turns of which these times are.")
+
+
+@result
 class CarriedSize(Result):
     """A size of the plan, and the turns that were made of it."""
 
@@ -121,6 +143,8 @@ class Reading(Result):
     from_s: float = about("When the test began, s on the recording's clock.")
     to_s: float = about("When it ended.")
     stops: int = about("How often the controller took over in between.")
+    by_position: bool = about("Whether the answers are those of the stem, whose position is recorded, and not of the PV.")
+    position: PositionReading | None = about("What the position shows, where it is recorded.")
     steps: list[Step] = about("The turns, in order.")
     reasons: list[str] = about("Why, in sentences.")
     advice: str | None = about("What to do differently, where the test does not tell.")

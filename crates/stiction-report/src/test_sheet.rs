@@ -5,8 +5,9 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stiction_diagnose::spoken::{range, rough, time};
 use stiction_diagnose::valve_test::TestPlan;
 
-/// Lines of the second part that are printed: sizes are written in as they come.
-const LINES_OF_PART_2: usize = 24;
+/// Turns of which there is room on the page, and those of the second part at least: sizes are written in as they come.
+const TURNS: usize = 48;
+const OF_PART_2: usize = 8;
 
 /// The plan as a table with a row a turn of the first part: how far the OP goes from u0, how long it is held at most, and
 /// two empty columns for what was done, which [`stiction_diagnose::valve_test::read`] is given.
@@ -29,7 +30,8 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
     let half = plan.grow.len().div_ceil(2);
     let part_1: Vec<[Option<usize>; 2]> =
         (0..half).map(|k| [k, half + k].map(|k| (k < plan.grow.len()).then_some(k))).collect();
-    let part_2 = vec![[None, None]; LINES_OF_PART_2 / 2];
+    let of_part_2 = TURNS.saturating_sub(plan.grow.len()).max(OF_PART_2);
+    let part_2 = vec![[None, None]; of_part_2 / 2];
     let smaller = format!("{:.0}", 100.0 * (1.0 - plan.shrink_by));
     let page = html! {
         (DOCTYPE)

@@ -4,6 +4,7 @@ use super::carried::{Carried, carried, same_loop};
 use super::cut::cut;
 use super::explain::Seen;
 use super::plan::{TestPlan, rises};
+use super::position::{PositionReading, position};
 use super::weigh::{Manual, SMALL, Weighed, weigh};
 use crate::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
 use crate::estimate::Estimate;
@@ -76,6 +77,10 @@ pub struct TestReading {
     pub to_s: f64,
     /// How often the controller took over in between.
     pub stops: usize,
+    /// Whether the answers are those of the stem, whose position is recorded, and not of the PV.
+    pub by_position: bool,
+    /// What the position shows; `None` where it is not recorded.
+    pub position: Option<PositionReading>,
     /// The turns, in order.
     pub steps: Vec<Step>,
     /// Why, in sentences.
@@ -129,9 +134,10 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         None => ByHand::of(recording).ok_or_else(|| Abstention(NO_TEST.to_owned()))?,
     };
     check(&by_hand)?;
-    if recording.pv.is_none() {
+    let by_position = recording.vp.is_some();
+    if recording.pv.is_none() && !by_position {
         return Err(Abstention(
-            "without a PV the turns of the OP have no answer to read".to_owned(),
+            "without a PV or a position the turns of the OP have no answer to read".to_owned(),
         ));
     }
     if let Some(plan) = &options.plan
@@ -157,23 +163,26 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let manual: Vec<Manual> = spells.iter().map(|(_, manual)| manual.clone()).collect();
     let values: Vec<f64> = manual.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
     if !(span(&values) > 0.0) {
-        return Err(Abstention(
-            "the PV holds one value throughout the test: it is at the end of its range or frozen, or the historian \
-             did not keep it"
-                .to_owned(),
-        ));
+        return Err(Abstention(format!(
+            "the {} holds one value throughout the test: it is at the end of its range or frozen, or the historian \
+                 did not keep it",
+            who(by_position)
+        )));
     }
     let dead = shortest_hold(&manual);
-    let floor = (0.4 * operation.noise).max(drawn(&values));
+    let noise = if by_position { noise_std(&values) } else { operation.noise };
+    let floor = (0.4 * noise).max(drawn(&values));
     let known = options.rises.or(options.plan.as_ref().and_then(|plan| plan.rises));
-    let signs: &[f64] = match known.or(operation.rises) {
+    // A position rises with the OP.
+    let rises = if by_position { Some(true) } else { known.or(operation.rises) };
+    let signs: &[f64] = match rises {
         Some(true) => &[1.0],
         Some(false) => &[-1.0],
         None => &[1.0, -1.0],
     };
     let weighed = signs
         .iter()
-        .filter_map(|sign| weigh(&manual, *sign, dead, floor))
+        .filter_map(|sign| weigh(&manual, *sign, dead, floor, !by_position))
         .max_by(|a, b| a.log.total_cmp(&b.log));
     let weighed = weighed.ok_or_else(|| Abstention(TOO_FEW.to_owned()))?;
     let mut reading = TestReading {
@@ -181,6 +190,8 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         from_s,
         to_s,
         stops: spells.len() - 1,
+        position: by_position.then(|| position(&manual, grid.sample_time)).flatten(),
+        by_position,
         steps: steps(&spells, &weighed),
         ..conclude(&weighed, &operation, &manual)
     };
@@ -271,7 +282,13 @@ fn probability(diagnosis: &Diagnosis) -> Option<f64> {
     diagnosis.verdict.probability.map(|p| p.clamp(0.02, 0.98))
 }
 
-/// The times in manual whose samples are there, with the times of their turns.
+/// Whose answers are read.
+fn who(by_position: bool) -> &'static str {
+    if by_position { "stem" } else { "PV" }
+}
+
+/// The times in manual whose samples are there, with the times of their turns. Where the position is recorded, it stands in
+/// the place of the PV: it answers to the valve alone.
 fn spells(by_hand: &ByHand, grid: &Grid) -> Vec<(Vec<f64>, Manual)> {
     let mut all = vec![];
     for sets in by_hand.sets.split_inclusive(|set| set.op.is_none()) {
@@ -281,7 +298,7 @@ fn spells(by_hand: &ByHand, grid: &Grid) -> Vec<(Vec<f64>, Manual)> {
         let of =
             |segment: &&Segment| segment.from <= *from && *from < segment.from + segment.duration();
         let Some(segment) = grid.segments.iter().find(of) else { continue };
-        let Some(pv) = &segment.pv else { continue };
+        let Some(pv) = segment.vp.as_ref().or(segment.pv.as_ref()) else { continue };
         let at =
             |t: f64| ((t - segment.from) / segment.sample_time - 1e-6).ceil().max(0.0) as usize;
         let to = if last.op.is_none() { at(last.at_s).min(pv.len()) } else { pv.len() };
@@ -379,6 +396,8 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
         from_s: 0.0,
         to_s: 0.0,
         stops: 0,
+        position: None,
+        by_position: false,
         steps: vec![],
         reasons: vec![],
         advice: None,
@@ -420,11 +439,12 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
     let unseen: Vec<f64> =
         turns.iter().filter(|step| !step.seen()).filter_map(|step| step.travel).collect();
     let mut all = vec![format!(
-        "the OP was turned {} times in {}, by {} to {} %; the PV answered {} of these turns",
+        "the OP was turned {} times in {}, by {} to {} %; the {} answered {} of these turns",
         reading.steps.len(),
         time(reading.to_s - reading.from_s),
         rough(min(&turns.iter().filter_map(|step| step.travel).collect::<Vec<_>>())),
         rough(max(&turns.iter().filter_map(|step| step.travel).collect::<Vec<_>>())),
+        who(reading.by_position),
         seen.len(),
     )];
     if !seen.is_empty() {
@@ -443,13 +463,23 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
             )
         })),
         VerdictClass::DoesNotStick => all.extend(reading.s_below.map(|limit| {
-            format!("the PV went as far as a valve with S below {} % would move it", rough(limit))
+            format!(
+                "the {} went as far as a valve with S below {} % would move it",
+                who(reading.by_position),
+                rough(limit)
+            )
         })),
         VerdictClass::DoesNotRespond => all.push(
-            "the PV did not go with the OP at all, although it moved in operation".to_owned(),
+            match reading.by_position {
+                true => "the stem did not go with the OP at all".to_owned(),
+                false => {
+                    "the PV did not go with the OP at all, although it moved in operation".to_owned()
+                }
+            },
         ),
         VerdictClass::CannotTell => {}
     }
+    all.extend(reading.position.iter().flat_map(PositionReading::reasons));
     if weighed.elsewhere > 0.1 {
         all.push(format!(
             "a dead band behind the valve, as in the transmitter or a linkage, explains the answers as well: {}",
@@ -540,6 +570,41 @@ mod tests {
         recording
     }
 
+    /// The same with the position of the stem, and a PV that a load hides it behind.
+    fn with_position(s: f64, j: f64) -> Recording {
+        let mut recording = tested(s, j, false, 7);
+        let mut valve = Model::TwoPhase.build(Bands::from_s_j(s, j).unwrap()).unwrap();
+        valve.restart(Start::at_rest(recording.op.values[0]));
+        let mut noise = NormalStream::new(3);
+        let stem =
+            recording.op.values.iter().map(|u| valve.step(*u) + 0.02 * noise.draw()).collect();
+        recording.vp = Some(Channel::new("VP", recording.op.time.clone(), stem).unwrap());
+        let pv = recording.pv.as_mut().unwrap();
+        let mut load = 0.0;
+        for v in &mut pv.values {
+            load += noise.draw();
+            *v += load;
+        }
+        recording
+    }
+
+    #[test]
+    fn a_position_settles_what_the_pv_hides() {
+        let blind = Recording { vp: None, ..with_position(2.0, 0.8) };
+        assert_eq!(read(&blind, &asked()).unwrap().class, VerdictClass::CannotTell);
+        let reading = read(&with_position(2.0, 0.8), &asked()).unwrap();
+        assert_eq!(reading.class, VerdictClass::Sticks, "{reading:?}");
+        assert!((reading.s.unwrap().value / 2.0 - 1.0).abs() < 0.1 && reading.by_position);
+        let band = reading.position.unwrap().dead_band.unwrap();
+        assert!(band.above < 2.0 && 2.0 < band.up_to.unwrap() + 0.1, "{band:?}");
+        assert!(reading.reasons.iter().any(|r| r.starts_with("the dead band of the stem is")));
+        let free = read(&with_position(0.0, 0.0), &asked()).unwrap();
+        assert_eq!(free.class, VerdictClass::DoesNotStick, "{free:?}");
+        // Without a PV, too.
+        let alone = Recording { pv: None, ..with_position(2.0, 0.8) };
+        assert_eq!(read(&alone, &asked()).unwrap().class, VerdictClass::Sticks);
+    }
+
     fn asked() -> ReadOptions {
         ReadOptions { rises: Some(true), ..ReadOptions::default() }
     }
@@ -618,7 +683,7 @@ mod tests {
             .collect();
         assert!(refused(&recording, &sheet(far)).contains("outside the samples"));
         let blind = Recording { pv: None, ..recording.clone() };
-        assert!(refused(&blind, &asked()).starts_with("without a PV"));
+        assert!(refused(&blind, &asked()).starts_with("without a PV or a position"));
         let mut frozen = recording.clone();
         let (time, n) = (recording.op.time.clone(), recording.op.time.len());
         frozen.pv = Some(Channel::new("PV", time, vec![99.0; n]).unwrap());

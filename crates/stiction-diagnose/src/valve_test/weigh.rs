@@ -162,12 +162,13 @@ fn averaged(spell: &Manual, factor: usize) -> (Manual, Spell) {
 }
 
 /// Weighs all valves; the gain has this sign, the dead time is no longer than so many samples, and errors have a standard
-/// deviation of `floor` at least. `None` if there is not enough to look at.
+/// deviation of `floor` at least. A dead band may lie `elsewhere` than in the valve. `None` if there is not enough to look at.
 pub(super) fn weigh(
     spells: &[Manual],
     sign: f64,
     longest_dead: usize,
     floor: f64,
+    elsewhere: bool,
 ) -> Option<Weighed> {
     let looked = Looked::of(spells);
     if looked.spells.is_empty() {
@@ -198,10 +199,15 @@ pub(super) fn weigh(
     let processes: Vec<Process> = near.iter().take(BEHIND).map(|(of, _)| of.process).collect();
     let (manual, seen) = (&looked.manual, &looked.spells);
     let noise = &near.first()?.0.noise;
-    let further = apart(manual, seen, noise, &processes, longest_dead, looked.travel(), &stems);
+    let further = elsewhere
+        .then(|| apart(manual, seen, noise, &processes, longest_dead, looked.travel(), &stems))
+        .flatten();
     // Where nothing tells them apart, a dead band behind the process is as likely as it is before the test.
     let against = further.map_or(0.0, |f| (-NATS * f / variance).clamp(-MOST_NATS, MOST_NATS));
-    let behind = 1.0 / (1.0 + (-(ELSEWHERE.ln() + against)).exp());
+    let behind = match elsewhere {
+        true => 1.0 / (1.0 + (-(ELSEWHERE.ln() + against)).exp()),
+        false => 0.0,
+    };
 
     let most = tried.iter().map(|one| one.weight).fold(silent, f64::max);
     if !most.is_finite() {

@@ -1,0 +1,237 @@
+//! What the recorded position of the stem shows in a test: dead band, resolution and how soon it moves.
+//!
+//! # Definitions
+//! Those of ANSI/ISA-75.25.01, "Test procedure for control valve response measurement from step inputs", as we remember
+//! them (recalled; the edition was not read):
+//!
+//! * dead band: how far the OP goes after a reversal before the stem moves (S of this project);
+//! * resolution: how far it goes on in the same direction before the stem moves again (J);
+//! * dead time Td: until the stem begins to move; T63 and T86: until it has gone 63.2 and 86.5 % of its way, Td included.
+//!
+//! Distances are counted from the OP at which the stem last moved. The stem has moved with a turn if its mean over the last
+//! third of the hold differs from that before by more than four standard deviations of the noise and 0.05 % of span.
+//!
+//! # Limits
+//! A turn says only whether a distance moves the stem; so both are known between the longest that did not and the
+//! shortest that did. Times are those of turns that moved the stem by 2 % or more and are known to a sample.
+
+use super::weigh::Manual;
+use crate::series::{mean, median, noise_std};
+use crate::spoken::{counted, rough, time};
+
+/// A distance of the OP that moves the stem, percent: known between two turns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Between {
+    /// The longest that did not move it; 0 if each did.
+    pub above: f64,
+    /// The shortest that did; `None` if none did.
+    pub up_to: Option<f64>,
+}
+
+/// What the position shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct PositionReading {
+    /// How far the OP goes after a reversal before the stem moves, percent; `None` without a reversal.
+    pub dead_band: Option<Between>,
+    /// How far the OP goes on in one direction before the stem moves again, percent; `None` if it never goes on.
+    pub resolution: Option<Between>,
+    /// Median time until the stem begins to move, s; `None` where no turn moved it by 2 % or more.
+    pub dead_time_s: Option<f64>,
+    /// Median time until it has gone 63.2 % of its way, s.
+    pub t63_s: Option<f64>,
+    /// Median time until it has gone 86.5 % of its way, s.
+    pub t86_s: Option<f64>,
+    /// Turns of which these times are.
+    pub timed: usize,
+}
+
+impl PositionReading {
+    /// What it shows, in sentences.
+    pub(super) fn reasons(&self) -> Vec<String> {
+        let of = |what: &str, between: Option<Between>| {
+            between.map(|between| match between {
+                Between { above, up_to: Some(up_to) } => {
+                    format!(
+                        "the {what} of the stem is between {} and {} %",
+                        rough(above),
+                        rough(up_to)
+                    )
+                }
+                Between { above, up_to: None } => {
+                    format!("the {what} of the stem is above {} %", rough(above))
+                }
+            })
+        };
+        let mut all: Vec<String> =
+            [of("dead band", self.dead_band), of("resolution", self.resolution)]
+                .into_iter()
+                .flatten()
+                .collect();
+        if let (Some(dead), Some(t63), Some(t86)) = (self.dead_time_s, self.t63_s, self.t86_s) {
+            all.push(format!(
+                "in {} the stem began to move after {}, had gone 63 % of its way after {} and 86 % after {} (medians)",
+                counted(self.timed, "turn"),
+                time(dead),
+                time(t63),
+                time(t86)
+            ));
+        }
+        all
+    }
+}
+
+/// A stem has moved by more than this, percent, and by so many standard deviations of the noise.
+const LEAST: f64 = 0.05;
+const SURE: f64 = 4.0;
+/// Turns that move the stem by so much are timed, percent, and by so many standard deviations.
+const TIMED: f64 = 2.0;
+const CLEAR: f64 = 10.0;
+/// Of its way, where the stem begins to move.
+const BEGINS: f64 = 0.05;
+const T63: f64 = 0.632;
+const T86: f64 = 0.865;
+
+/// What turns made of the stem.
+#[derive(Default)]
+struct Found {
+    reversals: Vec<(f64, bool)>,
+    onward: Vec<(f64, bool)>,
+    times: Vec<[f64; 3]>,
+}
+
+/// What the position in the times in manual shows, with a sample every `dt` s; `None` without two turns.
+pub(super) fn position(spells: &[Manual], dt: f64) -> Option<PositionReading> {
+    let mut found = Found::default();
+    let all: Vec<f64> = spells.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
+    let noise = noise_std(&all);
+    for spell in spells {
+        found.see(spell, noise, dt);
+    }
+    if found.reversals.is_empty() && found.onward.is_empty() {
+        return None;
+    }
+    let of = |k: usize| -> Option<f64> {
+        let times: Vec<f64> = found.times.iter().map(|times| times[k]).collect();
+        (!times.is_empty()).then(|| median(&times))
+    };
+    Some(PositionReading {
+        dead_band: between(&found.reversals),
+        resolution: between(&found.onward),
+        dead_time_s: of(0),
+        t63_s: of(1),
+        t86_s: of(2),
+        timed: found.times.len(),
+    })
+}
+
+impl Found {
+    fn see(&mut self, spell: &Manual, noise: f64, dt: f64) {
+        // Where the OP was when the stem last moved, and which way that was.
+        let mut last: Option<(f64, f64)> = None;
+        let ends = spell.turns.iter().skip(1).map(|turn| turn.0).chain([spell.pv.len()]);
+        let mut rest: Option<f64> = None;
+        for ((from, op), to) in spell.turns.iter().zip(ends) {
+            let held = &spell.pv[*from..to.max(*from)];
+            if held.len() < 3 {
+                continue;
+            }
+            let now = mean(&held[held.len() - held.len().div_ceil(3)..]);
+            let way = now - rest.unwrap_or(held[0]);
+            let moved = way.abs() > (SURE * noise).max(LEAST);
+            if let (Some((at, up)), Some(_)) = (last, rest) {
+                let distance = op - at;
+                let of = if distance * up < 0.0 { &mut self.reversals } else { &mut self.onward };
+                if distance != 0.0 {
+                    of.push((distance.abs(), moved));
+                }
+                if moved && way.abs() > TIMED.max(CLEAR * noise) {
+                    let start = rest.unwrap_or(held[0]);
+                    let at = |share: f64| crossed(held, start, way, share) * dt;
+                    self.times.push([at(BEGINS), at(T63), at(T86)]);
+                }
+            }
+            if moved {
+                last = Some((*op, way.signum()));
+            }
+            rest = Some(now);
+        }
+    }
+}
+
+/// After how many samples the stem has gone this share of its way.
+fn crossed(held: &[f64], start: f64, way: f64, share: f64) -> f64 {
+    let gone = |x: f64| (x - start) / way;
+    let k = held.iter().position(|x| gone(*x) >= share).unwrap_or(held.len());
+    let Some(before) = k.checked_sub(1) else { return 0.0 };
+    match held.get(k) {
+        Some(x) if gone(*x) > gone(held[before]) => {
+            before as f64 + (share - gone(held[before])) / (gone(*x) - gone(held[before]))
+        }
+        _ => k as f64,
+    }
+}
+
+/// Between which distances the stem begins to move: the longest without a move below the shortest with one.
+fn between(of: &[(f64, bool)]) -> Option<Between> {
+    let moved = of.iter().filter(|(_, moved)| *moved).map(|(distance, _)| *distance);
+    let up_to = moved.fold(f64::INFINITY, f64::min);
+    let still = of.iter().filter(|(distance, moved)| !moved && *distance < up_to);
+    let above = still.map(|(distance, _)| *distance).fold(0.0, f64::max);
+    let up_to = up_to.is_finite().then_some(up_to);
+    (!of.is_empty()).then_some(Between { above, up_to })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bands::Bands;
+    use crate::valve::{Model, Start, Valve};
+
+    /// Turns of a valve with this S and J, each held for 20 samples; the stem follows with this lag, samples.
+    fn stroked(op: &[f64], s: f64, j: f64, lag: f64) -> Manual {
+        let mut valve = Model::TwoPhase.build(Bands::from_s_j(s, j).unwrap()).unwrap();
+        valve.restart(Start::at_rest(50.0));
+        let mut stem = 50.0;
+        let mut pv = vec![];
+        for op in op {
+            for _ in 0..20 {
+                stem += (valve.step(*op) - stem) * (1.0 - (-1.0 / lag).exp());
+                pv.push(stem);
+            }
+        }
+        let turns = op.iter().enumerate().map(|(k, op)| (20 * k, *op)).collect();
+        Manual { pv, before: 50.0, turns }
+    }
+
+    #[test]
+    fn dead_band_and_resolution_lie_between_turns() {
+        // To and fro by growing turns, then on in one direction by small steps.
+        let mut op: Vec<f64> = vec![60.0];
+        op.extend((1..12).map(|k| 60.0 + if k % 2 == 1 { -0.25 } else { 0.25 } * f64::from(k)));
+        op.extend((1..20).map(|k| 70.0 + 0.3 * f64::from(k)));
+        let found = position(&[stroked(&op, 3.0, 1.0, 0.5)], 2.0).unwrap();
+        let band = found.dead_band.unwrap();
+        assert!(band.above < 3.0 && 3.0 <= band.up_to.unwrap(), "{band:?}");
+        assert!(band.up_to.unwrap() - band.above < 0.6, "{band:?}");
+        let on = found.resolution.unwrap();
+        assert!(on.above < 1.0 && 1.0 <= on.up_to.unwrap() + 1e-9, "{on:?}");
+    }
+
+    #[test]
+    fn times_are_those_of_a_lag() {
+        let op: Vec<f64> = (0..10).map(|k| if k % 2 == 0 { 60.0 } else { 50.0 }).collect();
+        let found = position(&[stroked(&op, 0.0, 0.0, 4.0)], 1.0).unwrap();
+        // The first sample of a turn is one step later already.
+        assert!((found.t63_s.unwrap() - 3.0).abs() < 0.3, "{found:?}");
+        assert!((found.t86_s.unwrap() - 7.0).abs() < 0.4, "{found:?}");
+        assert!(found.dead_time_s.unwrap() < 1.0 && found.timed == 9);
+    }
+
+    #[test]
+    fn a_stem_that_never_moves_has_a_limit_only() {
+        let op: Vec<f64> = (0..10).map(|k| if k % 2 == 0 { 53.0 } else { 47.0 }).collect();
+        assert_eq!(position(&[stroked(&op, 40.0, 0.0, 1.0)], 1.0), None);
+    }
+}
