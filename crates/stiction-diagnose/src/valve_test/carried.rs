@@ -360,6 +360,7 @@ mod tests {
         TestPlan {
             name: "FIC1".to_owned(),
             pv_unit: Some("m3/h".to_owned()),
+            each: 2,
             grow: halves.iter().flat_map(both).collect(),
             shrink_by: 0.85,
             ends_after: 3,

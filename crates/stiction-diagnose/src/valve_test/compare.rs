@@ -254,6 +254,8 @@ mod tests {
             from_s: 0.0,
             to_s: 1.0,
             stops: 0,
+            by_position: false,
+            position: None,
             steps: vec![],
             reasons: vec![],
             advice: None,
