@@ -171,6 +171,8 @@ export const t = {
       "S lies between the smallest turn that the PV answered and the largest that it did not. Enter your guess, then read the test.",
     ],
     plan: "The plan for this loop, as the command makes it",
+    turn: "Part 1: the OP to",
+    hold: "Held at most",
     end: "Guess and reading",
     guess: "Your guess of S",
     read: "Read the test",

@@ -83,7 +83,7 @@ export function Hand(props: { run: Run; playing: Signal<boolean>; turned: () => 
         </button>
       </p>
       <div class="row">
-        <button aria-pressed={playing.value} disabled={over} onClick={() => (playing.value = !playing.value)}>
+        <button disabled={over} onClick={() => (playing.value = !playing.value)}>
           {playing.value ? t.loop.pause : t.loop.play}
         </button>
         <label>

@@ -129,6 +129,24 @@ export function Exercise() {
                     <li key={each}>{each}</li>
                   ))}
                 </ol>
+                <table>
+                  <thead>
+                    <tr>
+                      <th scope="col">{w.turn}</th>
+                      <th scope="col">{w.hold}</th>
+                    </tr>
+                  </thead>
+                  <tbody>
+                    {plan.grow
+                      .filter((_, k) => k % 2 === 0)
+                      .map(({ op, hold_s }) => (
+                        <tr key={op}>
+                          <td>u0 ± {Math.abs(op)} %</td>
+                          <td>{hold_s} s</td>
+                        </tr>
+                      ))}
+                  </tbody>
+                </table>
               </details>
             )}
           </section>
