@@ -1,4 +1,4 @@
-"""Drives the rooms of valve and loop, guess the fault and the paper in a real browser.
+"""Drives the rooms of valve and loop, learn the test, guess the fault and the paper in a real browser.
 
 python3 pages/lab_loop.py COMMAND [FOLDER]
 
@@ -144,6 +144,61 @@ def frames(browser: Browser, lab: Lab) -> None:
     page.close()
 
 
+def exercise(browser: Browser, lab: Lab, kept: Path) -> None:
+    """A test by hand, one by the lab, and the truth."""
+    page = opened(browser, lab, "#/exercise?seed=2")
+    manual = page.get_by_role("button", name="Put the controller in manual")
+    expect(manual).to_be_enabled(timeout=20_000)
+    page.get_by_role("button", name="Pause").click()
+    manual.click()
+    expect(page.locator(".hand output")).to_contain_text("u0")
+    on = page.get_by_role("button", name="Go on 10 s")
+    on.click()
+    other = page.get_by_role("button", name="Turn to the other side of u0")
+    size = page.get_by_label("Size of the turn")
+    sizes = [0.8, 1.6, 2.4, 3.6, 5.4, 8, 8, 6, 5, 4, 3, 2.4, 1.8, 1.2]
+    for each in sizes:
+        size.fill(str(each))
+        size.press("Tab")
+        for _ in range(2):
+            # By keys alone.
+            other.focus()
+            page.keyboard.press("Enter")
+            on.press("Enter")
+    expect(page.get_by_text(f"The OP was set {2 * len(sizes) + 1} times.")).to_be_visible()
+    page.get_by_label("Your guess of S").fill("3")
+    page.get_by_role("button", name="Read the test").click()
+    expect(page.locator("[role=status] .badge")).to_have_text("sticks", timeout=20_000)
+    assert "seed=2" in page.url and "valve" not in page.url, page.url
+    sound(page, "exercise, read")
+    page.get_by_role("button", name="Show the truth").click()
+    expect(page.get_by_text("The valve sticks. The trend now shows")).to_be_visible()
+    print(f"S by a test by hand (reading, guess, truth): {page.locator('[role=status] tbody tr').first.inner_text()!r}")
+    sound(page, "exercise, truth")
+    page.screenshot(path=kept / "lab-exercise-told.png", full_page=True)
+
+    # The lab does it with the same valve; what was read is gone, and comes again.
+    begun = time.perf_counter()
+    page.get_by_role("button", name="Let the lab do it").click()
+    expect(page.locator("[role=status] .badge")).to_have_count(0)
+    expect(page.get_by_text("The controller is in automatic.")).to_be_visible()
+    until(page, "/OP was set [1-9]/.test(document.querySelector('.hand').textContent)")
+    print(f"a test by the lab after {time.perf_counter() - begun:.2f} s")
+    page.get_by_role("button", name="Read the test").click()
+    expect(page.locator("[role=status] .badge")).to_have_text("sticks", timeout=20_000)
+
+    # Another valve is another seed; too few turns are a sentence.
+    page.get_by_role("button", name="Another valve").click()
+    expect(page.get_by_text("The OP was set 0 times.")).to_be_visible()
+    assert not page.url.endswith("seed=2"), page.url
+    expect(manual).to_be_enabled(timeout=20_000)
+    manual.click()
+    page.get_by_role("button", name="Read the test").click()
+    expect(page.get_by_role("alert")).to_contain_text("two turns or more")
+    sound(page, "exercise, refused", ["400"])
+    page.close()
+
+
 def guess(browser: Browser, lab: Lab, kept: Path) -> None:
     page = opened(browser, lab, "#/guess?seed=5&loop=1")
     for k in range(3):
@@ -181,7 +236,7 @@ def paper(browser: Browser, lab: Lab, kept: Path) -> None:
 
 
 def looks(browser: Browser, lab: Lab, kept: Path) -> None:
-    for at, name in (("", "lab-loop"), ("#/guess?seed=5&loop=2", "lab-guess"), ("#/paper", "lab-paper")):
+    for at, name in (("", "lab-loop"), ("#/exercise?seed=1", "lab-exercise"), ("#/guess?seed=5&loop=2", "lab-guess"), ("#/paper", "lab-paper")):
         for suffix, size, scheme in LOOKS:
             page = opened(browser, lab, at, size, scheme)
             page.wait_for_timeout(12_000 if name == "lab-loop" else 4000)
@@ -199,6 +254,7 @@ def main() -> None:
         loop(browser, lab, kept)
         challenges(browser, lab)
         frames(browser, lab)
+        exercise(browser, lab, kept)
         guess(browser, lab, kept)
         paper(browser, lab, kept)
         looks(browser, lab, kept)

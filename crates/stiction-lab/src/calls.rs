@@ -3,7 +3,7 @@
 //! A call is `POST /api/NAME` with JSON; one function lists them once, and routes, schema and so the page's types follow from it.
 
 use crate::lab::Lab;
-use crate::{guess, live, loops, paper, plant, recordings};
+use crate::{exercise, guess, live, loops, paper, plant, recordings};
 use axum::Router;
 use axum::body::{Body, Bytes, HttpBody};
 use axum::extract::State;
@@ -84,6 +84,11 @@ fn all(to: &mut impl Visit) {
     to.call("live/go", live::go);
     to.call("guess/trends", guess::trends);
     to.call("guess/reveal", guess::reveal);
+    to.call("exercise/begin", exercise::begin);
+    to.call("exercise/trend", exercise::trend);
+    to.call("exercise/carry-out", exercise::carry_out);
+    to.call("exercise/read", exercise::read);
+    to.call("exercise/reveal", exercise::reveal);
     to.call("paper/figure", paper::figure);
     to.call("recordings", recordings::list);
     to.call("recordings/open", recordings::open);

@@ -88,11 +88,16 @@ impl Trend {
 }
 
 /// Numbers that look like chance (splitmix64, Steele, Lea, Flood, OOPSLA 2014).
-fn mixed(x: u64) -> u64 {
+pub(crate) fn mixed(x: u64) -> u64 {
     let mut z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
+}
+
+/// The share of the largest number that such a number is: 0 to 1.
+pub(crate) fn share(mixed: u64) -> f64 {
+    (mixed >> 11) as f64 / (1u64 << 53) as f64
 }
 
 fn drawn(which: &Which) -> Answer<Simulated> {

@@ -1,6 +1,6 @@
 //! The lab: `stiction lab` opens a page that this crate serves, from and to one's own machine only.
 //!
-//! Three rooms, each a module: [`recordings`], [`loops`] (a valve and its loop, live) and [`plant`]. The page asks by
+//! Rooms, each a module: [`recordings`], [`loops`] (a valve and its loop, live), [`exercise`] (a test to practise) and [`plant`]. The page asks by
 //! calls, JSON in and JSON out ([`calls`]); what it gets are the results of the library, as they are. Pages, scripts and
 //! styles are built from `web/` and embedded, so that Rust alone builds and runs the lab.
 //!
@@ -12,6 +12,7 @@
 
 mod assets;
 pub mod calls;
+pub mod exercise;
 pub mod guard;
 pub mod guess;
 pub mod judgement;

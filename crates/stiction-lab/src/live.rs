@@ -111,17 +111,33 @@ pub struct Samples {
     /// The number of the first.
     from: u64,
     /// Set point; none of a valve on a test signal.
-    sp: Vec<f64>,
+    pub(crate) sp: Vec<f64>,
     /// Process value; none of a valve on a test signal.
-    pv: Vec<f64>,
+    pub(crate) pv: Vec<f64>,
     /// Output of the controller, percent of span.
-    op: Vec<f64>,
+    pub(crate) op: Vec<f64>,
     /// What the valve received: that output, or what a compensator or a hand made of it.
     signal: Vec<f64>,
     /// Valve position, percent of span.
-    vp: Vec<f64>,
+    pub(crate) vp: Vec<f64>,
     /// Whether process and loop went on as they were with the settings of the moment, and did not begin at rest again.
     went_on: bool,
+}
+
+impl Samples {
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.op.len()
+    }
+
+    /// Those that follow.
+    pub(crate) fn append(&mut self, mut next: Self) {
+        self.sp.append(&mut next.sp);
+        self.pv.append(&mut next.pv);
+        self.op.append(&mut next.op);
+        self.signal.append(&mut next.signal);
+        self.vp.append(&mut next.vp);
+    }
 }
 
 /// Begins a loop, at rest.
@@ -291,7 +307,7 @@ impl Sum {
 
 /// What runs, how far it is, and what was said last.
 #[derive(Debug)]
-struct Live {
+pub(crate) struct Live {
     knobs: Knobs,
     runs: Runs,
     /// The number of the sample that comes next.
@@ -343,6 +359,21 @@ impl Runs {
 }
 
 impl Live {
+    /// A loop as it is, at rest.
+    pub(crate) fn of(plant: Asked) -> Answer<Self> {
+        Self::new(Knobs { plant, stem: false, compensator: None, manual: None })
+    }
+
+    /// Time between samples, s.
+    pub(crate) fn sample_time(&self) -> f64 {
+        self.runs.sample_time()
+    }
+
+    /// Manual mode with this OP from the next sample on, or automatic.
+    pub(crate) fn by_hand(&mut self, op: Option<f64>) {
+        self.knobs.manual = op;
+    }
+
     fn new(knobs: Knobs) -> Answer<Self> {
         Ok(Self { runs: Runs::new(&knobs)?, knobs, at: 0, last: Samples::default() })
     }
@@ -376,7 +407,8 @@ impl Live {
         Ok(went_on)
     }
 
-    fn go(&mut self, samples: usize) -> Answer<Samples> {
+    /// Goes on for some samples.
+    pub(crate) fn go(&mut self, samples: usize) -> Answer<Samples> {
         let mut done = Samples { from: self.at, ..Samples::default() };
         for _ in 0..samples {
             match &mut self.runs {

@@ -24,6 +24,11 @@ pub struct Asked {
 }
 
 impl Asked {
+    /// This scenario, with changes.
+    pub(crate) fn new(scenario: &str, set: impl Into<Vec<String>>) -> Self {
+        Self { scenario: scenario.to_owned(), set: set.into() }
+    }
+
     /// The last part of its name.
     pub(crate) fn name(&self) -> &str {
         self.scenario.rsplit('/').next().unwrap_or_default()

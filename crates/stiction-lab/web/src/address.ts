@@ -1,8 +1,8 @@
 // What is shown is in the address: the room, and its state. So a link, a reload and the back key all work.
 import { signal } from "@preact/signals";
 
-export type Room = "loop" | "guess" | "paper" | "recordings" | "plant";
-export const ROOMS: readonly Room[] = ["loop", "guess", "paper", "recordings", "plant"];
+export type Room = "loop" | "exercise" | "guess" | "paper" | "recordings" | "plant";
+export const ROOMS: readonly Room[] = ["loop", "exercise", "guess", "paper", "recordings", "plant"];
 
 function parsed(): { room: Room; state: URLSearchParams } {
   const [path = "", query = ""] = location.hash.replace(/^#\/?/, "").split("?", 2);

@@ -2,6 +2,7 @@
 import { render } from "preact";
 import "uplot/dist/uPlot.min.css";
 import { link, room, ROOMS, type Room } from "./address";
+import { Exercise } from "./rooms/exercise";
 import { Guess } from "./rooms/guess";
 import { LoopRoom } from "./rooms/loop";
 import { Paper } from "./rooms/paper";
@@ -12,6 +13,7 @@ import { t } from "./texts";
 
 const VIEWS: Record<Room, () => preact.JSX.Element> = {
   loop: LoopRoom,
+  exercise: Exercise,
   guess: Guess,
   paper: Paper,
   recordings: Recordings,

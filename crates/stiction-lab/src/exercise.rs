@@ -1,0 +1,361 @@
+//! Learn the test: a valve with hidden S and J, which somebody tests by hand.
+//!
+//! A seed draws the valve, the load and the noise. Nothing is kept between calls: each call simulates the loop from its
+//! start, with all that was set by hand. So the same seed and the same sets give the same samples, and the truth stays
+//! with the server until somebody asks for it.
+
+mod operator;
+
+use crate::calls::{Answer, Wrong};
+use crate::guess::{mixed, share};
+use crate::lab::Lab;
+use crate::live::{Live, Samples};
+use crate::loops::Asked;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, diagnose};
+use stiction_diagnose::recording::{ByHand, KnownBy, Recording, Set};
+use stiction_diagnose::valve_test::{
+    PlanOptions, ReadOptions, TestPlan, TestReading, plan as plan_of, read as read_test,
+};
+use stiction_report::{test_answers, words};
+
+/// How long the loop is in automatic before anybody may set its OP, s. The plan is sized by this.
+const OPERATION_S: f64 = 300.0;
+/// The longest exercise, s.
+const LONGEST_S: f64 = 7200.0;
+/// Sets of one exercise.
+const SETS: usize = 500;
+/// Of three valves about one is healthy: its S is up to this, percent of span.
+const HEALTHY: (f64, f64) = (0.1, 0.3);
+/// S of a valve that sticks, percent of span, and J as a share of it.
+const STICKS: (f64, f64) = (1.5, 6.0);
+const JUMP: (f64, f64) = (0.3, 0.9);
+/// How far the load wanders: standard deviation, percent of span, and correlation time, s.
+const LOAD: (f64, f64) = (0.3, 600.0);
+
+/// Which valve.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Which {
+    /// What draws valve, load and noise.
+    seed: u32,
+}
+
+/// What was done with a valve.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Exercise {
+    /// What draws valve, load and noise.
+    seed: u32,
+    /// What was set by hand, in order of time.
+    sets: Vec<Hand>,
+    /// Until when the loop runs, s.
+    until_s: f64,
+}
+
+/// The OP that was set by hand, or the controller put back in automatic.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hand {
+    /// When, s.
+    at_s: f64,
+    /// To what, percent of span; null where the controller was put in automatic.
+    op: Option<f64>,
+}
+
+/// Which samples of an exercise are wanted.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Look {
+    /// What was done.
+    exercise: Exercise,
+    /// The number of the first sample that is wanted.
+    from: usize,
+}
+
+/// What a plant would record of the loop.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Recorded {
+    /// Time between samples, s.
+    sample_time_s: f64,
+    /// The number of the first sample here.
+    from: usize,
+    /// Controller output, percent of span.
+    op: Vec<f64>,
+    /// Process value, percent.
+    pv: Vec<f64>,
+}
+
+/// The loop before the test.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Before {
+    /// How long it was in automatic, s.
+    until_s: f64,
+    /// The longest exercise, s.
+    longest_s: f64,
+    /// Sets that one exercise may have.
+    most_sets: usize,
+    /// The test that is planned for it.
+    plan: TestPlan,
+}
+
+/// What the lab did by itself.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct CarriedOut {
+    /// What it set.
+    sets: Vec<Hand>,
+    /// Until when the loop ran, s.
+    until_s: f64,
+    /// What was recorded.
+    recorded: Recorded,
+}
+
+/// What the test says, with the words for it.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Reading {
+    /// The probability that the valve sticks.
+    probability: String,
+    /// S with its interval, where it is known.
+    #[serde(rename = "S")]
+    s: Option<String>,
+    /// J with its interval, where it is known.
+    #[serde(rename = "J")]
+    j: Option<String>,
+    /// The limit of S, where the valve does not stick.
+    #[serde(rename = "S_below")]
+    s_below: Option<String>,
+    /// Turns against answers.
+    svg: String,
+    /// All of it, as `stiction test read --json` prints it.
+    test: TestReading,
+}
+
+/// What is true of the valve.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Truth {
+    /// Whether it sticks.
+    sticks: bool,
+    /// Stick band plus dead band, percent of span.
+    #[serde(rename = "S")]
+    s: f64,
+    /// Slip jump, percent of span.
+    #[serde(rename = "J")]
+    j: f64,
+    /// The valve position at each sample, which no plant had recorded, percent of span.
+    vp: Vec<f64>,
+}
+
+/// A valve as it is drawn.
+#[derive(Debug, Clone, Copy)]
+struct Drawn {
+    sticks: bool,
+    s: f64,
+    j: f64,
+}
+
+impl Which {
+    fn valve(self) -> Drawn {
+        let own = mixed(u64::from(self.seed) ^ 0x7e57);
+        let between = |(low, high): (f64, f64), k: u64| low + (high - low) * share(mixed(own ^ k));
+        let tenth = |x: f64| (10.0 * x).round() / 10.0;
+        let sticks = !own.is_multiple_of(3);
+        let s = tenth(between(if sticks { STICKS } else { HEALTHY }, 1));
+        Drawn { sticks, s, j: tenth(s * between(JUMP, 2)) }
+    }
+
+    /// Its loop: the flow loop of the first room, with a load that wanders.
+    fn asked(self) -> Asked {
+        let Drawn { s, j, .. } = self.valve();
+        let (sd, tau) = LOAD;
+        let seed = u64::from(self.seed);
+        let set = [
+            format!("valve.S={s}"),
+            format!("valve.J={j}"),
+            format!("duration={LONGEST_S}"),
+            format!("noise.seed={}", 2 * seed + 1),
+            "load.1.signal=noise".to_owned(),
+            format!("load.1.sd={sd}"),
+            format!("load.1.tau={tau}"),
+            format!("load.1.seed={}", 2 * seed + 2),
+        ];
+        Asked::new("lab/flow", set)
+    }
+}
+
+/// The loop as it runs, and all that it did so far.
+struct Run {
+    live: Live,
+    done: Samples,
+}
+
+impl Run {
+    fn new(which: Which) -> Answer<Self> {
+        Ok(Self { live: Live::of(which.asked())?, done: Samples::default() })
+    }
+
+    /// What was done, simulated from the start.
+    fn of(exercise: &Exercise) -> Answer<Self> {
+        exercise.check()?;
+        let mut run = Self::new(Which { seed: exercise.seed })?;
+        for set in &exercise.sets {
+            run.go_to(set.at_s)?;
+            run.live.by_hand(set.op);
+        }
+        run.go_to(exercise.until_s)?;
+        Ok(run)
+    }
+
+    /// Goes on to a time, s.
+    fn go_to(&mut self, time_s: f64) -> Answer<()> {
+        let until = (time_s / self.live.sample_time() - 1e-6).ceil() as usize;
+        let samples = self.live.go(until.saturating_sub(self.done.len()))?;
+        self.done.append(samples);
+        Ok(())
+    }
+
+    fn time_s(&self) -> f64 {
+        self.done.len() as f64 * self.live.sample_time()
+    }
+
+    fn recorded(&self, from: usize) -> Recorded {
+        let tail = |of: &[f64]| of.get(from..).unwrap_or_default().to_vec();
+        Recorded {
+            sample_time_s: self.live.sample_time(),
+            from,
+            op: tail(&self.done.op),
+            pv: tail(&self.done.pv),
+        }
+    }
+
+    fn recording(&self) -> Answer<Recording> {
+        let Samples { sp, pv, op, .. } = &self.done;
+        let step = self.live.sample_time();
+        let mut recording = Recording::regular("exercise", step, op, Some(pv), Some(sp))?;
+        if let Some(pv) = &mut recording.pv {
+            pv.unit = Some("%".to_owned());
+        }
+        Ok(recording)
+    }
+}
+
+impl Exercise {
+    fn check(&self) -> Answer<()> {
+        let refuse = |why: String| Err(Wrong::asked(why));
+        if !(0.0..=LONGEST_S).contains(&self.until_s) {
+            return refuse(format!("an exercise runs for 0 to {LONGEST_S} s; begin another one"));
+        }
+        if self.sets.len() > SETS {
+            return refuse(format!("an exercise has at most {SETS} sets of the OP; begin another"));
+        }
+        let mut last = OPERATION_S;
+        for Hand { at_s, op } in self.sets.iter().copied() {
+            if at_s < OPERATION_S {
+                return refuse(format!(
+                    "the OP was set at {at_s} s; the loop is in automatic until {OPERATION_S} s, so set it later"
+                ));
+            }
+            if !(last..=self.until_s).contains(&at_s) {
+                return refuse(format!(
+                    "the OP was set at {at_s} s; each set must come after the one before, and not after the end, {} s",
+                    self.until_s
+                ));
+            }
+            if let Some(op) = op
+                && !(0.0..=100.0).contains(&op)
+            {
+                return refuse(format!(
+                    "the OP was set to {op} %; it must be from 0 to 100 % of span"
+                ));
+            }
+            last = at_s;
+        }
+        Ok(())
+    }
+
+    /// What was set, as the sheet of a test says it.
+    fn sheet(&self) -> ByHand {
+        let set = |hand: &Hand| Set { at_s: hand.at_s, op: hand.op };
+        let mut sets: Vec<Set> = self.sets.iter().map(set).collect();
+        // The test ends with the recording if the controller is in manual still.
+        if sets.last().is_some_and(|last| last.op.is_some()) {
+            sets.push(Set { at_s: self.until_s, op: None });
+        }
+        ByHand { sets, known_by: KnownBy::Sheet }
+    }
+}
+
+/// The test that is planned for the loop by its operation, as `stiction test plan --rises` plans it.
+fn planned(run: &Run) -> Answer<TestPlan> {
+    let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+    let diagnosis = diagnose(&run.recording()?, &options)?;
+    let options = PlanOptions { rises: Some(true), ..PlanOptions::default() };
+    plan_of(&diagnosis, &options).map_err(|why| Wrong::own(why.0))
+}
+
+/// The loop before the test, with the plan of it.
+///
+/// # Errors
+/// If there is no plan for it.
+pub fn begin(_: &Lab, which: Which) -> Answer<Before> {
+    let mut run = Run::new(which)?;
+    run.go_to(OPERATION_S)?;
+    Ok(Before { until_s: OPERATION_S, longest_s: LONGEST_S, most_sets: SETS, plan: planned(&run)? })
+}
+
+/// What was recorded.
+///
+/// # Errors
+/// If the sets are not in order, or out of range.
+pub fn trend(_: &Lab, look: Look) -> Answer<Recorded> {
+    Ok(Run::of(&look.exercise)?.recorded(look.from))
+}
+
+/// The lab carries out the plan by itself.
+///
+/// # Errors
+/// If there is no plan.
+pub fn carry_out(_: &Lab, which: Which) -> Answer<CarriedOut> {
+    let mut run = Run::new(which)?;
+    run.go_to(OPERATION_S)?;
+    let plan = planned(&run)?;
+    let (run, sets) = operator::carry_out(run, &plan)?;
+    Ok(CarriedOut { sets, until_s: run.time_s(), recorded: run.recorded(0) })
+}
+
+/// What the test says that was carried out, as `stiction test read --done --rises` reads it.
+///
+/// # Errors
+/// If it cannot be read: the sentence says what is missing.
+pub fn read(_: &Lab, exercise: Exercise) -> Answer<Reading> {
+    let recording = Run::of(&exercise)?.recording()?;
+    if exercise.sets.iter().filter(|set| set.op.is_some()).count() < 2 {
+        return Err(Wrong::asked(
+            "a test has two turns or more; put the controller in manual and turn the OP to and fro",
+        ));
+    }
+    let options = ReadOptions {
+        by_hand: Some(exercise.sheet()),
+        rises: Some(true),
+        ..ReadOptions::default()
+    };
+    let test = read_test(&recording, &options).map_err(|why| Wrong::asked(why.0))?;
+    Ok(Reading {
+        probability: words::percent(test.probability),
+        s: test.s.map(words::interval),
+        j: test.j.map(words::interval),
+        s_below: test.s_below.map(|limit| format!("{} %", words::rough(limit))),
+        svg: test_answers::figure("exercise", Some("%"), &test).svg().map_err(Wrong::own)?,
+        test,
+    })
+}
+
+/// The truth about the valve.
+///
+/// # Errors
+/// As of [`trend`].
+pub fn reveal(_: &Lab, exercise: Exercise) -> Answer<Truth> {
+    let run = Run::of(&exercise)?;
+    let Drawn { sticks, s, j } = Which { seed: exercise.seed }.valve();
+    Ok(Truth { sticks, s, j, vp: run.done.vp })
+}
