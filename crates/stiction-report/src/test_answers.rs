@@ -21,7 +21,7 @@ pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
         let all = panels.iter().flat_map(|panel| &panel.series).flat_map(of);
         let all: Vec<f64> = all.copied().filter(|v| v.is_finite()).collect();
         let (low, high) = (min(&all), max(&all));
-        (high > low).then(|| (low - 0.05 * (high - low), high + 0.05 * (high - low)))
+        (high > low).then_some((low - 0.05 * (high - low), high + 0.05 * (high - low)))
     };
     let (x_range, y_range) = (ends(|series| &series.x), ends(|series| &series.y));
     for panel in &mut panels {
