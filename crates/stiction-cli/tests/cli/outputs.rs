@@ -26,6 +26,7 @@ pub const OUTPUTS: &[Output] = &[
     ("plan", "csv", "t.csv", "test plan FIC101-sticky.csv --csv t.csv"),
     ("plan", "sheet", "t.html", "test plan FIC101-sticky.csv --sheet t.html"),
     ("read", "plot", "t.svg", "test read FIC106-tested.csv --plot t.svg"),
+    ("read", "report", "t.html", "test read FIC106-tested.csv --report t.html"),
     ("limit-cycle", "csv", "l.csv", "limit-cycle paper/closed-loop --csv l.csv"),
     ("limit-cycle", "plot", "l.svg", "limit-cycle paper/closed-loop --plot l.svg"),
     ("limit-cycle", "nyquist", "n.svg", "limit-cycle paper/closed-loop --nyquist n.svg"),
