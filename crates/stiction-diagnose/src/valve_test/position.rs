@@ -207,9 +207,10 @@ mod tests {
 
     #[test]
     fn dead_band_and_resolution_lie_between_turns() {
-        // To and fro by growing turns, then on in one direction by small steps.
-        let mut op: Vec<f64> = vec![60.0];
-        op.extend((1..12).map(|k| 60.0 + if k % 2 == 1 { -0.25 } else { 0.25 } * f64::from(k)));
+        // To and fro by shrinking turns, then on in one direction by small steps.
+        let half = |k: u32| 3.0 - 0.125 * f64::from(k);
+        let mut op: Vec<f64> =
+            (0..22).map(|k| 60.0 + if k % 2 == 1 { -half(k) } else { half(k) }).collect();
         op.extend((1..20).map(|k| 70.0 + 0.3 * f64::from(k)));
         let found = position(&[stroked(&op, 3.0, 1.0, 0.5)], 2.0).unwrap();
         let band = found.dead_band.unwrap();

@@ -104,7 +104,9 @@ const FITS_ONCE: f64 = 0.9;
 const STRONG_ONCE: f64 = 7.5;
 const SURE_ONCE: f64 = 0.99;
 /// A PV that goes less than this share of what it does in operation, with an OP that goes as far, does not answer.
-const SILENT: f64 = 0.12;
+const SILENT: f64 = 0.06;
+/// A PV that goes less than this in operation, over its noise, is never said not to answer.
+const MOVES: f64 = 3.0;
 /// A valve follows if the test limits S to this share of the OP's range in operation, within bounds in percent.
 const LIMIT: f64 = 0.25;
 const LIMITS: (f64, f64) = (2.0, 5.0);
@@ -349,7 +351,9 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
     let travel = turns().map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max);
     let steps = || spells.iter().flat_map(|spell| spell.pv.windows(2));
     let moves = 10 * steps().filter(|two| two[0] != two[1]).count() > steps().count();
-    let silent = weighed.per_percent * operation.op_range < SILENT * operation.pv_std
+    let went = operation.pv_std > MOVES * operation.noise;
+    let silent = went
+        && weighed.per_percent * operation.op_range < SILENT * operation.pv_std
         && sticking.clear < CLEAR
         && following.clear == 0
         && following.fits < 0.5 * FITS_HEALTHY
