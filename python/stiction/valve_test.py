@@ -72,6 +72,7 @@ class Step(Result):
     )
     answer: float | None = about("How far the PV went with it until the next, in its units.")
     error: float | None = about("Standard deviation of that.")
+    answered: bool = about("Whether that is an answer: it goes with the turn, by more than 2.5 standard deviations.")
 
 
 @result

@@ -518,7 +518,8 @@ fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
         out += &format!("  S below {} % with 95 % confidence\n", spoken::rough(limit));
     }
     if let Some(response) = test.response_s {
-        out += &format!("  the PV responds to the OP in {}\n", spoken::time(response));
+        let who = test.who();
+        out += &format!("  the {who} responds to the OP in {}\n", spoken::time(response));
     }
     out += &hanging("  - ", &test.reasons);
     out += &hanging("  ", &test.advice);

@@ -8,7 +8,7 @@ const CAPTION: &str = "A valve that sticks answers no turn that is smaller than 
 
 /// Turns against answers; `unit` is that of the PV.
 pub fn figure(name: &str, unit: Option<&str>, test: &TestReading) -> Figure {
-    Figure::new(format!("{name}: turns of the OP and answers of the PV"))
+    Figure::new(format!("{name}: turns of the OP and answers of the {}", test.who()))
         .caption(CAPTION)
         .with(panel(unit, test))
 }
@@ -32,10 +32,10 @@ pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
 }
 
 fn panel(unit: Option<&str>, test: &TestReading) -> Panel {
-    let unit = unit.map_or("its units".to_owned(), str::to_owned);
-    let mut panel = Panel::new("turn of the OP (%)", format!("answer of the PV ({unit})"));
+    let answer = format!("answer of the {} ({})", test.who(), test.unit(unit));
+    let mut panel = Panel::new("turn of the OP (%)", answer);
     let of = |wanted: bool| -> (Vec<f64>, Vec<f64>) {
-        let seen = |step: &&Step| step.seen() == wanted;
+        let seen = |step: &&Step| step.answered == wanted;
         let points = test.steps.iter().filter(seen);
         points.filter_map(|step| Some((step.travel?, step.answer?.abs()))).unzip()
     };

@@ -59,9 +59,9 @@ pub fn rows(before: Tested<'_>, after: Tested<'_>) -> Vec<[String; 3]> {
         both("probability that it sticks", &|of| percent(of.test.probability)),
         both("S", &|of| s_in_words(of.test)),
         both("J", &|of| estimate(of.test.j)),
-        both("the PV responds in", &|of| of.test.response_s.map_or("–".to_owned(), time)),
+        both("response time", &|of| of.test.response_s.map_or("–".to_owned(), time)),
         both("turns", &|of| {
-            let answered = of.test.steps.iter().filter(|step| step.seen()).count();
+            let answered = of.test.steps.iter().filter(|step| step.answered).count();
             format!("{}, {answered} answered", of.test.steps.len())
         }),
     ]
@@ -166,7 +166,7 @@ fn facts(of: Tested<'_>) -> Vec<Fact> {
         Fact::new("S, stick band plus dead band", s_in_words(test), ""),
     ];
     all.extend(test.j.map(|j| Fact::new("J, slip jump", words::interval(j), "")));
-    all.extend(test.response_s.map(|s| Fact::new("the PV responds in", time(s), "")));
+    all.extend(test.response_s.map(|s| Fact::new("response time", time(s), "")));
     all.push(Fact::new("the turns are known by", format!("the {}", test.known_by.name()), ""));
     all
 }
@@ -237,8 +237,10 @@ fn planned(carried: &Carried) -> Table {
 }
 
 fn turns(of: Tested<'_>) -> Table {
-    let unit = unit(of.recording).unwrap_or("its units");
-    let table = Table::new("The turns, with the answer of the PV and its standard deviation.")
+    let unit = of.test.unit(unit(of.recording));
+    let caption =
+        format!("The turns, with the answer of the {} and its standard deviation.", of.test.who());
+    let table = Table::new(caption)
         .numbers("turn", "")
         .words("set at")
         .numbers("OP", "%")
@@ -255,7 +257,7 @@ fn turns(of: Tested<'_>) -> Table {
             or(step.travel),
             or(step.answer),
             or(step.error),
-            if step.seen() { "yes" } else { "no" }.to_owned(),
+            if step.answered { "yes" } else { "no" }.to_owned(),
         ])
     })
 }

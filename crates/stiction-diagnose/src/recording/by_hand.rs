@@ -4,8 +4,9 @@
 //! By the mode, if it is recorded: each time in manual in which the OP is set at least twice.
 //!
 //! Else by what the OP does: at least [`FEWEST_TURNS`] levels in a row, each held for four samples or more without the
-//! smallest change, up and down in turn about one value, of at least four different sizes. No controller does that: its
-//! OP follows the error. Another test, such as steps one way and back, is not found without a mode.
+//! smallest change, of at least four different sizes, seven of ten turns the other way than the last, about a value that
+//! moves little from turn to turn. Other times in which levels go to and fro are taken with it. A controller hardly does
+//! that, for its OP follows the error. Steps one way and back are not found without a mode.
 
 use super::{Channel, Mode, Recording};
 use crate::series::median;

@@ -97,7 +97,7 @@ pub(super) fn carried(
     dt: f64,
 ) -> Carried {
     let mut turned = vec![];
-    let mut seen = steps.iter().map(Step::seen);
+    let mut seen = steps.iter().map(|step| step.answered);
     for (_, manual) in spells {
         turned.extend(of_spell(plan, manual, dt, &mut seen));
     }
@@ -244,7 +244,7 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
     };
     let left_out = sizes(&|size| size.planned.filter(|_| size.made.is_none()));
     let other = sizes(&|size| size.made.filter(|_| size.planned.is_none()));
-    let single = sizes(&|size| size.made.filter(|_| size.turns < plan.each));
+    let fewer = sizes(&|size| size.made.filter(|_| size.turns < plan.each));
     let mut all = vec![];
     if !left_out.is_empty() {
         all.push(format!("These sizes of the plan were left out: {} %.", listed(left_out)));
@@ -252,8 +252,12 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
     if !other.is_empty() {
         all.push(format!("These sizes are not in the plan: {} %.", listed(other)));
     }
-    if !single.is_empty() {
-        all.push(format!("Only one turn was made of these sizes: {} %.", listed(single)));
+    if !fewer.is_empty() {
+        all.push(format!(
+            "Fewer than {} were made of these sizes: {} %.",
+            counted(plan.each, "turn"),
+            listed(fewer)
+        ));
     }
     if of.cut_short > 0 {
         all.push(format!(
@@ -390,7 +394,14 @@ mod tests {
                 pv.push(from);
                 pv.extend(vec![if up { moves } else { -moves }; held - 1]);
                 let (answer, error) = (Some(moves), Some(0.1));
-                steps.push(Step { at_s: 0.0, op, travel: Some(*size), answer, error });
+                steps.push(Step {
+                    at_s: 0.0,
+                    op,
+                    travel: Some(*size),
+                    answer,
+                    error,
+                    answered: answers,
+                });
                 up = !up;
             }
         }

@@ -214,7 +214,7 @@ fn sentences(
         }
         (VerdictClass::DoesNotRespond, _) => {
             Some("Before the repair the valve did not respond; now the PV answers.")
-                .filter(|_| after.steps.iter().any(super::Step::seen))
+                .filter(|_| after.steps.iter().any(|step| step.answered))
         }
         (_, VerdictClass::DoesNotRespond) => Some("After the repair the valve does not respond."),
         (_, VerdictClass::Sticks) => Some("After the repair the valve sticks."),

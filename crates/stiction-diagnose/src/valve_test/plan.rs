@@ -28,13 +28,13 @@
 //! Ours. The alternation that a relay gives is that of K. J. Astrom and T. Hagglund, "Automatic tuning of simple
 //! regulators with specifications on phase and amplitude margins", Automatica 20 (1984) 645 (recalled, not read).
 
-use super::read::{ReadOptions, TestReading, read};
+use super::read::{FEWEST, ReadOptions, TestReading, read};
 use crate::diagnose::{Diagnosis, VerdictClass};
 use crate::finding::Abstention;
 use crate::identify::controller;
 use crate::recording::{ByHand, Recording, Segment};
 use crate::series::{max, mean, min, noise_std, quantile, span};
-use crate::spoken::{range, rough, time};
+use crate::spoken::{counted, range, rough, time};
 
 /// What is known of a loop before its test is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -187,10 +187,30 @@ pub fn before_test(recording: &Recording, by_hand: Option<&ByHand>) -> Recording
     before.filter(|part| part.op.time.len() >= FEWEST).unwrap_or_else(|| recording.clone())
 }
 
-/// Samples of operation from which a test is sized at least.
-const FEWEST: usize = 100;
-
 impl TestPlan {
+    /// That a plan that was read can be one.
+    ///
+    /// # Errors
+    /// If it has no turns, or a number makes no sense: the sentence names it.
+    pub fn check(&self) -> Result<(), Abstention> {
+        let refuse = |what: &str| {
+            Err(Abstention(format!("the plan {what}; give one that stiction test plan printed")))
+        };
+        let ordered = |low: f64, high: f64| low.is_finite() && high.is_finite() && low < high;
+        let is_turn = |turn: &Turn| turn.op.is_finite() && turn.hold_s.is_finite();
+        match () {
+            () if self.grow.is_empty() || !self.grow.iter().all(is_turn) => {
+                refuse("has no turns, or one that is no number")
+            }
+            () if self.each == 0 => refuse("has 0 turns of each size"),
+            () if !(0.0..1.0).contains(&self.shrink_by) => refuse("has sizes that do not shrink"),
+            () if !ordered(self.pv_low, self.pv_high) || !ordered(self.op_low, self.op_high) => {
+                refuse("has limits that are not in order")
+            }
+            () => Ok(()),
+        }
+    }
+
     /// The next test, where this one was carried out and does not tell: it begins at the size that the PV answered, holds
     /// each turn for twice as long as the PV took, and makes more turns of each size. `None` if there is no test in the
     /// recording, or one that tells.
@@ -208,7 +228,7 @@ impl TestPlan {
     fn after(&self, last: Option<&TestReading>) -> Self {
         let of = |seen: bool| {
             let steps = last.iter().flat_map(|last| &last.steps);
-            let of = steps.filter(move |step| step.seen() == seen && step.answer.is_some());
+            let of = steps.filter(move |step| step.answered == seen && step.answer.is_some());
             of.filter_map(|step| step.travel).filter(|travel| *travel > 0.0)
         };
         let least = of(true).fold(f64::INFINITY, f64::min);
@@ -292,16 +312,6 @@ fn quantum(x: &[f64]) -> f64 {
     steps.fold(f64::INFINITY, f64::min).min(span(x))
 }
 
-/// As a word of a sentence.
-fn counted(turns: usize) -> String {
-    match turns {
-        2 => "two".to_owned(),
-        4 => "four".to_owned(),
-        8 => "eight".to_owned(),
-        other => other.to_string(),
-    }
-}
-
 fn instructions(plan: &TestPlan) -> Vec<String> {
     let [low, high] = plan.inner();
     let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
@@ -332,16 +342,14 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
             if first.op > 0.0 { "−" } else { "+" },
         ),
         format!(
-            "Make {} turns of each size in the table. When the PV answers all turns of a size, make {} more of that size. If \
-             the PV goes to and fro with all {}, note how long the slowest answer took and go to part 2.",
-            counted(plan.each),
-            counted(plan.each),
-            counted(2 * plan.each),
+            "Make {} of each size in the table. When the PV answers all turns of a size, make as many more of that size. If \
+             the PV goes to and fro with all of them, note how long the slowest answer took and go to part 2.",
+            counted(plan.each, "turn"),
         ),
         format!(
-            "Part 2. Make {} turns of each size again, each {:.0} % smaller than the last. Hold each turn until the PV has \
+            "Part 2. Make {} of each size again, each size {:.0} % smaller than the last. Hold each turn until the PV has \
              answered, at most twice the time that you noted. Stop when the PV does not answer {} sizes in a row.",
-            counted(plan.each),
+            counted(plan.each, "turn"),
             100.0 * (1.0 - plan.shrink_by),
             plan.ends_after
         ),
@@ -408,6 +416,22 @@ mod tests {
         assert_eq!((plan.pv_low, plan.pv_high), (5.5, 12.5));
         let wrong = PlanOptions { pv_allowed: Some([4.0, 4.0]), ..Default::default() };
         assert!(super::plan(&diagnosed(1.0), &wrong).is_err());
+    }
+
+    #[test]
+    fn a_plan_that_can_be_none_is_refused() {
+        let good = plan(&diagnosed(1.0), &PlanOptions::default()).unwrap();
+        assert_eq!(good.check(), Ok(()));
+        for wrong in [
+            TestPlan { grow: vec![], ..good.clone() },
+            TestPlan { each: 0, ..good.clone() },
+            TestPlan { shrink_by: 1.0, ..good.clone() },
+            TestPlan { shrink_by: f64::NAN, ..good.clone() },
+            TestPlan { pv_low: good.pv_high, ..good.clone() },
+            TestPlan { grow: vec![Turn { op: f64::NAN, hold_s: 1.0 }], ..good.clone() },
+        ] {
+            assert!(wrong.check().unwrap_err().0.starts_with("the plan has"), "{wrong:?}");
+        }
     }
 
     #[test]

@@ -42,6 +42,8 @@ pub struct Step {
     pub answer: Option<f64>,
     /// Standard deviation of that.
     pub error: Option<f64>,
+    /// Whether that is an answer: it goes with the turn, by more than 2.5 standard deviations.
+    pub answered: bool,
 }
 
 /// What a test says of a valve.
@@ -91,6 +93,18 @@ pub struct TestReading {
     pub plan: Option<Carried>,
 }
 
+impl TestReading {
+    /// Whose answers are read: `PV` or `stem`.
+    pub fn who(&self) -> &'static str {
+        who(self.by_position)
+    }
+
+    /// The unit of the answers, where that of the PV is this: a position is in percent.
+    pub fn unit<'a>(&self, pv_unit: Option<&'a str>) -> &'a str {
+        if self.by_position { "%" } else { pv_unit.unwrap_or("its units") }
+    }
+}
+
 /// Probability from which a valve sticks.
 const SURE: f64 = 0.95;
 /// How well the PV must go with a valve: correlation, and length of what it answers in standard deviations.
@@ -99,25 +113,23 @@ const FITS_HEALTHY: f64 = 0.5;
 const STRONG: f64 = 5.0;
 /// Turns that a valve that sticks must follow, and the PV with it.
 const CLEAR: usize = 2;
-/// What is asked where it is only one.
-const FITS_ONCE: f64 = 0.9;
-const STRONG_ONCE: f64 = 7.5;
-const SURE_ONCE: f64 = 0.99;
 /// A PV that goes less than this share of what it does in operation, with an OP that goes as far, does not answer.
 const SILENT: f64 = 0.06;
 /// A PV that goes less than this in operation, over its noise, is never said not to answer.
 const MOVES: f64 = 3.0;
+/// A stem that moves by less than this with a percent of the OP does not respond.
+const STILL: f64 = 0.1;
 /// A valve follows if the test limits S to this share of the OP's range in operation, within bounds in percent.
 const LIMIT: f64 = 0.25;
 const LIMITS: (f64, f64) = (2.0, 5.0);
 /// The largest limit that is told: further than a test goes, percent.
 const TOLD_UP_TO: f64 = 25.0;
 /// Samples of operation below which nothing is asked of it.
-const FEWEST: usize = 100;
+pub(super) const FEWEST: usize = 100;
 /// Standard deviations by which an answer is seen.
 const SEEN: f64 = 2.5;
 
-/// What is known of the loop from its operation before the test.
+/// What is known of the loop from its operation before the test; of the position in place of the PV where that is read.
 struct Operation {
     rises: Option<bool>,
     pv_std: f64,
@@ -136,11 +148,13 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         None => ByHand::of(recording).ok_or_else(|| Abstention(NO_TEST.to_owned()))?,
     };
     check(&by_hand)?;
-    let by_position = recording.vp.is_some();
-    if recording.pv.is_none() && !by_position {
+    if recording.pv.is_none() && recording.vp.is_none() {
         return Err(Abstention(
             "without a PV or a position the turns of the OP have no answer to read".to_owned(),
         ));
+    }
+    if let Some(plan) = &options.plan {
+        plan.check()?;
     }
     if let Some(plan) = &options.plan
         && !same_loop(&plan.name, &recording.name)
@@ -154,8 +168,12 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let whole = Recording { mode: None, ..recording.clone() };
     let grid = Grid::of(&whole, &options.grid).map_err(|error| Abstention(error.to_string()))?;
     let (from_s, to_s) = by_hand.span_s();
-    let operation = Operation::before(recording, from_s, options)?;
-    let spells = spells(&by_hand, &grid);
+    let of_position = spells(&by_hand, &grid, |segment| segment.vp.as_deref());
+    // A position that holds one value is that of a transmitter that has failed, if the PV answers.
+    let by_position = recording.pv.is_none() || moves(&of_position);
+    let of_pv = spells(&by_hand, &grid, |segment| segment.pv.as_deref());
+    let spells = if by_position { of_position } else { of_pv.clone() };
+    let operation = Operation::before(recording, from_s, options, by_position)?;
     if spells.is_empty() {
         return Err(Abstention(
             "the test lies outside the samples of the recording, or in a gap of it; give a recording that holds it"
@@ -164,7 +182,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     }
     let manual: Vec<Manual> = spells.iter().map(|(_, manual)| manual.clone()).collect();
     let values: Vec<f64> = manual.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
-    if !(span(&values) > 0.0) {
+    if !moves(&spells) {
         return Err(Abstention(format!(
             "the {} holds one value throughout the test: it is at the end of its range or frozen, or the historian \
                  did not keep it",
@@ -193,20 +211,27 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         to_s,
         stops: spells.len() - 1,
         position: by_position.then(|| position(&manual, grid.sample_time)).flatten(),
-        by_position,
         steps: steps(&spells, &weighed),
-        ..conclude(&weighed, &operation, &manual)
+        ..conclude(&weighed, &operation, &manual, by_position)
     };
     let step_s = grid.sample_time * weighed.response.1 as f64;
     let process = weighed.response.0;
     let lags = if process.tau.is_finite() { process.tau } else { 0.0 } + process.tau2;
-    reading.response_s =
-        (reading.steps.iter().any(Step::seen)).then_some((process.dead as f64 + lags) * step_s);
+    reading.response_s = (reading.steps.iter().any(|step| step.answered))
+        .then_some((process.dead as f64 + lags) * step_s);
     reading.reasons = reasons(&reading, &weighed);
     reading.reasons.extend(cut(&spells));
     reading.advice = advice(&reading);
     let plan = options.plan.as_ref();
-    reading.plan = plan.map(|plan| carried(plan, &spells, &reading.steps, grid.sample_time));
+    // The limits of a plan are those of the PV.
+    let compared = plan.filter(|_| !of_pv.is_empty());
+    reading.plan = compared.map(|plan| carried(plan, &of_pv, &reading.steps, grid.sample_time));
+    if plan.is_some() && compared.is_none() {
+        reading.reasons.push(
+            "the plan is not compared with what was carried out, because the recording has no PV"
+                .to_owned(),
+        );
+    }
     Ok(reading)
 }
 
@@ -241,18 +266,12 @@ const NO_TEST: &str = "there is no test in the recording: its mode shows no time
 const TOO_FEW: &str = "the test cannot be judged: it needs at least two turns in one time in manual, with twelve samples of \
                        the PV that are not all alike; make more turns, or record more often";
 
-impl Step {
-    /// Whether the PV answered: by more than 2.5 standard deviations.
-    pub fn seen(&self) -> bool {
-        self.answer.zip(self.error).is_some_and(|(answer, error)| answer.abs() > SEEN * error)
-    }
-}
-
 impl Operation {
     fn before(
         recording: &Recording,
         from_s: f64,
         options: &ReadOptions,
+        by_position: bool,
     ) -> Result<Self, Abstention> {
         let silent =
             Self { rises: None, pv_std: 0.0, op_range: 0.0, noise: 0.0, probability: None };
@@ -266,14 +285,15 @@ impl Operation {
         };
         let Ok(diagnosis) = diagnose(&before, &asked) else { return Ok(silent) };
         let longest = diagnosis.grid.longest().filter(|segment| segment.len() >= FEWEST);
-        let Some((segment, pv)) = longest.and_then(|s| Some((s, s.pv.as_deref()?))) else {
+        let read = |s: &'_ Segment| if by_position { s.vp.clone() } else { s.pv.clone() };
+        let Some((segment, pv)) = longest.and_then(|s| Some((s, read(s)?))) else {
             return Ok(silent);
         };
         Ok(Self {
             rises: rises(segment),
-            pv_std: std(pv),
+            pv_std: std(&pv),
             op_range: quantile(&segment.op, 0.98) - quantile(&segment.op, 0.02),
-            noise: noise_std(pv),
+            noise: noise_std(&pv),
             probability: probability(&diagnosis),
         })
     }
@@ -291,7 +311,11 @@ fn who(by_position: bool) -> &'static str {
 
 /// The times in manual whose samples are there, with the times of their turns. Where the position is recorded, it stands in
 /// the place of the PV: it answers to the valve alone.
-fn spells(by_hand: &ByHand, grid: &Grid) -> Vec<(Vec<f64>, Manual)> {
+fn spells(
+    by_hand: &ByHand,
+    grid: &Grid,
+    read: impl Fn(&Segment) -> Option<&[f64]>,
+) -> Vec<(Vec<f64>, Manual)> {
     let mut all = vec![];
     for sets in by_hand.sets.split_inclusive(|set| set.op.is_none()) {
         let turns: Vec<(f64, f64)> =
@@ -300,7 +324,7 @@ fn spells(by_hand: &ByHand, grid: &Grid) -> Vec<(Vec<f64>, Manual)> {
         let of =
             |segment: &&Segment| segment.from <= *from && *from < segment.from + segment.duration();
         let Some(segment) = grid.segments.iter().find(of) else { continue };
-        let Some(pv) = segment.vp.as_ref().or(segment.pv.as_ref()) else { continue };
+        let Some(pv) = read(segment) else { continue };
         let at =
             |t: f64| ((t - segment.from) / segment.sample_time - 1e-6).ceil().max(0.0) as usize;
         let to = if last.op.is_none() { at(last.at_s).min(pv.len()) } else { pv.len() };
@@ -312,6 +336,12 @@ fn spells(by_hand: &ByHand, grid: &Grid) -> Vec<(Vec<f64>, Manual)> {
     }
     all.retain(|(_, manual): &(Vec<f64>, Manual)| manual.turns.len() >= 2);
     all
+}
+
+/// Whether what was read in them is not one value.
+fn moves(spells: &[(Vec<f64>, Manual)]) -> bool {
+    let values: Vec<f64> = spells.iter().flat_map(|(_, of)| of.pv.iter().copied()).collect();
+    span(&values) > 0.0
 }
 
 /// Nearly the shortest time that a turn is held, samples: no dead time is longer that was answered.
@@ -344,13 +374,25 @@ fn odds(p: f64) -> f64 {
 }
 
 /// The verdict of test and operation; evidence adds.
-fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> TestReading {
+fn conclude(
+    weighed: &Weighed,
+    operation: &Operation,
+    spells: &[Manual],
+    by_position: bool,
+) -> TestReading {
     let probability = sigmoid(odds(weighed.sticks) + operation.probability.map_or(0.0, odds));
     let (sticking, following) = (weighed.sticking_seen, weighed.following_seen);
     let turns = || spells.iter().flat_map(|spell| spell.turns.windows(2));
     let travel = turns().map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max);
     let steps = || spells.iter().flat_map(|spell| spell.pv.windows(2));
     let moves = 10 * steps().filter(|two| two[0] != two[1]).count() > steps().count();
+    // A stem that follows moves by what the OP does.
+    let still = by_position
+        && weighed.per_percent < STILL
+        && sticking.clear < CLEAR
+        && following.clear == 0
+        && travel > LIMITS.1
+        && moves;
     let went = operation.pv_std > MOVES * operation.noise;
     let silent = went
         && weighed.per_percent * operation.op_range < SILENT * operation.pv_std
@@ -362,8 +404,8 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
         && moves;
     let limit = (LIMIT * operation.op_range).clamp(LIMITS.0, LIMITS.1);
     let class = match () {
-        () if silent => VerdictClass::DoesNotRespond,
-        () if probability >= SURE && explains(sticking, weighed.sticks) => VerdictClass::Sticks,
+        () if silent && !by_position || still => VerdictClass::DoesNotRespond,
+        () if probability >= SURE && explains(sticking) => VerdictClass::Sticks,
         () if probability < 0.5
             && weighed.elsewhere < 0.1
             && weighed.silent < 1.0 - SURE
@@ -401,7 +443,7 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
         to_s: 0.0,
         stops: 0,
         position: None,
-        by_position: false,
+        by_position,
         steps: vec![],
         reasons: vec![],
         advice: None,
@@ -409,27 +451,31 @@ fn conclude(weighed: &Weighed, operation: &Operation, spells: &[Manual]) -> Test
     }
 }
 
-/// Whether the PV goes with a valve that sticks, in turns that it follows: in two at least, or quite in one.
-fn explains(seen: Seen, by_test: f64) -> bool {
-    let often = seen.clear >= CLEAR && seen.fits > FITS && seen.strength > STRONG;
-    let once = seen.clear == 1 && seen.fits > FITS_ONCE && seen.strength > STRONG_ONCE;
-    often || once && by_test >= SURE_ONCE
+/// Whether the PV goes with a valve that sticks, in more than one turn that it follows.
+fn explains(seen: Seen) -> bool {
+    seen.clear >= CLEAR && seen.fits > FITS && seen.strength > STRONG
 }
 
 /// By this the interval of S is wider than what the likelihoods say.
 const WIDER: f64 = 1.06;
 
 fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed) -> Vec<Step> {
+    let answered =
+        |turn: f64, answer: f64, error: f64| weighed.sign * turn.signum() * answer > SEEN * error;
     let mut all = vec![];
     for (s, (times, manual)) in spells.iter().enumerate() {
         for (i, (at_s, (_, op))) in times.iter().zip(&manual.turns).enumerate() {
             let seen = weighed.turns.iter().find(|(of, turn, ..)| (*of, *turn) == (s, i));
+            let turn = (i > 0).then(|| op - manual.turns[i - 1].1);
             all.push(Step {
                 at_s: *at_s,
                 op: *op,
-                travel: (i > 0).then(|| (op - manual.turns[i - 1].1).abs()),
+                travel: turn.map(f64::abs),
                 answer: seen.map(|(_, _, answer, _)| *answer),
                 error: seen.map(|(_, _, _, error)| *error),
+                answered: turn
+                    .zip(seen)
+                    .is_some_and(|(turn, (_, _, answer, error))| answered(turn, *answer, *error)),
             });
         }
     }
@@ -439,16 +485,16 @@ fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed) -> Vec<Step> {
 fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
     let turns: Vec<&Step> = reading.steps.iter().filter(|step| step.travel.is_some()).collect();
     let seen: Vec<f64> =
-        turns.iter().filter(|step| step.seen()).filter_map(|step| step.travel).collect();
+        turns.iter().filter(|step| step.answered).filter_map(|step| step.travel).collect();
     let unseen: Vec<f64> =
-        turns.iter().filter(|step| !step.seen()).filter_map(|step| step.travel).collect();
+        turns.iter().filter(|step| !step.answered).filter_map(|step| step.travel).collect();
     let mut all = vec![format!(
         "the OP was turned {} times in {}, by {} to {} %; the {} answered {} of these turns",
         reading.steps.len(),
         time(reading.to_s - reading.from_s),
         rough(min(&turns.iter().filter_map(|step| step.travel).collect::<Vec<_>>())),
         rough(max(&turns.iter().filter_map(|step| step.travel).collect::<Vec<_>>())),
-        who(reading.by_position),
+        reading.who(),
         seen.len(),
     )];
     if !seen.is_empty() {
@@ -469,13 +515,15 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
         VerdictClass::DoesNotStick => all.extend(reading.s_below.map(|limit| {
             format!(
                 "the {} went as far as a valve with S below {} % would move it",
-                who(reading.by_position),
+                reading.who(),
                 rough(limit)
             )
         })),
         VerdictClass::DoesNotRespond => all.push(
             match reading.by_position {
-                true => "the stem did not go with the OP at all".to_owned(),
+                true => {
+                    "the stem did not go with the OP at all, unless its position is measured wrongly".to_owned()
+                }
                 false => {
                     "the PV did not go with the OP at all, although it moved in operation".to_owned()
                 }
@@ -506,7 +554,7 @@ fn advice(reading: &TestReading) -> Option<String> {
         return None;
     }
     let turns = reading.steps.iter().filter(|step| step.travel.is_some());
-    let (seen, unseen): (Vec<&Step>, Vec<&Step>) = turns.partition(|step| step.seen());
+    let (seen, unseen): (Vec<&Step>, Vec<&Step>) = turns.partition(|step| step.answered);
     let advice = match () {
         () if reading.dead_band_elsewhere > 0.3 => {
             "Watch the stem during the test, or record its position: a stem that follows points to the transmitter or the \
@@ -520,8 +568,8 @@ fn advice(reading: &TestReading) -> Option<String> {
             "All turns were answered. Repeat the test with smaller turns, down to those that the PV does not answer."
         }
         () => {
-            "Repeat the test at a calmer time: the PV moved by itself about as far as with the turns. Make more turns of \
-             the sizes that were answered, and hold them longer."
+            "Repeat the test at a calmer time, for what answered moved by itself about as far as with the turns. Make more \
+             turns of the sizes that were answered, and hold them longer."
         }
     };
     Some(advice.to_owned())
@@ -604,6 +652,16 @@ mod tests {
         assert!(reading.reasons.iter().any(|r| r.starts_with("the dead band of the stem is")));
         let free = read(&with_position(0.0, 0.0), &asked()).unwrap();
         assert_eq!(free.class, VerdictClass::DoesNotStick, "{free:?}");
+        // A stem that stands still does not respond, and a position of one value gives way to the PV.
+        let mut noise = NormalStream::new(4);
+        let mut still = with_position(2.0, 0.8);
+        still.vp.as_mut().unwrap().values.iter_mut().for_each(|v| *v = 50.0 + 0.02 * noise.draw());
+        assert_eq!(read(&still, &asked()).unwrap().class, VerdictClass::DoesNotRespond);
+        let mut failed = tested(3.0, 1.5, false, 7);
+        let n = failed.op.time.len();
+        failed.vp = Some(Channel::new("VP", failed.op.time.clone(), vec![50.0; n]).unwrap());
+        let by_pv = read(&failed, &asked()).unwrap();
+        assert_eq!((by_pv.class, by_pv.by_position), (VerdictClass::Sticks, false));
         // Without a PV, too.
         let alone = Recording { pv: None, ..with_position(2.0, 0.8) };
         assert_eq!(read(&alone, &asked()).unwrap().class, VerdictClass::Sticks);
@@ -633,6 +691,15 @@ mod tests {
             let reading = read(&tested(0.0, 0.0, integrates, 3), &asked()).unwrap();
             assert_eq!(reading.class, VerdictClass::DoesNotStick, "{reading:?}");
             assert!(reading.s_below.unwrap() < 2.0 && reading.s.is_none());
+        }
+    }
+
+    #[test]
+    fn what_goes_against_a_turn_is_no_answer() {
+        let reading = read(&tested(3.0, 1.5, false, 7), &asked()).unwrap();
+        let moved = |two: &[Step]| two[1].answer.unwrap() * (two[1].op - two[0].op);
+        for two in reading.steps.windows(2).filter(|two| two[1].answered) {
+            assert!(moved(two) > 0.0, "{two:?}");
         }
     }
 

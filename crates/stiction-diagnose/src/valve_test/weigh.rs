@@ -97,6 +97,8 @@ pub(super) struct Weighed {
     pub log: f64,
     /// How far the PV went with each turn: spell, turn, PV units at the end of its hold, standard deviation.
     pub turns: Vec<(usize, usize, f64, f64)>,
+    /// Of the gain.
+    pub sign: f64,
     /// The likeliest process, and how many samples one of its samples is.
     pub response: (Process, usize),
 }
@@ -239,6 +241,7 @@ pub(super) fn weigh(
         bands,
         log: most - 0.5 * least / variance,
         turns: first.turns(of_first, &looked.spells, &looked.indices),
+        sign,
         response: (first.process, looked.factor),
     })
 }

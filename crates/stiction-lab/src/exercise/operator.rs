@@ -50,7 +50,7 @@ pub(super) fn carry_out(run: Run, plan: &TestPlan) -> Answer<(Run, Vec<Hand>)> {
             break;
         }
         // What looked like answers was the load.
-        from = at + 2;
+        from = at + plan.each;
     }
     operator.set(None);
     let end = operator.run.time_s() + AFTER_S;
@@ -95,20 +95,22 @@ impl Operator<'_> {
         Ok(all)
     }
 
-    /// Part 1, from this turn of the plan on: that at which the PV goes to and fro with four turns, and how long the
+    /// Part 1, from this turn of the plan on: that at which the PV goes to and fro with all turns, and how long the
     /// slowest answer took, s.
     fn grow(&mut self, from: usize) -> Answer<Option<(usize, f64)>> {
-        for at in (from..self.plan.grow.len()).step_by(2) {
-            let two = &self.plan.grow[at..];
-            let (size, hold_s) = (2.0 * two[0].op.abs(), two[0].hold_s);
-            let mut held = self.turns(2, size, hold_s)?;
-            if held.len() < 2 || !held.iter().all(|turn| turn.answered) {
+        let each = self.plan.each;
+        for at in (from..self.plan.grow.len()).step_by(each) {
+            let first = self.plan.grow[at];
+            let (size, hold_s) = (2.0 * first.op.abs(), first.hold_s);
+            let mut held = self.turns(each, size, hold_s)?;
+            if held.len() < each || !held.iter().all(|turn| turn.answered) {
                 continue;
             }
-            held.extend(self.turns(2, size, hold_s)?);
+            held.extend(self.turns(each, size, hold_s)?);
             let answers = held.iter().filter(|turn| turn.answered).map(|turn| turn.time_s);
             let soon_s = answers.clone().fold(0.0, f64::max);
-            if held.len() == 4 && held.iter().all(|turn| turn.went_along) && answers.count() >= 3 {
+            let all = held.len() == 2 * each && held.iter().all(|turn| turn.went_along);
+            if all && answers.count() > each {
                 return Ok(Some((at, soon_s)));
             }
         }
@@ -119,7 +121,7 @@ impl Operator<'_> {
     fn shrink(&mut self, from: f64, soon_s: f64) -> Answer<usize> {
         let (mut size, mut silent, mut seen) = (self.plan.shrink_by * from, 0, 0);
         while silent < self.plan.ends_after && size > SMALLEST {
-            let held = self.turns(2, size, 2.0 * soon_s)?;
+            let held = self.turns(self.plan.each, size, 2.0 * soon_s)?;
             if held.is_empty() {
                 break;
             }

@@ -124,7 +124,7 @@ columns! {
     "override" [""] overruled: Option<VerdictClass>;
     /// Why, by whom and until when.
     "override_reason" [""] override_reason: Option<String>;
-    /// What the last test of the valve says that counts in the week.
+    /// What the last test of the valve says that counts in the week, of those that settle it if there is one.
     "test" [""] test: Option<VerdictClass>;
     /// The day on which that test ended.
     "test_day" [""] test_day: Option<String>;

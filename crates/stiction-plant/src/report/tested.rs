@@ -1,7 +1,7 @@
 //! The last test of a valve, as its windows hold it, and for how long it counts.
 //!
 //! A test counts in the week in which it ends and in the four weeks after, but not beyond a repair: it was of another
-//! valve then. What a person concluded goes before it, and it goes before the verdict on operation.
+//! valve then. One that settles nothing does not replace one that does. What a person concluded goes before it, and it goes before the verdict on operation.
 
 use crate::day;
 use crate::store::window::WindowRow;
@@ -38,7 +38,7 @@ impl LastTest {
         zone: &Zone,
     ) -> Option<Self> {
         let counts = |day: i64| day >= first - COUNTS && repaired.is_none_or(|r| day > r);
-        windows.iter().rev().find_map(|row| {
+        let all = windows.iter().rev().filter_map(|row| {
             let class = VerdictClass::by_name(row.test.as_deref()?).ok()?;
             let day = day::of(row.test_to? as f64, zone);
             counts(day).then(|| Self {
@@ -49,7 +49,11 @@ impl LastTest {
                 s_high: row.test_s_high,
                 s_below: row.test_s_below,
             })
-        })
+        });
+        // One that does not settle it takes nothing from one before that does.
+        let all: Vec<Self> = all.collect();
+        let settled = all.iter().find(|test| test.class != VerdictClass::CannotTell);
+        settled.or(all.first()).cloned()
     }
 }
 
@@ -93,6 +97,10 @@ mod tests {
         assert_eq!((found.class, &*found.day), (VerdictClass::DoesNotStick, "1970-04-16"));
         assert!(last(&all, 133, None).is_some() && last(&all, 134, None).is_none());
         assert!(last(&all, 105, Some(104)).is_some() && last(&all, 105, Some(105)).is_none());
+        let unsettled = row(106, "cannot tell");
+        let found = last(&[&old, &new, &unsettled], 105, None).unwrap();
+        assert_eq!(found.class, VerdictClass::DoesNotStick);
+        assert_eq!(last(&[&unsettled], 105, None).unwrap().class, VerdictClass::CannotTell);
         assert_eq!(last(&all[..1], 105, None).unwrap().class, VerdictClass::Sticks);
         assert_eq!(s_in_words(None, None, None, Some(0.6)), "S below 0.6 %");
         assert_eq!(s_in_words(Some(3.2), Some(3.0), Some(3.5), None), "S 3.2 % (3 to 3.5)");
