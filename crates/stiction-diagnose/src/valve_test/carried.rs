@@ -438,7 +438,7 @@ mod tests {
         for part in [
             "left out: 0.64, 1 %",
             "not in the plan: 0.8 %",
-            "Only one turn was made of these sizes: 0.8 %",
+            "Fewer than 2 turns were made of these sizes: 0.8 %",
             "2 turns of part 1 ended before the planned hold",
             "Part 2 ended after 1 size without an answer; the plan asks for 3.",
             "The PV was outside the limits of the plan (-5.0 to 1.0 m3/h) for ",
