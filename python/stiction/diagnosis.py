@@ -497,8 +497,8 @@ def _first_step(diagnosis: Diagnosis) -> str:
         return diagnosis.relation.remedy
     if diagnosis.few_slips is not None:
         return diagnosis.few_slips.words
-    if verdict.confirm is not None and verdict.confirm.instructions:
-        return verdict.confirm.instructions[0]
+    if verdict.confirm is not None:
+        return f"Test the valve: {verdict.confirm.summary}."
     if diagnosis.no_response is not None and diagnosis.no_response.faults:
         return diagnosis.no_response.faults[0].told_by
     if not verdict.alternatives or verdict.alternatives[0].cause == "normal operation":

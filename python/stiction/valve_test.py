@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from stiction import _core
 from stiction._arguments import instance, number
-from stiction._document import Estimate
+from stiction._document import Estimate, TestPlan, Turn
 from stiction._result import Result, about, result, result_of
 from stiction.recordings import RecordingLike, _checked
 
@@ -20,44 +20,15 @@ __all__ = [
     "CarriedSize",
     "Comparison",
     "Difference",
-    "Plan",
     "PositionReading",
     "Reading",
     "Step",
+    "TestPlan",
     "Turn",
     "compare",
     "plan",
     "read",
 ]
-
-
-@result
-class Turn(Result):
-    """A turn of the OP."""
-
-    op: float = about("Where the OP goes, percent of span from where it was before the test.")
-    hold_s: float = about("How long it is held at most, s.")
-
-
-@result
-class Plan(Result):
-    """A test of a valve, sized for its loop."""
-
-    name: str = about("Tag of the loop.")
-    pv_unit: str | None = about("Unit of the PV, where it is known.")
-    each: int = about("Turns of each size.")
-    grow: list[Turn] = about("The turns of the first part, in order, until the PV answers.")
-    shrink_by: float = about("By this each size of the second part is smaller than the last.")
-    ends_after: int = about("The second part ends after so many sizes in a row that the PV does not answer.")
-    answer: float = about("How far the PV goes with a turn until it has answered, in its units.")
-    rises: bool | None = about("Whether the PV rises when the OP rises; None if the recording does not show it.")
-    pv_low: float = about("The PV below which the controller is put back in automatic, in its units.")
-    pv_high: float = about("The PV above which it is.")
-    op_low: float = about("The lowest OP, percent.")
-    op_high: float = about("The highest OP, percent.")
-    record_every_s: float = about("A sample of OP and PV is wanted at least this often, s, without compression.")
-    total_s: float = about("The longest that the first part takes, s.")
-    instructions: list[str] = about("What to do, in sentences, in order.")
 
 
 @result
@@ -189,7 +160,7 @@ def plan(
     done: Iterable[tuple[float, float | None]] | None = None,
     rises: bool | None = None,
     pv_allowed: tuple[float, float] | None = None,
-) -> Plan:
+) -> TestPlan:
     """Size a test for a loop from a recording of its operation.
 
     Where the recording holds a test that cannot tell, the plan is of the next test. It begins where the PV answered, and
@@ -208,7 +179,7 @@ def plan(
 
     Returns
     -------
-    Plan
+    TestPlan
 
     Raises
     ------
@@ -225,7 +196,7 @@ def plan(
     """
     allowed = None if pv_allowed is None else (number("pv_allowed", pv_allowed[0]), number("pv_allowed", pv_allowed[1]))
     known = None if rises is None else bool(instance("rises", rises, bool))
-    return result_of(Plan, _core.test_planned(_checked(recording), _sets("done", done), known, allowed))
+    return result_of(TestPlan, _core.test_planned(_checked(recording), _sets("done", done), known, allowed))
 
 
 def read(

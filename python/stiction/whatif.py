@@ -8,14 +8,15 @@ from typing import Any
 from stiction import _core
 from stiction._arguments import callback, optional
 from stiction._core import Table
-from stiction._result import Result, about, result
+from stiction._document import TestPlan
+from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
 from stiction.closed_loop import ScenarioLike
 from stiction.closed_loop import scenario as _scenario
 from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
 from stiction.cycles import Cycle, Retuning, _retuning
 
-__all__ = ["Action", "ManualTest", "WhatIf", "what_if"]
+__all__ = ["Action", "WhatIf", "what_if"]
 
 
 @result
@@ -36,25 +37,6 @@ class Action(Result):
 
 
 @result
-class ManualTest(Result):
-    """The test with the controller in manual that confirms a sticking valve."""
-
-    kind: str = about(
-        "How it is carried out.",
-        kind='{"steps in manual", "pulses in manual", "set-point bumps in automatic", "none in operation"}',
-    )
-    step: float = about("Height of a step of the OP, percent of span.")
-    steps: int = about("Steps in one direction.")
-    direction: str = about('``"up"`` or ``"down"``: where to go first.')
-    wait_s: float = about("How long to wait after each step, pulse or bump, s.")
-    total_s: float = about("How long all of it takes, s; 0 where there is no test in operation.")
-    pv_change: float | None = about("By how much the PV answers a step that the valve follows, in its units.")
-    pv_low: float | None = about("The PV below which the test is stopped, in its units; None without a PV.")
-    pv_high: float | None = about("The PV above which it is stopped.")
-    instructions: list[str] = about("What to do, in sentences.")
-
-
-@result
 class WhatIf(Result):
     """Everything that could be done, ranked, and what is recommended."""
 
@@ -62,7 +44,7 @@ class WhatIf(Result):
     interim: str | None = about("The action that is recommended until the valve is repaired, if one is.")
     recommendation: list[str] = about("What to do, in sentences.")
     assumptions: list[str] = about("What this rests on, in sentences.")
-    manual_test: ManualTest | None = about("The test that confirms it first; None for a valve without friction.")
+    manual_test: TestPlan | None = about("The test that confirms it first; None for a valve without friction, and where none can be planned.")
     retuning: Retuning | None = about("What retuning does and costs.")
     no_retuning: str | None = about("Why there is no other tuning.")
     protocol: Protocol = about("What the actions went through.")
@@ -158,7 +140,7 @@ def what_if(
                 Action(**{**_row_parts(row), "cycle": None if row["cycle"] is None else Cycle(**row["cycle"])})
                 for row in found["rows"]
             ],
-            "manual_test": None if test is None else ManualTest(**test),
+            "manual_test": None if test is None else result_of(TestPlan, test),
             "retuning": None if retuning is None else _retuning(retuning),
             "protocol": Protocol(**found["protocol"]),
         }

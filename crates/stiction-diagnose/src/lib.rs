@@ -74,7 +74,6 @@ stiction_model::written_by_name!(
     diagnose::RepairOutcome,
     diagnose::Ruling,
     diagnose::Silence,
-    diagnose::TestKind,
     diagnose::VerdictClass,
     evidence::Line,
     identify::controller::Structure,

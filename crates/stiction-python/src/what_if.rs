@@ -2,14 +2,13 @@
 
 use crate::closed_loop::Scenario;
 use crate::compensate::{methods_of, protocol_dict, row_dict};
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::limit_cycle::{cycle_dict, retuning_dict};
 use crate::long::long;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stiction::Bands;
-use stiction::diagnose::ConfirmingTest;
 use stiction::what_if::{self, Prediction, Row, WhatIfOptions};
 
 /// Everything that could be done, ranked.
@@ -51,7 +50,7 @@ fn what_if_loop<'py>(
         "interim": found.interim().map(|row| row.action.name()),
         "recommendation": &found.recommendation,
         "assumptions": &found.assumptions,
-        "manual_test": found.confirm.as_ref().map(|test| test_dict(py, test)).transpose()?,
+        "manual_test": found.confirm.as_ref().map(|plan| plain(py, plan)).transpose()?,
         "retuning": retuning,
         "no_retuning": found.retuning.as_ref().err(),
         "protocol": protocol_dict(py, &options.protocol)?,
@@ -70,21 +69,6 @@ fn action_dict<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> 
     dict.set_item("reason", reason)?;
     dict.set_item("cycle", row.cycle.cycle().map(|cycle| cycle_dict(py, cycle)).transpose()?)?;
     Ok(dict)
-}
-
-fn test_dict<'py>(py: Python<'py>, test: &ConfirmingTest) -> PyResult<Bound<'py, PyDict>> {
-    Ok(dict!(py,
-        "kind": test.kind.name(),
-        "step": test.step,
-        "steps": test.steps,
-        "direction": if test.up_first { "up" } else { "down" },
-        "wait_s": test.wait_s,
-        "total_s": test.total_s,
-        "pv_change": test.pv_change,
-        "pv_low": test.pv_low,
-        "pv_high": test.pv_high,
-        "instructions": &test.instructions,
-    ))
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {

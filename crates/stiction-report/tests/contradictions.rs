@@ -74,7 +74,7 @@ fn of_population(loops: std::ops::Range<u64>) -> impl ParallelIterator<Item = Pa
 /// What a page may not say, and of which pages it is asked: a name, and what is wrong with a page, if anything is.
 type Rule = (&'static str, fn(&Page) -> Option<String>);
 
-const RULES: [Rule; 13] = [
+const RULES: [Rule; 14] = [
     ("slips of the pen", |page| {
         const NEVER: [&str; 10] = [
             "unknown share",
@@ -192,21 +192,20 @@ const RULES: [Rule; 13] = [
     }),
     ("the test is one test", |page| {
         let test = page.diagnosis.verdict.confirm.as_ref()?;
-        let total = spoken::time(test.total_s);
-        page.find(|text| text.contains("All of it takes about") && !text.contains(&total))
+        let (whole, limits) = (spoken::time(test.total_s), range(test.pv_low, test.pv_high));
+        page.find(|text| text.starts_with("Test the valve:") && !text.contains(&test.summary))
             .or_else(|| {
-                page.find(|text| {
-                    text.starts_with("Test the valve:")
-                        && text.contains("in all")
-                        && !text.contains(&total)
-                })
+                page.find(|text| text.contains("Part 1 takes at most") && !text.contains(&whole))
             })
             .or_else(|| {
                 page.find(|text| {
-                    text.contains("back to automatic if the PV leaves")
-                        && !text.contains(&range(test.pv_low.unwrap(), test.pv_high.unwrap()))
+                    text.contains("in automatic if the PV leaves") && !text.contains(&limits)
                 })
             })
+    }),
+    ("a test that cannot be made is not asked for", |page| {
+        page.diagnosis.verdict.no_test.as_ref()?;
+        page.starts("Test the valve:").then(|| "a test, and none can be planned".to_owned())
     }),
     ("a missing length is one length", |page| {
         let few = page.diagnosis.few_slips.as_ref()?;

@@ -4,9 +4,9 @@ use crate::html;
 
 use html::well_formed;
 use stiction_diagnose::diagnose::{
-    Alternative, Basis, Cause, ConfirmingTest, Definition, DiagnoseOptions, Diagnosis, Estimate,
-    FewSlips, Grade, Limit, Observation, Override, Stiction, TestKind, Verdict, VerdictClass,
-    Votes, Window, combine, diagnose, repair,
+    Alternative, Basis, Cause, Definition, DiagnoseOptions, Diagnosis, Estimate, FewSlips, Grade,
+    Limit, Observation, Override, Stiction, Verdict, VerdictClass, Votes, Window, combine,
+    diagnose, repair,
 };
 use stiction_diagnose::recording::PlantTime;
 use stiction_diagnose::recording::Recording;
@@ -58,22 +58,7 @@ fn full() -> Diagnosis {
                     .to_owned(),
             },
         ],
-        confirm: Some(ConfirmingTest {
-            kind: TestKind::Steps,
-            total_s: 640.0,
-            pv_low: Some(40.0),
-            pv_high: Some(60.0),
-            step: 0.8,
-            steps: 8,
-            up_first: true,
-            wait_s: 40.0,
-            pv_change: Some(1.23),
-            instructions: vec![
-                "put the controller in manual".to_owned(),
-                "raise the OP by 0.8 % eight times, 40 s apart".to_owned(),
-                "a valve that sticks does not move for the first steps".to_owned(),
-            ],
-        }),
+        confirm: diagnosis.verdict.confirm,
         ..verdict(VerdictClass::Sticks, Basis::Evidence, Some(0.931))
     };
     diagnosis.stiction = Stiction {
@@ -220,7 +205,7 @@ fn a_report_tells_all_that_a_model_can_say() {
         "external oscillation",
         "The test",
         "<ol>",
-        "Put the controller in manual.",
+        "Put the controller in manual. Note OP (u0) and PV.",
         "The turns of part 1, from u0.",
         "Over time",
         "The numbers of all 6 windows",
@@ -247,7 +232,7 @@ fn the_document_carries_all_of_it() {
     assert_eq!(found["verdict"]["class"], "sticks", "the computed verdict is not replaced");
     assert_eq!(found["verdict"]["override"]["verdict"], "does not stick");
     assert_eq!(found["verdict"]["alternatives"][0]["cause"], "external oscillation");
-    assert_eq!(found["verdict"]["confirm"]["steps"], 8);
+    assert_eq!(found["verdict"]["confirm"]["each"], 2);
     assert_eq!(found["verdict"]["contradictions"][0], "the period is that of LIC104");
     assert_eq!(found["stiction"]["S"]["low"], 3.41);
     assert_eq!(found["stiction"]["coverage"], 0.9);

@@ -5,7 +5,7 @@ use crate::output::{Sheet, name};
 use crate::text::{coloured, columns, number, wrapped};
 use anyhow::Result;
 use std::fmt::Write;
-use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, TestKind, VerdictClass, Votes};
+use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, VerdictClass, Votes};
 use stiction::finding::{Decision, Finding};
 use stiction::recording::fitness::Class;
 use stiction::spoken;
@@ -141,29 +141,15 @@ fn weighed(diagnosis: &Diagnosis) -> String {
     if !others.is_empty() {
         out += &field("or else", &others.join(", "));
     }
-    if let Some(test) = &verdict.confirm {
-        let change = test.pv_change.map_or(String::new(), |change| {
-            let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
-            format!("; the PV should change by {} {unit} with each", words::rough(change))
-        });
-        let way = if test.up_first { "up" } else { "down" };
-        let (steps, step) = (test.steps, words::rough(test.step));
-        let (apart, total) = (spoken::time(test.wait_s), spoken::time(test.total_s));
-        let test = match test.kind {
-            TestKind::Steps => format!(
-                "in manual, {steps} steps of {step} % {way} and back, {apart} apart, {total} in all{change}"
-            ),
-            TestKind::Pulses => format!(
-                "in manual, {steps} pulses {way} and back, each {step} % higher, {apart} at most, {total} in all"
-            ),
-            TestKind::SetPointBumps => {
-                format!(
-                    "in automatic, bumps of the set point {way} and back, {apart} apart, {total} in all"
-                )
-            }
-            TestKind::NoneInOperation => test.instructions.join(" "),
-        };
-        out += &field("confirm", &test);
+    match (&verdict.confirm, &verdict.no_test) {
+        (Some(plan), _) => {
+            out += &field(
+                "confirm",
+                &format!("{}; stiction test plan prints the sheet", plan.summary),
+            );
+        }
+        (None, Some(why)) => out += &field("confirm", &format!("No test can be planned: {why}.")),
+        (None, None) => {}
     }
     if let Some(advice) = words::what_would_answer(diagnosis) {
         out += &field("needed", &advice);
@@ -379,10 +365,9 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::diagnose::{
-        Alternative, Cause, ConfirmingTest, DiagnoseOptions, Override, TestKind, Verdict, diagnose,
-    };
+    use stiction::diagnose::{Alternative, Cause, DiagnoseOptions, Override, Verdict, diagnose};
     use stiction::recording::Recording;
+    use stiction::valve_test::{PlanOptions, plan};
     use stiction_report::document::Source;
     use stiction_report::report;
 
@@ -390,7 +375,7 @@ mod tests {
     type Seen = Result<&'static str, &'static str>;
 
     /// By what a field of the verdict is seen, in the text on one loop and on the page.
-    const SHOWN: [(&str, Seen, Seen); 11] = [
+    const SHOWN: [(&str, Seen, Seen); 12] = [
         ("class", Err("is what the grade says where it decides"), Err("is so, too")),
         ("grade", Ok("DOES NOT RESPOND"), Ok("does not respond")),
         ("probability", Err("is in the words, where it means something"), Ok("that it sticks")),
@@ -400,7 +385,8 @@ mod tests {
         ("reasons", Ok("because - spoken for"), Ok("Spoken for.")),
         ("contradictions", Ok("but - spoken against"), Ok("Spoken against.")),
         ("alternatives", Ok("or else saturation"), Ok("Looks saturated.")),
-        ("confirm", Ok("confirm in manual, 8 steps"), Ok("Put the controller in manual.")),
+        ("confirm", Ok("confirm in manual, turns of the OP"), Ok("Put the controller in manual.")),
+        ("no_test", Err("stands in the place of a test"), Err("the same")),
         ("override", Ok("override Overruled by a person"), Ok("Overruled by a person")),
     ];
 
@@ -417,18 +403,6 @@ mod tests {
                 likelihood: 0.2,
                 because: "looks saturated".to_owned(),
             }],
-            confirm: Some(ConfirmingTest {
-                kind: TestKind::Steps,
-                total_s: 640.0,
-                pv_low: None,
-                pv_high: None,
-                step: 0.8,
-                steps: 8,
-                up_first: true,
-                wait_s: 40.0,
-                pv_change: None,
-                instructions: vec!["put the controller in manual".to_owned()],
-            }),
             overruled: Some(Override {
                 verdict: VerdictClass::Sticks,
                 reason: "it was seen".to_owned(),
@@ -446,7 +420,8 @@ mod tests {
         let op: Vec<f64> = (0..300).map(|k| 50.0 + 2.0 * (f64::from(k) * 0.1).sin()).collect();
         let recording = Recording::regular("FIC101", 1.0, &op, Some(&op), None).unwrap();
         let mut diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
-        (diagnosis.relation, diagnosis.verdict) = (None, verdict());
+        let confirm = plan(&diagnosis, &PlanOptions::default()).ok();
+        (diagnosis.relation, diagnosis.verdict) = (None, Verdict { confirm, ..verdict() });
         let found = serde_json::to_value(&diagnosis.verdict).unwrap();
         let fields: Vec<&String> = found.as_object().unwrap().keys().collect();
         assert_eq!(

@@ -23,7 +23,7 @@ valve repaired          0.061  0.061   0.068      1.95       0.684      229  8.7
         "- Repair the valve: that removes the cause.",
         "- Until then, leave the loop as it is: something speaks against every tuning",
         "\nThe test in manual that confirms it first\n",
-        "- Move the output up in 6 steps of 1.5 %, waiting 20 s after each.",
+        "- Part 1. Move the OP up to u0 + 0.2 %. The PV rises when the OP rises.",
         "\nWhat this rests on\n- The valve is two-phase with S = 5 % and J = 3 %",
     ] {
         assert!(out.contains(part), "{part}: {out}");
@@ -77,8 +77,8 @@ fn the_papers_loop_as_json_and_csv() {
     let now = actions.iter().find(|action| action["action"] == "as it is").expect("it");
     assert_near(&now["cycle"]["period_s"], 18.04367, 1e-5);
     assert_near(&now["cycle"]["half_pp"]["op"], 3.108014, 1e-6);
-    assert_near(&json["confirm"]["step"], 1.5, 0.0);
-    assert_eq!(json["confirm"]["direction"], "up");
+    assert_near(&json["confirm"]["grow"][0]["op"], 0.2, 0.0);
+    assert_eq!(json["confirm"]["rises"], true);
 
     let csv = run(&folder, &paper("what-if", &["--csv", "-"])).quiet_success();
     assert_eq!(rows(&csv).1.len(), 13 * 6);

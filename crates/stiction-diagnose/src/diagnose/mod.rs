@@ -9,7 +9,6 @@ mod belonging;
 pub mod by_evidence;
 mod combining;
 mod conclude;
-mod confirm;
 mod definitions;
 mod diagnosis;
 mod display;
@@ -34,7 +33,6 @@ mod window;
 pub use crate::fusion::{Cause, Estimate};
 pub use by_evidence::{LARGEST_LIMIT, Ruling, Signs, thresholds};
 pub use conclude::{FEWEST_VOTES, MIMICS, preliminary};
-pub use confirm::confirming_test;
 pub use diagnosis::{Diagnosis, Judged};
 pub use few_slips::{FewSlips, few_slips};
 pub use grade::{PROBABLY_FINE_UP_TO, PROBABLY_FROM};
@@ -48,8 +46,8 @@ pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
 pub use steps::{Detectors, DiagnoseOptions, diagnose, fitness, subject};
 pub use verdict::{
-    Alternative, Basis, ConfirmingTest, DEAD_ZONE_BELOW, Definition, Grade, HARMLESS, Limit,
-    Override, Stiction, TestKind, Verdict, VerdictClass, Votes,
+    Alternative, Basis, DEAD_ZONE_BELOW, Definition, Grade, HARMLESS, Limit, Override, Stiction,
+    Verdict, VerdictClass, Votes,
 };
 pub use weighing::{WIDEST, WIDEST_J, Weighing};
 pub use window::Window;

@@ -3,7 +3,6 @@
 use super::belonging::Belonging;
 use super::by_evidence::Ruling;
 use super::conclude::conclude;
-use super::confirm::confirming_test;
 use super::definitions::definitions;
 use super::diagnosis::{Diagnosis, Judged, silent};
 use super::few_slips::{FewSlips, few_slips};
@@ -22,6 +21,7 @@ use crate::methods::{self, Detector, MethodId, Subject};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{ByHand, Grid, GridOptions, LoopType, Recording, Segment};
 use crate::spoken::time;
+use crate::valve_test::{self, PlanOptions};
 
 /// What may be told about a loop before it is diagnosed.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -147,6 +147,7 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
         Some(mistake) => not_known(mistake),
         None => how_much(by_position.as_ref(), weighing.as_ref(), &verdict, op_only),
     };
+    let mut test_due = false;
     if let Some(subject) = &subject {
         // A number with its interval says more than a limit.
         verdict.s_below = verdict.s_below.filter(|_| stiction.s.is_none());
@@ -154,11 +155,8 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
         let answers =
             mistaken.is_none() && (by_position.is_some() || fitness.class != Class::Unfit);
         if verdict.class != VerdictClass::DoesNotStick && answers {
-            let limit = by_position.as_ref().and_then(|said| said.s_limit);
-            let weighed = weighed.map(|weighing| weighing.s.value);
-            let s = stiction.s.map(|s| s.value).or(limit).or(weighed);
             stiction.definitions = definitions(subject, &findings, stiction.s.map(|s| s.value));
-            verdict.confirm = confirming_test(subject, s);
+            test_due = verdict.basis != Basis::ValvePosition;
         }
     }
     if !options.evidence {
@@ -194,6 +192,12 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
         grid,
     };
     diagnosis.verdict.grade = Grade::of(&diagnosis);
+    if test_due {
+        match valve_test::plan(&diagnosis, &PlanOptions::default()) {
+            Ok(plan) => diagnosis.verdict.confirm = Some(plan),
+            Err(Abstention(why)) => diagnosis.verdict.no_test = Some(why),
+        }
+    }
     Ok(diagnosis)
 }
 

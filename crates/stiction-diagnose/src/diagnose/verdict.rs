@@ -6,6 +6,7 @@ use crate::finding::{Decides, Decision, Family, Finding};
 use crate::fusion::LIMIT;
 use crate::fusion::{Cause, Estimate};
 use crate::methods::Counts;
+use crate::valve_test::TestPlan;
 use std::fmt;
 
 /// What is concluded about a valve.
@@ -220,8 +221,11 @@ pub struct Verdict {
     pub contradictions: Vec<String>,
     /// What else it could be, the likeliest first.
     pub alternatives: Vec<Alternative>,
-    /// The manual test that would settle it; `None` if none can be sized.
-    pub confirm: Option<ConfirmingTest>,
+    /// The manual test that would settle it, as `stiction test plan` sizes it. `None` where none is needed, or where `no_test`
+    /// gives the reason.
+    pub confirm: Option<TestPlan>,
+    /// Why no test can be made where one is needed.
+    pub no_test: Option<String>,
     /// What a person concluded of this recording, if somebody did. It stands beside the rest, which is what was
     /// computed.
     #[cfg_attr(feature = "serde", serde(rename = "override"))]
@@ -266,58 +270,6 @@ pub struct Alternative {
     pub likelihood: f64,
     /// What the data show of it, and how to tell it apart: a sentence.
     pub because: String,
-}
-
-/// How a test is carried out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TestKind {
-    /// Steps of the output in manual, one way and back.
-    Steps,
-    /// Pulses of the output in manual, each higher than the last.
-    Pulses,
-    /// Bumps of the set point in automatic.
-    SetPointBumps,
-    /// There is none in normal operation.
-    NoneInOperation,
-}
-
-impl TestKind {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Steps => "steps in manual",
-            Self::Pulses => "pulses in manual",
-            Self::SetPointBumps => "set-point bumps in automatic",
-            Self::NoneInOperation => "none in operation",
-        }
-    }
-}
-
-/// A test with the controller in manual that settles whether the valve sticks, sized from the data.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct ConfirmingTest {
-    /// How it is carried out: `steps in manual`, `pulses in manual`, `set-point bumps in automatic` or
-    /// `none in operation`.
-    pub kind: TestKind,
-    /// Size of each step of the OP, percent of span.
-    pub step: f64,
-    /// How many steps in one direction before they turn.
-    pub steps: usize,
-    /// Whether the first steps go up.
-    pub up_first: bool,
-    /// How long to wait after each step, pulse or bump, s.
-    pub wait_s: f64,
-    /// How long all of it takes, s; 0 where there is no test in operation.
-    pub total_s: f64,
-    /// By how much the PV should change with one step if the valve follows, in its units, where the data tell.
-    pub pv_change: Option<f64>,
-    /// The PV below which the test is stopped, in its units; `None` without a PV.
-    pub pv_low: Option<f64>,
-    /// The PV above which it is stopped.
-    pub pv_high: Option<f64>,
-    /// What to do and what to look for, in sentences, in order.
-    pub instructions: Vec<String>,
 }
 
 /// How much a valve sticks.

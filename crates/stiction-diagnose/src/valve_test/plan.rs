@@ -87,6 +87,8 @@ pub struct TestPlan {
     pub record_every_s: f64,
     /// The longest that the first part takes, s.
     pub total_s: f64,
+    /// The test in a few words.
+    pub summary: String,
     /// What to do, in sentences, in order.
     pub instructions: Vec<String>,
 }
@@ -118,19 +120,48 @@ const PERIODS: f64 = 0.4;
 /// Where nothing is known of the loop's period: samples.
 const NO_PERIOD: f64 = 40.0;
 
+/// The longest that the first turn may have to be held, s. A slower loop cannot be tested within a shift.
+const LONGEST_HOLD: f64 = 1800.0;
+
 /// Plans the test of a loop that was diagnosed.
 ///
 /// # Errors
-/// If the recording has no segment in automatic, no PV, or an OP or PV that does not move.
+/// If the recording has no segment in automatic, no PV, or an OP or PV that does not move, or if the loop is too slow.
 pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Abstention> {
-    let refuse = |why: &str| Err(Abstention(why.to_owned()));
     let Some(segment) = diagnosis.grid.longest() else {
-        return refuse("there is no segment in automatic from which a test could be sized");
+        let why = "there is no segment in automatic from which a test could be sized";
+        return Err(Abstention(why.to_owned()));
     };
+    let likely = diagnosis.stiction.s.or(diagnosis.evidence.as_ref().map(|weighing| weighing.s));
+    let oscillation = diagnosis.oscillation();
+    let known = KnownLoop {
+        name: &diagnosis.name,
+        pv_unit: diagnosis.pv_unit.as_deref(),
+        segment,
+        largest_s: likely.map(|s| s.high),
+        period_s: oscillation.and_then(|(_, oscillation)| oscillation.period_s),
+    };
+    size(&known, options)
+}
+
+/// What a test is sized from.
+pub(crate) struct KnownLoop<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) pv_unit: Option<&'a str>,
+    /// The loop in automatic.
+    pub(crate) segment: &'a Segment,
+    /// The largest S that is likely, percent.
+    pub(crate) largest_s: Option<f64>,
+    /// The period of its oscillation, s.
+    pub(crate) period_s: Option<f64>,
+}
+
+/// Sizes the test of a loop; errors as [`plan()`].
+pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestPlan, Abstention> {
+    let refuse = |why: &str| Err(Abstention(why.to_owned()));
+    let segment = known.segment;
     let Some(pv) = segment.pv.as_deref() else {
-        return refuse(
-            "without a PV nobody sees what the valve does; record the PV or the position",
-        );
+        return refuse("the test needs a PV or a valve position that answers; record one of them");
     };
     let (op, dt) = (&segment.op, segment.sample_time);
     let travel = quantile(op, 0.95) - quantile(op, 0.05);
@@ -143,14 +174,18 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
         return refuse("the PV's lower limit is not below its upper one");
     }
     let noise = noise_std(pv).max(0.5 * quantum(pv)).max(1e-4 * span(pv));
-    let likely = diagnosis.stiction.s.map(|s| s.high);
-    let likely = likely.or(diagnosis.evidence.as_ref().map(|weighing| weighing.s.high));
-    let longest = likely.map_or(OVER_RANGE * travel, |s| OVER_S * s);
+    let longest = known.largest_s.map_or(OVER_RANGE * travel, |s| OVER_S * s);
     let longest = longest.clamp(LEAST_LONGEST, MOST_LONGEST);
     let room = (0.5 * span(pv)).max(16.0 * noise);
     let answer = (ANSWERED * noise).min(0.4 * room);
-    let period = diagnosis.oscillation().and_then(|(_, oscillation)| oscillation.period_s);
-    let hold_s = (PERIODS * period.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
+    let hold_s = (PERIODS * known.period_s.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
+    if hold_s > LONGEST_HOLD {
+        return refuse(&format!(
+            "the loop is too slow to be tested within a shift: each turn would last {} or longer. Record the valve position, \
+             or stroke the valve at the next stop",
+            time(hold_s)
+        ));
+    }
     let grow = grow(SHORTEST, longest, mean(op) < 50.0, hold_s, PATIENCE, EACH);
     // Within what is allowed the controller needs some room to bring the PV back.
     let [low, high] = options.pv_allowed.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
@@ -159,8 +194,8 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
         None => (min(pv) - 0.5 * room, max(pv) + 0.5 * room),
     };
     let mut plan = TestPlan {
-        name: diagnosis.name.clone(),
-        pv_unit: diagnosis.pv_unit.clone(),
+        name: known.name.to_owned(),
+        pv_unit: known.pv_unit.map(str::to_owned),
         each: EACH,
         shrink_by: SHRINK_BY,
         ends_after: ENDS_AFTER,
@@ -173,9 +208,10 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
         record_every_s: hold_s / SAMPLES,
         total_s: grow.iter().map(|turn| turn.hold_s).sum(),
         grow,
+        summary: String::new(),
         instructions: vec![],
     };
-    plan.instructions = instructions(&plan);
+    plan.word();
     Ok(plan)
 }
 
@@ -225,6 +261,18 @@ impl TestPlan {
         }
     }
 
+    /// Puts the plan into words.
+    fn word(&mut self) {
+        let size = |turn: &Turn| rough(2.0 * turn.op.abs());
+        self.summary = format!(
+            "in manual, turns of the OP to and fro, from {} to {} %, each held for {} or longer",
+            size(&self.grow[0]),
+            size(&self.grow[self.grow.len() - 1]),
+            time(self.grow[0].hold_s)
+        );
+        self.instructions = instructions(self);
+    }
+
     fn after(&self, last: Option<&TestReading>) -> Self {
         let of = |seen: bool| {
             let steps = last.iter().flat_map(|last| &last.steps);
@@ -244,7 +292,7 @@ impl TestPlan {
         let grow = grow(from, longest, first.op > 0.0, hold_s, patience, EACH_AGAIN);
         let total_s = grow.iter().map(|turn| turn.hold_s).sum();
         let mut next = Self { each: EACH_AGAIN, grow, total_s, ..self.clone() };
-        next.instructions = instructions(&next);
+        next.word();
         next
     }
 

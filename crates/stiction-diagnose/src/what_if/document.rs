@@ -2,7 +2,7 @@
 
 use super::{Prediction, Retuning, Row, WhatIf};
 use crate::compensate;
-use crate::diagnose::ConfirmingTest;
+use crate::valve_test::TestPlan;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -19,8 +19,8 @@ pub(super) struct WhatIfDocument {
     recommendation: Vec<String>,
     /// What this rests on, in sentences.
     assumptions: Vec<String>,
-    /// The test in manual that confirms it; null for a valve without friction.
-    confirm: Option<TestDocument>,
+    /// The test in manual that confirms it; null for a valve without friction, and where none can be made.
+    confirm: Option<TestPlan>,
 }
 
 /// What becomes of the loop by an action.
@@ -65,15 +65,6 @@ enum RetuningDocument {
     },
 }
 
-/// The confirming test.
-#[derive(Serialize, JsonSchema)]
-struct TestDocument {
-    /// Where the first steps go, `up` or `down`.
-    direction: &'static str,
-    #[serde(flatten)]
-    test: ConfirmingTest,
-}
-
 impl From<&WhatIf> for WhatIfDocument {
     fn from(found: &WhatIf) -> Self {
         let action = |(k, row): (usize, &Row)| RowDocument {
@@ -83,17 +74,13 @@ impl From<&WhatIf> for WhatIfDocument {
             against: row.against.clone(),
             cycle: row.cycle.clone(),
         };
-        let test = |test: &ConfirmingTest| TestDocument {
-            direction: if test.up_first { "up" } else { "down" },
-            test: test.clone(),
-        };
         Self {
             actions: found.rows.iter().enumerate().map(action).collect(),
             interim: found.interim().map(|row| row.action.name()),
             retuning: RetuningDocument::from(&found.retuning),
             recommendation: found.recommendation.clone(),
             assumptions: found.assumptions.clone(),
-            confirm: found.confirm.as_ref().map(test),
+            confirm: found.confirm.clone(),
         }
     }
 }

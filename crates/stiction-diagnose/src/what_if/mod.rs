@@ -55,15 +55,13 @@ use crate::closed_loop::{ClosedLoop, Controller};
 use crate::compensate::{
     self, CompensatorOutcome, Figures, Knowledge, Method, compare_with_progress,
 };
-use crate::diagnose::{ConfirmingTest, confirming_test};
 use crate::error::{Error, Result, non_negative};
 use crate::finding::Number;
 use crate::limit_cycle::tuning::{Retuning, TuningGrid, least_swing};
 use crate::limit_cycle::{self, ContinuousLoop, Cycle, FrequencyResponse, Stability, exact};
-use crate::methods::Subject;
-use crate::recording::{LoopType, Segment};
-use crate::spoken::set;
+use crate::recording::Segment;
 use crate::valve::Model;
+use crate::valve_test::{KnownLoop, PlanOptions, TestPlan, size};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Stem travel, as a multiple of that of the loop as it is, above which an action is not recommended.
@@ -285,8 +283,9 @@ pub struct WhatIf {
     pub recommendation: Vec<String>,
     /// What this rests on, in sentences.
     pub assumptions: Vec<String>,
-    /// The test in manual that confirms it before anything is done; `None` for a valve without friction.
-    pub confirm: Option<ConfirmingTest>,
+    /// The test in manual that confirms it before anything is done; `None` for a valve without friction, and where
+    /// none can be made.
+    pub confirm: Option<TestPlan>,
 }
 
 #[cfg(feature = "serde")]
@@ -548,13 +547,13 @@ fn assumed(model: Model, bands: Bands) -> Bands {
     if model.build(bands).is_ok() { bands } else { capped.unwrap_or(bands) }
 }
 
-/// The test in manual, sized by S and by the OP in the window.
+/// The test in manual, sized by S and by OP and PV in the window; none where the loop is at rest or too slow.
 fn confirm(
     plant: &ClosedLoop,
     bands: Bands,
     protocol: &compensate::CompareOptions,
     period_s: Option<f64>,
-) -> Result<Option<ConfirmingTest>> {
+) -> Result<Option<TestPlan>> {
     if bands.s() == 0.0 {
         return Ok(None);
     }
@@ -564,33 +563,18 @@ fn confirm(
     let mut plant = plant.clone();
     plant.samples = index(to);
     let run = plant.run()?;
-    let mut op = run.op.get(index(from)..).unwrap_or(&run.op).to_vec();
-    if crate::series::span(&op) == 0.0 {
-        // A loop at rest has no travel of its own: that of the band stands for it.
-        let at = op.last().copied().unwrap_or(plant.op_rest);
-        op = vec![at, at + 2.0 * bands.s()];
-    }
-    // Half of the period is waited: long enough for the process to answer, too.
+    let window = |x: &[f64]| x.get(index(from)..).unwrap_or(x).to_vec();
+    let (op, pv) = (window(&run.op), Some(window(&run.pv)));
+    let segment = Segment { from: 0.0, sample_time, op, pv, sp: None, vp: None, bridged: 0 };
+    // A period is long enough for the process to answer, too.
     let settle_s = Figures::of(&knowledge(&plant, bands))?.settle_s;
-    let period = period_s.unwrap_or(0.0).max(2.0 * settle_s) / sample_time;
-    let segment = Segment { from: 0.0, sample_time, op, pv: None, sp: None, vp: None, bridged: 0 };
-    let subject = Subject::new(&segment, LoopType::Unknown, Some(period));
-    let Some(mut test) = confirming_test(&subject, Some(bands.s())) else { return Ok(None) };
-    let change = test.step * plant.process.step_response(test.wait_s)?;
-    if change.is_finite() && change != 0.0 {
-        test.pv_change = Some(change.abs());
-        let noise = plant.noise_sd();
-        let hidden = if change.abs() < 3.0 * noise {
-            format!(", less than three times its noise ({}): average over the wait", set(noise))
-        } else {
-            String::new()
-        };
-        test.instructions.push(format!(
-            "By the process that is assumed here, a step of {} % that the valve follows moves the PV by {} in \
-             that time{hidden}.",
-            set(test.step),
-            set(change.abs()),
-        ));
-    }
-    Ok(Some(test))
+    let known = KnownLoop {
+        name: "loop",
+        pv_unit: None,
+        segment: &segment,
+        largest_s: Some(bands.s()),
+        period_s: Some(period_s.unwrap_or(0.0).max(2.0 * settle_s)),
+    };
+    let rises = Some(plant.process.step_response(settle_s)? > 0.0);
+    Ok(size(&known, &PlanOptions { rises, ..PlanOptions::default() }).ok())
 }

@@ -5,7 +5,7 @@ use super::layout::{Badge, Fact, Head, Tone};
 use super::views::{self, Context};
 use crate::document::Source;
 use crate::words::{self, percent, rough, sentence, spoken};
-use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade, TestKind};
+use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade};
 use stiction_diagnose::fit::prospects::Remedy;
 use stiction_diagnose::recording::fitness::Class;
 
@@ -105,24 +105,13 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         .is_some_and(|cycle| cycle.explained == Some(false));
     let verdict = &diagnosis.verdict;
     let test = || {
-        if let Some(plan) = super::verdict::planned_test(diagnosis) {
-            return format!(
-                "Test the valve: in manual, turns of the OP to and fro, from {} % on (below)",
-                rough(2.0 * plan.grow[0].op.abs())
-            );
-        }
-        match &verdict.confirm {
-        Some(test) if test.kind == TestKind::NoneInOperation => {
-            "It cannot be tested in normal operation (below, why): record the valve position, or stroke it at the next stop"
+        match (&verdict.confirm, &verdict.no_test) {
+        (Some(plan), _) => format!("Test the valve: {} (below)", plan.summary),
+        (None, Some(why)) => format!("No test can be planned: {why}"),
+        (None, None) => {
+            "Test the valve: in manual, small turns of the OP to and fro; watch the flow or the stem"
                 .to_owned()
         }
-        Some(test) => format!(
-            "Test the valve: {}, about {} in all (below)",
-            test.kind.name(),
-            spoken(test.total_s)
-        ),
-        None => "Test the valve: in manual, small steps of the output up, then down; watch the flow or the stem"
-            .to_owned(),
     }
     };
     let repair = || {

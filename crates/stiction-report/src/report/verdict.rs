@@ -4,12 +4,9 @@
 use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
 use crate::words::{self, percent, rough, sentence, spoken};
-use stiction_diagnose::diagnose::{
-    Basis, Cause, ConfirmingTest, Diagnosis, Fault, TestKind, VerdictClass, Weighing,
-};
+use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Fault, VerdictClass, Weighing};
 use stiction_diagnose::drawing::WIDTH;
-use stiction_diagnose::spoken::range;
-use stiction_diagnose::valve_test::{self, PlanOptions, TestPlan};
+use stiction_diagnose::valve_test::TestPlan;
 use stiction_figure::figure::{Figure, Panel, Scale, Series, colour};
 
 /// Names of the rows of the figure of S and J: then come the definitions, by letters.
@@ -131,14 +128,13 @@ fn bar(share: f64) -> String {
     format!("{bar}\u{a0}{}", percent(share).replace(' ', "\u{a0}"))
 }
 
-/// How to settle it: the steps that the data allow to size, else general advice, which knows nothing of
-/// the plant.
+/// How to settle it: the test that the recording allows to size, or why there is none, else general advice.
 pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
-    if let Some(test) = &diagnosis.verdict.confirm {
-        return match planned_test(diagnosis) {
-            Some(plan) => planned(section, &plan),
-            None => confirming_test(section, test, diagnosis),
-        };
+    if let Some(plan) = &diagnosis.verdict.confirm {
+        return planned(section, plan);
+    }
+    if let Some(why) = &diagnosis.verdict.no_test {
+        return section.with(Block::Paragraph(sentence(&format!("no test can be planned: {why}"))));
     }
     match diagnosis.verdict.class {
         VerdictClass::Sticks if diagnosis.verdict.basis != Basis::ValvePosition => {
@@ -161,15 +157,6 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
     }
 }
 
-/// The test that `stiction test plan` sizes; `None` where no test is due, or none can be made in operation.
-pub(super) fn planned_test(diagnosis: &Diagnosis) -> Option<TestPlan> {
-    let due = diagnosis.verdict.confirm.as_ref()?;
-    if due.kind == TestKind::NoneInOperation {
-        return None;
-    }
-    valve_test::plan(diagnosis, &PlanOptions::default()).ok()
-}
-
 /// The sheet of a test, without what is filled in by hand.
 fn planned(section: Section, plan: &TestPlan) -> Section {
     let items = plan.instructions.clone();
@@ -184,34 +171,6 @@ fn planned(section: Section, plan: &TestPlan) -> Section {
         table.row([format!("{k}"), format!("{sign}{}", rough(turn.op.abs())), spoken(turn.hold_s)])
     });
     section.with(Block::List { ordered: true, items }).with(table)
-}
-
-fn confirming_test(section: Section, test: &ConfirmingTest, diagnosis: &Diagnosis) -> Section {
-    let items = test.instructions.iter().map(|text| sentence(text)).collect();
-    let section = section.with(Block::List { ordered: true, items });
-    if test.kind == TestKind::NoneInOperation {
-        return section;
-    }
-    let direction = if test.up_first { "up, then down" } else { "down, then up" };
-    let mut facts = vec![
-        Fact::new("kind of test", test.kind.name(), ""),
-        Fact::new("takes in all about", spoken(test.total_s), ""),
-        Fact::new("direction", direction, ""),
-        Fact::new("wait after each", spoken(test.wait_s), ""),
-    ];
-    if test.kind != TestKind::SetPointBumps {
-        facts.push(Fact::new("each step of the OP", rough(test.step), "%"));
-        facts.push(Fact::new("steps", test.steps, ""));
-    }
-    facts.extend(test.pv_change.map(|change| {
-        let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
-        Fact::new("change of the PV per step if the valve follows", rough(change), unit)
-    }));
-    if let (Some(low), Some(high)) = (test.pv_low, test.pv_high) {
-        let unit = diagnosis.pv_unit.as_deref().unwrap_or("PV units");
-        facts.push(Fact::new("stop if the PV leaves", range(low, high), unit));
-    }
-    section.with(Block::Facts(facts))
 }
 
 /// S and J with their intervals, beside the competing definitions.
