@@ -138,8 +138,9 @@ pub(super) fn head_trend(
 ) -> Option<Figure> {
     let mut figure = trends(segments, judged, context)?;
     let marked = slips.filter(|slips| (1..=MOST_SLIPS).contains(&slips.len()));
-    if let (Some(slips), Some(segment), Some(panel)) =
-        (marked, segments.get(judged), figure.panels.pop())
+    // The OP's panel is the last.
+    if let (Some(slips), Some(segment)) = (marked, segments.get(judged))
+        && let Some(panel) = figure.panels.pop()
     {
         let axis = axis_of(segments, context)?;
         let times = segment.times();
