@@ -62,7 +62,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     }
     writeln!(
         out,
-        "\nA fault is a valve that sticks or does not respond, visibly in the record. Faults that cannot show \
+        "\nA fault is a valve that sticks or does not respond so that the record can show it. Other faults \
          are left out unless stated otherwise. Brackets are 95 % intervals (Wilson)."
     )?;
     for (title, op_only) in [("OP and PV", false), ("OP alone", true)] {
