@@ -80,7 +80,7 @@ impl Mistake {
             Self::SineAndNoise => "sine and noise",
             Self::WhiteAndWhite => "white noise and white noise",
             Self::BrownAndBrown => "random walk and random walk",
-            Self::ManualSteps => "steps that the PV does not know",
+            Self::ManualSteps => "steps unrelated to the PV",
         }
     }
 

@@ -132,7 +132,7 @@ fn controllers(n: u64) -> [f64; 3] {
         0.03,
     );
     row("every fifth", &of(&|one| steps(one) == 5 && as_it_is(one, true)), 0.10);
-    row("every loop there is", &of(&|_| true), 0.10);
+    row("all loops", &of(&|_| true), 0.10);
     exact
 }
 
@@ -168,7 +168,7 @@ fn table_of_processes() {
     let all: Vec<(Facts, Option<FittedProcess>)> =
         (0..LOOPS).into_par_iter().filter_map(one).collect();
     println!("Processes behind the true valve position:");
-    println!("| process | identified | known | off, median | covered |");
+    println!("| process | identified | known | error, median | covered |");
     println!("|---|---|---|---|---|");
     for integrating in [false, true] {
         let of: Vec<&(Facts, Option<FittedProcess>)> = all
@@ -197,7 +197,7 @@ fn table_of_processes() {
                 let truth = unit(f) / f.tau_s;
                 (p.slope, truth, truth)
             };
-            tell("first slope", found.iter().map(slope).collect());
+            tell("initial slope", found.iter().map(slope).collect());
         } else {
             let of_gain = |(f, p): &(&Facts, &FittedProcess)| Some((p.gain?, unit(f), unit(f)));
             tell("gain", found.iter().filter_map(of_gain).collect());

@@ -30,11 +30,11 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     writeln!(
         out,
         "# The model of the verdict\n\n\
-         `verdict.bin` holds the frozen model that turns evidence into probabilities and intervals: sums \
-         of boosted trees, their calibration and the shifts of their intervals, the detection limit, and \
-         what the loops of training look like. `net.bin` holds the nets whose say on raw signals is part of the \
-         evidence. Both were trained on simulated loops only and have seen no real recording. \
-         `crates/stiction-train/train.sh` does all of it; this card is written by its last step.\n"
+         `verdict.bin` holds the frozen model that turns evidence into probabilities and intervals. It has sums \
+         of boosted trees, their calibration, the shifts of their intervals, the detection limit, and a \
+         description of the training loops. `net.bin` holds the nets that read the raw signals; their output is \
+         part of the evidence. Both were trained only on simulated loops and have seen no real recording. \
+         `crates/stiction-train/train.sh` runs the training, and its last step writes this card.\n"
     )?;
     writeln!(out, "| | |\n|---|---|")?;
     writeln!(out, "| command | `{}` |", from.command)?;
@@ -42,14 +42,14 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     writeln!(out, "| population | version {} |", from.population)?;
     writeln!(
         out,
-        "| trees from | seed {}, members 0 to {} |\n\
+        "| trees trained on | seed {}, members 0 to {} |\n\
          | calibration and intervals from | seed {}, the {} members after those |\n\
          | figures below from | seed {}, members 0 to {} |",
         from.seed, from.trained, from.seed, from.calibrated, test.seed, test.members
     )?;
     writeln!(
         out,
-        "| features | {}, of which {} need the OP only |",
+        "| features | {}, {} of which need only the OP |",
         train.columns.len(),
         train.columns.iter().filter(|column| column.op_only).count()
     )?;
@@ -62,8 +62,8 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     }
     writeln!(
         out,
-        "\nA fault is a valve that sticks, or does not respond, so that the record can show it; faults that \
-         cannot show are left out unless said otherwise. Brackets are 95 % intervals (Wilson)."
+        "\nA fault is a valve that sticks or does not respond so that the record can show it. Other faults \
+         are left out unless stated otherwise. Brackets are 95 % intervals (Wilson)."
     )?;
     for (title, op_only) in [("OP and PV", false), ("OP alone", true)] {
         let data = if op_only { &test.data.alone } else { &test.data.full };
@@ -78,10 +78,10 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
             out += &mistakes::table((mistaken, &of_mistaken), (data, &weighed))?;
         }
         if let Some(families) = &learned.families {
-            let said = "Every family of loops was left out of the training of smaller models in turn, which \
-                were then asked about it. A family of one class is completed by loops of the other at the \
-                population's shares, which weigh so much; brackets give 95 % intervals and plain counts. \
-                What is told rests on the other families.";
+            let said = "Each family of loops was left out of the training of smaller models in turn, which \
+                then judged it. A family of one class is completed by loops of the other class, weighted to \
+                the population's shares. Brackets give 95 % intervals and plain counts. The columns \
+                \"reported\" and \"stretched\" use values found on the other families.";
             writeln!(out, "\n### Families left out\n\n{said}\n")?;
             out += &families[usize::from(op_only)].table();
         }
@@ -89,11 +89,11 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     writeln!(out, "\n## Decisions\n\n{}", decide::table(bundle, &test.data.full)?)?;
     writeln!(
         out,
-        "How the thresholds were found, on the loops of calibration; shares of decisions and of healthy loops are \
-         the upper ends of their one-sided intervals of 90 %.\n\n{}",
+        "The next table shows the search for the thresholds on the calibration loops. Shares of decisions and of \
+         healthy loops are upper ends of one-sided 90 % intervals.\n\n{}",
         learned.choice.table()
     )?;
-    writeln!(out, "## What it looks at\n\nShare of what all splits gained, OP and PV.\n")?;
+    writeln!(out, "## Main features\n\nShares of the gain of all splits, OP and PV.\n")?;
     writeln!(out, "| fault | | median of S | |\n|---|---|---|---|")?;
     let ranked = |gains: &[f64]| {
         let mut ranked: Vec<(f64, &str)> =
@@ -107,7 +107,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     }
     writeln!(
         out,
-        "\n## Its parts\n\n| model | trees | loss on the loops to stop by |\n|---|---|---|"
+        "\n## Models\n\n| model | trees | loss on the early-stopping loops |\n|---|---|---|"
     )?;
     for (name, trees, loss) in &learned.notes {
         writeln!(out, "| {name} | {trees} | {loss:.4} |")?;
@@ -117,10 +117,10 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
 
 fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
     let Detection { auc, brier, log_loss, decided, right, recall, precision, .. } = found;
-    writeln!(out, "\n| fault against none | |\n|---|---|")?;
+    writeln!(out, "\n| fault or none | |\n|---|---|")?;
     writeln!(out, "| AUC | {auc:.4} |\n| Brier | {brier:.4} |\n| log loss | {log_loss:.4} |")?;
     writeln!(out, "| decided (at most 0.2 or at least 0.8) | {decided} |")?;
-    writeln!(out, "| of those right | {right} |\n| faults called (0.8) | {recall} |")?;
+    writeln!(out, "| right, of these | {right} |\n| faults called (0.8) | {recall} |")?;
     writeln!(out, "| precision (0.8) | {precision} |")?;
     writeln!(out, "| faults that cannot show, called (0.8) | {} |", found.hidden_called)?;
     writeln!(out, "| likeliest cause right, of loops without a fault | {} |", found.causes)?;
@@ -156,8 +156,8 @@ fn limited(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::R
     }
     writeln!(
         out,
-        "\nThe detection limit: of valves at fault, visible or not, those whose S is at or below their \
-         limit, or that have none; promised are {LIMIT}.\n\n| valves at fault | at or below |\n|---|---|"
+        "\nThe detection limit should hold for {LIMIT} of the valves at fault, visible or not. It holds if S is at \
+         or below the limit, or if there is no limit.\n\n| valves at fault | limit holds |\n|---|---|"
     )?;
     writeln!(out, "| all | {} |", Share::of(faulty.iter().map(holds)))?;
     let cleared = |(_, weighed): &&(&Truth, &Weighed)| weighed.probability <= 0.2;
@@ -179,8 +179,8 @@ fn limited(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::R
     let median = |values: &[f64]| values.get(values.len() / 2).copied().unwrap_or(f64::NAN);
     writeln!(
         out,
-        "\nOf loops without a fault {} have a limit; its median is {:.2} % of span, or {:.2} spans of the \
-         OP; {} are below 1 %. Unlike all loops of training (a distance above 1) are {} of all.",
+        "\nA limit exists for {} loops without a fault. Its median is {:.2} % of span, or {:.2} spans of the OP. \
+         It is below 1 % for {} loops. A distance above 1 (unlike all training loops) occurs in {} loops.",
         Share::of(limits.iter().map(|limit| limit.is_finite())),
         median(&limits),
         median(&spans),
@@ -194,9 +194,9 @@ fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Re
     let all = estimates(&test.truth, weighed, known, |weighed| weighed.s);
     writeln!(
         out,
-        "\nHow much a valve sticks: valves that stick and show it, with at least {FEWEST_SLIPS} slips; \
-         intervals are to cover {COVERAGE}. \"Quantified\" is an interval whose half-width is at most \
-         {QUANTIFIED} of the estimate.\n\n\
+        "\nEstimates are for visibly sticking valves with at least {FEWEST_SLIPS} slips. Intervals should cover \
+         {COVERAGE}. \"Quantified\" means an interval with a half-width of at most {QUANTIFIED} of the \
+         estimate.\n\n\
          | | share | error, median | error, 90 % | coverage | width, median |\n\
          |---|---|---|---|---|---|"
     )?;
@@ -217,7 +217,7 @@ fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Re
     };
     let called = |weighed: &Weighed| weighed.probability >= THRESHOLDS[0];
     let quantified = |weighed: &Weighed| is_quantified(&weighed.s);
-    line("S, over S", of(&|_| true), all.len(), true)?;
+    line("S, relative to S", of(&|_| true), all.len(), true)?;
     line("S, quantified", of(&quantified), all.len(), true)?;
     line("S, called (0.8)", of(&called), all.len(), true)?;
     line("S, called and quantified", of(&|w| called(w) && quantified(w)), all.len(), true)?;
@@ -228,7 +228,7 @@ fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Re
         .filter(|(.., weighed)| called(weighed) && quantified(weighed))
         .map(|(s, truth, _)| (*s, *truth))
         .collect();
-    line("the same, of all valves that stick", met, any.len(), true)?;
+    line("the same, of all sticking valves", met, any.len(), true)?;
     let ratio = estimates(&test.truth, weighed, j_over_s, |weighed| weighed.j_over_s);
     let ratio: Vec<_> = ratio.iter().map(|(j, truth, _)| (*j, *truth)).collect();
     let n = ratio.len();

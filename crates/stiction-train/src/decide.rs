@@ -76,11 +76,11 @@ impl Rule {
 
     fn name(self) -> &'static str {
         match self {
-            Self::Strange => "unlike the loops of training",
+            Self::Strange => "unlike the training loops",
             Self::DeadZone => "accused only if play or a dead zone elsewhere is below 3 %",
             Self::Harmless => "S up to 0.25 % is no fault",
             Self::NoLimit => "cleared only with a limit up to twice the OP's range",
-            Self::Contradiction => "two lines of evidence are sure of opposites",
+            Self::Contradiction => "undecided if two lines of evidence are sure of opposites",
             Self::Unsupported => "accused only if one line alone gives 80 %",
             Self::Veto => "not cleared if a sticking valve predicts better by 3 standard errors",
         }
@@ -234,7 +234,7 @@ impl Constraint {
             Self::Accused => "healthy accused",
             Self::OfKind => "worst kind accused",
             Self::Broken => "cleared above their limit",
-            Self::LeftOut => "wrong decisions, plus what leaving out a family adds",
+            Self::LeftOut => "wrong decisions, plus the increase for left-out families",
         }
     }
 
@@ -378,7 +378,7 @@ pub fn table(bundle: &Bundle, data: &Dataset) -> Result<String> {
             broken.n
         );
     };
-    row("as they are", &count(&cases, decision, None, None));
+    row("those of the verdict", &count(&cases, decision, None, None));
     for rule in Rule::KEPT {
         row(&format!("without: {}", rule.name()), &count(&cases, decision, Some(rule), None));
     }

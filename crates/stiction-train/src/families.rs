@@ -450,7 +450,7 @@ impl Families {
     pub fn table(&self) -> String {
         let mut out = String::from(
             "| left out | loops | AUC | decided, 20/80 % | right | wrong below 2 %, calibrated | wrong above \
-             98 %, calibrated | wrong beyond 2 and 98 %, told | S covered | S covered, stretched | S at or \
+             98 %, calibrated | wrong beyond 2 and 98 %, reported | S covered | S covered, stretched | S at or \
              below its limit | unlike training |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
         );
         for (place, each) in self.left.iter().enumerate() {
@@ -471,7 +471,7 @@ impl Families {
             let name = match (&each.name[..], each.counted) {
                 ("", _) => "nothing".to_owned(),
                 (name, true) => name.to_owned(),
-                (name, false) => format!("{name} (another fault, not counted)"),
+                (name, false) => format!("{name} (a different fault, not counted)"),
             };
             let _ = writeln!(
                 out,
@@ -500,8 +500,8 @@ impl Families {
             out,
             "\nThe verdict reports {:.0} % confidence only beyond calibrated log-odds of {:.2} against a fault{} and \
              {:.2} for one{}. There {above} of {} families are wrong in more than {:.0} % of at least {COUNTED} such \
-             decisions. Over all families, decisions against a fault are wrong in {} and decisions for one in {}. \
-             Intervals of S are stretched by {:.2}.",
+             decisions. Over all families, decisions against a fault are wrong in {}. Decisions for a fault are wrong \
+             in {}. Intervals of S are stretched by {:.2}.",
             100.0 * SURE,
             clearing.reached,
             if clearing.most.is_finite() { " (never)" } else { "" },

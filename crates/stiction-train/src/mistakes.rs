@@ -133,9 +133,9 @@ pub fn table(
     loops: (&Dataset, &[Weighed]),
 ) -> Result<String, std::fmt::Error> {
     let mut out = String::from(
-        "\nMistaken columns: recordings with a mistake made in their columns, and true loops. \"Confident\" is \
-         a probability of at most 0.2 or at least 0.9, in a recording that is not unlike all of training, \
-         before anything else is asked of it.\n\n\
+        "\nThe next tables have recordings with a mistake in their columns, and correct ones. \"Confident\" means a \
+         probability of at most 0.2 or at least 0.9 in a recording that is not unlike all training loops, \
+         without any further check.\n\n\
          | mistake | caught | confident and not caught |\n|---|---|---|\n",
     );
     let stopped = |weighed: &Weighed| weighed.mismatch > 1.0;
@@ -158,7 +158,10 @@ pub fn table(
             (Share::of(part.iter().map(stopped)), Share::of(part.iter().map(slips)));
         writeln!(out, "| {name} | {caught} | {missed} |")?;
     }
-    writeln!(out, "\n| true loops | stopped | stopped, of the confident ones |\n|---|---|---|")?;
+    writeln!(
+        out,
+        "\n| correct loops | rejected | rejected, of the confident ones |\n|---|---|---|"
+    )?;
     let groups = grouped(loops, &|_| true);
     let stuck = grouped(loops, &|truth| is_stuck(truth) && truth.visible);
     let stuck = stuck.into_iter().map(|(kind, part)| (format!("{kind}, visible"), part));

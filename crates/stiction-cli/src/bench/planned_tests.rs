@@ -1,4 +1,4 @@
-//! Planned tests: how often they tell whether a valve sticks, and how often they are right.
+//! Planned tests, to count decisions and correct decisions.
 
 use crate::{output, progress, text};
 use anyhow::Result;
@@ -10,25 +10,25 @@ use stiction_report::report::Table;
 use stiction_report::scoreboard::share;
 use stiction_report::words;
 
-/// Version of what is printed; a change that breaks its readers is a new one.
+/// Version of the document. A change that breaks its readers gets a new one.
 const VERSION: u32 = 1;
 
 /// What `stiction bench --tests --json` prints.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     tool: &'static str,
     /// Version of this form.
     version: u32,
     /// Seed of the loops.
     seed: u64,
-    /// How many there are.
+    /// Number of loops.
     loops: u64,
     #[serde(flatten)]
     trial: TestTrial,
 }
 
-/// Tests the first `n` loops of `seed`, and prints what was counted.
+/// Tests the first `n` loops of `seed`, and prints the counts.
 pub fn run(seed: u64, n: u64, options: TestTrialOptions, json: bool, markdown: bool) -> Result<()> {
     let progress = progress::bar("testing", n as usize);
     let trial = TestTrial::run(seed, n, options, || progress.inc(1))?;
@@ -61,24 +61,24 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     };
     let table = row(table, "loops", "with a plan", trial.planned);
     let table = row(table, "plans", "whose test began", trial.began);
-    let table = row(table, "tests", "that tell whether the valve sticks", trial.decided);
+    let table = row(table, "tests", "that decide whether the valve sticks", trial.decided);
     let table = row(table, "these", "that are right", trial.right);
     let table =
-        row(table, "tests of loops that operation left undecided", "that tell", trial.undecided);
+        row(table, "tests of loops that operation left undecided", "that decide", trial.undecided);
     let table = row(table, "these", "that are right", trial.undecided_right);
-    let table = row(table, "tests that were never stopped", "that tell", trial.calm);
+    let table = row(table, "tests that were never stopped", "that decide", trial.calm);
     let table = row(table, "tests of faulty valves", "that found them", trial.found);
     let table = row(table, "tests of healthy valves", "that accused them", trial.accused);
     let table = row(table, "values of S", "within 15 % of the true one", trial.s_within);
-    let table = row(table, "90 % intervals of S", "that hold it", trial.s_covered);
+    let table = row(table, "90 % intervals of S", "that contain it", trial.s_covered);
     let table = row(table, "tests", "followed by a second or a third", trial.repeated);
     let table = row(table, "tests", "stopped at least once", trial.stopped);
     let table = row(table, "tests", "given up", trial.given_up);
-    let table = row(table, "tests", "in which the PV left what the process bears", trial.beyond);
+    let table = row(table, "tests", "in which the PV left the tolerated range", trial.beyond);
     let table =
         row(table, "the same loops", "whose PV leaves it without a test", trial.beyond_anyway);
     let table = row(table, "tests", "found without sheet and mode", trial.noticed);
-    let table = row(table, "recordings of operation", "taken for a test", trial.imagined);
+    let table = row(table, "recordings of operation", "mistaken for a test", trial.imagined);
     let number = |value: Option<f64>, unit: &str| {
         value.map_or("-".to_owned(), |value| format!("{}{unit}", words::rough(value)))
     };
