@@ -63,12 +63,14 @@ def markdown(source: str) -> Iterator[Text]:
     begun, code = 1, False
     for number, line in enumerate([*source.splitlines(), ""], 1):
         fence = line.lstrip().startswith(("```", "~~~"))
-        if fence or not line.strip() or code or line.lstrip().startswith(("|", "#", "* ", "- ", "> ")) or re.match(r"\s*\d+\. ", line):
+        # Sections, names and examples of docstrings are no sentences.
+        named = re.match(r"\s*(?:[\w*, ]+ : |-{3,}$|>>> |\.\.\.( |$))", line)
+        if fence or named or not line.strip() or code or line.lstrip().startswith(("|", "#", "* ", "- ", "> ")) or re.match(r"\s*\d+\. ", line):
             if block:
                 yield begun, " ".join(block)
             block = []
         code ^= fence
-        if not (code or fence) and line.strip():
+        if not (code or fence or named) and line.strip():
             if not block:
                 begun = number
             block.append(line.strip())

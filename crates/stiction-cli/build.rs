@@ -1,4 +1,4 @@
-//! Tells the command the commit that it is built from, where it is built in a clone.
+//! Passes the commit to the command, if it is built in a clone.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! Lays the sample recordings where maturin takes them from into the wheel: the repository keeps one copy of them.
+//! Copies the sample recordings for maturin into the wheel, because the repository keeps only one copy.
 
 use std::path::Path;
 use std::{env, fs};

@@ -1,8 +1,8 @@
 """Sticking control valves: models with known truth, the loops around them, and the diagnosis of recorded loops.
 
-Controller output (OP), valve position (VP), S (stick band plus dead band) and J (slip jump) are in percent of
-span, times in seconds, the process value (PV) in its own units. Everything is computed by the Rust library of
-the same name; the same input gives the same numbers there, here and on the command line.
+Controller output (OP), valve position (VP), S (stick band plus dead band) and J (slip jump) are in percent of span, times in
+seconds, and the process value (PV) in its own units. The Rust library of the same name does all computations. The same input
+gives the same numbers there, here and on the command line.
 
 Examples
 --------
@@ -36,7 +36,7 @@ from stiction import (
 )
 from stiction._core import __version__
 
-# By way of `diagnosis` alone, mypy would not know that these are types.
+# With `diagnosis` alone, mypy would not recognise these as types.
 from stiction._document import *
 from stiction.closed_loop import *
 from stiction.compensation import *
@@ -81,5 +81,5 @@ _RENAMED = {"Stretch": "Segment", "stretches": "segments"}
 def __getattr__(name: str) -> object:
     if name not in _RENAMED:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    _warnings.warn(f"stiction.{name} is called {_RENAMED[name]} now", DeprecationWarning, stacklevel=2)
+    _warnings.warn(f"stiction.{name} is now called {_RENAMED[name]}", DeprecationWarning, stacklevel=2)
     return globals()[_RENAMED[name]]

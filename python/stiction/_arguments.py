@@ -1,4 +1,4 @@
-"""Arguments, refused by name."""
+"""Checks of arguments, by name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__: list[str] = []
 
 
 def number(name: str, value: Any) -> float:
-    """Give `value` as a float, or say that it is no number."""
+    """Return `value` as a float, or raise an error if it is not a number."""
     if isinstance(value, (str, bytes)):
         raise TypeError(f"{name} must be a number, but its type is {type(value).__name__}")
     try:
@@ -20,7 +20,7 @@ def number(name: str, value: Any) -> float:
 
 
 def integer(name: str, value: Any, least: int = 0) -> int:
-    """Give `value` as an int of at least `least`."""
+    """Return `value` as an int of at least `least`."""
     try:
         whole = operator.index(value)
     except TypeError:
@@ -31,19 +31,19 @@ def integer(name: str, value: Any, least: int = 0) -> int:
 
 
 def optional(name: str, value: Any) -> float | None:
-    """Give `value` as a float, or None as it is."""
+    """Return `value` as a float, or None unchanged."""
     return None if value is None else number(name, value)
 
 
 def text(name: str, value: Any) -> str:
-    """Give `value` if it is text."""
+    """Return `value` if it is text."""
     if not isinstance(value, str):
         raise TypeError(f"{name} must be a string, but its type is {type(value).__name__}")
     return value
 
 
 def choice(name: str, value: Any, known: Iterable[str]) -> str:
-    """Give `value` if it is one of `known`."""
+    """Return `value` if it is one of `known`."""
     known = list(known)
     if text(name, value) not in known:
         raise ValueError(f"{name} is {value!r}, but must be one of {', '.join(map(repr, known))}")
@@ -51,14 +51,14 @@ def choice(name: str, value: Any, known: Iterable[str]) -> str:
 
 
 def callback(name: str, value: Any) -> Callable[[int], object] | None:
-    """Give `value` if it can be called, or is None."""
+    """Return `value` if it can be called, or is None."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable, but its type is {type(value).__name__}")
     return cast("Callable[[int], object] | None", value)
 
 
 def instance(name: str, value: Any, *kinds: type) -> Any:
-    """Give `value` if it is of one of the `kinds`, or None."""
+    """Return `value` if it is of one of the `kinds`, or None."""
     if value is None or isinstance(value, kinds):
         return value
     wanted = " or ".join(kind.__name__ for kind in kinds)

@@ -1,4 +1,4 @@
-"""Signals as float64 arrays, whatever they come as."""
+"""Signals as float64 arrays, from any source."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from stiction import _core
 __all__: list[str] = []
 
 Array: TypeAlias = npt.NDArray[np.float64]
-"""What is given out."""
+"""The type of returned arrays."""
 
 Samples: TypeAlias = Any
-"""What is taken: a NumPy array of any real dtype and stride, a sequence of numbers, or a column of any table that
-speaks the Arrow capsule interface (pandas, polars, pyarrow). What is masked is missing, as a null of Arrow is."""
+"""The type of array arguments: a NumPy array of any real dtype and stride, a sequence of numbers, or a column of any table with
+the Arrow capsule interface (pandas, polars, pyarrow). Masked values are missing, like nulls of Arrow."""
 
 
 def unmasked(values: Any) -> npt.NDArray[Any]:
-    """Give `values` as an array, with NaN, NaT or None in the place of what a masked array hides."""
+    """Return `values` as an array, with NaN, NaT or None for masked values."""
     if not isinstance(values, np.ma.MaskedArray):
         return np.asarray(values)
     if not np.ma.is_masked(values):
@@ -36,9 +36,9 @@ def unmasked(values: Any) -> npt.NDArray[Any]:
 
 
 def samples(name: str, values: Samples) -> Array:
-    """Give `values` as a contiguous float64 array, without a copy if they are one.
+    """Return `values` as a contiguous float64 array, without a copy if they are one already.
 
-    Nulls of Arrow columns, what is masked and NaN are NaN: whether they are allowed is the callee's to say.
+    Nulls of Arrow columns, masked values and NaN become NaN. The caller decides whether they are allowed.
     """
     if not isinstance(values, np.ndarray) and (
         hasattr(values, "__arrow_c_stream__") or hasattr(values, "__arrow_c_array__")

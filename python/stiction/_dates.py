@@ -1,4 +1,4 @@
-"""Moments of the calendar, in UTC: what seconds since 1970 are for people."""
+"""Dates and times in UTC, from seconds since 1970."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
 def moment(start: float) -> datetime:
-    """Give seconds since 1970-01-01 UTC as a moment, to the microsecond."""
+    """Return seconds since 1970-01-01 UTC as a datetime, to the microsecond."""
     return _EPOCH + timedelta(seconds=start)
 
 
 def moments(start: float, time_s: Array) -> npt.NDArray[np.datetime64]:
-    """Give times on a clock that began at `start` as moments, to the millisecond."""
+    """Return times on a clock that began at `start` as datetimes, to the millisecond."""
     milliseconds: Any = np.round(1000 * (start + time_s)).astype(np.int64)
     found: npt.NDArray[np.datetime64] = milliseconds.astype("datetime64[ms]")
     return found

@@ -1,4 +1,4 @@
-"""Data frames. Pandas is imported when one is asked for, not before."""
+"""Data frames. Pandas is imported only when one is requested."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__: list[str] = []
 
 
 def frame(columns: Mapping[str, Any], index: str | None = None) -> Any:
-    """Give columns as a data frame of pandas; the column `index` as its index."""
+    """Return columns as a pandas data frame, with the column `index` as its index."""
     try:
         import pandas  # type: ignore[import-untyped, unused-ignore]
     except ImportError:
@@ -19,5 +19,5 @@ def frame(columns: Mapping[str, Any], index: str | None = None) -> Any:
 
 
 def rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
-    """Give the rows of columns, each as a dictionary."""
+    """Return the rows of columns as dictionaries."""
     return (dict(zip(columns, row)) for row in zip(*columns.values()))

@@ -1,6 +1,6 @@
-"""What notebooks show: cards, trends and tables, as HTML that takes the colours of the page, light or dark.
+"""HTML for notebooks: cards, trends and tables, in the colours of a light or dark page.
 
-Nothing is loaded from elsewhere, no style leaks out, and every text is escaped.
+Nothing is loaded from elsewhere, styles stay local, and every text is escaped.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ __all__: list[str] = []
 _WIDTH, _LEFT, _RIGHT = 640, 64, 8
 _ROW, _GAP = 96, 26
 _SHOWN = 20
-# Each is at least three times as bright or as dark as a white and as a black page.
+# Each colour has a contrast of at least three to both white and black pages.
 _COLOURS = {"PV": "#2e9455", "SP": "currentColor", "OP": "#3f87d0", "VP": "#d9534f"}
 
 Line = tuple[str, Array]
-"""A signal by its name, and its values."""
+"""The name of a signal, and its values."""
 
 
 def card(title: str, headline: str, facts: Mapping[str, str], first: str, picture: str) -> str:
-    """Give a card: what was found in large letters, facts below it, what to do first, and a picture."""
+    """Return a card with the conclusion in large letters, facts below it, the first action, and a picture."""
     cells = "".join(
         f'<div style="margin-right:2em"><div style="opacity:.75;font-size:.85em">{escape(name)}</div>{escape(fact)}</div>'
         for name, fact in facts.items()
@@ -43,9 +43,9 @@ def card(title: str, headline: str, facts: Mapping[str, str], first: str, pictur
 
 
 def trend(label: str, time_s: Array, rows: Sequence[tuple[str, Sequence[Line]]], since: str = "") -> str:
-    """Give a picture of rows of signals above each other over the same time, as SVG.
+    """Return a picture of rows of signals above each other over the same time, as SVG.
 
-    A row is the label of its axis with unit, and its signals. `since` says when time zero is.
+    A row has the axis label with its unit, and its signals. `since` is the text for time zero.
     """
     unit, seconds = _time_unit(float(time_s[-1] - time_s[0]))
     t = time_s / seconds
@@ -66,7 +66,7 @@ def trend(label: str, time_s: Array, rows: Sequence[tuple[str, Sequence[Line]]],
 
 
 def table(columns: Mapping[str, Sequence[Any]]) -> str:
-    """Give columns as a table of HTML, with its first rows if there are many."""
+    """Return columns as an HTML table, shortened to its first rows if there are many."""
     rows = list(zip(*columns.values()))
     head = "".join(f'<th scope="col" style="text-align:{_side(held)}">{escape(name)}</th>' for name, held in columns.items())
     sides = [_side(held) for held in columns.values()]
@@ -78,7 +78,7 @@ def table(columns: Mapping[str, Sequence[Any]]) -> str:
 
 
 def _side(column: Sequence[Any]) -> str:
-    """Tell on which side a column is aligned: numbers on the right."""
+    """Return the alignment of a column, right for numbers."""
     return "right" if any(isinstance(value, (int, float)) and not isinstance(value, bool) for value in column) else "left"
 
 
@@ -88,7 +88,7 @@ def _cell(value: Any, side: str) -> str:
 
 
 def _panel(axis: str, lines: Sequence[Line], t: Array, x: Any, top: float) -> str:
-    """Draw the signals of one row between two rules, the least and the greatest tick."""
+    """Draw the signals of one row between two lines at the smallest and the largest tick."""
     values = np.concatenate([signal for _, signal in lines])
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
@@ -119,7 +119,7 @@ def _panel(axis: str, lines: Sequence[Line], t: Array, x: Any, top: float) -> st
 
 
 def _thinned(t: Array, signal: Array, most: int = 600) -> list[tuple[float, float]]:
-    """Give the points of a line: the least and the greatest value of every pixel, in their order."""
+    """Return the points of a line, the smallest and the largest value of every pixel, in order."""
     finite = np.isfinite(signal)
     t, signal = t[finite], signal[finite]
     if len(signal) > 2 * most:
@@ -133,12 +133,12 @@ def _thinned(t: Array, signal: Array, most: int = 600) -> list[tuple[float, floa
 
 
 def _scale(low: float, high: float, first: float, last: float) -> Any:
-    """Map numbers to places."""
+    """Map numbers to coordinates."""
     return lambda value: first + (value - low) / ((high - low) or 1.0) * (last - first)
 
 
 def _ticks(low: float, high: float, about: int) -> list[float]:
-    """Give round numbers between two, about so many."""
+    """Return about this many round numbers between two numbers."""
     if not high > low:
         return [low]
     rough = (high - low) / about
@@ -149,7 +149,7 @@ def _ticks(low: float, high: float, about: int) -> list[float]:
 
 
 def _time_unit(span_s: float) -> tuple[str, float]:
-    """Give the unit for a span of time, and its seconds."""
+    """Return the unit for a duration, and its length in seconds."""
     for unit, seconds in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if span_s >= 3 * seconds:
             return unit, seconds

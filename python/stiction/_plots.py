@@ -1,4 +1,4 @@
-"""What all plots have in common. Matplotlib is imported when a plot is asked for, not before."""
+"""Shared functions of all plots. Matplotlib is imported only when a plot is requested."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__: list[str] = []
 
 
 def pyplot() -> Any:
-    """Give ``matplotlib.pyplot``, or say how to install it."""
+    """Return ``matplotlib.pyplot``, or raise an error that explains its installation."""
     try:
         import matplotlib.pyplot as plt
     except ImportError:
@@ -20,13 +20,13 @@ def pyplot() -> Any:
 
 
 def legend_above(ax: Any) -> None:
-    """Put the legend where it hides nothing."""
+    """Put the legend where it covers nothing."""
     columns = max(1, len(ax.get_legend_handles_labels()[0]))
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, frameon=False, fontsize="small")
 
 
 def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) -> list[Any]:
-    """Give `rows` axes above each other: `ax` (one, or as many) if given, else new ones."""
+    """Return `rows` axes above each other: `ax` (one, or as many) if given, else new ones."""
     if ax is None:
         plt = pyplot()
         size = (8.0, max(3.5, height * rows))
@@ -39,12 +39,12 @@ def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) ->
 
 
 def dates(start: float | None, time_s: Array) -> tuple[Any, str]:
-    """Give what to plot over, and the label of its axis: dates where the start of the clock is known, else seconds."""
+    """Return the time values to plot, and the label of their axis: dates if the start of the clock is known, else seconds."""
     return (time_s, "time (s)") if start is None else (moments(start, time_s), "time (UTC)")
 
 
 def short_dates(ax: Any) -> None:
-    """Label dates on the x axis without repeating what they share."""
+    """Label dates on the x axis without repeating their common part."""
     from matplotlib.dates import ConciseDateFormatter
 
     formatter: Any = ConciseDateFormatter
@@ -52,7 +52,7 @@ def short_dates(ax: Any) -> None:
 
 
 def legend(ax: Any) -> None:
-    """Put the legend above the axes, where it hides nothing; titles are put to the left."""
+    """Put the legend above the axes, where it covers nothing. Titles are on the left."""
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
 
 

@@ -1,4 +1,4 @@
-"""What all results have in common."""
+"""Shared features of all results."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ __all__: list[str] = []
 T = TypeVar("T")
 
 LONGEST = 400
-"""Characters that a prompt shows of a result: five lines."""
+"""Characters of a result at a prompt, five lines."""
 
 
 class Result:
-    """A result: named attributes that unpack in their order."""
+    """A result with named attributes, which unpack in their order."""
 
     _documented_as: ClassVar[Mapping[str, str]] = {}
-    """What attributes are called in documents, where that is not their name."""
+    """Names of attributes in documents, if different."""
     _left_out: ClassVar[Mapping[str, str]] = {}
-    """Fields of documents that are no attributes, and why."""
+    """Fields of documents that are not attributes, with the reason."""
 
     @classmethod
     def _prepared(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Give a document the shape of the attributes, where `result_of` cannot."""
+        """Convert a document to the shape of the attributes, if `result_of` cannot."""
         return document
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the result as plain values.
+        """Return the result as plain values.
 
         Returns
         -------
         dict
-            Attributes by name, results in it as dictionaries, arrays as they are.
+            Attributes by name. Results within it become dictionaries, and arrays are unchanged.
         """
         return {name: _plain(value) for name, value in _items(self)}
 
@@ -56,7 +56,7 @@ class Result:
         return (value for _, value in _items(self))
 
     def _summary(self) -> list[str]:
-        """What a prompt shows of a large result, at most five lines; of others nothing, so that it shows the attributes."""
+        """Return at most five lines for a large result at a prompt. An empty result shows the attributes."""
         return []
 
     def __repr__(self) -> str:
@@ -71,13 +71,13 @@ class Result:
 
 
 def about(words: str, *, kind: str = "", default: Any = dataclasses.MISSING) -> Any:
-    """Say what an attribute is; one without words shares those of the next. Its kind is that of its type by default."""
+    """Describe an attribute. One without words shares those of the next. Its kind is taken from its type by default."""
     return dataclasses.field(default=default, metadata={"words": words, "kind": kind})
 
 
 @dataclass_transform(frozen_default=True, eq_default=False, kw_only_default=True, field_specifiers=(about,))
 def result(cls: type[T]) -> type[T]:
-    """Make a frozen dataclass of keywords, without comparison, as arrays have none that is true or false."""
+    """Make a frozen dataclass with keyword arguments. It has no comparison, because comparing arrays gives no truth value."""
     made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)(cls)
     fields = [(each.name, str(each.type), each.metadata) for each in dataclasses.fields(made)]
     told = [(name, of, more.get("words", ""), more.get("kind", "")) for name, of, more in fields]
@@ -89,9 +89,9 @@ R = TypeVar("R", bound=Result)
 
 
 def result_of(cls: type[R], document: Mapping[str, Any]) -> R:
-    """Make a result of its document: attributes by name, what is in them by their types.
+    """Make a result from its document, with attributes by name, converted by their types.
 
-    A field that only one of document and class has is an error, so that none is forgotten.
+    A field that only the document or only the class has is an error, so that none is forgotten.
     """
     made_of: Any = cls  # mypy doubts that a class is hashable.
     makers = _makers(made_of)
@@ -104,7 +104,7 @@ def result_of(cls: type[R], document: Mapping[str, Any]) -> R:
 
 @functools.cache
 def _makers(cls: Any) -> dict[str, tuple[str, Any]]:
-    """Give the attributes and their types by their names in documents."""
+    """Return the attributes and their types by their names in documents."""
     hints = typing.get_type_hints(cls)
     names = [field.name for field in dataclasses.fields(cls)]
     return {cls._documented_as.get(name, name.rstrip("_")): (name, hints[name]) for name in names}
@@ -120,7 +120,7 @@ def _made(hint: Any, value: Any) -> Any:
     if origin is tuple:
         return tuple(value)
     if origin is dict and isinstance(value, list):
-        # What has a name is found by it.
+        # A list of named items becomes a dictionary by name.
         return {each["name"]: _made(inside[1], each) for each in value}
     if isinstance(hint, type) and issubclass(hint, Result):
         return result_of(hint, value)
@@ -142,7 +142,7 @@ def _plain(value: Any) -> Any:
 
 
 def _within(most: int, begin: str, items: list[str], end: str) -> str:
-    """Join items, leaving out the last ones where it would be longer."""
+    """Join items, and leave out the last ones if the text would be too long."""
     kept = list(items)
     while kept and len(begin) + len(end) + sum(len(item) + 2 for item in kept) > most:
         kept.pop()
@@ -160,7 +160,7 @@ def _short(value: Any) -> str:
 
 
 def _shorter(value: Any) -> str:
-    """Give what stands for a value where there are many."""
+    """Return a short form of a value, for use among many others."""
     shown = _short(value)
     if len(shown) <= 40:
         return shown

@@ -1,6 +1,6 @@
-"""Documentation that is told once: attributes beside their types, and parameters that functions share.
+"""Documentation written once, for attributes beside their types, and for parameters that functions share.
 
-`docs/python_api.py` makes the page with these functions, too: they take text and import nothing of the package.
+`docs/python_api.py` also makes the page with these functions. They take text and import nothing from the package.
 """
 
 from __future__ import annotations
@@ -19,40 +19,40 @@ PARAMETERS = {
     "diagnoses": ("iterable of Diagnosis", "The diagnoses."),
     "folder": ("path", "The folder of ``plant.toml``."),
     "J": ("float", "Slip jump, percent of span."),
-    "loop_type": ('str, default "unknown"', "What the loop controls, see `loop_types`."),
-    "loops": ("str, optional", 'Judge loops whose names fit this pattern, such as ``"FIC*"``.'),
+    "loop_type": ('str, default "unknown"', "Type of the loop, see `loop_types`."),
+    "loops": ("str, optional", 'Judge only loops whose names match this pattern, such as ``"FIC*"``.'),
     "method": ("str", "Its name, see `detectors`."),
     "model": ('str, default "two-phase"', "Name of a valve model, see `valve_models`."),
     "name": ("str", "Its name, see `names`."),
     "op": ("array_like", "Controller output, percent of span."),
-    "period_s": ("float, optional", "Period of the oscillation, s; by default that of the dominant one."),
-    "progress": ("callable, optional", "Called now and then with the number of loops done."),
+    "period_s": ("float, optional", "Period of the oscillation, s; by default the period of the dominant one."),
+    "progress": ("callable, optional", "Called from time to time with the number of finished loops."),
     "pv": ("array_like", "Process value, of the same length."),
     "recording": ("Recording or table", "The recording, or a table with the columns of one loop."),
     "S": ("float", "Stick band plus dead band, percent of span."),
     "sample_time": ("float", "Time between samples, s."),
     "scenario": ("Scenario, str, path or mapping", "A control loop, see `stiction.scenario`."),
-    "settings": ("mapping, optional", "Changes to it by dotted key."),
+    "settings": ("mapping, optional", "Changes to the scenario, by dotted key."),
     "since": ("str, optional", 'Judge windows from this day on, such as ``"2026-03-01"``.'),
     "vp": ("array_like", "Measured valve position, percent of span, of the same length."),
-    "week": ("str, optional", 'Such as ``"2026-W10"``; the last one with windows without it.'),
+    "week": ("str, optional", 'Such as ``"2026-W10"``; by default the last one with windows.'),
     "X": ("iterable of Recording or table, or array_like", "The cases."),
     "x": ("array_like", "The series."),
 }
-"""What parameters are that many functions have, by their names: their kinds and their words."""
+"""Parameters shared by many functions, by name, with their types and descriptions."""
 
 _COUNTS = {2: "two", 3: "three", 4: "four"}
 _SECTION = re.compile(r"^(\w+)\n-{3,}\n", re.MULTILINE)
 
 
 def documented(function: F) -> F:
-    """Document the parameters that `PARAMETERS` has and the docstring of the function has not."""
+    """Document the parameters in `PARAMETERS` that the docstring of the function lacks."""
     function.__doc__ = completed(function.__doc__ or "", inspect.signature(function).parameters)
     return function
 
 
 def drawn(count: int) -> Callable[[F], F]:
-    """Document a function that draws on that many axes, and gives them back."""
+    """Document a function that draws on this number of axes and returns them."""
 
     def of(function: F) -> F:
         function.__doc__ = plotting(function.__doc__ or "", count)
@@ -62,7 +62,7 @@ def drawn(count: int) -> Callable[[F], F]:
 
 
 def completed(text: str, names: Iterable[str]) -> str:
-    """Give a docstring with those of the parameters that it leaves to `PARAMETERS`, in the order of the signature."""
+    """Return a docstring completed with the parameters that it leaves to `PARAMETERS`, in the order of the signature."""
     places = {name: place for place, name in enumerate(names)}
     head, *parts = _SECTION.split(inspect.cleandoc(text))
     sections = dict(zip(parts[::2], parts[1::2]))
@@ -75,7 +75,7 @@ def completed(text: str, names: Iterable[str]) -> str:
 
 
 def plotting(text: str, count: int) -> str:
-    """Give the docstring of a function that draws with its axes."""
+    """Return the docstring of a drawing function, completed with its axes."""
     head, *parts = _SECTION.split(inspect.cleandoc(text))
     one = count == 1
     kind = "matplotlib axes, optional" if one else f"sequence of {_COUNTS[count]} matplotlib axes, optional"
@@ -87,9 +87,9 @@ def plotting(text: str, count: int) -> str:
 
 
 def with_attributes(text: str, fields: Iterable[tuple[str, str, str, str]]) -> str:
-    """Give the docstring of a class with its attributes: name, type, words and kind of each.
+    """Return the docstring of a class, completed with its attributes: name, type, words and kind of each.
 
-    One without words shares those of the next; the kind is made of the type where it is empty.
+    An attribute without words shares those of the next. If the kind is empty, it is made from the type.
     """
     head, *parts = _SECTION.split(inspect.cleandoc(text))
     entries, names = [], []
@@ -102,7 +102,7 @@ def with_attributes(text: str, fields: Iterable[tuple[str, str, str, str]]) -> s
 
 
 def kind_of(annotation: str) -> str:
-    """Say a type as docstrings do: ``list of float or None``."""
+    """Return a type in the notation of docstrings: ``list of float or None``."""
     kinds: list[tuple[str, Any]] = [
         (r"npt\.NDArray\[np\.(bool|int|float|complex|str)\w*\]", r"ndarray of \1"),
         (r"\bComplexArray\b", "ndarray of complex"),
@@ -119,7 +119,7 @@ def kind_of(annotation: str) -> str:
 
 
 def _entry(name: str, kind: str, words: str) -> str:
-    # To wrap takes long, and most fit a line.
+    # Wrapping is slow, and most entries fit on one line.
     lines = textwrap.wrap(words, 110, break_on_hyphens=False) if len(words) > 110 else [words]
     return "\n    ".join([f"{name} : {kind}", *lines])
 

@@ -40,7 +40,7 @@ ScenarioLike: TypeAlias = Scenario | str | PathLike[str] | Mapping[str, Any]
 
 
 def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) -> Scenario:
-    """Describe what to simulate.
+    """Return a scenario to simulate.
 
     Parameters
     ----------
@@ -48,12 +48,12 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
         The name of a built-in scenario (see `scenarios`), the path of a TOML file, or the tables of such a
         file as nested mappings. ``docs/scenarios.md`` of the project lists every key with its unit.
     settings : mapping, optional
-        Changes to it by dotted key, such as ``{"valve.S": 4}``.
+        Changes to the scenario, by dotted key, such as ``{"valve.S": 4}``.
 
     Raises
     ------
     ValueError
-        If it is not well formed; the message names line and key.
+        If it is not well formed; the message gives line and key.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
 
 @result
 class Run(Result):
-    """What a simulated loop did."""
+    """The signals of a simulated loop."""
 
     sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     sp: Array
@@ -94,9 +94,9 @@ class Run(Result):
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(
-        "Half of the peak-to-peak range in the second half: of OP and VP in percent of span, of the PV in its units."
+        "Half of the peak-to-peak range in the second half, of OP and VP in percent of span, of the PV in PV units."
     )
-    growth: float | None = about("Amplitude of the last cycles over that of those before; None if it does not cycle.")
+    growth: float | None = about("Ratio of the amplitudes of the last cycles and of those before; None if it does not cycle.")
 
     @property
     def time_s(self) -> Array:
@@ -104,7 +104,7 @@ class Run(Result):
         return _times(self.op, self.sample_time)
 
     def to_table(self) -> Table:
-        """Give the signals as an Arrow table.
+        """Return the signals as an Arrow table.
 
         Returns
         -------
@@ -114,7 +114,7 @@ class Run(Result):
         return _core.number_table(_signals(self))
 
     def to_pandas(self) -> Any:
-        """Give the signals as a data frame of pandas.
+        """Return the signals as a pandas data frame.
 
         Returns
         -------
@@ -139,9 +139,9 @@ class Run(Result):
 
 @result
 class CascadeRun(Result):
-    """What a simulated cascade did: a slave loop under a master."""
+    """The signals of a simulated cascade, a slave loop under a master."""
 
-    slave: Run = about("The slave loop, with the sticking valve; its set point is what the master asked for.")
+    slave: Run = about("The slave loop, with the sticking valve; the master gives its set point.")
     sp: Array
     pv: Array = about(
         "Set point and measured process value of the master, in its PV units, at the samples of the slave."
@@ -153,7 +153,7 @@ class CascadeRun(Result):
         return self.slave.time_s
 
     def to_table(self) -> Table:
-        """Give the signals as an Arrow table.
+        """Return the signals as an Arrow table.
 
         Returns
         -------
@@ -163,7 +163,7 @@ class CascadeRun(Result):
         return _core.number_table(_cascade_signals(self))
 
     def to_pandas(self) -> Any:
-        """Give the signals as a data frame of pandas.
+        """Return the signals as a pandas data frame.
 
         Returns
         -------
@@ -189,7 +189,7 @@ class CascadeRun(Result):
 
 @result
 class OpenLoopRun(Result):
-    """What a valve did on a test signal, without a loop around it."""
+    """The signals of a valve on a test signal, without a loop."""
 
     sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     op: Array
@@ -204,7 +204,7 @@ class OpenLoopRun(Result):
         return _times(self.op, self.sample_time)
 
     def to_table(self) -> Table:
-        """Give the signals as an Arrow table.
+        """Return the signals as an Arrow table.
 
         Returns
         -------
@@ -214,7 +214,7 @@ class OpenLoopRun(Result):
         return _core.number_table(_open_loop_signals(self))
 
     def to_pandas(self) -> Any:
-        """Give the signals as a data frame of pandas.
+        """Return the signals as a pandas data frame.
 
         Returns
         -------
@@ -229,12 +229,12 @@ class OpenLoopRun(Result):
         return frame(dict(_open_loop_signals(self)), "time_s")
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot OP and VP over time, and the VP against the OP.
+        """Plot OP and VP over time, and the VP over the OP.
 
         Parameters
         ----------
         ax : sequence of matplotlib Axes, optional
-            Two axes to draw on, of which the x axes are not shared; by default new ones.
+            Two axes to draw on, with separate x axes; by default new ones.
 
         Returns
         -------
@@ -249,7 +249,7 @@ class OpenLoopRun(Result):
 
 
 def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind: str) -> dict[str, Any]:
-    """Simulate a scenario of that kind; of another, name the function for it."""
+    """Simulate a scenario of this kind. For another kind, name the function in the error."""
     parsed = _scenario(scenario, settings)
     if parsed.kind != kind:
         known = {"closed loop": "simulate", "cascade": "simulate_cascade", "open loop": "simulate_open_loop"}
@@ -271,32 +271,32 @@ def simulate(
 ) -> Run:
     """Simulate a control loop.
 
-    Parts of your own take the place of the scenario's; all else, such as set point, noise and sample time, is the
-    scenario's. They are stepped in the same order and with the same arithmetic, so that a part which repeats one of
-    the library gives the same numbers, only slower.
+    Your own parts replace those of the scenario. All other properties, such as set point, noise and sample time, come from the
+    scenario. The parts are stepped in the same order and with the same arithmetic, so a copy of a library part gives the same
+    numbers, only more slowly.
 
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        What to simulate, see `stiction.scenario`.
+        The scenario, see `stiction.scenario`.
     controller : OwnController, optional
-        In place of the scenario's controller.
+        A controller that replaces the scenario's.
     valve : OwnValve, Valve or Stem, optional
-        In place of the scenario's valve. It begins at rest at the operating point.
+        A valve that replaces the scenario's. It begins at rest at the operating point.
     process : OwnProcess, optional
-        In place of the scenario's process with its dead time.
+        A process that replaces the scenario's process with its dead time.
 
     Returns
     -------
     Run
-        Of an unstable loop signals may end as infinite or NaN.
+        Signals of an unstable loop may end as infinite or NaN.
 
     Raises
     ------
     ValueError
-        If the scenario is not well formed, or of another kind; if the solver of a stem cannot go on.
+        If the scenario is not well formed, or of another kind; if the solver of a stem cannot continue.
     TypeError
-        If a part of your own is none, or gives no number. What else it raises ends the simulation.
+        If one of your own parts has the wrong type or returns no number. Its other exceptions end the simulation.
 
     Examples
     --------
@@ -329,7 +329,7 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        What to simulate, see `stiction.scenario`.
+        The scenario, see `stiction.scenario`.
 
     Returns
     -------
@@ -359,7 +359,7 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        What to simulate, see `stiction.scenario`.
+        The scenario, see `stiction.scenario`.
 
     Returns
     -------
@@ -383,7 +383,7 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
 
 @result
 class Sweep(Result):
-    """What many loops did over the last half of their samples, one entry a loop, in their order."""
+    """Statistics of many loops over the last half of their samples, one entry per loop, in order."""
 
     S: Array
     J: Array = about("Bands of the valves, percent of span.")
@@ -392,19 +392,19 @@ class Sweep(Result):
     )
     half_pp_op: Array
     half_pp_vp: Array = about("Half of the peak-to-peak range of OP and VP, percent of span.")
-    half_pp_pv: Array = about("Half of the peak-to-peak range of the PV, in its units.")
+    half_pp_pv: Array = about("Half of the peak-to-peak range of the PV, in PV units.")
     error_mean: Array
     error_rms: Array
     error_abs: Array = about("Mean, root mean square and mean absolute control error SP - PV, in PV units.")
-    travel_per_s: Array = about("Way travelled by the valve, percent of span per second.")
+    travel_per_s: Array = about("Travel of the valve, percent of span per second.")
 
     def to_table(self) -> Table:
-        """Give it as an Arrow table.
+        """Return the statistics as an Arrow table.
 
         Returns
         -------
         Table
-            A row a loop, with the attributes as columns.
+            One row per loop, with the attributes as columns.
         """
         return _core.number_table(list(self.to_dict().items()))
 
@@ -413,9 +413,9 @@ class Sweep(Result):
 def sweep(
     scenarios: Iterable[ScenarioLike], *, progress: Callable[[int], object] | None = None
 ) -> Sweep:
-    """Simulate many control loops, several at a time on every core, and keep their statistics.
+    """Simulate many control loops in parallel on all cores, and keep their statistics.
 
-    The same on any number of cores. Loops of equal duration and sample time that follow each other are fastest.
+    The result does not depend on the number of cores. Successive loops of equal duration and sample time are fastest.
 
     Parameters
     ----------
@@ -425,7 +425,7 @@ def sweep(
     Raises
     ------
     ValueError
-        If a scenario is not well formed, or no closed loop.
+        If a scenario is not well formed, or not a closed loop.
 
     Examples
     --------
@@ -444,14 +444,14 @@ def sweep(
 
 @documented
 def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> Array:
-    """Give the samples of a test signal.
+    """Return the samples of a test signal.
 
     Parameters
     ----------
     table : mapping
-        The signal as a scenario describes it, such as ``{"signal": "ramp", "mean": 50, "amplitude": 15,
-        "period": 60}``. Signals are constant, sine, ramp, square, steps, line, staircase, noise and
-        random-walk; ``docs/scenarios.md`` of the project lists their keys.
+        The signal in the notation of scenarios, such as ``{"signal": "ramp", "mean": 50, "amplitude": 15, "period": 60}``.
+        Signals are constant, sine, ramp, square, steps, line, staircase, noise and random-walk; ``docs/scenarios.md`` of the
+        project lists their keys.
     duration : float
         Duration, s.
 
@@ -503,5 +503,5 @@ def _open_loop_signals(run: OpenLoopRun) -> list[tuple[str, Array]]:
     return [("time_s", run.time_s), ("op", run.op), ("vp", run.vp)]
 
 
-# Under another name where a parameter is called `scenario`.
+# Imported under another name, because a parameter is called `scenario`.
 _scenario = scenario

@@ -1,6 +1,6 @@
-"""Compensators: what can be put between a controller and a sticking valve until the valve is repaired.
+"""Compensators between a controller and a sticking valve, for the time until the valve is repaired.
 
-Compensation treats a symptom. It mostly trades the swing of the PV for travel of the stem, and so for wear.
+Compensation treats a symptom. It usually reduces the swing of the PV at the cost of more stem travel, and so of more wear.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class Compensator(Result):
     """A published or practised compensator."""
 
     name: str = about("Its name.")
-    summary: str = about("What it does, in a line.")
-    citation: str = about("Where it comes from.")
+    summary: str = about("A short description.")
+    citation: str = about("Its source.")
 
 
 def compensators() -> list[Compensator]:
@@ -57,44 +57,44 @@ def compensators() -> list[Compensator]:
 
 @result
 class Parameter(Result):
-    """A number that an action works with."""
+    """A parameter of an action."""
 
     name: str = about("Its name.")
     value: float = about("Its value.")
-    unit: str = about("Its unit; empty of a number without one.")
+    unit: str = about("Its unit; empty without a unit.")
 
 
 @result
 class Measures(Result):
-    """What a loop did in a window, in numbers that can be compared."""
+    """Measures of a loop in a window, for comparison."""
 
-    iae_per_s: float = about("Integral of the absolute control error per second, its mean, in PV units.")
+    iae_per_s: float = about("Mean absolute control error (IAE per second), in PV units.")
     pv_std: float = about("Standard deviation of the PV, in its units.")
-    op_travel_per_s: float = about("Way of the signal that the valve receives, percent per second.")
-    vp_travel_per_s: float = about("Way of the stem, percent per second: what wears packing and seat.")
+    op_travel_per_s: float = about("Travel of the signal that the valve receives, percent per second.")
+    vp_travel_per_s: float = about("Stem travel, percent per second, which wears packing and seat.")
     reversals_per_h: float = about("Reversals of the stem per hour.")
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(
-        "Half of the peak-to-peak range: of the signal that the valve receives and of the VP in percent of span, of "
-        "the PV in its units."
+        "Half of the peak-to-peak range, of the signal that the valve receives and of the VP in percent of span, of "
+        "the PV in PV units."
     )
 
 
 @result
 class CompensatedRun(Result):
-    """A loop with a compensator and without it."""
+    """A loop with and without a compensator."""
 
     method: str = about("The compensator.")
-    parameters: list[Parameter] = about("What it worked with.")
-    at_s: float = about("When it was switched on, s.")
+    parameters: list[Parameter] = about("Its parameters.")
+    at_s: float = about("Time at which it was switched on, s.")
     settle_s: float
-    window_s: float = about("How long it was then left alone, and how long it was measured, s.")
-    run: Run = about("The loop with it; its OP is what the controller gave.")
+    window_s: float = about("Settling time before the measurement, and duration of the measurement, s.")
+    run: Run = about("The loop with the compensator; its OP is the output of the controller.")
     signal: Array = about("What the valve received, percent of span.")
     without: Run = about("The loop without it.")
     measures: Measures
-    measures_without: Measures = about("Measures in the window, with it and without.")
+    measures_without: Measures = about("Measures in the window, with and without the compensator.")
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
@@ -135,32 +135,31 @@ def compensate(
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`; it lasts as long as is measured, whatever its duration.
+        A control loop, see `stiction.scenario`. Its duration is replaced by the duration of the measurement.
     method : str
         Name of a compensator, see `compensators`.
     parameters : mapping, optional
-        Parameters by the names under which they are told in the result, such as ``{"amplitude": 2}``. Others
-        are chosen from what is known of valve and loop.
+        Parameters by their names in the result, such as ``{"amplitude": 2}``. The others are chosen from the properties of valve
+        and loop.
     S, J : float, optional
-        What is assumed of the valve in choosing them, percent of span; by default what it has.
+        S and J assumed for choosing parameters, percent of span; by default those of the valve.
     at_s : float, optional
-        When it is switched on, s; by default after ten cycles.
+        Time at which it is switched on, s; by default after ten cycles.
     settle_s : float, optional
-        How long it is left alone before it is measured, s; by default ten cycles.
+        Settling time before the measurement, s; by default ten cycles.
     window_s : float, optional
-        How long it is measured, s; by default ten cycles.
+        Duration of the measurement, s; by default ten cycles.
 
     Raises
     ------
     TypeError
-        If `parameters` is no mapping to numbers.
+        If `parameters` is not a mapping to numbers.
     ValueError
-        If there is no such compensator or parameter, a number is out of its range, or the scenario is no closed
-        loop.
+        If there is no such compensator or parameter, a number is out of its range, or the scenario is not a closed loop.
 
     Notes
     -----
-    The knocker is Hägglund's, J. Process Control 12 (2002) 507; `compensators` tells where the others come from.
+    The knocker is from Hägglund, J. Process Control 12 (2002) 507. `compensators` lists the sources of the others.
 
     Examples
     --------
@@ -196,10 +195,10 @@ def compensate(
 
 @result
 class Outcome(Result):
-    """What came of an action in one case."""
+    """The result of an action in one case."""
 
     s_factor: float
-    j_factor: float = about("Factors on the S and J that were assumed.")
+    j_factor: float = about("Factors on the assumed S and J.")
     noise: bool = about("Whether noise was added to the PV.")
     measures: Measures = about("Measures in the window without changes.")
     set_point_iae_per_s: float
@@ -212,18 +211,18 @@ class Outcome(Result):
 
 @result
 class Protocol(Result):
-    """What every action goes through: a window without changes, a set-point step, a load step."""
+    """The protocol of every action, with a window without changes, a set-point step and a load step."""
 
-    at_s: float = about("When compensators are switched on, s.")
-    settle_s: float = about("How long they are left alone before they are measured, s.")
+    at_s: float = about("Time at which compensators are switched on, s.")
+    settle_s: float = about("Settling time before the measurement, s.")
     window_s: float = about("Length of the window, s.")
-    step_s: float = about("Time given to each step, s.")
+    step_s: float = about("Duration of each step, s.")
     set_point_step: float = about("Height of the set-point step, in PV units.")
     load_step: float = about("Height of the load step, percent.")
     settling_band: float = about("Control error within which the loop has settled, in PV units.")
     error: float = about("Relative error of the assumed S and J, both ways.")
     noise_sd: float = about("Standard deviation of the noise in the case with noise, in PV units.")
-    seed: int = about("Its seed.")
+    seed: int = about("Seed of the noise.")
 
 
 @result
@@ -231,10 +230,10 @@ class CompensatorRow(Result):
     """A compensator, or the loop as it is, in a comparison."""
 
     action: str = about('Name of the compensator, or ``"as it is"``.')
-    parameters: list[Parameter] = about("What it worked with, nominally.")
+    parameters: list[Parameter] = about("Its nominal parameters.")
     error: float = about("Mean absolute control error in the window, nominally, in PV units.")
-    worst_error: float = about("The same in the worst of the cases without noise: the measure of the ranking.")
-    reduction: float = about("By what it divides the standard deviation of the PV; infinite if nothing is left of it.")
+    worst_error: float = about("The same in the worst of the cases without noise, which determines the rank.")
+    reduction: float = about("Factor by which the standard deviation of the PV falls; infinite if nothing is left of it.")
     outcomes: list[Outcome] = about(
         "The nominal case first, then S and J wrong (less and less, less and more, more and less, more and more), "
         "then with noise."
@@ -245,18 +244,18 @@ class CompensatorRow(Result):
 class CompensatorComparison(Result):
     """Compensators side by side."""
 
-    rows: list[CompensatorRow] = about("The loop as it is and with each compensator, the least worst error first.")
-    protocol: Protocol = about("What they went through.")
+    rows: list[CompensatorRow] = about("The loop as it is and with each compensator, those with the smallest worst error first.")
+    protocol: Protocol = about("The protocol of the comparison.")
 
     def _summary(self) -> list[str]:
         best = self.rows[0]
         return [
             f"CompensatorComparison of {len(self.rows)} rows",
-            f"least control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
+            f"smallest control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
         ]
 
     def to_table(self) -> Table:
-        """Give a row for every compensator and case.
+        """Return a row for every compensator and case.
 
         Returns
         -------
@@ -272,7 +271,7 @@ class CompensatorComparison(Result):
 
 
 def _row_parts(row: dict[str, Any]) -> dict[str, Any]:
-    """Give a row with typed results for its dictionaries."""
+    """Return a row with typed results made from its dictionaries."""
     return {
         **row,
         "parameters": [Parameter(**each) for each in row["parameters"]],
@@ -281,7 +280,7 @@ def _row_parts(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _table(rows: Sequence[Any]) -> Table:
-    """Give a table of rows with an action and its outcomes."""
+    """Return a table of rows with an action and its outcomes."""
     cases = [(rank, row.action, outcome) for rank, row in enumerate(rows, 1) for outcome in row.outcomes]
     return _core.actions_table(
         [rank for rank, _, _ in cases],
@@ -304,7 +303,7 @@ def _table(rows: Sequence[Any]) -> Table:
 
 
 def _bars(rows: Sequence[Any], ax: Any) -> Any:
-    """Draw error and travel of every row; a line reaches over the cases without noise."""
+    """Draw error and travel of every row. A line spans the cases without noise."""
     error, travel = _plots.axes(ax, 2, sharex=False, height=max(2.0, 0.33 * len(rows)))
     names = [row.action for row in rows]
     places = np.arange(len(rows))
@@ -345,7 +344,7 @@ def compare_compensators(
     at_s: float | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> CompensatorComparison:
-    """Set compensators side by side: with S and J right, wrong by half, and with noise.
+    """Compare compensators with S and J right, wrong by half, and with noise.
 
     Each goes through a window without changes, a set-point step and a load step.
 
@@ -354,19 +353,19 @@ def compare_compensators(
     methods : sequence of str, optional
         Names of compensators, see `compensators`; by default all.
     S, J : float, optional
-        What is assumed of the valve, percent of span; by default what it has.
+        S and J assumed for the valve, percent of span; by default those of the valve.
     at_s : float, optional
-        When they are switched on, s; by default after ten cycles.
+        Time at which they are switched on, s; by default after ten cycles.
     progress : callable, optional
-        Called with the number of simulations that are done whenever it has grown: six for each compensator, and two for the loop
-        as it is.
+        Called with the number of finished simulations whenever it has grown: six for each compensator, and two for the loop as it
+        is.
 
     Raises
     ------
     TypeError
-        If `methods` is no sequence of names, or `progress` cannot be called.
+        If `methods` is not a sequence of names, or `progress` cannot be called.
     ValueError
-        If there is no such compensator, the scenario is no closed loop, or it grows without bound.
+        If there is no such compensator, the scenario is not a closed loop, or it grows without bound.
 
     Examples
     --------

@@ -26,21 +26,20 @@ __all__ = ["ValveDescribingFunction", "describing_function", "process_of", "valv
 
 
 def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
-    """Give the table ``process`` of a scenario for a linear system.
+    """Return the table ``process`` of a scenario for a linear system.
 
     Parameters
     ----------
     system : control.TransferFunction or control.StateSpace
-        From valve position, percent, to PV, in its units: one input, one output, continuous in time, at most as
-        many zeros as poles, of order 8 at most.
+        A system from valve position, percent, to PV, in PV units, with one input and one output, continuous in time. It has at
+        most as many zeros as poles, and order 8 at most.
     dead_time : float, default 0
-        Dead time behind it, s.
+        Dead time in series, s.
 
     Returns
     -------
     dict
-        ``type``, ``num``, ``den`` and ``delay``; for the key ``process`` of the mapping given to
-        `stiction.scenario`.
+        ``type``, ``num``, ``den`` and ``delay``, for the key ``process`` of the mapping passed to `stiction.scenario`.
 
     Raises
     ------
@@ -72,7 +71,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
     transfer = control.tf(system)
     num, den = (np.trim_zeros(np.real(part[0][0]), "f") for part in (transfer.num, transfer.den))
     if isinstance(system, control.StateSpace):
-        # A conversion leaves rounding in place of coefficients that are 0.
+        # A conversion leaves rounding errors instead of coefficients of 0.
         while len(num) > 1 and abs(num[0]) <= 1e-12 * abs(num).max():
             num = num[1:]
     if len(num) > len(den):
@@ -80,7 +79,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
     return {"type": "transfer-function", "num": num.tolist(), "den": den.tolist(), "delay": delay}
 
 
-# Those whose memory is a state that a new valve can begin from.
+# Models whose memory is a state from which a new valve can begin.
 _MODELS = [m.name for m in valve_models() if _core.Valve(5.0, 2.0, model=m.name)._state() is not None]
 
 
@@ -93,19 +92,19 @@ def valve_system(
     dt: float | bool = True,
     name: str | None = None,
 ) -> Any:
-    """Give a sticking valve as a discrete-time system.
+    """Return a sticking valve as a discrete-time system.
 
-    Its response to a series of OP is that of `stiction.valve` to the last bit. The state is the position, the OP
-    of the sample before, and the motion: 1 or -1 while the stem moves that way, 0 while it is stuck. The state
-    ``[0, 0, 0]`` is a valve at rest at 0; pass ``[x, x, 0]`` as initial state for one at rest at x.
+    Its response to a series of OP equals `stiction.valve` to the last bit. The state is the position, the OP of the sample
+    before, and the motion: 1 or -1 while the stem moves that way, 0 while it is stuck. The state ``[0, 0, 0]`` is a valve at rest
+    at 0; pass ``[x, x, 0]`` as initial state of a valve at rest at x.
 
     Parameters
     ----------
     model : str, default "two-phase"
-        Name of a valve model. Kano's and Choudhury's remember more than this state holds; for J up to S
-        "two-phase" is the same valve.
+        Name of a valve model. Kano's and Choudhury's models have more memory than this state. For J up to S, "two-phase" is the
+        same valve.
     dt : float or True, default True
-        Time between samples, s; True if it does not matter.
+        Time between samples, s; True if it is irrelevant.
     name : str, optional
         Name of the system.
 
@@ -119,7 +118,7 @@ def valve_system(
     TypeError
         If an argument is of the wrong type.
     ValueError
-        If a value is out of its range, or `model` is not one of those.
+        If a value is out of its range, or `model` is not supported.
 
     Examples
     --------
@@ -199,7 +198,7 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
         return self._valve.step(float(np.squeeze(op)))
 
     def describing_function(self, amplitude: npt.ArrayLike) -> Any:
-        """Give N(X), see `stiction.describing_function`.
+        """Return N(X), see `stiction.describing_function`.
 
         Parameters
         ----------
@@ -223,10 +222,10 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
 
 @documented
 def describing_function(S: float, J: float, model: str = "two-phase") -> ValveDescribingFunction:
-    """Give the describing function of a sticking valve as python-control takes it.
+    """Return the describing function of a sticking valve for python-control.
 
-    Pass it to ``control.describing_function_response`` with the product of controller and process, and
-    amplitudes above `stiction.least_amplitude`: below, the valve stays stuck and ``-1/N`` is infinite.
+    Pass it to ``control.describing_function_response`` with the product of controller and process, and with amplitudes above
+    `stiction.least_amplitude`. Below, the valve stays stuck and ``-1/N`` is infinite.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Limit cycles of a loop, predicted instead of simulated, and what they depend on.
+"""Limit cycles of a loop, predicted instead of simulated, and their dependence on parameters.
 
-A loop is looked at in continuous time, at its last set point and load, without noise and far from the limits of
-its OP. Two methods find its cycles: ``"exact"``, by the flow of the loop from slip to slip, and
-``"describing-function"``, by harmonic balance, as if OP and VP were sines.
+The prediction holds in continuous time, at the last set point and load, without noise and far from the limits of the OP. Two
+methods find cycles: ``"exact"`` follows the loop from slip to slip, and ``"describing-function"`` uses harmonic balance, as if OP
+and VP were sines.
 """
 
 from __future__ import annotations
@@ -57,36 +57,36 @@ METHODS = ("exact", "describing-function")
 class Cycle(Result):
     """A limit cycle."""
 
-    method: str = about('How it was found: ``"exact"`` or ``"describing-function"``.')
+    method: str = about('The method, ``"exact"`` or ``"describing-function"``.')
     period_s: float = about("Period, s.")
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(
-        "Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units. By describing "
-        "function the VP is its fundamental."
+        "Half of the peak-to-peak range, of OP and VP in percent of span, of the PV in PV units. With the describing "
+        "function, the VP is its fundamental."
     )
     middle_op: float
     middle_vp: float
-    middle_pv: float = about("The middle between the extremes, in the same units.")
-    stable: bool = about("Whether a motion beside it approaches it, or the family it belongs to.")
+    middle_pv: float = about("Middle between the extremes, in the same units.")
+    stable: bool = about("Whether nearby motions approach it or its family.")
     multipliers: ComplexArray = about(
-        "Floquet multipliers: how much of a small deviation is left after a period, the largest first. Empty where "
-        "the method knows none."
+        "Floquet multipliers, the remaining share of a small deviation after a period, the largest first. Empty if "
+        "the method does not compute them."
     )
-    slips: int = about("How often the stem begins to move in a period.")
+    slips: int = about("Number of slips per period.")
 
 
 @result
 class LimitCycles(Result):
-    """What a search for limit cycles has found."""
+    """The result of a search for limit cycles."""
 
     method: str = about('``"exact"`` or ``"describing-function"``.')
     state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"``.')
     cycles: list[Cycle] = about(
-        "The cycles: exact ones with those that attract first, of describing functions the largest first."
+        "The cycles. Exact ones that attract come first; of describing functions, the largest comes first."
     )
-    reasons: list[str] = about("Why there is no cycle, or why it is not known; beside cycles, how other motions end.")
-    no_part: list[str] = about("Keys of the scenario that have no part in the prediction.")
+    reasons: list[str] = about("Why there is no cycle, or why this is not known; with cycles, how other motions end.")
+    no_part: list[str] = about("Keys of the scenario that do not affect the prediction.")
 
     @property
     def cycle(self) -> Cycle | None:
@@ -102,28 +102,28 @@ def _found(found: dict[str, Any]) -> LimitCycles:
 def limit_cycle(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
-    """Predict the limit cycle in which a loop ends that starts near its equilibrium.
+    """Predict the final limit cycle of a loop that starts near its equilibrium.
 
     Parameters
     ----------
     method : {"exact", "describing-function"}, default "exact"
-        By the flow of the loop from slip to slip, or by harmonic balance.
+        Exact, from slip to slip, or by harmonic balance.
 
     Returns
     -------
     LimitCycles
-        With one cycle, or with the reason why there is none.
+        With one cycle, or with the reason for none.
 
     Raises
     ------
     ValueError
-        If the scenario is no closed loop, or not one that the method can treat; the message says why.
+        If the scenario is not a closed loop, or the method does not support it; the message gives the reason.
 
     Notes
     -----
-    The exact flow is solved by the method of steps (Hairer, Norsett, Wanner, 1993). Harmonic balance with
-    describing functions: Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658; whether its
-    cycles attract: Loeb (1956). It misses cycles that are far from a sine.
+    The exact flow is solved by the method of steps (Hairer, Norsett, Wanner, 1993). Harmonic balance uses describing functions
+    (Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658). Loeb's criterion (1956) shows whether its cycles
+    attract. It misses cycles that are far from a sine.
 
     Examples
     --------
@@ -146,12 +146,12 @@ def limit_cycles(
     Parameters
     ----------
     method : {"exact", "describing-function"}, default "exact"
-        By tens of motions from near the equilibrium to far outside the friction bands, or by harmonic balance.
+        From tens of motions between the equilibrium and far outside the friction bands, or by harmonic balance.
 
     Raises
     ------
     ValueError
-        If the scenario is no closed loop, or not one that the method can treat.
+        If the scenario is not a closed loop, or the method does not support it.
 
     Examples
     --------
@@ -167,15 +167,14 @@ def limit_cycles(
 def limit_cycle_member(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, offset: float
 ) -> LimitCycles:
-    """Find a member of the family of cycles of a stem that moves in slips alone.
+    """Find a member of the family of cycles of a stem that moves only in slips.
 
-    Valves after He, He and Wang, and Stenman have such a family: in which member a loop ends depends on where it
-    started.
+    Valve models of He, of He and Wang, and of Stenman have such a family. The start determines the member in which a loop ends.
 
     Parameters
     ----------
     offset : float
-        How far the positions of the member lie above those of the symmetric one, percent of span.
+        Height of the positions of the member above those of the symmetric one, percent of span.
 
     Raises
     ------
@@ -197,11 +196,11 @@ class Trajectory(Result):
     """An exact limit cycle over one period."""
 
     cycle: Cycle = about("The cycle.")
-    time_s: Array = about("Times since a slip upward, s; where the VP jumps, the same time stands twice.")
+    time_s: Array = about("Times since a slip upward, s; at a jump of the VP, the same time occurs twice.")
     op: Array
-    vp: Array = about("OP and VP, percent of span, about the operating point of the loop.")
-    pv: Array = about("PV about the operating point, in its units.")
-    set_point: float = about("Set point about the operating point, in PV units.")
+    vp: Array = about("OP and VP relative to the operating point of the loop, percent of span.")
+    pv: Array = about("PV relative to the operating point, in PV units.")
+    set_point: float = about("Set point relative to the operating point, in PV units.")
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
@@ -236,18 +235,18 @@ class Trajectory(Result):
 def limit_cycle_trajectory(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, samples: int = 1000
 ) -> Trajectory:
-    """Give the exact limit cycle in which a loop ends over one period.
+    """Return the final exact limit cycle of a loop over one period.
 
     Parameters
     ----------
     samples : int, default 1000
-        Times in the period, equally far apart; slips and stops of the stem come on top of them. Values are exact
-        at each time, not interpolated.
+        Number of equally spaced times in the period, in addition to slips and stops of the stem. Values are exact at each time,
+        not interpolated.
 
     Raises
     ------
     ValueError
-        If the loop ends in no cycle (`limit_cycle` says why), or cannot be computed exactly.
+        If the loop has no final cycle (`limit_cycle` gives the reason), or it cannot be computed exactly.
 
     Examples
     --------
@@ -258,7 +257,7 @@ def limit_cycle_trajectory(
     """
     found = _core.limit_cycle_trajectory(_scenario(scenario, settings), integer("samples", samples, 1))
     if found is None:
-        raise ValueError("the loop ends in no limit cycle that could be followed; stiction.limit_cycle says why")
+        raise ValueError("the loop has no final limit cycle; stiction.limit_cycle gives the reason")
     return Trajectory(**{**found, "cycle": Cycle(**found["cycle"])})
 
 
@@ -266,34 +265,34 @@ def limit_cycle_trajectory(
 def describing_function(
     amplitude: Samples, S: float, J: float, *, model: str = "two-phase", slips: int | None = None
 ) -> ComplexArray:
-    """Give the describing function N(X) of a sticking valve.
+    """Return the describing function N(X) of a sticking valve.
 
-    It is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in the steady motion
-    whose middle is that of the OP, in closed form.
+    It is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in closed form. The motion is steady,
+    with the same middle as the OP.
 
     Parameters
     ----------
     amplitude : array_like
         Amplitudes X of the OP, percent of span, above 0.
     slips : int, optional
-        How often the stem slips in one direction, where a valve may do so more or less often under the same sine,
-        as He's, He and Wang's and Stenman's; by default the fewest times.
+        Number of slips of the stem in one direction, for models in which it can vary under the same sine, such as He's, He and
+        Wang's and Stenman's; by default the smallest.
 
     Returns
     -------
     ndarray of complex
-        N(X); 0 where the sine is too small to move the valve, see `least_amplitude`.
+        N(X); 0 if the sine is too small to move the valve, see `least_amplitude`.
 
     Raises
     ------
     TypeError
         If `amplitude` holds no real numbers.
     ValueError
-        If an amplitude is not positive, the valve does not slip so often under it, or there is no such model.
+        If an amplitude is not positive, the valve does not slip this often under it, or there is no such model.
 
     Notes
     -----
-    Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658; derived anew for every model.
+    Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658; derived again for every model.
 
     Examples
     --------
@@ -308,7 +307,7 @@ def describing_function(
 
 @documented
 def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
-    """Give the amplitude of a sine of the OP above which the valve goes on moving.
+    """Return the amplitude of a sine of the OP above which the valve keeps moving.
 
     Returns
     -------
@@ -331,27 +330,27 @@ def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
 
 @result
 class FrequencyResponse(Result):
-    """The frequency response of a loop that is cut open where its valve is."""
+    """The frequency response of a loop cut open at its valve."""
 
     omega: Array = about("Frequencies, rad/s.")
     loop_gain: ComplexArray = about(
-        "L(jw), controller and process, with the sign for which ``L N = -1`` is the condition of a cycle."
+        "L(jw) of controller and process, with the sign for which ``L N = -1`` is the condition of a cycle."
     )
     process_gain: ComplexArray = about("G(jw), from VP to PV, PV units per percent.")
     stability: str = about(
         'Whether the loop would be ``"stable"``, ``"marginal"`` or ``"unstable"`` if the valve followed the OP.'
     )
-    gain_crossover: float | None = about("Where ``|L| = 1`` and the phase is nearest to -180 degrees, rad/s.")
-    phase_margin: float | None = about("How far the phase is from -180 degrees there, rad.")
+    gain_crossover: float | None = about("Frequency with ``|L| = 1`` and the phase nearest to -180 degrees, rad/s.")
+    phase_margin: float | None = about("Distance of the phase from -180 degrees there, rad.")
     ultimate_frequency: float | None = about(
-        "Where the loop would oscillate at the stability limit of its gain, rad/s."
+        "Frequency of oscillation at the stability limit of the gain, rad/s."
     )
-    gain_margin: float | None = about("The factor on the gain that leads there.")
+    gain_margin: float | None = about("Factor on the gain at this limit.")
     peak_sensitivity: float = about("Ms, the largest of ``|1 / (1 + L)|``.")
-    peak_frequency: float = about("Where it is, rad/s.")
+    peak_frequency: float = about("Frequency of this maximum, rad/s.")
     crossing_omega: Array = about("Frequencies of the cycles by harmonic balance, rad/s.")
-    crossings: ComplexArray = about("L at them, where it meets ``-1/N(X)``.")
-    crossing_slips: list[int] = about("How often the stem slips in one direction in them.")
+    crossings: ComplexArray = about("L at these frequencies, where it meets ``-1/N(X)``.")
+    crossing_slips: list[int] = about("Slips of the stem in one direction, for each of them.")
     model: str = about("The valve model.")
     bands: Bands = about("S and J of the valve.")
 
@@ -367,7 +366,7 @@ class FrequencyResponse(Result):
         ax.axhline(0, color="0.8", linewidth=0.8)
         ax.axvline(0, color="0.8", linewidth=0.8)
         ax.plot(self.loop_gain.real, self.loop_gain.imag, color="k", label="L(jω)")
-        # A valve that climbs stairs has a curve for every number of slips.
+        # A valve that moves in steps has a curve for every number of slips.
         most = max([1, *self.crossing_slips])
         for slips in range(1, most + 1):
             branch = _core.describing_function_branch(S, J, self.model, slips)
@@ -376,7 +375,7 @@ class FrequencyResponse(Result):
             low_x, high_x = max(branch[0], 1e-3), min(branch[1], 1e4 * max(branch[0], 1e-3))
             amplitude = low_x + (high_x - low_x) * np.geomspace(1e-9, 1, 2000)
             valve = -1 / _core.describing_function(amplitude, S, J, self.model, slips)
-            label = f"−1/N(X), S = {S:g} %, J = {J:g} %" if slips == 1 else f"the same, {slips} slips a stroke"
+            label = f"−1/N(X), S = {S:g} %, J = {J:g} %" if slips == 1 else f"the same, {slips} slips per stroke"
             ax.plot(valve.real, valve.imag, color=f"C{slips}", label=label)
         ax.plot(-1, 0, "k+", markersize=10, label="−1")
         if len(self.crossings):
@@ -400,7 +399,7 @@ def frequency_response(
     *,
     omega: Samples | None = None,
 ) -> FrequencyResponse:
-    """Give the frequency response of a loop without its valve, its margins and its stability.
+    """Return the frequency response of a loop without its valve, with its margins and stability.
 
     Parameters
     ----------
@@ -412,12 +411,12 @@ def frequency_response(
     TypeError
         If `omega` holds no real numbers.
     ValueError
-        If the scenario is no closed loop, or its gain is 0 or grows without bound with frequency.
+        If the scenario is not a closed loop, or its gain is 0 or grows without limit with frequency.
 
     Notes
     -----
-    Margins after Åström and Hägglund, Advanced PID Control (2006); stability with dead time after Walton and
-    Marshall, IEE Proc. D 134 (1987) 101-107.
+    Margins follow Åström and Hägglund, Advanced PID Control (2006). Stability with dead time follows Walton and Marshall, IEE
+    Proc. D 134 (1987) 101-107.
 
     Examples
     --------
@@ -440,26 +439,26 @@ class LimitCycleMap(Result):
     y_unit: str = about("Their units.")
     x: Array
     y: Array = about("Their values.")
-    method: str = about("How the cycles were found.")
+    method: str = about("The method that found the cycles.")
     state: npt.NDArray[np.str_] = about(
-        '``"cycle"``, ``"no cycle"`` or ``"not known"``; this and what follows has a row for each of `y` and a column '
+        '``"cycle"``, ``"no cycle"`` or ``"not known"``; this and the arrays below have a row for each of `y` and a column '
         "for each of `x`."
     )
-    period_s: Array = about("Periods, s; NaN where there is no cycle, as in the other arrays.")
+    period_s: Array = about("Periods, s; NaN without a cycle, as in the other arrays.")
     half_pp_op: Array
     half_pp_vp: Array
     half_pp_pv: Array = about(
-        "Half of the peak-to-peak range: of OP and VP in percent of span, of the PV in its units."
+        "Half of the peak-to-peak range, of OP and VP in percent of span, of the PV in PV units."
     )
-    slips: Array = about("How often the stem begins to move in a period.")
-    reason: npt.NDArray[np.str_] = about("Why there is no cycle, or why it is not known.")
+    slips: Array = about("Number of slips per period.")
+    reason: npt.NDArray[np.str_] = about("Why there is no cycle, or why this is not known.")
     boundary: Array = about(
-        "Where cycling ends: line segments as an array of shape ``(n, 2, 2)`` of their two ends ``(x, y)``, halfway "
+        "Boundary of the region with cycles, as an array of shape ``(n, 2, 2)`` of line segments with ends ``(x, y)``, halfway "
         "between points with and without a cycle."
     )
 
     def to_table(self) -> Table:
-        """Give a row for every point.
+        """Return one row for every point.
 
         Returns
         -------
@@ -480,12 +479,12 @@ class LimitCycleMap(Result):
         )
 
     def plot(self, ax: Any = None, *, show: str = "pv") -> Any:
-        """Draw a quantity of the cycles over the two parameters, and where cycling ends.
+        """Draw a quantity of the cycles over the two parameters, with the boundary of the region with cycles.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
-            Where to draw; by default new ones.
+            Axes to draw on; by default new ones.
         show : {"pv", "op", "vp", "period"}, default "pv"
             Half of the peak-to-peak range of a signal, or the period.
 
@@ -505,7 +504,7 @@ class LimitCycleMap(Result):
         mesh = ax.pcolormesh(self.x, self.y, np.ma.masked_invalid(values), shading="nearest")
         ax.figure.colorbar(mesh, ax=ax, label=label)
         for k, ((x0, y0), (x1, y1)) in enumerate(self.boundary):
-            ax.plot([x0, x1], [y0, y1], color="C3", linewidth=2, label="" if k else "cycling ends here")
+            ax.plot([x0, x1], [y0, y1], color="C3", linewidth=2, label="" if k else "boundary of cycling")
         if (self.state != "cycle").any():
             ax.fill_between([], [], [], color="0.9", label="no cycle, or not known")
         for name, unit, put in ((self.x_name, self.x_unit, ax.set_xlabel), (self.y_name, self.y_unit, ax.set_ylabel)):
@@ -521,8 +520,7 @@ def loop_parameters() -> dict[str, str]:
     Returns
     -------
     dict
-        Units by name: S, J, J/S, Kc, Ti, Kp (gain of the process), theta (its dead time), tau (sum of its lags)
-        and theta/tau.
+        Units by name: S, J, J/S, Kc, Ti, Kp (gain of the process), theta (its dead time), tau (sum of its lags) and theta/tau.
 
     Examples
     --------
@@ -551,24 +549,24 @@ def limit_cycle_map(
     method: str = "exact",
     progress: Callable[[int], object] | None = None,
 ) -> LimitCycleMap:
-    """Map the limit cycle in which a loop ends over two of its parameters.
+    """Map the final limit cycle of a loop over two of its parameters.
 
     Parameters
     ----------
     x, y : tuple of str and array_like
-        A parameter (see `loop_parameters`) and its values, such as ``("Kc", numpy.linspace(0.5, 2, 40))``; J stays
-        when S is varied, and the integral time when Kc is.
+        A parameter (see `loop_parameters`) and its values, such as ``("Kc", numpy.linspace(0.5, 2, 40))``. J is unchanged when S
+        is varied, and the integral time is unchanged when Kc is varied.
     method : {"exact", "describing-function"}, default "exact"
-        How cycles are found.
+        The method that finds cycles.
     progress : callable, optional
-        Called with the number of points that are done. An exception in it ends the computation.
+        Called with the number of finished points. An exception in it ends the computation.
 
     Raises
     ------
     TypeError
-        If `x` or `y` is no such pair.
+        If `x` or `y` is not such a pair.
     ValueError
-        If both vary the same thing, the loop has no such parameter, or the scenario is no closed loop.
+        If both vary the same quantity, the loop has no such parameter, or the scenario is not a closed loop.
 
     Examples
     --------
@@ -590,32 +588,32 @@ def limit_cycle_map(
 
 @result
 class Sensitivity(Result):
-    """How a limit cycle answers to a parameter, in percent per percent."""
+    """The sensitivity of a limit cycle to a parameter, in percent per percent."""
 
     parameter: str = about("The parameter, see `loop_parameters`.")
     unit: str = about("Its unit.")
     value: float = about("Its value.")
-    period: float = about("Of the period.")
+    period: float = about("Sensitivity of the period.")
     half_pp_op: float
     half_pp_vp: float
-    half_pp_pv: float = about("Of half of the peak-to-peak ranges.")
+    half_pp_pv: float = about("Sensitivities of half of the peak-to-peak ranges.")
 
 
 @documented
 def sensitivities(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None
 ) -> list[Sensitivity]:
-    """Tell by how many percent the exact limit cycle changes with a percent of each parameter.
+    """Return the change of the exact limit cycle in percent per percent of each parameter.
 
     Returns
     -------
     list of Sensitivity
-        One for every parameter that the loop has and that is not 0; none without a cycle.
+        One for every parameter of the loop that is not 0; none without a cycle.
 
     Raises
     ------
     ValueError
-        If the scenario is no closed loop, or cannot be computed exactly.
+        If the scenario is not a closed loop, or cannot be computed exactly.
 
     Examples
     --------
@@ -639,14 +637,14 @@ class Tuning(Result):
 def simc(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, tc: float | None = None
 ) -> Tuning:
-    """Give Skogestad's PI tuning for the process of a loop.
+    """Return Skogestad's PI tuning for the process of a loop.
 
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`; its controller and valve do not matter.
+        A control loop, see `stiction.scenario`. Its controller and valve are ignored.
     tc : float, optional
-        Time constant of the closed loop, s; by default the dead time, Skogestad's choice.
+        Time constant of the closed loop, s; by default the dead time, which is Skogestad's choice.
 
     Raises
     ------
@@ -672,12 +670,12 @@ def simc(
 def lambda_tuning(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, time_constant_s: float
 ) -> Tuning:
-    """Give the PI tuning that cancels the pole of the process of a loop.
+    """Return the PI tuning that cancels the pole of the process of a loop.
 
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`; its controller and valve do not matter.
+        A control loop, see `stiction.scenario`. Its controller and valve are ignored.
     time_constant_s : float
         Lambda, the time constant of the closed loop, s.
 
@@ -699,12 +697,12 @@ def lambda_tuning(
 
 @documented
 def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> float:
-    """Give the integral of the absolute error after a step of the load while the valve follows the OP.
+    """Return the integral of the absolute error after a step of the load while the valve follows the OP.
 
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`; its valve does not matter.
+        A control loop, see `stiction.scenario`. Its valve is ignored.
 
     Returns
     -------
@@ -727,7 +725,7 @@ def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = N
 
 @result
 class Assessment(Result):
-    """What a tuning is worth around a sticking valve."""
+    """The performance of a tuning with a sticking valve."""
 
     tuning: Tuning = about("The tuning.")
     ms: float = about("Ms, the peak of the sensitivity function; infinite if the loop is not stable.")
@@ -737,16 +735,16 @@ class Assessment(Result):
 
 @result
 class Retuning(Result):
-    """The robust PI tuning with which the PV swings least, beside the present one."""
+    """The robust PI tuning with the smallest swing of the PV, and the present one."""
 
     present: Assessment
-    best: Assessment = about("The tuning that was given, and the best of those within the bound.")
+    best: Assessment = about("The present tuning, and the best one within the bound.")
     ms_bound: float = about("The bound on Ms.")
-    pv_ratio: float | None = about("Swing of the PV over that with the present tuning; None if that is 0.")
-    iae_ratio: float | None = about("What it costs: IAE of a load step over that with the present tuning.")
-    robust_tunings: int = about("How many tunings were within the bound.")
-    unjudged_tunings: int = about("Of how many of them the cycle could not be determined.")
-    at_edge: bool = about("Whether the best lies at the end of what was searched: beyond there may be a better one.")
+    pv_ratio: float | None = about("Ratio of the PV swing to that with the present tuning; None if that is 0.")
+    iae_ratio: float | None = about("Ratio of the IAE of a load step to that with the present tuning, the cost of retuning.")
+    robust_tunings: int = about("Number of tunings within the bound.")
+    unjudged_tunings: int = about("Number of these whose cycle could not be determined.")
+    at_edge: bool = about("Whether the best tuning lies at the limit of the search, so that there may be a better one beyond.")
 
 
 def _assessment(found: dict[str, Any]) -> Assessment:
@@ -775,25 +773,25 @@ def retune(
     points: int = 21,
     progress: Callable[[int], object] | None = None,
 ) -> Retuning:
-    """Find the robust PI tuning in whose limit cycle the PV swings least, and what it costs.
+    """Find the robust PI tuning with the smallest swing of the PV in its limit cycle, and its cost.
 
     Parameters
     ----------
     ms : float, default 1.7
-        Largest peak of the sensitivity function that is allowed, above 1.
+        Largest permitted peak of the sensitivity function, above 1.
     method : {"exact", "describing-function"}, default "exact"
-        How cycles are found. The describing function is a poor guide where it finds none.
+        The method that finds cycles. The describing function is a poor guide if it finds no cycle.
     within : float, default 5
-        By which factor gain and integral time may differ from the present ones, above 1.
+        Largest factor between new and present gain and integral time, above 1.
     points : int, default 21
-        Gains, and as many integral times, that are tried before the search is refined.
+        Number of gains, and of integral times, tried before the search is refined.
     progress : callable, optional
-        Called with the number of tunings that were judged. An exception in it ends the search.
+        Called with the number of judged tunings. An exception in it ends the search.
 
     Raises
     ------
     ValueError
-        If the scenario is no closed loop or has no integral action, no tuning is within the bound, or a number is
+        If the scenario is not a closed loop or has no integral action, no tuning is within the bound, or a number is
         out of its range.
 
     Examples

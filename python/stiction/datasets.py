@@ -1,4 +1,4 @@
-"""The sample recordings that come with the package: simulated loops as a historian exports them, with known truth.
+"""The sample recordings of the package, which are simulated loops in the form of a historian's export, with known truth.
 
 They are under the licence of the package.
 """
@@ -19,15 +19,15 @@ __all__ = ["SampleTruth", "load", "names", "path", "truth"]
 
 @result
 class SampleTruth(Result):
-    """What is true of a sample recording."""
+    """The truth about a sample recording."""
 
     name: str = about("Its name.")
     sticks: bool = about("Whether its valve sticks.")
     model: str = about("Its valve model, see `valve_models`.")
     S: float = about("Stick band plus dead band, percent of span.")
     J: float = about("Slip jump, percent of span.")
-    cause: str = about("What makes the loop swing.")
-    scenario: str = about("The built-in scenario that it comes from, see `scenarios`.")
+    cause: str = about("The cause of the swing.")
+    scenario: str = about("Its built-in scenario, see `scenarios`.")
 
 
 def names() -> list[str]:
@@ -44,7 +44,7 @@ def names() -> list[str]:
 
 @documented
 def path(name: str) -> Path:
-    """Tell where the file of a sample recording is.
+    """Return the path of a sample recording.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def load(name: str) -> Recording:
 
 @documented
 def truth(name: str) -> SampleTruth:
-    """Tell what is true of a sample recording.
+    """Return the truth about a sample recording.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def truth(name: str) -> SampleTruth:
 
 
 def _folder() -> Path:
-    """Give the folder of the samples: that of the wheel, or that of the clone which the package is imported from."""
+    """Return the folder of the samples, in the wheel or in the clone from which the package is imported."""
     here = Path(__file__).parent
     packaged = here / "samples"
     return packaged if packaged.is_dir() else here.parents[1] / "samples"

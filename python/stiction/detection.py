@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 _DRAWN = {"line": "-", "steps": "-", "dashed": "--", "dotted": ":", "points": "o"}
-"""Styles of series as Matplotlib writes them."""
+"""Styles of series in Matplotlib's notation."""
 
 
 @result
@@ -34,37 +34,37 @@ class Detector(Result):
 
     name: str = about('Its name, such as ``"horch"``.')
     title: str = about("Its title.")
-    source: str = about("Authors, year, journal; and what of it was recalled, not read.")
-    statistic: str = about("What its statistic is. The larger it is, the more it speaks for a positive decision.")
+    source: str = about("Authors, year and journal, with a note on parts that were recalled, not read.")
+    statistic: str = about("Its statistic. Larger values support a positive decision.")
     rule: str = about("The decision rule with its thresholds.")
-    family: str = about("What it looks at: methods of one family have one vote together.")
-    applies: str = about("The loops it was made for.")
-    decides: str = about("What a positive decision means.", kind='{"stiction", "nonlinearity"}')
-    needs: str = about("The signals it cannot do without.")
-    explains_oscillation: bool = about("Whether it was made to tell the cause of an oscillation that was found before.")
+    family: str = about("Its kind of evidence. Methods of one family share one vote.")
+    applies: str = about("The loops for which it was made.")
+    decides: str = about("The meaning of a positive decision.", kind='{"stiction", "nonlinearity"}')
+    needs: str = about("The signals that it needs.")
+    explains_oscillation: bool = about("Whether it explains the cause of an oscillation that was found before.")
     parameters: dict[str, tuple[float, str]] = about("Its parameters by name, each with its value and its unit.")
 
 
 @result
 class Finding(Result):
-    """What a method says of signals."""
+    """The result of a method for signals."""
 
     name: str
     title: str = about("Name and title of the method.")
     decision: str = about(
         '``"sticks"``, ``"does not stick"``, ``"nonlinear"``, ``"linear"``, ``"undecided"`` or ``"abstains"``.'
     )
-    statistic: float | None = about("The number the decision rests on; None if it abstains.")
-    statistic_name: str = about("What that number is.")
+    statistic: float | None = about("The number that decides; None if it abstains.")
+    statistic_name: str = about("The name of that number.")
     threshold: float | None = about("Its value from which the decision is positive.")
-    reason: str = about("What the numbers say, or why it abstains.")
+    reason: str = about("Explanation of the numbers, or the reason for abstaining.")
     numbers: dict[str, float | None] = about("All numbers of the method by name; None where one is not finite.")
     units: dict[str, str] = about("Their units by name; empty for a ratio or a count.")
-    caveats: list[str] = about("What to keep in mind.")
+    caveats: list[str] = about("The caveats.")
     parameters: dict[str, tuple[float, str]] = about(
         "The parameters of the method by name, each with its value and its unit."
     )
-    family: str = about("What it looks at.")
+    family: str = about("Its kind of evidence.")
     votes: bool = about("Whether its decision is counted in the vote of its family.")
     reference: str = about("Authors, year, journal.")
 
@@ -85,27 +85,29 @@ class EvidenceSeries(Result):
 
     x: Array
     y: Array = about("Its samples.")
-    style: str = about("How they are joined.", kind='{"line", "dashed", "dotted", "steps", "points", "bars"}')
+    style: str = about("Style of the connection.", kind='{"line", "dashed", "dotted", "steps", "points", "bars"}')
 
 
 @result
 class EvidencePanel(Result):
-    """Series that belong between one pair of axes."""
+    """Series for one pair of axes."""
 
     x_label: str
-    y_label: str = about("What the axes are, with their units.")
-    series: dict[str, EvidenceSeries] = about("By name. A mark is a series of one point, an upright line one of two.")
+    y_label: str = about("Labels of the axes, with units.")
+    series: dict[str, EvidenceSeries] = about(
+        "The series by name. A mark is a series of one point, and a vertical line is a series of two."
+    )
 
 
 @result
 class MethodEvidence(Result):
-    """What a method looked at, as the report draws it."""
+    """The evidence of a method, as the report draws it."""
 
     method: str = about("Name of the method.")
-    caption: str = about("What the panels show.")
+    caption: str = about("The caption of the panels.")
     panels: list[EvidencePanel] = about(
-        "The series, by the axes that they share. Of long recordings they hold the last periods, and of many points "
-        "some; the caption tells."
+        "The series by their common axes. For long recordings they contain the last periods, and for many points a "
+        "selection; the caption states this."
     )
 
     def plot(self, ax: Any = None) -> Any:
@@ -114,7 +116,7 @@ class MethodEvidence(Result):
         Parameters
         ----------
         ax : axes or sequence of axes, optional
-            Where to draw, one for each panel; by default new ones.
+            Axes to draw on, one per panel; by default new ones.
 
         Returns
         -------
@@ -164,31 +166,31 @@ def detect(
     period_s: float | None = None,
     loop_type: str = "unknown",
 ) -> Finding:
-    """Ask one published method whether a valve sticks.
+    """Apply one published method to a valve's signals.
 
     Parameters
     ----------
     op : array_like
-        Controller output, percent of span. All signals are of one length and finite.
+        Controller output, percent of span. All signals have the same length and are finite.
     pv, sp : array_like, optional
-        Process value and set point, in units of the PV.
+        Process value and set point, in PV units.
     vp : array_like, optional
         Measured valve position, percent of span.
     period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant one, as in a diagnosis. Without an
-        oscillation, methods that tell its cause abstain.
+        Period of the oscillation, s; by default the period of the dominant one, as in a diagnosis. Without an oscillation,
+        methods that explain its cause abstain.
 
     Returns
     -------
     Finding
-        Also where the method abstains.
+        A finding is also returned if the method abstains.
 
     Raises
     ------
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If there is no such method, or a signal is of another length or not finite.
+        If there is no such method, or a signal has a different length or not finite.
 
     Examples
     --------
@@ -212,7 +214,7 @@ def detect_all(
     period_s: float | None = None,
     loop_type: str = "unknown",
 ) -> dict[str, Finding]:
-    """Ask all published methods whether a valve sticks.
+    """Apply all published methods to a valve's signals.
 
     Parameters
     ----------
@@ -229,7 +231,7 @@ def detect_all(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal is of another length or not finite.
+        If a signal has a different length or not finite.
     """
     return {each.name: each for each in _detect(None, op, pv, sp, vp, sample_time, period_s, loop_type)}
 
@@ -246,7 +248,7 @@ def method_evidence(
     period_s: float | None = None,
     loop_type: str = "unknown",
 ) -> MethodEvidence | None:
-    """Give the arrays by which a method judges: the correlation, the fitted wave, the path that was looked at.
+    """Return the arrays behind a method's decision, such as the correlation, the fitted wave, or the analysed path.
 
     Parameters
     ----------
@@ -256,14 +258,14 @@ def method_evidence(
     Returns
     -------
     MethodEvidence or None
-        None where the method cannot be applied.
+        None if the method cannot be applied.
 
     Raises
     ------
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If there is no such method, or a signal is of another length or not finite.
+        If there is no such method, or a signal has a different length or not finite.
 
     Examples
     --------
@@ -286,7 +288,7 @@ def _evidence(found: dict[str, Any] | None) -> MethodEvidence | None:
 def _panel(x_label: str, y_label: str, series: list[tuple[str, Array, Array, str]]) -> EvidencePanel:
     named: dict[str, EvidenceSeries] = {}
     for name, x, y, style in series:
-        # A series without a name in the legend is told by its axis, one of several by its number.
+        # A series without a name in the legend is named after its axis, or by its number if there are several.
         name = name or y_label
         alike = sum(each == name or each.startswith(f"{name} #") for each in named)
         named[f"{name} #{alike + 1}" if alike else name] = EvidenceSeries(x=x, y=y, style=style)

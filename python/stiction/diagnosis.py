@@ -1,4 +1,4 @@
-"""From a recording to a verdict with its evidence, and what several diagnoses of one valve say together."""
+"""From a recording to a verdict with its evidence, and the combination of several diagnoses of one valve."""
 
 from __future__ import annotations
 
@@ -41,26 +41,26 @@ __all__ += _document.__all__
 
 @result
 class Weighing(Result):
-    """The evidence that was weighed."""
+    """The weighed evidence."""
 
-    probability: float = about("The probability that the valve is at fault: that it sticks or does not respond.")
-    lines: dict[str, float] = about("The probability that each line of evidence gives by itself.")
+    probability: float = about("The probability that the valve is at fault (it sticks or does not respond).")
+    lines: dict[str, float] = about("The probability from each line of evidence alone.")
     causes: dict[str, float] = about("The probability of every cause; they add up to one.")
-    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval, however wide.")
-    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval, however wide.")
+    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval of any width.")
+    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval of any width.")
     limit: float | None = about(
-        "Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been "
+        "Detection limit of S, percent of span (95 %); None if stiction of any size could have been "
         "seen."
     )
     z: float = about(
-        "Standard errors by which a valve that sticks predicts the PV better than one that follows; from 3 on a valve "
+        "Advantage of a sticking valve over a following one in predicting the PV, in standard errors; from 3 on a valve "
         "is not cleared."
     )
     op_range: float = about("Range of the OP in its widest window, percent of span.")
     distance: float = about(
-        "How far the recording is from the loops of training; above 1 it is unlike all of them and not judged."
+        "Distance of the recording from the training loops; above 1 it is unlike all of them and not judged."
     )
-    strangest: list[str] = about("What lies farthest outside of them.")
+    strangest: list[str] = about("The features farthest outside of the training loops.")
     features: dict[str, float] = about(
         "The numbers of the most typical window by name, see `evidence_features`; NaN where not measured."
     )
@@ -68,54 +68,54 @@ class Weighing(Result):
 
 @result
 class Observation(Result):
-    """What one recording, or one window, said of a valve."""
+    """The observation of a valve from one recording or window."""
 
-    time_s: float = about("When, s on a clock that all observations share.")
+    time_s: float = about("Time, s on a common clock of all observations.")
     class_: str = about("The conclusion, as in `Verdict`.")
     probability: float | None = about("The probability that the valve sticks.", default=None)
-    S: Estimate | None = about("Percent of span, where they were quantified.", default=None)
-    J: Estimate | None = about("Percent of span, where they were quantified.", default=None)
-    weight: float = about("How much it counts, such as its number of cycles.", default=1.0)
+    S: Estimate | None = about("Percent of span, if estimated.", default=None)
+    J: Estimate | None = about("Percent of span, if estimated.", default=None)
+    weight: float = about("Weight, such as its number of cycles.", default=1.0)
     windows: float = about(
-        "Of how many windows of evidence it was put together: one of a week says more than one of an hour.",
+        "Number of windows of evidence in it, because one of a week has more information than one of an hour.",
         default=1.0,
     )
 
 
 @result
 class Diagnosis(Found):
-    """Everything that was found out about one loop."""
+    """The complete diagnosis of one loop."""
 
-    evidence: Weighing | None = about("The evidence that was weighed; None where nothing could be.")
-    oscillating_signal: str | None = about("The signal its oscillation was found in.", kind='{"error", "OP"} or None')
-    rank: float = about("Where the loop stands in a ranked list, the worst lowest.")
+    evidence: Weighing | None = about("The weighed evidence; None if there is none.")
+    oscillating_signal: str | None = about("The signal in which its oscillation was found.", kind='{"error", "OP"} or None')
+    rank: float = about("The rank of the loop in a list, the worst lowest.")
 
     @property
     def segment(self) -> Segment | None:
-        """The signals that were judged, on a regular grid; None if there is no segment in automatic."""
+        """The judged signals on a regular grid; None if there is no segment in automatic."""
         found = _kept(self).segment()
         return None if found is None else Segment(**found)
 
     @property
     def start_time(self) -> datetime | None:
-        """Time zero of its recording's clock in UTC; None if it is not known."""
+        """Time zero of its recording's clock in UTC; None if unknown."""
         start_time: datetime | None = self.__dict__["_made_of"][0].start_time
         return start_time
 
     @property
     def observation(self) -> Observation | None:
-        """What it says of its valve in the middle of the segment, s since 1970 if the start is known."""
+        """The observation of its valve in the middle of the segment, s since 1970 if the start is known."""
         seen = _kept(self).observation()
         return None if seen is None else result_of(Observation, seen)
 
     @documented
     def method_evidence(self, method: str) -> MethodEvidence | None:
-        """Give the arrays by which a method judged the segment.
+        """Return the arrays behind a method's decision on the segment.
 
         Returns
         -------
         MethodEvidence or None
-            None where the method cannot be applied.
+            None if the method cannot be applied.
 
         Raises
         ------
@@ -125,7 +125,7 @@ class Diagnosis(Found):
         return _evidence(_kept(self).method_evidence(text("method", method)))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the diagnosis as the document that ``stiction diagnose --json`` prints."""
+        """Return the diagnosis as the document that ``stiction diagnose --json`` prints."""
         return document([self])
 
     def _summary(self) -> list[str]:
@@ -140,7 +140,7 @@ class Diagnosis(Found):
         )
 
     def to_html(self) -> str:
-        """Give the report: one self-contained HTML page."""
+        """Return the report as one self-contained HTML page."""
         return report([self])
 
     def save_report(self, path: str | PathLike[str]) -> None:
@@ -149,7 +149,7 @@ class Diagnosis(Found):
         Parameters
         ----------
         path : str or path
-            The file, usually ``.html``; one that is there is replaced, once all is written.
+            The file, usually ``.html``. An existing file is replaced after the whole report is written.
 
         Raises
         ------
@@ -198,7 +198,7 @@ class Diagnosis(Found):
         return made
 
     def __getstate__(self) -> dict[str, Any]:
-        # The handle is made again from the recording when it is asked for.
+        # The handle is made again from the recording when needed.
         return {key: value for key, value in self.__dict__.items() if key != "_handle"}
 
 
@@ -218,40 +218,38 @@ def diagnose(
     Parameters
     ----------
     recording : Recording, table or array_like
-        The recording, see `read`; a table with the columns of one loop, see `recording_from`; or with `pv` or `vp` the
+        The recording, see `read`; a table with the columns of one loop, see `recording_from`; or, together with `pv` or `vp`, the
         controller output, percent of span.
     pv, sp : array_like, optional
-        With the controller output: process value and set point, in units of the PV.
+        Process value and set point, in PV units, together with the controller output.
     vp : array_like, optional
-        With the controller output: measured valve position, percent of span.
+        Measured valve position, percent of span, together with the controller output.
     loop_type : str, optional
-        What the loop controls, see `loop_types`; by default what the recording says.
+        Type of the loop, see `loop_types`; by default as in the recording.
     detectors : {"all", "none"} or sequence of str, default "all"
-        Which published methods are asked. They cost most of the time; those that read a measured valve position
-        are always asked.
+        The published methods to run. They take most of the time. Methods that use a measured valve position are always run.
     sample_time : float, optional
-        Time between samples of the grid, s; by default the commonest one of the recording. Arrays, and tables without
-        times, have their samples at this distance.
+        Time between samples of the grid, s; by default the most frequent one of the recording. For arrays, and tables without
+        times, it is the time between their samples.
     dead_time : float, optional
         Dead time of process and valve together, s, for the Harris index.
 
     Returns
     -------
     Diagnosis
-        Also where the data cannot answer: it says so, and why.
+        A diagnosis is also returned if the data cannot answer, with the reason.
 
     Raises
     ------
     TypeError
-        If it is neither a recording nor a table nor arrays.
+        If it is not a recording, a table or arrays.
     ValueError
-        If a table or arrays make no recording, the recording cannot be brought onto a grid, or an option is out of its
-        range.
+        If a table or arrays do not make a recording, the recording does not fit on a grid, or an option is out of its range.
 
     Notes
     -----
-    It computes on its own thread without the interpreter's lock, so several can run at once. A pickled diagnosis
-    keeps the recording; after unpickling, report, plot and table compute it once more.
+    The computation runs on its own thread without the interpreter's lock, so several can run at once. A pickled diagnosis keeps
+    the recording. After unpickling, report, plot and table compute it once more.
 
     Examples
     --------
@@ -264,7 +262,7 @@ def diagnose(
     >>> found.stiction.S.low < 4 < found.stiction.S.high
     True
 
-    Of arrays, without a recording:
+    With arrays instead of a recording:
 
     >>> stiction.diagnose(run.op, run.pv, run.sp, sample_time=1, detectors="none").verdict.class_
     'sticks'
@@ -275,7 +273,7 @@ def diagnose(
             kind = type(recording).__name__
             raise TypeError(f"{next(iter(signals))} is given with a {kind}, which has its own signals")
         if sample_time is None:
-            raise ValueError("sample_time must be given with arrays; where they have times, diagnose a stiction.recording")
+            raise ValueError("sample_time must be given with arrays; if they have times, diagnose a stiction.recording")
         made = _recording(recording, **signals, sample_time=sample_time)
     else:
         made = _checked(recording, sample_time=sample_time)
@@ -307,7 +305,7 @@ def diagnose_all(
     loop_type, detectors, sample_time, dead_time : optional
         As in `diagnose`.
     progress : callable, optional
-        Called with the number of recordings that are done whenever it has grown.
+        Called with the number of finished recordings whenever it has grown.
 
     Returns
     -------
@@ -317,10 +315,10 @@ def diagnose_all(
     Raises
     ------
     ValueError
-        If a recording cannot be brought onto a grid, or an option is out of its range.
+        If a recording does not fit on a grid, or an option is out of its range.
     """
     if _is_table(recordings):
-        raise TypeError("recordings must be several in a list, but is one table; stiction.recordings_from divides it")
+        raise TypeError("recordings must be several in a list, but is one table; stiction.recordings_from splits it")
     checked = [_checked(each, f"recordings[{place}]", sample_time) for place, each in enumerate(recordings)]
     if isinstance(detectors, str) and detectors not in {"all", "none"}:
         raise ValueError(f"detectors is {detectors!r}, but must be 'all', 'none' or a sequence of names")
@@ -337,24 +335,24 @@ def diagnose_all(
 
 @documented
 def document(diagnoses: Iterable[Diagnosis]) -> dict[str, Any]:
-    """Give diagnoses as the document that ``stiction diagnose --json`` prints."""
+    """Return diagnoses as the document that ``stiction diagnose --json`` prints."""
     return _core.diagnoses_document(_all_kept(diagnoses))
 
 
 @documented
 def report(diagnoses: Iterable[Diagnosis]) -> str:
-    """Give the report on diagnoses: one self-contained HTML page, the worst loop first."""
+    """Return the report on diagnoses as one self-contained HTML page, the worst loop first."""
     return _core.diagnoses_html(_all_kept(diagnoses))
 
 
 @documented
 def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
-    """Give diagnoses as a table, one row a loop.
+    """Return diagnoses as a table with one row per loop.
 
     Returns
     -------
     Table
-        Its columns are named as those of ``stiction diagnose --csv``.
+        Its columns have the names of ``stiction diagnose --csv``.
     """
     return _core.diagnoses_table(_all_kept(diagnoses))
 
@@ -363,26 +361,26 @@ def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
 class Drift(Result):
     """The drift of S."""
 
-    per_day: float = about("Growth of S as a share of itself, 1/day.")
+    per_day: float = about("Relative growth of S, 1/day.")
     low: float
     high: float = about("Ends of its 95 % interval.")
-    p_value: float = about("Probability of as much if there were no drift, two-sided.")
-    robust_per_day: float = about("The same by the median of the slopes of all pairs (Theil, 1950; Sen, 1968), 1/day.")
+    p_value: float = about("Two-sided probability of such a drift by chance.")
+    robust_per_day: float = about("The same from the median of the slopes of all pairs (Theil, 1950; Sen, 1968), 1/day.")
     robust_p_value: float = about("p-value of Mann and Kendall's test.")
-    significant: bool = about("Whether both tests and both slopes say that S drifts.")
+    significant: bool = about("Whether both tests and both slopes show that S drifts.")
 
 
 @result
 class History(Result):
-    """What observations of one valve say together."""
+    """The combination of observations of one valve."""
 
     class_: str = about("The conclusion, as in `Verdict`.")
-    grade: str = about("The same in one graded word, as in `Verdict`.")
+    grade: str = about("The conclusion as one graded word, as in `Verdict`.")
     probability: float | None = about("The combined probability that the valve sticks.")
-    observations: int = about("How many there are.")
-    decided: int = about("How many of them decided, or have a probability.")
+    observations: int = about("Number of observations.")
+    decided: int = about("Number of observations with a decision or a probability.")
     drift: Drift | None = about("Whether S drifts; None with too few observations of S.")
-    trend: str = about("What there is to say of the drift.")
+    trend: str = about("A sentence on the drift.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {"observations": "windows"}
 
@@ -393,7 +391,7 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     Parameters
     ----------
     observations : iterable of Diagnosis or Observation
-        What was seen of the valve; diagnoses without a judged segment are left out.
+        Observations of the valve. Diagnoses without a judged segment are left out.
 
     Raises
     ------
@@ -415,23 +413,23 @@ class Contrast(Result):
     """A quantity before and after a repair."""
 
     before_count: int
-    after_count: int = about("Observations before and after that have it.")
+    after_count: int = about("Number of observations before and after that have it.")
     before: float
     after: float = about("Its typical value before and after.")
-    p_value: float = about("Probability of as large a difference by chance, two-sided.")
-    delta: float = about("Cliff's delta: from -1, all fell, to 1, all rose.")
-    significant: bool = about("Whether the difference is significant, being one of two that are tested.")
+    p_value: float = about("Two-sided probability of such a difference by chance.")
+    delta: float = about("Cliff's delta, from -1 (all fell) to 1 (all rose).")
+    significant: bool = about("Whether the difference is significant, as one of two that are tested.")
 
 
 @result
 class RepairEffect(Result):
     """Before and after a repair."""
 
-    time_s: float = about("When it was, s on the clock of the observations.")
-    outcome: str = about("What it did.", kind='{"worked", "helped", "no change", "worse", "cannot tell"}')
-    words: str = about("The same in a sentence.")
+    time_s: float = about("Time of the repair, s on the clock of the observations.")
+    outcome: str = about("Its result.", kind='{"worked", "helped", "no change", "worse", "cannot tell"}')
+    words: str = about("The result in a sentence.")
     before: int
-    after: int = about("Observations before and after it.")
+    after: int = about("Number of observations before and after it.")
     probability: Contrast | None = about("The probability that the valve sticks; None with too few observations.")
     S: Contrast | None = about("S in percent of span; None with too few observations.")
 
@@ -442,9 +440,9 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
     Parameters
     ----------
     observations : iterable of Diagnosis or Observation
-        What was seen of the valve, in any order.
+        Observations of the valve, in any order.
     time_s : float
-        When it was repaired, s on the clock of the observations.
+        Time of the repair, s on the clock of the observations.
 
     Raises
     ------
@@ -455,7 +453,7 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
 
 
 def _percent(share: float) -> str:
-    """Give a share as reports do: no surer than 99 %."""
+    """Return a probability as reports do, never more certain than 99 %."""
     if share > 0.99:
         return "more than 99 %"
     return "less than 1 %" if share < 0.01 else f"{100 * share:.0f} %"
@@ -469,7 +467,7 @@ def _headline(diagnosis: Diagnosis) -> str:
 
 
 def _facts(diagnosis: Diagnosis) -> dict[str, str]:
-    """Give what a prompt shows of a diagnosis besides the verdict."""
+    """Return the facts of a diagnosis at a prompt, besides the verdict."""
     facts = {}
     for name in ("S", "J"):
         found = getattr(diagnosis.stiction, name)
@@ -491,7 +489,7 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
 
 
 def _first_step(diagnosis: Diagnosis) -> str:
-    """Give what to do first: mend the data, then record for longer, then test, then look for the other cause."""
+    """Return the first action: improve the data, then record longer, then test, then look for the other cause."""
     verdict = diagnosis.verdict
     if diagnosis.relation is not None:
         return diagnosis.relation.remedy
@@ -507,14 +505,14 @@ def _first_step(diagnosis: Diagnosis) -> str:
 
 
 def _trend(diagnosis: Diagnosis) -> str:
-    """Give PV and SP above OP, with the VP where it is measured, as a picture."""
+    """Return PV and SP above OP, with the VP if it is measured, as a picture."""
     segment = diagnosis.segment
     if segment is None:
         return ""
     recording = diagnosis.__dict__["_made_of"][0]
     above = [(name, signal) for name, signal in (("PV", segment.pv), ("SP", segment.sp)) if signal is not None]
     below = [(name, signal) for name, signal in (("OP", segment.op), ("VP", segment.vp)) if signal is not None]
-    unit = recording.pv_unit or "its units"
+    unit = recording.pv_unit or "PV units"
     rows = [(f"{' and '.join(name for name, _ in above)} ({unit})", above)] if above else []
     rows.append((f"{' and '.join(name for name, _ in below)} (% of span)", below))
     start, clock = diagnosis.start_time, diagnosis.plant_time
@@ -532,17 +530,17 @@ def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, An
     found = handle.document()
     oscillation = found["oscillation"]
     found["oscillating_signal"] = None if oscillation is None else oscillation.pop("signal")
-    # All that was weighed is more than documents tell of it.
+    # More was weighed than documents show.
     found["evidence"], found["rank"] = handle.weighing(), handle.rank()
     diagnosis = result_of(Diagnosis, found)
-    # Not fields: what report, plot and table need, and what that can be made of again.
+    # Not fields, but the data for report, plot and table, and for making them again.
     object.__setattr__(diagnosis, "_handle", handle)
     object.__setattr__(diagnosis, "_made_of", (recording, told))
     return diagnosis
 
 
 def _kept(diagnosis: Diagnosis) -> _core.Diagnosed:
-    """Give the handle of a diagnosis; of one that was pickled it is computed again."""
+    """Return the handle of a diagnosis, computed again for a pickled one."""
     if not isinstance(diagnosis, Diagnosis):
         raise TypeError(f"diagnoses must hold Diagnosis only, but there is a {type(diagnosis).__name__}")
     if "_handle" not in diagnosis.__dict__:

@@ -1,4 +1,4 @@
-"""The loop behind a recording: controller, process and valve; whether it explains the swing; and what would mend it."""
+"""The fitted loop of a recording: controller, process and valve, whether it explains the swing, and what would stop it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ SHOWN = 1200
 
 @result
 class OperatingPoint(Result):
-    """What a recorded loop moves about."""
+    """The operating point of a recorded loop."""
 
     op: float = about("Mean of the OP, percent of span.")
     pv: float = about("Mean of the PV, in its units.")
@@ -48,72 +48,72 @@ class OperatingPoint(Result):
 
 @result
 class FittedController(Result):
-    """A controller as its output shows it; intervals of 90 %."""
+    """A controller, identified from its output, with 90 % intervals."""
 
-    structure: str = about("What it consists of.", kind='{"P", "PI", "PID"}')
+    structure: str = about("Its structure.", kind='{"P", "PI", "PID"}')
     kc: Estimate = about("Gain, percent of the OP per unit of the PV; negative of a direct-acting controller.")
     ti: Estimate | None
-    td: Estimate | None = about("Integral and derivative time, s; None without such action.")
+    td: Estimate | None = about("Integral and derivative time, s; None if absent.")
     filter: float | None = about("Time constant of the derivative's filter, s.")
     set_point_weight: float | None = about(
-        "Weight of the set point in the proportional part; None where the set point never moves."
+        "Weight of the set point in the proportional part; None if the set point never moves."
     )
-    set_point: Estimate | None = about("The constant set point, in units of the PV, where none is recorded.")
+    set_point: Estimate | None = about("The constant set point, in PV units, if none is recorded.")
     gap: float = about(
-        "Half the width of the gap within which the error counts for nothing, in units of the PV; 0 for none."
+        "Half the width of the gap in which the error is ignored, in PV units; 0 for none."
     )
-    execution: float | None = about("Time between executions, s; None where it is shorter than the record can show.")
-    delay_samples: int = about("Samples from a PV to the OP that answers it: 0 or 1.")
+    execution: float | None = about("Time between executions, s; None if it is shorter than the record can show.")
+    delay_samples: int = about("Samples from a PV to the OP that responds to it, 0 or 1.")
     low: float | None
-    high: float | None = about("Limits of the OP, percent of span, where they were reached.")
+    high: float | None = about("Limits of the OP, percent of span, if they were reached.")
     rate_limit: float | None = about(
-        "The most that the OP moves, percent of span per second, where that was reached often."
+        "Rate limit of the OP, percent of span per second, if it was reached often."
     )
-    op_quantum: float = about("Resolution of the recorded OP, percent of span; 0 where none shows.")
-    explained: float = about("Share of what is new in the OP that it explains.")
+    op_quantum: float = about("Resolution of the recorded OP, percent of span; 0 if none is visible.")
+    explained: float = about("R² of the OP increments.")
     otherwise: float = about(
-        "Share of the samples at which something else moved the OP: a hand, tracking, an upset of the record."
+        "Share of the samples at which something else moved the OP, such as an operator, tracking, or a fault of the record."
     )
 
 
 @result
 class FittedProcess(Result):
-    """A process between valve and PV as the recording shows it; intervals of 90 %."""
+    """A process between valve and PV, identified from the recording, with 90 % intervals."""
 
-    kind: str = about("What it does under a constant input.", kind='{"self-regulating", "integrating"}')
+    kind: str = about("Its response to a constant input.", kind='{"self-regulating", "integrating"}')
     gain: Estimate | None = about(
-        "Units of the PV per percent; None of one that integrates, and where it is not known apart from the lag."
+        "PV units per percent; None for an integrating process, or if only the ratio of gain and lag is known."
     )
-    tau: Estimate | None = about("Time constant, s; None likewise.")
+    tau: Estimate | None = about("Time constant, s; None in the same cases.")
     slope: Estimate = about(
-        "How fast the PV first moves after a step of one percent, units of the PV per second: gain over time "
-        "constant, which is known where the two are not."
+        "Initial rate of the PV after a step of one percent, PV units per second. This is gain over time "
+        "constant, which is known even if the two are not."
     )
-    delay: Estimate = about("Dead time with all small lags, s.")
-    explained: float = about("Share of what is new in the PV that the input explains.")
-    jointly: str | None = about("What the data do not tell apart, in a sentence; None where they do.")
-    disturbance_sd: float = about("Standard deviation of what disturbs the PV, in its units.")
-    innovation_sd: float = about("Standard deviation of what is new in that from sample to sample.")
+    delay: Estimate = about("Dead time including all small lags, s.")
+    explained: float = about("R² of the PV increments.")
+    jointly: str | None = about("What the data cannot separate, in a sentence; None if everything is identified.")
+    disturbance_sd: float = about("Standard deviation of the PV's disturbance, in PV units.")
+    innovation_sd: float = about("Standard deviation of its random change from sample to sample.")
 
 
 @result
 class FittedValve(Result):
-    """A valve as the recording shows it; intervals of 90 %."""
+    """A valve, identified from the recording, with 90 % intervals."""
 
-    model: str | None = about("Its model; None where every valve that is possible follows its OP.")
+    model: str | None = about("Its model; None if all possible valves follow their OP.")
     S: Estimate = about("Stick band plus dead band if it sticks, percent of span.")
     J: Estimate = about("Slip jump if it sticks, percent of span.")
-    follows: float = about("Weight of valves that follow their OP among all that are possible, from 0 to 1.")
-    from_: str = about("What S and J come from.")
+    follows: float = about("Weight of the valves that follow their OP among all possible ones, from 0 to 1.")
+    from_: str = about("Source of S and J.")
 
 
 @result
 class RecordedSwing(Result):
-    """The swing that was recorded."""
+    """The recorded swing."""
 
     period_s: float = about("Its period, s.")
     op: float = about("Half of the OP's typical peak-to-peak value, percent of span.")
-    pv: float = about("Half of the PV's typical peak-to-peak value, in its units.")
+    pv: float = about("Half of the PV's typical peak-to-peak value, in PV units.")
 
 
 @result
@@ -122,78 +122,78 @@ class PredictedSwing(Result):
 
     period_s: Estimate = about("Its period, s.")
     op: Estimate = about("Half of the OP's peak-to-peak value, percent of span.")
-    pv: Estimate = about("Half of the PV's peak-to-peak value, in its units.")
+    pv: Estimate = about("Half of the PV's peak-to-peak value, in PV units.")
 
 
 @result
 class FittedCycle(Result):
-    """The swing that was recorded beside what the fitted loop does by itself, and would do behind a valve that follows."""
+    """The recorded swing, the fitted loop's own cycle, and the swing with a valve that follows."""
 
-    recorded: RecordedSwing | None = about("What was recorded; None where nothing oscillates.")
+    recorded: RecordedSwing | None = about("The recorded swing; None without an oscillation.")
     predicted: PredictedSwing | None = about(
-        "What the loop does by itself; None where hardly a loop that is possible cycles."
+        "The loop's own cycle; None if hardly any possible loop cycles."
     )
-    cycling: float = about("Share of the loops drawn that cycle at all, from 0 to 1.")
+    cycling: float = about("Share of the fitted loops that limit-cycle, from 0 to 1.")
     pv_swing_left: Estimate | None = about(
-        "Share of the PV's swing that would be left, had the valve followed its OP; None where nothing oscillates, "
-        "and where it could not be computed."
+        "Share of the PV's swing that would remain if the valve followed its OP; None without an oscillation, or "
+        "if it could not be computed."
     )
     explained: bool | None = about(
-        "Whether the valve explains the swing: the fitted loop cycles as the recording does, or so much of the swing "
-        "would be gone without the valve's sticking. None where nothing oscillates."
+        "Whether the valve explains the swing, because the fitted loop cycles as recorded, or because most of the swing "
+        "would vanish without stiction. None without an oscillation."
     )
-    sentence: str = about("The same in words.")
+    sentence: str = about("The result in words.")
 
 
 @result
 class Proposal(Result):
-    """A tuning that is proposed."""
+    """A proposed tuning."""
 
     kc: float = about("Gain, percent of the OP per unit of the PV.")
     ti: float = about("Integral time, s.")
-    ms: Estimate = about("Peak of the sensitivity function with it, over all loops drawn; 2 and less is robust.")
-    rule: str = about("The rule it comes from.")
+    ms: Estimate = about("Peak of the sensitivity function with it, over all fitted loops; up to 2 is robust.")
+    rule: str = about("The tuning rule.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {"ms": "Ms"}
 
 
 @result
 class Prospect(Result):
-    """What an action would bring; intervals are the 5 and 95 % points of the loops drawn."""
+    """The effects of an action. Intervals are the 5 and 95 % points of the fitted loops."""
 
     action: str = about(
         '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"repaired and retuned"``, ``"positioner"``, or the '
         "name of a compensator."
     )
-    pv_swing: Estimate = about("Half of the PV's peak-to-peak value, in its units.")
-    pv_swing_ratio: Estimate = about("The same over that of the loop as it is, loop by loop.")
-    error: Estimate = about("Mean absolute control error, in units of the PV.")
-    error_ratio: Estimate = about("The same over that of the loop as it is, loop by loop.")
+    pv_swing: Estimate = about("Half of the PV's peak-to-peak value, in PV units.")
+    pv_swing_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop.")
+    error: Estimate = about("Mean absolute control error, in PV units.")
+    error_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop.")
     travel: Estimate = about("Travel of the valve, percent of span per hour.")
     settling_s: Estimate | None = about(
-        "Time to settle after a load step, s; None where half of the loops do not settle."
+        "Settling time after a load step, s; None if half of the loops do not settle."
     )
     sure: float = about(
-        "Share of the loops drawn in which the PV swings less than 0.8 times as much: from 0.95 on the benefit is "
+        "Share of the fitted loops whose PV swing falls by at least 20 %; from 0.95 on the benefit is "
         "called certain."
     )
-    tuning: Proposal | None = about("The tuning that is meant, where it is one.")
+    tuning: Proposal | None = about("The tuning, if the action is one.")
 
 
 @result
 class Prospects(Result):
-    """What could be done about a recorded loop."""
+    """The actions for a recorded loop."""
 
     actions: list[Prospect] = about(
-        "The actions, the best first: by the upper end of the ratio of the control error, then by effort."
+        "The actions, the best first, by the upper end of the ratio of the control error, then by effort."
     )
-    loops: int = about("How many loops that the recording leaves possible were simulated.")
-    advice: list[str] = about("What to do, in sentences.")
+    loops: int = about("Number of simulated loops that agree with the recording.")
+    advice: list[str] = about("Advice, in sentences.")
 
     def _summary(self) -> list[str]:
         best = self.actions[0]
         return [
-            f"Prospects of {len(self.actions)} actions, by {self.loops} loops that the recording leaves possible",
+            f"Prospects of {len(self.actions)} actions, from {self.loops} loops that agree with the recording",
             f"best: {best.action}, PV swing {best.pv_swing.value:.2g} PV units ({best.pv_swing.low:.2g} to"
             f" {best.pv_swing.high:.2g})",
         ]
@@ -218,35 +218,35 @@ class Prospects(Result):
 
 @result
 class Ring(Result):
-    """What was predicted of an action, and what came."""
+    """The prediction for an action, and its result."""
 
     action: str = about("The action, as in `Prospect`.")
     before: float
-    after: float = about("Half of the PV's peak-to-peak value before and after it, in its units.")
-    predicted: Estimate = about("What was predicted of the latter.")
-    as_predicted: bool = about("Whether it came within the predicted interval, or better.")
-    sentence: str = about("The same in words.")
+    after: float = about("Half of the PV's peak-to-peak value before and after the action, in PV units.")
+    predicted: Estimate = about("The prediction for the value after.")
+    as_predicted: bool = about("Whether the result is within the predicted interval, or better.")
+    sentence: str = about("The comparison in words.")
 
 
 @result
 class Fit(Result):
-    """The loop behind a recording. Parts that could not be identified are None, and `why_not` says why."""
+    """The fitted loop of a recording. Parts that could not be identified are None, with the reason in `why_not`."""
 
     name: str = about("Tag of the loop.")
-    sample_time_s: float = about("Time between the samples that it was fitted to, s.")
-    resting: OperatingPoint = about("What the loop moves about.")
+    sample_time_s: float = about("Time between the samples of the fit, s.")
+    resting: OperatingPoint = about("The operating point of the loop.")
     controller: FittedController | None = about("The controller.")
     process: FittedProcess | None = about("The process behind the valve.")
     valve: FittedValve | None = about("The valve.")
-    cycle: FittedCycle | None = about("The limit cycle of that loop beside the swing that was recorded.")
+    cycle: FittedCycle | None = about("The limit cycle of that loop, compared with the recorded swing.")
     why_not: dict[str, str] = about(
-        "Why a part could not be identified, by its name; empty where all were.",
+        "Why a part could not be identified, by its name; empty if all were.",
         kind="dict of str",
     )
 
     @classmethod
     def _prepared(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
-        # In documents a part is what it is, or why it is not identified.
+        # In documents a part has its values, or the reason why it is not identified.
         why = {part: document[part].get("not_identified") for part in PARTS}
         missing = {part: reason for part, reason in why.items() if reason is not None}
         return {**document, **dict.fromkeys(missing), "why_not": missing}
@@ -265,17 +265,17 @@ class Fit(Result):
 
     @property
     def segment(self) -> Segment:
-        """The signals that it was fitted to, on a regular grid."""
+        """The signals of the fit, on a regular grid."""
         return Segment(**_kept(self).segment())
 
     def scenario(self) -> Scenario:
-        """Give the loop as a scenario, with the likeliest of its values.
+        """Return the loop as a scenario, with the likeliest of its values.
 
         Returns
         -------
         Scenario
-            For `simulate`, `limit_cycle`, `compensate`, `what_if`, `stiction.fmu.export` and all else that takes one.
-            Its ``text`` is TOML, which says of each value where it comes from.
+            For `simulate`, `limit_cycle`, `compensate`, `what_if`, `stiction.fmu.export` and other functions that take one. Its
+            ``text`` is TOML with the source of each value.
 
         Raises
         ------
@@ -294,18 +294,18 @@ class Fit(Result):
         return _kept(self).scenario()
 
     def prospects(self) -> Prospects:
-        """Simulate what could be done, on loops drawn from all that the recording leaves possible.
+        """Simulate the effects of actions, on loops drawn from all that agree with the recording.
 
         Returns
         -------
         Prospects
-            As it is, repaired, retuned, both, with a positioner, and with compensators that an ordinary controller
-            can carry out.
+            The loop as it is, repaired, retuned, both, with a positioner, and with compensators that an ordinary controller can
+            implement.
 
         Raises
         ------
         ValueError
-            If a part of the loop is not identified, or most of the valves that are possible follow their OP.
+            If a part of the loop is not identified, or most of the possible valves follow their OP.
 
         Examples
         --------
@@ -319,21 +319,21 @@ class Fit(Result):
         return result_of(Prospects, _kept(self).prospects())
 
     def ring(self, after: Recording, action: str = "repair") -> Ring:
-        """Set what was predicted of an action beside what was recorded after it.
+        """Compare the prediction for an action with a recording after it.
 
         Parameters
         ----------
         after : Recording
-            The same loop after something was done.
+            A recording of the same loop after the action.
         action : str, default "repair"
-            What was done: ``"nothing"``, ``"repair"``, ``"retune"``, ``"repair-and-retune"``, ``"positioner"``, or the
-            name of a compensator, see `compensators`.
+            The action: ``"nothing"``, ``"repair"``, ``"retune"``, ``"repair-and-retune"``, ``"positioner"``, or the name of a
+            compensator, see `compensators`.
 
         Raises
         ------
         ValueError
-            If nothing was predicted of that action, the loop did not oscillate before, or a recording has no PV that
-            lasts for a period of that oscillation; or as for `prospects`.
+            If there is no prediction for that action, the loop did not oscillate before, or a recording has no PV for a whole
+            period of that oscillation. Also as for `prospects`.
 
         Examples
         --------
@@ -351,9 +351,9 @@ class Fit(Result):
 
     @drawn(4)
     def plot(self, ax: Any = None) -> Any:
-        """Draw PV and OP as recorded, and below in equal scales what the fitted loop does when it is simulated.
+        """Draw PV and OP as recorded, and below on equal scales the simulated signals of the fitted loop.
 
-        At most 1,200 samples of the recording, from its middle; of the simulation as long a part, its end.
+        The figure shows at most 1,200 samples from the middle of the recording, and as many from the end of the simulation.
 
         Raises
         ------
@@ -389,7 +389,7 @@ class Fit(Result):
         return made
 
     def __getstate__(self) -> dict[str, Any]:
-        # The handle is made again from the recording when it is asked for.
+        # The handle is made again from the recording when needed.
         return {key: value for key, value in self.__dict__.items() if key != "_handle"}
 
 
@@ -401,41 +401,39 @@ def fit(
     draws: int = 60,
     seed: int = 1,
 ) -> Fit:
-    """Identify the loop behind a recording, and test whether it explains what was recorded.
+    """Identify the loop of a recording, and test whether it explains the recorded swing.
 
-    The controller by its law in OP, PV and SP; the valve by its recorded position, or by the evidence of the diagnosis
-    and by how well the PV follows from it; the process by everything that explains the PV behind that valve. Then
-    loops are drawn from all that is possible, and the exact limit cycle of each is set beside the swing that was
-    recorded.
+    The controller is identified from OP, PV and SP. The valve is identified from its recorded position, or from the evidence of
+    the diagnosis and the prediction of the PV. The process is identified from everything that explains the PV with that valve.
+    Then loops are drawn from all possible ones, and the exact limit cycle of each is compared with the recorded swing.
 
     Parameters
     ----------
     recording : Recording or table
         The recording, see `read` and `recording`, or a table with the columns of one loop. It must have a PV.
     loop_type : str, optional
-        What the loop controls, see `loop_types`; by default what the recording says.
+        Type of the loop, see `loop_types`; by default as in the recording.
     sample_time : float, optional
-        Time between samples of the grid, s; by default the commonest one of the recording.
+        Time between samples of the grid, s; by default the most frequent one of the recording.
     draws : int, default 60
-        How many loops are drawn from what is possible, at most 10,000.
+        Number of loops drawn from the possible ones, at most 10,000.
     seed : int, default 1
-        Which loops are drawn.
+        Seed of the drawn loops.
 
     Returns
     -------
     Fit
-        Also where a part could not be identified: `why_not` says why.
+        A fit is also returned if a part could not be identified, with the reason in `why_not`.
 
     Raises
     ------
     ValueError
-        If the recording has no PV or no segment in automatic, cannot be brought onto a grid, or an option is out of
-        its range.
+        If the recording has no PV or no segment in automatic, does not fit on a grid, or an option is out of its range.
 
     Notes
     -----
-    It computes on its own thread without the interpreter's lock, so several can run at once. A pickled fit keeps the
-    recording; after unpickling, what takes more than its attributes computes it once more.
+    The computation runs on its own thread without the interpreter's lock, so several can run at once. A pickled fit keeps the
+    recording. After unpickling, functions that need more than the attributes compute it once more.
 
     Examples
     --------
@@ -457,7 +455,7 @@ def fit(
         raise ValueError(f"seed is {chosen}, but must be below 2**64")
     told: dict[str, Any] = {
         "loop_type": None if loop_type is None else text("loop_type", loop_type),
-        # Published methods have no part in it.
+        # Published methods are not needed.
         "detectors": [],
         "sample_time": optional("sample_time", sample_time),
         "dead_time": None,
@@ -465,14 +463,14 @@ def fit(
     made_of = (_checked(recording, sample_time=told["sample_time"]), told, asked, chosen)
     handle = _core.fit_recording(*made_of)
     found = result_of(Fit, {"name": made_of[0].name, **handle.document()})
-    # Not fields: what scenario, prospects and plot need, and what that can be made of again.
+    # Not fields, but the data for scenario, prospects and plot, and for making them again.
     object.__setattr__(found, "_handle", handle)
     object.__setattr__(found, "_made_of", made_of)
     return found
 
 
 def _kept(fitted: Fit) -> _core.Fitted:
-    """Give the handle of a fit; of one that was pickled it is computed again."""
+    """Return the handle of a fit, computed again for a pickled one."""
     if "_handle" not in fitted.__dict__:
         object.__setattr__(fitted, "_handle", _core.fit_recording(*fitted.__dict__["_made_of"]))
     handle = fitted.__dict__["_handle"]

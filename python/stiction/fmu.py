@@ -1,6 +1,6 @@
 """Functional mock-up units (FMU): sticking valves, stems and loops for Simulink, OpenModelica, Dymola and FMPy.
 
-Not imported by name at the top of the package: use ``stiction.fmu.export(...)``.
+The package does not import this module at its top. Use ``stiction.fmu.export(...)``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class FmuModel(Result):
 
     kind: str = about('``"valve"``, ``"stem"`` or ``"loop"``.')
     name: str = about("Its valve model, or the friction law or parameter set of the stem.")
-    summary: str = about("What it is, in a line.")
+    summary: str = about("A short description.")
 
 
 @result
@@ -44,11 +44,11 @@ class FmuVariable(Result):
         kind="float or int or bool or None",
     )
     unit: str = about("Its unit.")
-    description: str = about("What it is, in a line.")
+    description: str = about("A short description.")
 
 
 def models() -> list[FmuModel]:
-    """List what can be exported.
+    """List the models that can be exported.
 
     Examples
     --------
@@ -68,17 +68,17 @@ def variables(
     loop: ScenarioLike | None = None,
     start: Mapping[str, float | bool] | None = None,
 ) -> list[FmuVariable]:
-    """List the variables that an FMU has.
+    """List the variables of an FMU.
 
     Parameters
     ----------
     model, S, J, stem, loop, start
-        What the FMU holds, as `export` takes it.
+        The content of the FMU, as for `export`.
 
     Raises
     ------
     ValueError
-        If there is no such model or variable, or values do not go together.
+        If there is no such model or variable, or values do not fit together.
 
     Examples
     --------
@@ -113,19 +113,19 @@ def export(
     S, J : float, optional
         Stick band plus dead band, and slip jump, of the valve model, percent of span.
     stem : str, optional
-        Instead of a valve model: a friction law or parameter set of a physical stem, see `stiction.stem_sets`.
+        A friction law or parameter set of a physical stem, instead of a valve model; see `stiction.stem_sets`.
     loop : scenario, str, path or mapping, optional
-        Instead of a valve model: a closed loop, as `stiction.scenario` takes it.
+        A closed loop, instead of a valve model, as for `stiction.scenario`.
     start : mapping, optional
         Start values of variables by name, such as ``{"stem_lag": 0.5}``; `variables` lists them.
     fmi : {2, 3}, default 2
-        Version of FMI. Both offer co-simulation, and of stems also model exchange.
+        Version of FMI. Both support co-simulation, and for stems also model exchange.
     libraries : mapping, optional
-        Compiled libraries of further platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``; that of a
-        platform which is built in is replaced.
+        Compiled libraries of additional platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``. A library of a built-in
+        platform is replaced.
     date : datetime, optional
-        When it was generated, as its description tells; without it the time that the variable ``SOURCE_DATE_EPOCH`` gives
-        in seconds, or now. The same model and date give the same bytes. A time without a zone is local.
+        Time of generation in its description; by default the time in the variable ``SOURCE_DATE_EPOCH``, in seconds, or now. The
+        same model and date give the same bytes. A time without a zone is local.
 
     Returns
     -------
@@ -135,9 +135,9 @@ def export(
     Raises
     ------
     TypeError
-        If `model`, `stem` and `loop` are not one of them, or an argument is of another type.
+        If `model`, `stem` and `loop` are not exactly one, or an argument has the wrong type.
     ValueError
-        If there is no such model or variable, or values do not go together.
+        If there is no such model or variable, or values do not fit together.
 
     Examples
     --------
@@ -162,7 +162,7 @@ def export(
 
 
 def _generated_s(date: datetime | None) -> int:
-    """Give when an FMU is generated, in seconds after the beginning of 1970."""
+    """Return the time of generation of an FMU, in seconds after the beginning of 1970."""
     if date is None:
         epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
         if epoch and not epoch.isdecimal():
@@ -184,14 +184,14 @@ def _fmu(
     loop: ScenarioLike | None,
     start: Mapping[str, float | bool] | None,
 ) -> _core.Fmu:
-    """Give what is to be exported."""
+    """Return the model to export."""
     if sum(given is not None for given in (model, stem, loop)) > 1:
-        raise TypeError("model, stem and loop: only one of them can be given")
+        raise TypeError("model, stem and loop: give only one of them")
     if start is not None and not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping, but its type is {type(start).__name__}")
     bands = {name: value for name, value in (("S", S), ("J", J)) if value is not None}
     if bands and stem is not None:
-        raise TypeError("S and J are of a valve model; a stem has friction instead")
+        raise TypeError("S and J belong to a valve model; a stem has friction instead")
     values = [(text("start", name), number(name, value)) for name, value in {**bands, **(start or {})}.items()]
     if loop is not None:
         return _core.Fmu("loop", "", values, scenario(loop))

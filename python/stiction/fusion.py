@@ -1,4 +1,4 @@
-"""What signals say about the valve, as numbers free of units, and the frozen model that weighs them."""
+"""Evidence on a valve from its signals, as numbers without units, and the frozen model that weighs them."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ __all__ = [
 
 @result
 class Feature(Result):
-    """A number that evidence consists of."""
+    """A feature of the evidence."""
 
     name: str = about("Its name.")
-    meaning: str = about("What it is.")
-    line: str = about("The line of evidence it belongs to.")
+    meaning: str = about("Its meaning.")
+    line: str = about("Its line of evidence.")
     monotone: int = about(
-        "1 if more of it can only speak for stiction, -1 if only against, 0 if either.",
+        "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if either.",
         kind="{1, 0, -1}",
     )
-    op_only: bool = about("Whether it needs the OP only.")
+    op_only: bool = about("Whether it needs only the OP.")
 
 
 def evidence_features() -> list[Feature]:
-    """List the numbers that evidence consists of.
+    """List the features of the evidence.
 
     Examples
     --------
@@ -49,14 +49,14 @@ def evidence_features() -> list[Feature]:
 
 @result
 class Evidence(Result):
-    """What a window of signals says."""
+    """The evidence in a window of signals."""
 
-    values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN where one cannot be measured.")
-    op_span: float = about("Span of the OP without its slow part, percent of span: the scale of S.")
+    values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN if one cannot be measured.")
+    op_span: float = about("Span of the OP without its slow part, percent of span, which is the scale of S.")
     period_s: float = about("Dominant period, s.")
-    op_only: bool = about("Whether it is of the OP alone.")
+    op_only: bool = about("Whether it is from the OP alone.")
     z: float = about(
-        "Standard errors by which a valve that sticks predicts the PV better than one that follows; 0 where nothing "
+        "Advantage of a sticking valve over a following one in predicting the PV, in standard errors; 0 if nothing "
         "can be predicted.",
         default=0.0,
     )
@@ -69,16 +69,16 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
     Parameters
     ----------
     op : array_like
-        Controller output, percent of span. All signals are of one length and finite.
+        Controller output, percent of span. All signals have the same length and are finite.
     pv, sp : array_like, optional
-        Process value and set point, in units of the PV.
+        Process value and set point, in PV units.
 
     Raises
     ------
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal is of another length or not finite, or there is nothing to measure.
+        If a signal has a different length or is not finite, or there is nothing to measure.
 
     Examples
     --------
@@ -99,31 +99,31 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
 
 @result
 class Weighed(Result):
-    """What the frozen model makes of evidence."""
+    """The result of the frozen model for the evidence."""
 
-    probability: float = about("The probability that the valve is at fault: that it sticks or does not respond.")
-    lines: dict[str, float] = about("The probability that each line of evidence gives by itself.")
+    probability: float = about("The probability that the valve is at fault (it sticks or does not respond).")
+    lines: dict[str, float] = about("The probability from each line of evidence alone.")
     causes: dict[str, float] = about("The probability of every cause; they add up to one.")
     S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval.")
     J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval.")
     limit: float | None = about(
-        "Had the valve stuck by more, percent of span, it would have shown (95 %); None where nothing could have been "
-        "seen, or the OP is alone."
+        "Detection limit of S, percent of span (95 %); None if stiction of any size could have been "
+        "missed, or there is only the OP."
     )
-    z: float = about("As that of the evidence; from 3 on a diagnosis does not clear a valve.")
+    z: float = about("As in the evidence; from 3 on a diagnosis does not clear a valve.")
     distance: float = about(
-        "How far the evidence is from that of the loops of training; above 1 it is unlike all of them, and what else "
-        "is said means little."
+        "Distance of the evidence from that of the training loops; above 1 it is unlike all of them, and the other "
+        "results are unreliable."
     )
 
 
 def weigh(evidence: Evidence) -> Weighed:
-    """Weigh evidence by the frozen model that verdicts rest on.
+    """Weigh evidence with the frozen model behind the verdicts.
 
     Parameters
     ----------
     evidence : Evidence
-        As `stiction.evidence` measures it.
+        The result of `stiction.evidence`.
 
     Raises
     ------
@@ -152,17 +152,17 @@ def weigh(evidence: Evidence) -> Weighed:
 
 @result
 class VerdictModel(Result):
-    """Where the frozen model comes from: enough to train it again."""
+    """The provenance of the frozen model, sufficient to train it again."""
 
     command: str = about("The command that trained it.")
     population: int = about("Version of the population it was trained on.")
     seed: int = about("Seed of that population.")
     trained: int = about("Members it was trained on.")
-    calibrated: int = about("Members after those, on which calibration and intervals rest.")
-    features: list[str] = about("The numbers it was trained on, in their order.")
+    calibrated: int = about("Members after those, for calibration and intervals.")
+    features: list[str] = about("The features it was trained on, in order.")
     coverage: float = about("Nominal coverage of its intervals.")
 
 
 def verdict_model() -> VerdictModel:
-    """Tell where the frozen model comes from."""
+    """Return the provenance of the frozen model."""
     return VerdictModel(**_core.verdict_provenance())

@@ -39,21 +39,21 @@ __all__ = [
 
 @result
 class FirstOrderFit(Result):
-    """A process of first order with dead time, fitted to OP and PV."""
+    """A first-order process with dead time, fitted to OP and PV."""
 
     gain: float
     gain_error: float = about(
-        "Units of PV per percent of the OP, of one that integrates per percent and s; and its standard error."
+        "Gain in PV units per percent of the OP, for an integrating process per percent and s; and its standard error."
     )
     time_constant_s: float | None
     time_constant_error_s: float | None = about(
-        "Time constant and its standard error, s; None of a process that integrates."
+        "Time constant and its standard error, s; None for an integrating process."
     )
     dead_time_s: float
     dead_time_error_s: float = about("Dead time and its standard error, s.")
     delay: int = about("Samples from OP to PV.")
-    explained: float = about("Share of the variance of the PV that is explained.")
-    pv: Array = about("The PV as the model has it, in its units.")
+    explained: float = about("Explained share of the variance of the PV.")
+    pv: Array = about("The PV of the model, in PV units.")
 
 
 @documented
@@ -65,18 +65,18 @@ def fit_first_order(
     integrating: bool = False,
     longest_delay: int = 40,
 ) -> FirstOrderFit:
-    """Fit a process of first order with dead time by its output error (Ljung, 1999).
+    """Fit a first-order process with dead time by its output error (Ljung, 1999).
 
     Parameters
     ----------
     op : array_like
-        Input: OP, or better the valve position, percent of span.
+        Input, which is the OP or preferably the valve position, percent of span.
     pv : array_like
         Process value.
     integrating : bool, default False
         Whether the process integrates.
     longest_delay : int, default 40
-        The longest delay tried, samples.
+        The longest dead time to try, samples.
 
     Raises
     ------
@@ -105,26 +105,26 @@ def fit_first_order(
 
 @result
 class Arx(Result):
-    """A linear model of the PV by its own past and the OP."""
+    """A linear model of the PV from its own past and the OP."""
 
     gain: float = about(
-        "What the PV moves by in the end, units of the PV per percent; of no meaning where the process integrates."
+        "Static gain, PV units per percent; meaningless for an integrating process."
     )
     delay: int = about("Samples from OP to PV, at least 1.")
-    constant: float = about("What is added at every sample, in units of the PV.")
+    constant: float = about("Constant term of every sample, in PV units.")
     past: list[float] = about("Coefficients of the PV one to five samples before.")
     taps: list[float] = about(
-        "Coefficients of the OP at the delay and up to three samples before, units of the PV per percent."
+        "Coefficients of the OP at the delay and up to three samples before, PV units per percent."
     )
-    residual_std: float = about("Standard deviation of what is left, in units of the PV.")
-    explained: float = about("Share of the variance of the PV that is explained from sample to sample.")
+    residual_std: float = about("Standard deviation of the residuals, in PV units.")
+    explained: float = about("Explained share of the variance of the PV from sample to sample.")
     predicted: Array = about(
-        "The PV as it is expected from the samples before, in its units; the first samples are the PV's own."
+        "One-step prediction of the PV, in PV units; the first samples are those of the PV."
     )
 
 
 def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
-    """Fit an ARX model: the PV by its five last values and four neighbouring values of the OP.
+    """Fit an ARX model of the PV from its last five values and four neighbouring values of the OP.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
     pv : array_like
         Process value, in its units.
     longest_delay : int, default 40
-        The longest delay tried, samples; the one that explains most is taken.
+        The longest dead time to try, samples. The best one is used.
 
     Raises
     ------
@@ -159,17 +159,17 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
 
 @result
 class ExtendedArx(Result):
-    """A linear model with a disturbance that wanders."""
+    """A linear model with a drifting disturbance."""
 
-    past: list[float] = about("Coefficients of the past two outputs.")
+    past: list[float] = about("Coefficients of the last two outputs.")
     taps: list[float] = about("Coefficients of the two inputs.")
     error: float = about("Coefficient of the last innovation.")
     variance: float = about("Variance of the innovations.")
-    log_likelihood: float = about("Logarithm of the likelihood, but for a constant.")
-    samples: int = about("Innovations that count in it.")
+    log_likelihood: float = about("Logarithm of the likelihood, without a constant.")
+    samples: int = about("Number of innovations in it.")
     process: Array
     disturbance: Array = about("The parts of the input and of the disturbance in the output.")
-    predicted: Array = about("The output less the innovations.")
+    predicted: Array = about("The output minus the innovations.")
 
 
 def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float) -> ExtendedArx:
@@ -178,11 +178,11 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
     Parameters
     ----------
     input, output : array_like
-        Signals of one length, both of the order of one, such as standardised ones.
+        Signals of equal length, both of magnitude one, such as standardised signals.
     delay : int
         Samples from input to output, at least 1.
     walk : float
-        How fast the disturbance may wander: variance of its steps over that of the innovations; 0 is not at all.
+        Variance of the disturbance's steps relative to that of the innovations; 0 means a constant disturbance.
 
     Raises
     ------
@@ -211,25 +211,25 @@ class HammersteinFit(Result):
     model: str = about("The valve model.")
     S: float
     J: float = about("Percent of span.")
-    sticks: bool = about("Whether the valve is said to stick.")
-    gain: float = about("Logarithm of the mean square error with a valve that follows over that with this one.")
-    threshold: float = about("Gain above which the valve is said to stick.")
+    sticks: bool = about("Whether the method decides that the valve sticks.")
+    gain: float = about("Logarithm of the ratio of mean square errors, of a valve that follows to this one.")
+    threshold: float = about("Gain above which the method decides for stiction.")
     delay: int = about("Delay from valve to PV, samples of the fit.")
     profile_S: Array
-    profile_gain: Array = about("S that were tried, ascending, percent of span, and their gain with the best J.")
-    factor: int = about("Recorded samples to one of the fit.")
+    profile_gain: Array = about("Tried values of S, ascending, percent of span, and their gain with the best J.")
+    factor: int = about("Recorded samples per sample of the fit.")
     first: int = about("First recorded sample of the fit.")
     op: Array
     vp: Array = about("OP and position of the valve, percent of span.")
     pv: Array
-    fitted: Array = about("PV of mean 0 and variance 1, and as the fit has it.")
-    cause: str | None = about("Of Karra and Karim's method, what makes the loop oscillate.")
-    disturbance_share: float | None = about("Of that method, share of the disturbance in the variance of the PV.")
-    disturbance: Array | None = about("Of that method, the part of the disturbance in the PV.")
+    fitted: Array = about("PV with mean 0 and variance 1, and its fit.")
+    cause: str | None = about("Cause of the oscillation, only for Karra and Karim's method.")
+    disturbance_share: float | None = about("Share of the disturbance in the variance of the PV, only for that method.")
+    disturbance: Array | None = about("Part of the disturbance in the PV, only for that method.")
 
     @drawn(1)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the gain over the S that were tried."""
+        """Draw the gain over the tried values of S."""
         [made] = _plots.axes(ax)
         made.plot(self.profile_S, self.profile_gain, "o", label=f"{self.method}, {self.model} valve")
         made.axhline(self.threshold, color="grey", linestyle=":", label="threshold")
@@ -254,16 +254,16 @@ def fit_hammerstein(
     Parameters
     ----------
     method : {"srinivasan", "lee", "jelali", "karra-karim"}, default "jelali"
-        By Srinivasan et al. (2005), Lee et al. (2008), Jelali (2008) or Karra and Karim (2009).
+        The method of Srinivasan et al. (2005), Lee et al. (2008), Jelali (2008) or Karra and Karim (2009).
     threshold : float, optional
-        Gain above which the valve is said to stick; by default the method's.
+        Gain above which the method decides for stiction; by default that of the method.
 
     Raises
     ------
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal is of another length, not finite or does not move, if there is no period, or too few samples.
+        If a signal has a different length, is not finite or does not move, if there is no period, or too few samples.
 
     Examples
     --------
@@ -288,57 +288,57 @@ def fit_hammerstein(
 
 @result
 class ValveFit(Result):
-    """The process behind a valve of one model that sticks."""
+    """The process with a sticking valve of one model."""
 
     model: str = about("The valve's model.")
     s_over_span: float = about("S as a share of the span of the OP without its slow part.")
     j_over_s: float = about("J as a share of S.")
     delay: int = about("Delay, samples.")
-    mse: float = about("Mean square of what one-step prediction leaves, variances of the PV.")
-    gain: float = about("Logarithm of the squares left by a valve that follows over those left by this one.")
-    information: float = about("The same as Schwarz's criterion has it.")
-    jump_gain: float = about("What the slip jump explains; near 0, J is not identified.")
+    mse: float = about("Mean square residual of one-step prediction, variances of the PV.")
+    gain: float = about("Logarithm of the ratio of squared residuals, of a valve that follows to this one.")
+    information: float = about("The same by Schwarz's criterion.")
+    jump_gain: float = about("Gain from the slip jump; near 0, J is not identified.")
     width: float = about("Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.")
     profile_s: Array
-    profile_mse: Array = about("S that were tried, as shares of the span, and the least mean square over J and delay.")
+    profile_mse: Array = about("Tried values of S, as shares of the span, and the smallest mean square over J and delay.")
 
 
 @result
 class ValveEvidence(Result):
-    """How much better a sticking valve explains the PV than one that follows, with controls.
+    """How much better a sticking valve explains the PV than a valve that follows, with controls.
 
-    All gains are logarithms of ratios of squares left; 0 is no evidence.
+    All gains are logarithms of ratios of squared residuals. 0 means no evidence.
     """
 
-    samples: int = about("Samples that were predicted.")
+    samples: int = about("Number of predicted samples.")
     op_span: float = about("Span of the OP without its slow part, standard deviations of the OP.")
-    linear_mse: float = about("Mean square left behind a valve that follows, variances of the PV.")
+    linear_mse: float = about("Mean square residual with a valve that follows, variances of the PV.")
     two_phase: ValveFit
-    he: ValveFit = about("Behind a two-phase valve, and behind one as He et al. (2007) have it.")
-    best: str = about("The model of the one that predicts better.")
-    kurtosis: float = about("Excess kurtosis of the error behind the better one.")
+    he: ValveFit = about("With a two-phase valve, and with a valve of He et al. (2007).")
+    best: str = about("The model that predicts better.")
+    kurtosis: float = about("Excess kurtosis of the residuals of the better model.")
     forward_gain: float
     reversed_gain: float = about("Gain of the first two-phase candidates, and in reversed time.")
     walk_gain: float = about("Gain if the disturbance is a random walk.")
-    over_load: float = about("Evidence against a load that jumps when the model slips.")
-    over_placebo: float = about("Evidence against the same valves under another OP.")
+    over_load: float = about("Evidence against a load that jumps at the slips of the model.")
+    over_placebo: float = about("Evidence against the same valves with a different OP.")
     output_error_gain: float = about("Gain without the PV's past.")
     over_sensor: float = about("Evidence against play in the sensor.")
-    slip_rate: float = about("Slips a period.")
-    slip_concentration: float = about("How much the error of the linear process gathers where slips arrive.")
-    slip_removed: float = about("Share of the energy there that the sticking valve explains.")
+    slip_rate: float = about("Slips per period.")
+    slip_concentration: float = about("Concentration of the linear process's error at the slips.")
+    slip_removed: float = about("Share of this error's energy that the sticking valve explains.")
 
 
 @documented
 def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float | None = None) -> ValveEvidence:
-    """Weigh a sticking valve before a linear process against one that follows.
+    """Compare a sticking valve before a linear process with a valve that follows.
 
     Raises
     ------
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal is of another length, not finite or does not move, if there is no period, or too few samples.
+        If a signal has a different length, is not finite or does not move, if there is no period, or too few samples.
 
     Examples
     --------
@@ -361,12 +361,12 @@ class PositionFit(Result):
     bands: Bands = about("Its S and J, percent of span of the OP.")
     gain: float = about("Percent of VP per percent of the model's position.")
     offset: float = about("VP where the model's position is 0, percent of span.")
-    delay: int = about("Samples by which VP is behind the model.")
-    rmse: float = about("Root of the mean square error, percent of VP.")
-    explained: float = about("Share of the variance of VP that is explained.")
-    information: float = about("Schwarz's information; only differences mean something.")
-    slips: int = about("How often the model slips.")
-    vp: Array = about("VP as the model has it, percent of span.")
+    delay: int = about("Delay of VP behind the model, samples.")
+    rmse: float = about("Root mean square error, percent of VP.")
+    explained: float = about("Explained share of the variance of VP.")
+    information: float = about("Schwarz's information; only differences are meaningful.")
+    slips: int = about("Number of slips of the model.")
+    vp: Array = about("VP of the model, percent of span.")
 
 
 @result
@@ -374,7 +374,7 @@ class PositionFits(Result):
     """All valve models fitted to a recorded position."""
 
     S: Estimate
-    J: Estimate = about("Those of the best, percent of span, with the 90 % interval of a block bootstrap.")
+    J: Estimate = about("S and J of the best fit, percent of span, with the 90 % interval of a block bootstrap.")
     ranked: list[PositionFit] = about("The fits, the best first.")
 
 
@@ -409,7 +409,7 @@ class FittedNumber(Result):
     """A fitted number."""
 
     value: float = about("The number.")
-    deviation: float | None = about("Its standard deviation; None if the recording does not depend on it.")
+    deviation: float | None = about("Its standard deviation; None if it does not affect the recording.")
 
 
 @result
@@ -419,17 +419,17 @@ class StemFit(Result):
     static_band: FittedNumber = about("Static friction over spring constant, percent of span of the OP.")
     coulomb_band: FittedNumber = about("Coulomb friction over spring constant, percent of span of the OP.")
     lag_s: FittedNumber = about("Viscous friction over spring constant, s.")
-    bands: Bands = about("The S and J that follow, percent of span.")
+    bands: Bands = about("The resulting S and J, percent of span.")
     gain: float = about("Percent of VP per percent of the stem's position.")
     offset: float = about("VP where the stem's position is 0, percent of span.")
-    rmse: float = about("Root of the mean square error, percent of VP.")
-    explained: float = about("Share of the variance of VP that is explained.")
-    information: float = about("Schwarz's information; only differences mean something.")
-    slips: int = about("How often the stem slips against its last direction.")
-    vp: Array = about("VP as the stem has it, percent of span.")
+    rmse: float = about("Root mean square error, percent of VP.")
+    explained: float = about("Explained share of the variance of VP.")
+    information: float = about("Schwarz's information; only differences are meaningful.")
+    slips: int = about("Number of slips of the stem against its last direction.")
+    vp: Array = about("VP of the stem model, percent of span.")
     data_driven: PositionFit = about("The best data-driven model on the same samples.")
-    explains_better: bool = about("Whether Schwarz's information prefers the stem to that.")
-    unidentified: list[str] = about("What the recording does not say, and why.")
+    explains_better: bool = about("Whether Schwarz's information prefers the stem to that model.")
+    unidentified: list[str] = about("Parameters that the recording does not identify, with the reason.")
 
 
 @documented
@@ -460,9 +460,9 @@ def bands_of_cycle(
     time_constant_s: float,
     dead_time_s: float,
 ) -> Bands:
-    """Give S and J of a cycle in closed form, where loop and controller are known.
+    """Return S and J of a cycle in closed form, for a known loop and controller.
 
-    The process is of first order with dead time, and the integral time of the PI controller is its time constant.
+    The process is first-order with dead time, and the integral time of the PI controller is its time constant.
 
     Parameters
     ----------
@@ -471,9 +471,9 @@ def bands_of_cycle(
     op_amplitude : float
         Half of the peak-to-peak value of the OP, percent of span.
     process_gain : float
-        Units of PV per percent.
+        PV units per percent.
     controller_gain : float
-        Percent per unit of PV.
+        Percent per PV unit.
     time_constant_s : float
         Time constant of the process and integral time, s.
     dead_time_s : float

@@ -1,4 +1,4 @@
-"""Whether a signal cycles, how regularly, with what period, and when."""
+"""Detection of oscillations: whether a signal cycles, how regularly, with which period, and when."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Supervision(Result):
     disturbances: int = about("Half waves that count.")
     half_waves: int = about("All half waves.")
     counter: float = about("The largest value of the forgetting counter.")
-    alarm_s: float | None = about("When the counter first passed 10, s; None if it did not.")
+    alarm_s: float | None = about("Time at which the counter first exceeded 10, s; None if it did not.")
     oscillates: bool = about("Whether it did.")
 
 
@@ -38,16 +38,16 @@ class Peak(Result):
     decay_ratio: float | None = about("Regularity and decay ratio in its band.")
     chance: float = about("Probability that noise makes such a peak.")
     over_background: float = about("Power over that of the background.")
-    harmonic: int | None = about("Which multiple of the frequency of a stronger peak it may be.")
-    band: tuple[float, float] = about("Its band, cycles a sample.")
+    harmonic: int | None = about("Multiple of the frequency of a stronger peak that it may be.")
+    band: tuple[float, float] = about("Its band, cycles per sample.")
     is_oscillation: bool = about(
-        "Whether it is an oscillation of its own: regular, lasting, with a tenth of the variance, no harmonic."
+        "Whether it is a separate oscillation: regular, lasting, with a tenth of the variance, and not a harmonic."
     )
 
 
 @result
 class Episode(Result):
-    """A time in which the dominant oscillation was there."""
+    """A period of time with the dominant oscillation."""
 
     from_s: float
     to_s: float = about("Its beginning and end, s.")
@@ -63,27 +63,27 @@ class Oscillation(Result):
     """
 
     found: bool = about("Whether it oscillates.")
-    basis: str | None = about("What it was found by.", kind='{"autocorrelation", "spectral peak"} or None')
+    basis: str | None = about("The evidence for it.", kind='{"autocorrelation", "spectral peak"} or None')
     period_s: float | None = about("Period of the dominant oscillation, s.")
     amplitude: float | None = about("Half of its typical peak-to-peak value, units of the signal.")
-    cycles: float | None = about("How many periods the signal spans.")
+    cycles: float | None = about("Number of periods in the signal.")
     regularity: float | None = about(
         "Regularity of the zero crossings of the autocorrelation (Thornhill, Huang and Zhang, 2003); above 1 is "
         "regular."
     )
-    intervals: int = about("Intervals between zero crossings that the regularity rests on.")
+    intervals: int = about("Intervals between zero crossings behind the regularity.")
     decay_ratio: float | None = about(
         "Decay ratio of the autocorrelation (Miao and Seborg, 1999); above 0.5 is oscillatory."
     )
     supervision: Supervision | None = about("Supervision of half waves (Hägglund, 1995).")
-    peaks: list[Peak] = about("All oscillations that stand out of the spectrum, strongest first.")
-    episodes: list[Episode] = about("When the dominant one was there.")
-    reasons: list[str] = about("What led to the result.")
+    peaks: list[Peak] = about("All oscillations above the background of the spectrum, strongest first.")
+    episodes: list[Episode] = about("Times with the dominant oscillation.")
+    reasons: list[str] = about("Reasons for the result.")
 
 
 @documented
 def oscillation(signal: Samples, sample_time: float) -> Oscillation:
-    """Tell whether and how a signal oscillates.
+    """Return whether and how a signal oscillates.
 
     Mean and straight trend are removed first.
 
@@ -110,7 +110,7 @@ def oscillation(signal: Samples, sample_time: float) -> Oscillation:
 
 
 def _step(sample_time: Any) -> float:
-    """Give a sample time."""
+    """Return a sample time."""
     step = number("sample_time", sample_time)
     if not 0 < step < np.inf:
         raise ValueError(f"sample_time is {step:g}, but must be a finite number above 0")
@@ -118,7 +118,7 @@ def _step(sample_time: Any) -> float:
 
 
 def _period(period_s: Any) -> float | None:
-    """Give a period, if there is one."""
+    """Return a period, if there is one."""
     if period_s is None:
         return None
     period = number("period_s", period_s)

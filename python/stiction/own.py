@@ -1,4 +1,4 @@
-"""Parts of a loop of your own: a valve, a controller or a process written in Python, for `stiction.simulate`."""
+"""User parts of a loop, which are a valve, a controller or a process written in Python, for `stiction.simulate`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["OwnController", "OwnProcess", "OwnValve"]
 
 
 class OwnValve(ABC):
-    """A valve of your own: derive from it, and give `stiction.simulate` an object of the class.
+    """A valve of your own. Derive a class from it, and pass an object of the class to `stiction.simulate`.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class OwnValve(ABC):
 
 
 class OwnController(ABC):
-    """A controller of your own: derive from it, and give `stiction.simulate` an object of the class.
+    """A controller of your own. Derive a class from it, and pass an object of the class to `stiction.simulate`.
 
     Examples
     --------
@@ -74,7 +74,7 @@ class OwnController(ABC):
     @abstractmethod
     @documented
     def restart(self, sample_time: float, op: float, sp: float, pv: float) -> None:
-        """Take over.
+        """Take over control.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class OwnController(ABC):
 
     @abstractmethod
     def step(self, sp: float, pv: float) -> float:
-        """Answer the PV of a sample.
+        """Return the OP for the PV of a sample.
 
         Parameters
         ----------
@@ -101,7 +101,8 @@ class OwnController(ABC):
 
 
 class OwnProcess(ABC):
-    """A process of your own about its operating point: derive from it, and give `stiction.simulate` an object of the class.
+    """A process of your own around its operating point. Derive a class from it, and pass an object of the class to
+    `stiction.simulate`.
 
     Examples
     --------
@@ -127,7 +128,7 @@ class OwnProcess(ABC):
 
     @abstractmethod
     def output(self) -> float:
-        """Give the PV before the input of the present sample acts.
+        """Return the PV before the input of the present sample acts.
 
         Returns
         -------
@@ -137,10 +138,10 @@ class OwnProcess(ABC):
 
     @abstractmethod
     def advance(self, input: float) -> None:
-        """Go on to the next sample.
+        """Advance to the next sample.
 
         Parameters
         ----------
         input : float
-            Valve position and load, held until then: their distance from the operating point, percent of span.
+            Valve position and load until then, as distances from the operating point, percent of span.
         """

@@ -1,4 +1,4 @@
-"""Recordings and diagnoses of data frames of pandas, by ``frame.stiction`` once this module is imported.
+"""Recordings and diagnoses from pandas data frames, through ``frame.stiction`` after this module is imported.
 
 The package does not import this module by itself.
 """
@@ -21,7 +21,7 @@ __all__ = ["StictionAccessor"]
 
 @register_dataframe_accessor("stiction")  # type: ignore[untyped-decorator, unused-ignore]
 class StictionAccessor:
-    """What ``frame.stiction`` is.
+    """The accessor ``frame.stiction``.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class StictionAccessor:
         self._frame = frame
 
     def recording(self, **keywords: Any) -> Recording:
-        """Make a recording of it.
+        """Make a recording from it.
 
         Parameters
         ----------
@@ -56,6 +56,6 @@ class StictionAccessor:
         Parameters
         ----------
         **keywords
-            As in `stiction.diagnose`. Where columns or the tag must be named, diagnose ``frame.stiction.recording()``.
+            As in `stiction.diagnose`. If columns or the tag must be named, diagnose ``frame.stiction.recording()``.
         """
         return diagnose(self._frame, **keywords)

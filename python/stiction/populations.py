@@ -22,41 +22,41 @@ MOST_LOOPS = 1_000_000  # Already some tens of GB.
 
 @result
 class Truth(Result):
-    """What is true of a simulated loop."""
+    """The truth about a simulated loop."""
 
-    kind: str = about("What it has that others have not, one of `population_kinds`.")
+    kind: str = about("Its distinguishing property, one of `population_kinds`.")
     sticks: bool = about("Whether its valve is at fault: it sticks or is stuck.")
-    visible: bool = about("Whether the record can show the fault; False of healthy valves.")
-    model: str | None = about("Model of a sticking or stuck valve; None of a healthy one.")
+    visible: bool = about("Whether the record can show the fault; False for healthy valves.")
+    model: str | None = about("Model of a sticking or stuck valve; None for a healthy one.")
     S: float = about(
-        "Stick band plus dead band, percent of span; of a healthy valve its harmless dead band, of a stuck one 200."
+        "Stick band plus dead band, percent of span; for a healthy valve its harmless dead band, for a stuck one 200."
     )
     J: float = about("Slip jump, percent of span.")
-    slips: int = about("How often the stem of a sticking valve began to move within the record.")
+    slips: int = about("Number of slips of a sticking valve within the record.")
     evidence_nats: float = about(
-        "How much likelier the recorded PV is to who knows the stem besides the OP, nats; 0 unless its own valve "
+        "Information gain on the recorded PV from knowing the stem besides the OP, nats; 0 unless its own valve "
         "sticks."
     )
-    swing: float = about("Range of the OP over the S that the valve has, or would have if it stuck.")
-    op_noise: float = about("Standard deviation of the noise that the controller gives its OP, over that S.")
+    swing: float = about("Ratio of the OP range to the S that the valve has, or would have if it stuck.")
+    op_noise: float = about("Ratio of the standard deviation of the OP noise to that S.")
     facts: dict[str, float | int | bool | str] = about(
-        "What else was drawn, and what came of it, by name; ``docs/population.md`` of the project explains it. Times "
-        "are in seconds, PVs in percent of the transmitter's span."
+        "Other drawn and derived properties, by name; ``docs/population.md`` of the project explains it. Times "
+        "are in seconds, and PVs are in percent of the transmitter's span."
     )
 
 
 @result
 class Member(Result):
-    """A simulated loop: what a plant would have recorded, and what is true of it."""
+    """A simulated loop, as a plant would have recorded it, with the truth about it."""
 
     name: str = about("Its name.")
-    loop_type: str = about("What it controls.")
+    loop_type: str = about("Type of the loop.")
     sample_time: float = about("Time between samples, s.")
     op: Array = about("Recorded controller output, percent.")
     pv: Array | None = about("Recorded process value.")
-    sp: Array | None = about("Recorded set point, in units of the PV; None where it is not recorded.")
-    vp: Array = about("True valve position, percent; no plant would have recorded it.")
-    truth: Truth = about("What is true of it.")
+    sp: Array | None = about("Recorded set point, in PV units; None if it is not recorded.")
+    vp: Array = about("True valve position, percent; a plant would not record it.")
+    truth: Truth = about("The truth about it.")
 
     @property
     def time_s(self) -> Array:
@@ -64,12 +64,12 @@ class Member(Result):
         return np.arange(len(self.op), dtype=np.float64) * np.float64(self.sample_time)
 
     def to_table(self) -> Table:
-        """Give the signals as an Arrow table.
+        """Return the signals as an Arrow table.
 
         Returns
         -------
         Table
-            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp``; without those that are not recorded.
+            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp``, as far as they are recorded.
         """
         signals = {"time_s": self.time_s, "sp": self.sp, "pv": self.pv, "op": self.op, "vp": self.vp}
         return _core.number_table([(name, x) for name, x in signals.items() if x is not None])
@@ -85,7 +85,7 @@ class Member(Result):
 
 
 class Population(Sequence[Member]):
-    """Simulated loops, as `population` makes them: a sequence of `Member`.
+    """Simulated loops from `population`, as a sequence of `Member`.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class Population(Sequence[Member]):
     @overload
     def __getitem__(self, index: slice) -> list[Member]: ...
     def __getitem__(self, index: int | slice) -> Member | list[Member]:
-        # A range knows what indices and slices mean.
+        # A range implements the meaning of indices and slices.
         where = range(len(self))[index]
         return self._member(where) if isinstance(where, int) else [self._member(k) for k in where]
 
@@ -115,12 +115,12 @@ class Population(Sequence[Member]):
         return Member(truth=Truth(**found.pop("truth")), **found)
 
     def truth(self) -> Table:
-        """Give what is true of the loops as an Arrow table.
+        """Return the truth about the loops as an Arrow table.
 
         Returns
         -------
         Table
-            A row a loop: ``name``, the attributes of `Truth`, and its facts.
+            One row per loop: ``name``, the attributes of `Truth`, and its facts.
         """
         return self._loops.truth()
 
@@ -139,17 +139,17 @@ def population(
 ) -> Population:
     """Simulate loops with known truth, on all cores.
 
-    A loop depends on its seed and number alone, so that a large population can be made in parts. What is drawn
-    is told in ``docs/population.md`` of the project, its version is `POPULATION_VERSION`.
+    A loop depends only on its seed and number, so that a large population can be made in parts. ``docs/population.md`` of the
+    project describes the drawn properties, and `POPULATION_VERSION` is its version.
 
     Parameters
     ----------
     n : int
-        Number of loops, 1 to 1,000,000; more are made in parts, with `first`.
+        Number of loops, 1 to 1,000,000. Larger populations are made in parts, with `first`.
     seed : int, default 1
         Seed of the population.
     kind : str, optional
-        Loops of this kind only, see `population_kinds`; of the seeds from `seed` on.
+        Simulate only loops of this kind, see `population_kinds`, with the seeds from `seed` on.
     first : int, default 0
         Number of the first loop.
 
@@ -196,7 +196,7 @@ def population_kinds() -> dict[str, float]:
 
 
 def _count(n: Any) -> int:
-    """Give a number of loops that memory can hold."""
+    """Return a number of loops that fits in memory."""
     count = integer("n", n, 1)
     if count > MOST_LOOPS:
         raise ValueError(f"n is {count}, but must be at most {MOST_LOOPS}; make more in parts, with first")
@@ -204,7 +204,7 @@ def _count(n: Any) -> int:
 
 
 def _large(name: str, value: Any, least: int = 0) -> int:
-    """Give a whole number of 64 bits."""
+    """Return a whole number of 64 bits."""
     whole = integer(name, value, least)
     if whole >= 1 << 64:
         raise ValueError(f"{name} is {whole}, but must be below 2**64")

@@ -1,4 +1,4 @@
-"""Recordings of loops: from files, tables and arrays, and whether they can answer."""
+"""Recordings of loops from files, tables and arrays, and their fitness for a diagnosis."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ __all__ = [
 
 
 RecordingLike: TypeAlias = Any
-"""What is taken: a recording, or whatever `recording_from` takes without being told more."""
+"""The type of recording arguments: a recording, or a table that `recording_from` recognises without further information."""
 
 
 def loop_types() -> list[str]:
-    """List what a loop can control.
+    """List the types of loops.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def read(
 ) -> list[Recording]:
     """Read the recordings in a CSV, Parquet or MATLAB file.
 
-    What columns and tags mean is recognised by their names; what is given goes first.
+    Columns and tags are recognised by their names. Arguments take precedence.
 
     Parameters
     ----------
@@ -72,21 +72,21 @@ def read(
         Columns or tags by role, such as ``{"op": "OUT", "FIC101.pv": "10FT101"}``. Roles are op, pv, sp, vp,
         mode, time, date, tag, value, quality, op_quality and so on, or ignore.
     mapping : str or path, optional
-        A TOML file that says more of what the file holds.
+        A TOML file with further information on the file.
     zone : str, optional
         Time zone of times without one, such as ``"Europe/Berlin"``.
     time_format : str, optional
-        How times are written: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first,
-        year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel, excel-1904,
-        datenum, seconds, milliseconds, microseconds, nanoseconds, minutes, hours, days.
+        Format of times: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first, year-first, epoch-s, epoch-ms,
+        epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel, excel-1904, datenum, seconds, milliseconds, microseconds,
+        nanoseconds, minutes, hours, days.
     sample_time : float, optional
-        Time between rows, s, in place of a column of times.
+        Time between rows, s, instead of a column of times.
     op_range, pv_range, vp_range : tuple of float, optional
-        The values that are 0 % and 100 %.
+        The values at 0 % and 100 %.
     loop_type : str, optional
-        What the loops control, see `loop_types`.
+        Type of the loops, see `loop_types`.
     bad_text : sequence of str, optional
-        Words that stand for a bad value in the place of a number.
+        Words that mark a bad value instead of a number.
 
     Returns
     -------
@@ -96,9 +96,9 @@ def read(
     Raises
     ------
     FileNotFoundError
-        If there is no such file.
+        If the file is missing.
     ValueError
-        If it cannot be understood; the message names row and column.
+        If it cannot be understood; the message gives row and column.
 
     Examples
     --------
@@ -137,28 +137,28 @@ def recording(
     pv_range: tuple[float, float] | None = None,
     vp_range: tuple[float, float] | None = None,
 ) -> Recording:
-    """Make a recording of arrays.
+    """Make a recording from arrays.
 
     Parameters
     ----------
     op : array_like
-        Controller output, percent of span unless `op_range` says otherwise. In all signals NaN is missing.
+        Controller output, percent of span unless `op_range` is given. In all signals NaN is missing.
     pv, sp : array_like, optional
-        Process value and set point, in units of the PV.
+        Process value and set point, in PV units.
     vp : array_like, optional
-        Measured valve position, percent of span unless `vp_range` says otherwise.
+        Measured valve position, percent of span unless `vp_range` is given.
     sample_time : float, optional
         Time between samples, s. Either this or `time` is needed.
     time : array_like, optional
         Times of the samples: numbers in s, or ``datetime64`` in UTC.
     name : str, default "loop"
-        Tag of the loop; if its letters tell by ISA-5.1 what the loop controls, that is its type.
+        Tag of the loop. If its letters show the type of the loop by ISA-5.1, that type is used.
     loop_type : str, optional
-        What the loop controls, see `loop_types`.
+        Type of the loop, see `loop_types`.
     start : float, optional
         Time zero as seconds since 1970-01-01 UTC.
     op_range, pv_range, vp_range : tuple of float, optional
-        The values that are 0 % and 100 %.
+        The values at 0 % and 100 %.
 
     Raises
     ------
@@ -214,16 +214,15 @@ def recordings_from(
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
 ) -> list[Recording]:
-    """Make recordings of a table with the columns of one loop, of several, or of tags in rows.
+    """Make recordings from a table with the columns of one loop, of several, or of tags in rows.
 
-    What columns mean is recognised as in files.
+    Columns are recognised as in files.
 
     Parameters
     ----------
     table : table
-        A table of pandas, polars, pyarrow or any other library that speaks the Arrow capsule interface, or a
-        mapping of columns by name. Null and NaN are missing; timestamps may be of any unit. A pandas index of
-        times is taken as the column of times.
+        A table of pandas, polars, pyarrow or any other library with the Arrow capsule interface, or a mapping of columns by name.
+        Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times.
     columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
         As in `read`.
 
@@ -235,9 +234,9 @@ def recordings_from(
     Raises
     ------
     TypeError
-        If it is no table, or a column holds neither numbers nor text nor times.
+        If it is not a table, or a column holds neither numbers nor text nor times.
     ValueError
-        If it cannot be understood; the message names row and column.
+        If it cannot be understood; the message gives row and column.
     """
     told = _told(
         columns=columns,
@@ -272,25 +271,25 @@ def recording_from(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
 ) -> Recording:
-    """Make a recording of a table with the columns of one loop.
+    """Make a recording from a table with the columns of one loop.
 
     Parameters
     ----------
     table : table
         As in `recordings_from`.
     time, op, pv, sp, vp, mode : str, optional
-        Names of columns; those that are not given are recognised by their names as in files.
+        Names of columns. The others are recognised by their names as in files.
     name : str, optional
-        Tag of the loop; by default what the columns tell.
+        Tag of the loop; by default from the columns.
     zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type : optional
         As in `read`.
 
     Raises
     ------
     TypeError
-        If it is no table, or a column holds neither numbers nor text nor times.
+        If it is not a table, or a column holds neither numbers nor text nor times.
     ValueError
-        If it cannot be understood, or holds several loops; see `recordings_from` for those.
+        If it cannot be understood, or holds several loops (see `recordings_from` for those).
 
     Examples
     --------
@@ -322,44 +321,44 @@ def recording_from(
 
 @result
 class Measure(Result):
-    """One thing that was measured about the data."""
+    """A measure of the data's fitness."""
 
     name: str = about("What.")
-    value: float | None = about("What was found; None where it could not be measured.")
+    value: float | None = about("The measured value; None if it could not be measured.")
     unit: str = about("Its unit; empty for a ratio.")
     caveat_at: float | None
-    unfit_at: float | None = about("Where caveats begin, and where the data become unfit.")
-    class_: str = about("What follows of it.", kind='{"fit", "caveats", "unfit"}')
-    reason: str = about("What it means.")
+    unfit_at: float | None = about("Limits for caveats and for unfit data.")
+    class_: str = about("The resulting class.", kind='{"fit", "caveats", "unfit"}')
+    reason: str = about("Its meaning.")
 
 
 @result
 class Fitness(Result):
-    """Whether the data can answer."""
+    """The fitness of the data for a diagnosis."""
 
     class_: str = about("The worst class of the measures.", kind='{"fit", "caveats", "unfit"}')
-    reasons: list[str] = about("Why it is not fit, worst first.")
-    measures: list[Measure] = about("All that was measured.")
+    reasons: list[str] = about("Why the data are not fit, worst first.")
+    measures: list[Measure] = about("All measures.")
 
 
 @documented
 def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fitness:
-    """Tell whether a recording can answer.
+    """Return the fitness of a recording for a diagnosis.
 
     Parameters
     ----------
     sample_time : float, optional
-        Time between samples of the grid, s; by default the commonest one of the recording.
+        Time between samples of the grid, s; by default the most frequent one of the recording.
 
     Returns
     -------
     Fitness
-        That of the longest segment in automatic.
+        The fitness of the longest segment in automatic.
 
     Raises
     ------
     ValueError
-        If the recording cannot be brought onto a grid.
+        If the recording does not fit on a grid.
 
     Examples
     --------
@@ -374,27 +373,27 @@ def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fi
 
 @result
 class Segment(Result):
-    """Part of a recording in automatic without gaps, on a regular grid."""
+    """A part of a recording in automatic without gaps, on a regular grid."""
 
     time_s: Array = about("Times of its samples, s on the recording's clock.")
     sample_time: float = about("Time between samples, s.")
     op: Array = about("Controller output, percent of span.")
     pv: Array | None
-    sp: Array | None = about("Process value and set point, in units of the PV.")
+    sp: Array | None = about("Process value and set point, in PV units.")
     vp: Array | None = about("Measured valve position, percent of span.")
-    bridged: int = about("How many of its samples were missing and bridged.")
+    bridged: int = about("Number of missing samples that were bridged.")
 
 
 @documented
 def segments(recording: RecordingLike, *, sample_time: float | None = None) -> list[Segment]:
-    """Bring a recording onto a regular grid.
+    """Resample a recording to a regular grid.
 
-    It is cut where the controller was not in command, and where more than three samples in a row are missing.
+    It is cut when the controller was not in command, and at more than three missing samples in a row.
 
     Parameters
     ----------
     sample_time : float, optional
-        Time between samples of the grid, s; by default the commonest one of the recording.
+        Time between samples of the grid, s; by default the most frequent one of the recording.
 
     Returns
     -------
@@ -404,7 +403,7 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
     Raises
     ------
     ValueError
-        If the times make no sense.
+        If the times are implausible.
     """
     sample_time = optional("sample_time", sample_time)
     found = _core.recording_segments(_checked(recording, sample_time=sample_time), sample_time)
@@ -412,7 +411,7 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
 
 
 def _checked(recording: Any, name: str = "recording", sample_time: float | None = None) -> Recording:
-    """Give `recording` if it is one, or make one of it if it is a table; `sample_time` is for one without times."""
+    """Return `recording` if it is one, or make one from a table; `sample_time` is for a table without times."""
     if isinstance(recording, Recording):
         return recording
     if _is_table(recording):
@@ -422,14 +421,14 @@ def _checked(recording: Any, name: str = "recording", sample_time: float | None 
             if sample_time is None or "no column of times" not in str(error):
                 raise
         return recording_from(recording, sample_time=sample_time)
-    makers = "stiction.read makes recordings of a file, stiction.recording one of arrays"
+    makers = "stiction.read makes recordings from a file, stiction.recording one from arrays"
     raise TypeError(
         f"{name} must be a Recording or a table, but its type is {type(recording).__name__}; {makers}"
     )
 
 
 def _is_table(value: Any) -> bool:
-    """Tell a table from a column and from all else."""
+    """Distinguish a table from a column and from other objects."""
     known = ("columns", "column_names", "schema")
     return isinstance(value, Mapping) or any(hasattr(value, name) for name in known)
 
@@ -447,7 +446,7 @@ def _told(
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Check what is told of a file or table."""
+    """Check the information on a file or table."""
     if columns is not None and not isinstance(columns, Mapping):
         raise TypeError(f"columns must be a mapping of roles to names, but its type is {type(columns).__name__}")
     step = optional("sample_time", sample_time)
@@ -468,14 +467,14 @@ def _told(
 
 
 def _path(name: str, path: Any) -> str:
-    """Give the path of a file."""
+    """Return the path of a file."""
     if not isinstance(path, (str, PathLike)):
         raise TypeError(f"{name} must be a path, but its type is {type(path).__name__}")
     return str(fspath(path))
 
 
 def _range(name: str, ends: Any) -> tuple[float, float] | None:
-    """Give two numbers, the lower first."""
+    """Return two numbers, the lower one first."""
     if ends is None:
         return None
     try:
@@ -484,19 +483,19 @@ def _range(name: str, ends: Any) -> tuple[float, float] | None:
         raise TypeError(f"{name} must be a pair of numbers such as (0, 100)") from None
     low, high = number(name, low), number(name, high)
     if not -np.inf < low < high < np.inf:
-        raise ValueError(f"{name} is ({low:g}, {high:g}), but must be two finite numbers, the lower first")
+        raise ValueError(f"{name} is ({low:g}, {high:g}), but must be two finite numbers, the lower one first")
     return low, high
 
 
 def _filled(name: str, signal: Array) -> Array:
-    """Give `signal` if it has a sample."""
+    """Return `signal` if it has a sample."""
     if len(signal) == 0:
         raise ValueError(f"{name} is empty, but needs at least one sample")
     return signal
 
 
 def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
-    """Give times in s; those of a calendar with whether they are UTC."""
+    """Return times in s, and for dates whether they are UTC."""
     array = unmasked(values)
     if array.dtype.kind != "M":
         return samples(name, values)
@@ -506,7 +505,7 @@ def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
 
 
 def _of_table(table: Any, told: dict[str, Any]) -> list[Recording]:
-    """Make recordings of whatever is a table."""
+    """Make recordings from any table."""
     index: Any = getattr(table, "index", None)
     if getattr(getattr(index, "dtype", None), "kind", None) == "M" or hasattr(index, "tz"):
         table = table.reset_index(names=index.name or "time")
@@ -527,7 +526,7 @@ def _of_table(table: Any, told: dict[str, Any]) -> list[Recording]:
 
 
 def _column(name: str, values: Any) -> Any:
-    """Give a column as numbers, text or times."""
+    """Return a column as numbers, text or times."""
     if hasattr(values, "__arrow_c_stream__") or hasattr(values, "__arrow_c_array__"):
         try:
             return samples(name, values)

@@ -1,4 +1,4 @@
-"""What methods need of a series of samples that NumPy and SciPy have not.
+"""Functions on series of samples that NumPy and SciPy lack.
 
 Places are in samples. All samples must be finite.
 """
@@ -31,16 +31,16 @@ __all__ = [
 
 @result
 class ZeroCrossings(Result):
-    """Where a series crosses zero, one entry a crossing."""
+    """The zero crossings of a series, one entry per crossing."""
 
-    place: Array = about("Where, samples, interpolated.")
+    place: Array = about("Place of the crossing, samples, interpolated.")
     next: npt.NDArray[np.int64] = about("The first sample beyond it.")
-    upward: npt.NDArray[np.bool_] = about("Whether it goes from below zero to above.")
+    upward: npt.NDArray[np.bool_] = about("Whether it goes from below zero to above zero.")
 
 
 @documented
 def zero_crossings(x: Samples) -> ZeroCrossings:
-    """Find the changes of sign of a series; one that touches zero and turns back does not cross it.
+    """Find the sign changes of a series. A series that touches zero and turns back does not cross it.
 
     Raises
     ------
@@ -58,10 +58,10 @@ def zero_crossings(x: Samples) -> ZeroCrossings:
 
 @result
 class HalfWaves(Result):
-    """The complete half waves of a series, those between two crossings of zero."""
+    """The complete half waves of a series, between two zero crossings."""
 
     begin: Array
-    end: Array = about("Where they begin and end, samples, interpolated.")
+    end: Array = about("Their beginning and end, samples, interpolated.")
     length: Array = about("Their lengths, samples.")
     first: npt.NDArray[np.int64]
     stop: npt.NDArray[np.int64] = about("Their first sample, and one past their last.")
@@ -88,7 +88,7 @@ def half_waves(x: Samples) -> HalfWaves:
 
 @documented
 def reversals(x: Samples, band: float) -> int:
-    """Count the turns of a series by more than a band.
+    """Count the reversals of a series that exceed a band.
 
     Parameters
     ----------
@@ -111,15 +111,15 @@ def reversals(x: Samples, band: float) -> int:
 
 @documented
 def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.0) -> float | None:
-    """Give the mean time between upward crossings of the middle of the range of a series.
+    """Return the mean time between upward crossings of the middle of a series' range.
 
     Parameters
     ----------
     sample_time : float, default 1
         Time between samples, s.
     noise_band : float, default 0
-        How far it must fall below and rise above the middle for a crossing to count, in its units; three
-        standard deviations of the noise is a good choice.
+        Distance below and above the middle that a crossing must span, in units of the series. Three standard deviations of the
+        noise are a good choice.
 
     Returns
     -------
@@ -145,17 +145,17 @@ def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.
 
 @documented
 def swinging_door(x: Samples, deviation: float) -> Array:
-    """Give what comes back from a historian that compresses by swinging doors and interpolates (Bristol 1990).
+    """Return the series that a historian with swinging-door compression and interpolation gives back (Bristol 1990).
 
     Parameters
     ----------
     deviation : float
-        How far what comes back may lie from a sample, in units of the series, not negative.
+        Permitted deviation from a sample, in units of the series, not negative.
 
     Returns
     -------
     ndarray
-        As many samples.
+        The same number of samples.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def swinging_door(x: Samples, deviation: float) -> Array:
 
 
 def mann_kendall(y: Samples) -> float:
-    """Test values in order of time for a trend, whatever its shape (Mann 1945, Kendall).
+    """Test values in order of time for a monotonic trend of any shape (Mann 1945, Kendall).
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def mann_kendall(y: Samples) -> float:
     Raises
     ------
     ValueError
-        If there is none, or a value is not finite.
+        If there is no value, or a value is not finite.
 
     Examples
     --------
@@ -201,7 +201,7 @@ def mann_kendall(y: Samples) -> float:
 def difference_of_means(a: Samples, b: Samples) -> float | None:
     """Test whether the means of two groups differ.
 
-    Of up to 20 values together Fisher's exact permutation test, of more Welch's t-test.
+    For up to 20 values in total, Fisher's exact permutation test is used, for more Welch's t-test.
 
     Parameters
     ----------

@@ -1,11 +1,10 @@
-"""Estimators for scikit-learn: diagnoses of recordings as a classifier and as a regressor.
+"""Estimators for scikit-learn, a classifier and a regressor based on diagnoses of recordings.
 
-The model behind a verdict is frozen, so that fitting learns nothing: it only checks what it is given, and the
-probabilities are those of the verdicts. These estimators are for scoring, comparing and chaining. The package does not
-import this module by itself.
+The model behind a verdict is frozen, so fitting learns nothing. It only checks its arguments, and the probabilities are those of
+the verdicts. These estimators are for scoring, comparing and chaining. The package does not import this module by itself.
 
-Cases come as recordings, as tables of one loop each, or as an array of the shape ``(n_cases, n_channels, n_timepoints)``
-with OP in percent of span, PV and, if there are three channels, SP; NaN is missing.
+Cases are recordings, tables of one loop each, or an array of the shape ``(n_cases, n_channels, n_timepoints)``. The channels are
+OP in percent of span, PV and, if there are three, SP. NaN is missing.
 """
 
 from __future__ import annotations
@@ -33,19 +32,19 @@ __all__ = ["StictionDetector", "StictionQuantifier"]
 
 
 class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
-    """Whether valves stick, as a classifier of recordings.
+    """A classifier of recordings by whether their valves stick.
 
     Parameters
     ----------
     threshold : float, default 0.5
-        Probability from which a valve is said to stick.
+        Probability from which a valve counts as sticking.
     undecided : float, default 0.5
-        Probability where a diagnosis has none and its verdict is that it cannot tell.
+        Probability for a diagnosis without one whose verdict is "cannot tell".
     loop_type : str, optional
-        What the loops control; by default what the recordings say.
+        Type of the loops; by default as in the recordings.
     sample_time : float, optional
-        Time between samples, s. Needed of arrays and tables without times; of others it is that of the grid, by default
-        the commonest one.
+        Time between samples, s. It is required for arrays and tables without times. For others it is the step of the grid, by
+        default the most frequent one.
 
     Attributes
     ----------
@@ -62,7 +61,7 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     >>> StictionDetector().fit(loops).predict(loops)
     array([ True])
 
-    Of an array of one case:
+    With an array of one case:
 
     >>> case = [[run.op, run.pv, run.sp]]
     >>> StictionDetector(sample_time=1).fit(np.array(case)).predict(np.array(case))
@@ -83,12 +82,12 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
     @documented
     def fit(self, X: Iterable[RecordingLike], y: npt.ArrayLike | None = None) -> StictionDetector:
-        """Check recordings and labels; nothing is learnt.
+        """Check recordings and labels. Nothing is learnt.
 
         Parameters
         ----------
         y : array_like, optional
-            Whether their valves stick: truth values, or 0 and 1.
+            Whether their valves stick, as truth values, or 0 and 1.
 
         Returns
         -------
@@ -98,9 +97,9 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If `X` holds something else than recordings and tables.
+            If `X` contains anything except recordings and tables.
         ValueError
-            If a parameter is out of its range, or a label is neither true nor false, or they are not as many.
+            If a parameter is out of its range, a label is neither true nor false, or the numbers of labels and recordings differ.
         """
         for name in ("threshold", "undecided"):
             given = number(name, getattr(self, name))
@@ -114,13 +113,13 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
     @documented
     def predict_proba(self, X: Iterable[RecordingLike]) -> Array:
-        """Give the probabilities of both classes.
+        """Return the probabilities of both classes.
 
         Returns
         -------
         ndarray
-            One row a recording: that its valve does not stick, that it does. Where a verdict has no probability,
-            it counts as sure, or as `undecided` if it cannot tell.
+            One row per recording, with the probabilities that its valve does not stick and that it does. A verdict without a
+            probability counts as certain, or as `undecided` if it cannot tell.
         """
         check_is_fitted(self)
         found = _diagnoses(X, self.loop_type, self.sample_time)
@@ -129,7 +128,7 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
     @documented
     def predict(self, X: Iterable[RecordingLike]) -> npt.NDArray[np.bool_]:
-        """Tell whether valves stick."""
+        """Return whether valves stick."""
         sticks: npt.NDArray[np.bool_] = self.predict_proba(X)[:, 1] >= self.threshold
         return sticks
 
@@ -141,17 +140,17 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
 
 class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
-    """How much valves stick, as a regressor of recordings.
+    """A regressor for the size of stiction from recordings.
 
     Parameters
     ----------
     quantity : {"S", "J"}, default "S"
-        What is predicted: stick band plus dead band, or slip jump.
+        The predicted quantity: stick band plus dead band, or slip jump.
     loop_type : str, optional
-        What the loops control; by default what the recordings say.
+        Type of the loops; by default as in the recordings.
     sample_time : float, optional
-        Time between samples, s. Needed of arrays and tables without times; of others it is that of the grid, by default
-        the commonest one.
+        Time between samples, s. It is required for arrays and tables without times. For others it is the step of the grid, by
+        default the most frequent one.
 
     Attributes
     ----------
@@ -178,7 +177,7 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
     @documented
     def fit(self, X: Iterable[RecordingLike], y: npt.ArrayLike | None = None) -> StictionQuantifier:
-        """Check recordings and values; nothing is learnt.
+        """Check recordings and values. Nothing is learnt.
 
         Parameters
         ----------
@@ -193,9 +192,9 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If `X` holds something else than recordings and tables.
+            If `X` contains anything except recordings and tables.
         ValueError
-            If there is no such quantity, or recordings and values are not as many.
+            If there is no such quantity, or the numbers of recordings and values differ.
         """
         choice("quantity", self.quantity, ("S", "J"))
         _same_length(_recordings(X, self.sample_time), y)
@@ -209,18 +208,18 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         Returns
         -------
         ndarray
-            Percent of span; NaN where a diagnosis does not quantify it.
+            Percent of span; NaN if a diagnosis has no estimate.
         """
         return self._estimates(X)[:, 0]
 
     @documented
     def predict_interval(self, X: Iterable[RecordingLike]) -> Array:
-        """Give the intervals of the estimates.
+        """Return the intervals of the estimates.
 
         Returns
         -------
         ndarray
-            One row a recording: lower and upper end of the 90 % interval, percent of span; NaN as in `predict`.
+            One row per recording, with the lower and upper end of the 90 % interval, percent of span; NaN as in `predict`.
         """
         return self._estimates(X)[:, 1:]
 
@@ -232,7 +231,7 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
 
 def _recordings(X: Any, sample_time: float | None) -> list[Recording]:
-    """Give the cases as recordings."""
+    """Return the cases as recordings."""
     if _is_table(X):
         raise TypeError("X must be several recordings or tables in a list, but is one table")
     if getattr(X, "ndim", None) != 3:

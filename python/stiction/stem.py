@@ -1,4 +1,4 @@
-"""The physical valve: a mass on a spring, moved by air pressure against friction."""
+"""The physical valve, a mass on a spring that air pressure moves against friction."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ __all__ = [
 
 @result
 class StemEvent(Result):
-    """Something that happened to a stem."""
+    """An event of a stem."""
 
-    time_s: float = about("When, s; located, not rounded to a sample.")
+    time_s: float = about("Time, s, located exactly and not rounded to a sample.")
     kind: Literal['slip', 'stop', 'reversal', 'end stop'] = about(
-        "What: it broke away, came to rest, turned without a rest, or met an end stop."
+        "The event: it broke away, stopped, reversed without stopping, or met an end stop."
     )
     direction: Literal[1, -1] = about("Direction of the motion that begins (slip, reversal) or ends (stop, end stop).")
-    vp: float = about("Where, percent of stroke.")
+    vp: float = about("Position, percent of stroke.")
     position_m: float = about("Where, m.")
 
 
 @result
 class StemResponse(Result):
-    """How a stem moved."""
+    """The motion of a stem."""
 
     time_s: Array = about("Times of the samples, s.")
     op: Array | None = about("Controller output at those times, percent; None if a pressure was given.")
@@ -50,19 +50,19 @@ class StemResponse(Result):
     vp: Array = about("Position, percent of stroke.")
     position_m: Array = about("Position, m.")
     velocity_m_per_s: Array = about("Velocity, m/s.")
-    friction_n: Array = about("Friction force, N; positive if it holds back upward motion.")
+    friction_n: Array = about("Friction force, N; positive if it opposes upward motion.")
     slips: int
-    stops: int = about("How often the stem broke away, and came to rest.")
+    stops: int = about("Number of slips, and of stops.")
     events: list[StemEvent] = about("All events, in order of time.")
 
     def to_table(self) -> Table:
-        """Give the samples as an Arrow table.
+        """Return the samples as an Arrow table.
 
         Returns
         -------
         Table
-            Columns ``time_s``, ``op`` if one was given, ``pressure_pa``, ``vp``, ``position_m``,
-            ``velocity_m_per_s`` and ``friction_n``.
+            Columns ``time_s``, ``op`` if given, ``pressure_pa``, ``vp``, ``position_m``, ``velocity_m_per_s`` and
+            ``friction_n``.
         """
         columns = {name: value for name, value in self.to_dict().items() if isinstance(value, np.ndarray)}
         return _core.number_table(list(columns.items()))
@@ -87,9 +87,9 @@ class StemResponse(Result):
 
 @result
 class StemEquivalent(Result):
-    """A stem in the terms of the data-driven models: ``S = (Fs + Fc) / k``, ``J = (Fs - Fc) / k``.
+    """A stem in terms of the data-driven models: ``S = (Fs + Fc) / k``, ``J = (Fs - Fc) / k``.
 
-    It holds for motion so slow that inertia and viscous friction do not matter.
+    It holds for motion so slow that inertia and viscous friction are negligible.
     """
 
     bands: Bands = about("S and J in percent of stroke.")
@@ -99,10 +99,10 @@ class StemEquivalent(Result):
     S_m: float
     J_m: float = about("Stick band plus dead band, and slip jump, m.")
     damping_ratio: float = about("``Fv / (2 sqrt(k M))``.")
-    overshoot: float = about("The first slip covers so many times J; 1 without overshoot.")
+    overshoot: float = about("Length of the first slip relative to J; 1 without overshoot.")
     viscous_lag_s: float = about("``Fv / k``, s.")
     sliding: Literal['smooth', 'rippling', 'staircase'] = about(
-        "How it moves under a slow ramp: goes on, goes on with a swinging velocity, or stops again and again."
+        "Its motion under a slow ramp: continuous, continuous with a swinging velocity, or repeated stops."
     )
 
 
@@ -110,7 +110,7 @@ class Stem(_core.Stem):
     __doc__ = _core.Stem.__doc__
 
     def equivalent(self) -> StemEquivalent:
-        """Give the stem in the terms of the data-driven models.
+        """Return the stem in terms of the data-driven models.
 
         Examples
         --------
@@ -136,24 +136,24 @@ class Stem(_core.Stem):
         Parameters
         ----------
         op : array_like
-            OP, percent, finite; it goes straight between its samples.
+            OP, percent, finite, interpolated linearly between its samples.
         sample_time : float, optional
             Time between samples, s.
         time_s : array_like, optional
-            In its place, the times of the samples, s, ascending; two at the same time make a jump.
+            Times of the samples, s, ascending, instead of `sample_time`. Two samples at the same time make a jump.
         held : bool, default False
-            Whether each sample is held for the sample time instead.
+            Whether each sample is held for the sample time instead of interpolated.
         position : float, optional
-            Where it begins, percent of stroke; by default where spring and pressure balance.
+            Initial position, percent of stroke; by default the balance of spring and pressure.
         acting_pa : float, optional
-            Air pressure to begin with, Pa, if the stem has an air lag; by default the first demanded one.
+            Initial air pressure, Pa, if the stem has an air lag; by default the first demanded one.
         relaxed : bool, default False
-            Whether the bristles of Dahl, LuGre and GMS friction begin relaxed, or carrying the net force.
+            Whether the bristles of Dahl, LuGre and GMS friction are initially relaxed, or carry the net force.
 
         Raises
         ------
         ValueError
-            If a value is out of its range, or the solver cannot go on.
+            If a value is out of its range, or the solver cannot continue.
 
         Examples
         --------
@@ -201,18 +201,18 @@ class Stem(_core.Stem):
         Parameters
         ----------
         pressure_pa : array_like
-            Demanded pressure, Pa, finite; it goes straight between its samples.
+            Demanded pressure, Pa, finite, interpolated linearly between its samples.
         time_s : array_like
-            Times of the samples, s, ascending; two at the same time make a jump.
+            Times of the samples, s, ascending. Two samples at the same time make a jump.
         at_s : array_like, optional
-            Times at which to sample the response, s, ascending and within `time_s`; by default `time_s`.
+            Times of the response samples, s, ascending and within `time_s`; by default `time_s`.
         position, acting_pa, relaxed
             As for `follow`.
 
         Raises
         ------
         ValueError
-            If a value is out of its range, or the solver cannot go on.
+            If a value is out of its range, or the solver cannot continue.
 
         Examples
         --------
@@ -255,7 +255,7 @@ class StemValve(_core.StemValve):
         Raises
         ------
         ValueError
-            If a sample is not finite, or the solver cannot go on.
+            If a sample is not finite, or the solver cannot continue.
 
         Examples
         --------
@@ -269,11 +269,11 @@ class StemValve(_core.StemValve):
 
 @result
 class StemSet(Result):
-    """A valve whose parameters have a name."""
+    """A named parameter set of a valve."""
 
     name: str = about("Its name.")
-    summary: str = about("What it is, in a line.")
-    source: str = about("Where the numbers come from, and whether that was verified.")
+    summary: str = about("A short description.")
+    source: str = about("Source of the numbers, and whether they were verified.")
     friction: str = about("Its friction law.")
     parameters: dict[str, float | bool] = about("Parameters of stem and friction by name, units in the names.")
 
@@ -295,8 +295,8 @@ class FrictionLaw(Result):
     """A friction law."""
 
     name: str = about("Its name.")
-    summary: str = about("What it is, in a line.")
-    source: str = about("Where it was published; recalled, not verified, unless said otherwise.")
+    summary: str = about("A short description.")
+    source: str = about("Its publication, recalled and not verified unless stated otherwise.")
     parameters: list[str] = about("Names of its parameters, units in them.")
 
 

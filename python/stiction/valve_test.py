@@ -1,7 +1,7 @@
-"""A test that settles whether a valve sticks: planned from a recording in operation, and read back.
+"""A test that decides whether a valve sticks, planned from a recording in operation, and evaluated afterwards.
 
-With the controller in manual somebody turns the controller output (OP) to and fro. A valve that sticks answers no turn
-that is smaller than S. `docs/test.md` describes the test.
+With the controller in manual, somebody moves the controller output (OP) up and down. A valve that sticks does not respond to
+moves smaller than S. `docs/test.md` describes the test.
 """
 
 from __future__ import annotations
@@ -33,97 +33,99 @@ __all__ = [
 
 @result
 class Step(Result):
-    """A turn of the OP, and what came of it."""
+    """A turn of the OP, with its result."""
 
-    at_s: float = about("When the OP was set, s on the recording's clock.")
-    op: float = about("To what, percent.")
+    at_s: float = about("Time of the turn, s on the recording's clock.")
+    op: float = about("New OP, percent.")
     travel: float | None = about(
-        "How far that was from the OP before, percent; None for the first of a time in manual, before which the stem may "
-        "have been anywhere."
+        "Change of the OP, percent; None for the first of a time in manual, because the previous position of the stem "
+        "is unknown."
     )
-    answer: float | None = about("How far the PV went with it until the next, in its units.")
-    error: float | None = about("Standard deviation of that.")
-    answered: bool = about("Whether that is an answer: it goes with the turn, by more than 2.5 standard deviations.")
+    answer: float | None = about("Change of the PV until the next turn, in PV units.")
+    error: float | None = about("Its standard deviation.")
+    answered: bool = about("Whether this is a response: it has the direction of the turn and exceeds 2.5 standard deviations.")
 
 
 @result
 class Between(Result):
-    """A distance of the OP that moves the stem, percent: known between two turns."""
+    """A change of the OP that moves the stem, percent, bounded by two turns."""
 
-    above: float = about("The longest that did not move it; 0 if each did.")
-    up_to: float | None = about("The shortest that did; None if none did.")
+    above: float = about("The largest that did not move it; 0 if each did.")
+    up_to: float | None = about("The smallest that did; None if none did.")
 
 
 @result
 class PositionReading(Result):
-    """What the position of the stem shows, by the definitions of ANSI/ISA-75.25.01 (recalled)."""
+    """Results from the stem position, by the definitions of ANSI/ISA-75.25.01 (recalled)."""
 
-    dead_band: Between | None = about("How far the OP goes after a reversal before the stem moves, percent.")
-    resolution: Between | None = about("How far the OP goes on in one direction before the stem moves again, percent.")
+    dead_band: Between | None = about("OP travel after a reversal before the stem moves, percent.")
+    resolution: Between | None = about("OP travel in the same direction before the stem moves again, percent.")
     dead_time_s: float | None = about("Median time until the stem begins to move, s.")
-    t63_s: float | None = about("Median time until it has gone 63.2 % of its way, s.")
-    t86_s: float | None = about("Median time until it has gone 86.5 % of its way, s.")
-    timed: int = about("Turns of which these times are.")
+    t63_s: float | None = about("Median time to 63.2 % of the stem's response, s.")
+    t86_s: float | None = about("Median time to 86.5 % of the stem's response, s.")
+    timed: int = about("Number of turns behind these times.")
 
 
 @result
 class CarriedSize(Result):
-    """A size of the plan, and the turns that were made of it."""
+    """A planned size, and the turns of this size that were made."""
 
     part: int = about("The part of the test: 1, where sizes grow, or 2, where they shrink.")
     planned: float | None = about("The size as planned, percent from one turn to the next; None if the plan has no such size.")
     made: float | None = about("The size as made, percent; None if it was left out.")
-    turns: int = about("Turns that were made of it.")
-    answered: int = about("How many of them the PV answered.")
-    hold_planned_s: float | None = about("How long each is held at most by the plan, s; None in part 2.")
-    hold_s: float | None = about("How long the longest was held, s; None if it was left out.")
+    turns: int = about("Number of turns of this size.")
+    answered: int = about("Number of these with a response of the PV.")
+    hold_planned_s: float | None = about("Planned longest hold of each, s; None in part 2.")
+    hold_s: float | None = about("Longest actual hold, s; None if the size was left out.")
 
 
 @result
 class Carried(Result):
-    """A plan beside what was carried out of it."""
+    """A plan, compared with the actual test."""
 
     sizes: list[CarriedSize] = about("The sizes, in the order in which they were made or planned.")
-    turns_planned: int = about("Turns of these sizes that the plan asks for: two of each.")
-    turns: int = about("Turns that were made.")
-    cut_short: int = about("Turns of part 1 that ended before their hold, although the PV had not moved by the answer of the plan.")
-    held_longer: int = about("Turns of part 1 that were held longer than planned.")
-    pv_beyond_s: float = about("How long the PV was outside the limits of the plan during the test, s.")
-    pv_low: float = about("The lowest PV of the test, in its units.")
-    pv_high: float = about("The highest.")
-    remarks: list[str] = about("What was carried out in another way than planned, in sentences.")
+    turns_planned: int = about("Planned turns of these sizes, two of each.")
+    turns: int = about("Number of turns made.")
+    cut_short: int = about("Turns of part 1 shorter than their hold, although the PV had not responded.")
+    held_longer: int = about("Turns of part 1 held longer than planned.")
+    pv_beyond_s: float = about("Time with the PV outside the limits of the plan during the test, s.")
+    pv_low: float = about("The lowest PV of the test, in PV units.")
+    pv_high: float = about("The highest PV of the test.")
+    remarks: list[str] = about("Deviations from the plan, in sentences.")
 
 
 @result
 class Reading(Result):
-    """What a test says of a valve."""
+    """The result of a test."""
 
     class_: str = about(
-        "`sticks`, `does not stick`, `does not respond` or `cannot tell`, by the test and by the operation before it."
+        "`sticks`, `does not stick`, `does not respond` or `cannot tell`, from the test and the operation before it."
     )
-    probability: float = about("That the valve sticks, by both.")
-    by_test: float = about("That it sticks, by the test alone.")
-    by_operation: float | None = about("That it sticks, by the recording before the test; None where that says nothing.")
+    probability: float = about("Probability of sticking, from both.")
+    by_test: float = about("Probability of sticking, from the test alone.")
+    by_operation: float | None = about(
+        "Probability of sticking, from the recording before the test; None if that is inconclusive."
+    )
     dead_band_elsewhere: float = about(
-        "Probability of a dead band behind the valve: in the process, a linkage or the transmitter."
+        "Probability of a dead band outside the valve, in the process, a linkage or the transmitter."
     )
     S: Estimate | None = about("Stick band plus dead band, percent of span, with its 90 % interval, if the valve sticks.")
     J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval, if the valve sticks.")
-    S_below: float | None = about("S is below this with 95 % confidence, percent; None where the test sets no limit.")
-    response_s: float | None = about("Dead time and lags between OP and PV, s; None where no turn was answered.")
-    known_by: str = about("How it is known what was set by hand: `sheet`, `mode` or `output`.")
-    from_s: float = about("When the test began, s on the recording's clock.")
-    to_s: float = about("When it ended.")
-    stops: int = about("How often the controller took over in between.")
-    by_position: bool = about("Whether the answers are those of the stem, whose position is recorded, and not of the PV.")
-    position: PositionReading | None = about("What the position shows, where it is recorded.")
+    S_below: float | None = about("Upper limit of S with 95 % confidence, percent; None if the test sets no limit.")
+    response_s: float | None = about("Dead time and lags between OP and PV, s; None if no turn had a response.")
+    known_by: str = about("Source of the manual moves: `sheet`, `mode` or `output`.")
+    from_s: float = about("Beginning of the test, s on the recording's clock.")
+    to_s: float = about("End of the test.")
+    stops: int = about("Number of interruptions in automatic.")
+    by_position: bool = about("Whether the responses are those of the recorded stem position, and not of the PV.")
+    position: PositionReading | None = about("Results from the position, if it is recorded.")
     steps: list[Step] = about("The turns, in order.")
-    reasons: list[str] = about("Why, in sentences.")
-    advice: str | None = about("What to do differently, where the test does not tell.")
-    plan: Carried | None = about("What was carried out of the plan, where one was given.")
+    reasons: list[str] = about("The reasons, in sentences.")
+    advice: str | None = about("What to do differently, if the test is inconclusive.")
+    plan: Carried | None = about("Comparison with the plan, if one was given.")
 
     def _summary(self) -> list[str]:
-        lines = [f"{self.class_}, p = {self.probability:.2g}, {len(self.steps)} turns, known by the {self.known_by}"]
+        lines = [f"{self.class_}, p = {self.probability:.2g}, {len(self.steps)} turns, from the {self.known_by}"]
         if self.S is not None:
             lines.append(f"S {self.S.value:.2g} % ({self.S.low:.2g} to {self.S.high:.2g})")
         elif self.S_below is not None:
@@ -133,20 +135,20 @@ class Reading(Result):
 
 @result
 class Difference(Result):
-    """S after a repair less S before it."""
+    """S after a repair minus S before it."""
 
-    value: float | None = about("The best value, percent of span; None where a test gives a limit of S alone.")
+    value: float | None = about("The best value, percent of span; None if a test only limits S.")
     low: float = about("Lower end of its 90 % interval, percent of span.")
     high: float = about("Upper end.")
 
 
 @result
 class Comparison(Result):
-    """What two tests say of a repair between them."""
+    """The comparison of two tests before and after a repair."""
 
-    effect: str = about("What became of S: `lowered`, `raised`, `unchanged` or `cannot tell`.")
-    difference: Difference | None = about("S after less S before; None where a test neither finds S nor limits it.")
-    sentences: list[str] = about("It in sentences.")
+    effect: str = about("The change of S: `lowered`, `raised`, `unchanged` or `cannot tell`.")
+    difference: Difference | None = about("S after minus S before; None if a test neither finds nor limits S.")
+    sentences: list[str] = about("The result in sentences.")
     before: Reading = about("The test before the repair.")
     after: Reading = about("The test after it.")
 
@@ -163,19 +165,19 @@ def plan(
 ) -> TestPlan:
     """Size a test for a loop from a recording of its operation.
 
-    Where the recording holds a test that cannot tell, the plan is of the next test. It begins where the PV answered, and
-    makes more turns of each size.
+    If the recording contains a test that cannot tell, the plan is for the next test. It begins at the size to which the PV
+    responded, and has more turns of each size.
 
     Parameters
     ----------
     recording : Recording or table
         The recording, see `stiction.read` and `stiction.recording`, or a table with the columns of one loop.
     done : iterable of (float, float or None), optional
-        What was set by hand in a test that the recording holds, as for `read`.
+        The manual moves of a test in the recording, as for `read`.
     rises : bool, optional
-        Whether the PV rises when the OP rises; the action of the controller shows it by default.
+        Whether the PV rises when the OP rises; by default from the action of the controller.
     pv_allowed : (float, float), optional
-        The lowest and the highest PV that the process bears; by default what was recorded and half as much again.
+        The lowest and the highest PV that the process tolerates; by default the recorded range, widened by half.
 
     Returns
     -------
@@ -212,10 +214,10 @@ def read(
     recording : Recording or table
         The recording, with the operation before the test; see `plan`.
     done : iterable of (float, float or None), optional
-        For each turn the time at which the OP was set, s on the recording's clock, and its new value, percent. None as the
-        value marks a return to automatic. By default the mode shows the turns, or else the OP itself.
+        For each turn the time at which the OP was set, s on the recording's clock, and its new value, percent. None as the value
+        marks a return to automatic. By default the turns are found from the mode, or else from the OP.
     rises : bool, optional
-        Whether the PV rises when the OP rises; by default the action of the controller shows it, or else the test.
+        Whether the PV rises when the OP rises; by default from the action of the controller, or else from the test.
 
     Returns
     -------
@@ -265,9 +267,9 @@ def compare(
     after : Recording or table
         The recording with the test after it.
     before_done, after_done : iterable of (float, float or None), optional
-        What was set by hand in each test, as `done` of `read`.
+        The manual moves of each test, like `done` of `read`.
     rises : bool, optional
-        Whether the PV rises when the OP rises; by default the action of the controller shows it, or else the test.
+        Whether the PV rises when the OP rises; by default from the action of the controller, or else from the test.
 
     Returns
     -------

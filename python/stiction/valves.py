@@ -1,4 +1,4 @@
-"""Valve models: from controller output (OP) to valve position (VP), both in percent of span."""
+"""Valve models, from controller output (OP) to valve position (VP), both in percent of span."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Valve(_core.Valve):
         TypeError
             If `op` holds no real numbers.
         ValueError
-            If a sample is not finite; then the valve has not moved.
+            If a sample is not finite. Then the valve has not moved.
 
         Examples
         --------
@@ -74,28 +74,28 @@ def valve(
     lag_s: float = 0.0,
     sample_time: float | None = None,
 ) -> Array:
-    """Give the valve position that follows a series of OP.
+    """Return the valve position for a series of OP.
 
     Parameters
     ----------
     op : array_like
         OP, percent of span, one-dimensional and finite.
     position : float, optional
-        Valve position to begin with, percent of span; by default the first OP.
+        Initial valve position, percent of span; by default the first OP.
     direction : {1, -1}, default 1
         Direction of the last motion before.
     moving : bool, default False
-        Whether the stem is moving in that direction to begin with.
+        Whether the stem initially moves in that direction.
     K : float, optional
-        Overshoot of a slip, 1 (none) to 2 (no damping), of models that use it; by default 1.99.
+        Overshoot of a slip, 1 (none) to 2 (no damping), for models that use it; by default 1.99.
     rest_tolerance : float, optional
-        Speed of the OP that counts as a pause, percent of span per second, of models that use it; by default 0.
+        Speed of the OP that counts as a pause, percent of span per second, for models that use it; by default 0.
     limits : tuple of float, optional
         Lowest and highest OP and VP, percent of span; by default none.
     lag_s : float, default 0
         Time constant of a first-order lag of the stem, s.
     sample_time : float, optional
-        Time between samples, s; needed with `lag_s` and `rest_tolerance` only.
+        Time between samples, s; needed only with `lag_s` and `rest_tolerance`.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def valve(
     TypeError
         If `op` holds no real numbers.
     ValueError
-        If a value is out of its range, there is no such model, or it does not use what is given of it.
+        If a value is out of its range, there is no such model, or it does not use a given parameter.
 
     Examples
     --------
@@ -117,7 +117,7 @@ def valve(
     """
     signal = samples("op", op)
     if position is None:
-        # One that is not finite is refused where all samples are looked at.
+        # A value that is not finite is refused when all samples are checked.
         position = float(signal[0]) if len(signal) and np.isfinite(signal[0]) else 0.0
     follower = Valve(
         S,
@@ -140,13 +140,13 @@ class ValveModel(Result):
     """A published valve model."""
 
     name: str = about("Its name.")
-    aliases: list[str] = about("Other names it is found by.")
-    summary: str = about("What it does, in a line.")
-    citation: str = about("Where it was published.")
+    aliases: list[str] = about("Other names of it.")
+    summary: str = about("A short description.")
+    citation: str = about("Its publication.")
     uses_s: bool
     uses_j: bool
     uses_k: bool
-    uses_rest_tolerance: bool = about("Whether S, J, the overshoot K and a rest tolerance matter to it.")
+    uses_rest_tolerance: bool = about("Whether it depends on S, J, the overshoot K and a rest tolerance.")
 
 
 def valve_models() -> list[ValveModel]:
@@ -162,7 +162,7 @@ def valve_models() -> list[ValveModel]:
 
 
 def valve_table() -> Table:
-    """Give the valve models as an Arrow table.
+    """Return the valve models as an Arrow table.
 
     Examples
     --------

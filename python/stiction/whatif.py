@@ -1,4 +1,4 @@
-"""What to do about a loop whose valve sticks: repair, retune, compensate, or put a positioner on it."""
+"""Actions for a loop whose valve sticks: repair, retune, compensate, or add a positioner."""
 
 from __future__ import annotations
 
@@ -21,45 +21,47 @@ __all__ = ["Action", "WhatIf", "what_if"]
 
 @result
 class Action(Result):
-    """What could be done, and what would become of the loop."""
+    """An action, and its effects on the loop."""
 
     action: str = about(
         '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a compensator.'
     )
-    parameters: list[Parameter] = about("What it worked with, nominally.")
+    parameters: list[Parameter] = about("Its nominal parameters.")
     error: float = about("Mean absolute control error in the window, nominally, in PV units.")
-    worst_error: float = about("The same in the worst of the cases without noise: the measure of the ranking.")
+    worst_error: float = about("The same in the worst of the cases without noise, which determines the rank.")
     outcomes: list[Outcome] = about("The nominal case first, then S and J wrong, then with noise.")
-    against: list[str] = about("What speaks against it, each in a few words.")
-    state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"``: whether the loop that it leaves cycles.')
-    reason: str = about("Why it does not, or why it is not known.")
-    cycle: Cycle | None = about("The exact limit cycle of the loop that it leaves.")
+    against: list[str] = about("Evidence against it, each in a few words.")
+    state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"`` for the loop after the action.')
+    reason: str = about("Why there is no cycle, or why this is not known.")
+    cycle: Cycle | None = about("The exact limit cycle of the loop after the action.")
 
 
 @result
 class WhatIf(Result):
-    """Everything that could be done, ranked, and what is recommended."""
+    """All actions, ranked, and a recommendation."""
 
-    rows: list[Action] = about("The actions, the least worst error first.")
-    interim: str | None = about("The action that is recommended until the valve is repaired, if one is.")
-    recommendation: list[str] = about("What to do, in sentences.")
-    assumptions: list[str] = about("What this rests on, in sentences.")
-    manual_test: TestPlan | None = about("The test that confirms it first; None for a valve without friction, and where none can be planned.")
-    retuning: Retuning | None = about("What retuning does and costs.")
+    rows: list[Action] = about("The actions, those with the smallest worst error first.")
+    interim: str | None = about("The recommended action until the valve is repaired, if there is one.")
+    recommendation: list[str] = about("The recommendation, in sentences.")
+    assumptions: list[str] = about("The assumptions, in sentences.")
+    manual_test: TestPlan | None = about(
+        "The test that confirms stiction first; None for a valve without friction, or if none can be planned."
+    )
+    retuning: Retuning | None = about("Effects and cost of retuning.")
     no_retuning: str | None = about("Why there is no other tuning.")
-    protocol: Protocol = about("What the actions went through.")
+    protocol: Protocol = about("The protocol of the actions.")
 
     def _summary(self) -> list[str]:
         best = self.rows[0]
         [as_it_is] = [row for row in self.rows if row.action == "as it is"]
         return [
             f"WhatIf of {len(self.rows)} actions, recommended meanwhile: {self.interim or 'none'}",
-            f"least control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
+            f"smallest control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
             f"{as_it_is.action}: {as_it_is.worst_error:.3g}" if as_it_is is not best else "nothing is better",
         ]
 
     def to_table(self) -> Table:
-        """Give a row for every action and case.
+        """Return a row for every action and case.
 
         Returns
         -------
@@ -86,30 +88,29 @@ def what_if(
     methods: Sequence[str] | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> WhatIf:
-    """Ask what to do about a loop whose valve sticks.
+    """Compare actions for a loop whose valve sticks.
 
-    Every action is simulated, with S and J right and wrong, and ranked by the mean control error in the worst
-    case.
+    Every action is simulated, with S and J right and wrong, and ranked by the mean control error in the worst case.
 
     Parameters
     ----------
     repaired_S, repaired_J : float, optional
-        S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or what the valve has if that is less.
+        S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or those of the valve if they are smaller.
     positioner_gain : float, optional
         Gain of a positioner; by default 10.
     ms : float, optional
         Bound on the peak of the sensitivity function of a retuned loop, above 1; by default 2.
     methods : sequence of str, optional
-        Compensators to be tried, see `compensators`; by default all.
+        Compensators to try, see `compensators`; by default all.
     progress : callable, optional
-        Called with the number of simulations and tunings that are done whenever it has grown; how many there will be is not known before.
+        Called with the number of finished simulations and tunings whenever it has grown. Their total is not known in advance.
 
     Raises
     ------
     TypeError
-        If `methods` is no sequence of names, or `progress` cannot be called.
+        If `methods` is not a sequence of names, or `progress` cannot be called.
     ValueError
-        If the scenario is no closed loop, grows without bound, or a number is out of its range.
+        If the scenario is not a closed loop, grows without bound, or a number is out of its range.
 
     Examples
     --------

@@ -1,4 +1,5 @@
-//! What the commands on scenarios and actions share: which scenario, which loop, the table of measures, its JSON and its CSV.
+//! Shared by the commands on scenarios and actions: opening a scenario and its loop, and the table of measures as
+//! text, JSON and CSV.
 
 use crate::files::In;
 use crate::output::{self, Sheet};
@@ -15,7 +16,7 @@ use stiction::compensate::Row;
 use stiction::valve::Model;
 use stiction_io::scenario::{Scenario, System, built_in_text};
 
-/// The scenario of that name or file with its settings; what of it has no effect is told.
+/// The scenario of that name or file with its settings. Settings without effect are reported.
 pub fn scenario(name: &str, settings: &[String]) -> Result<Scenario> {
     let scenario = Scenario::open(name, settings)?;
     if built_in_text(name).is_none() {
@@ -26,26 +27,26 @@ pub fn scenario(name: &str, settings: &[String]) -> Result<Scenario> {
     Ok(scenario)
 }
 
-/// The single loop that a scenario simulates.
+/// The single loop of a scenario.
 pub fn single_loop<'a>(name: &str, scenario: &'a Scenario) -> Result<&'a ClosedLoop> {
     match &scenario.system {
         System::ClosedLoop(plant) => Ok(plant),
         System::Cascade(_) => bail!(
-            "{name} is a cascade, and this command asks about a single loop; leave out [master], and give the \
-             slave the set point that its master gives it"
+            "{name} is a cascade, and this command needs a single loop; leave out [master], and give the slave the \
+             set point that its master gives it"
         ),
         System::OpenLoop(_) => bail!(
-            "{name} is a valve on a test signal, and this command asks about a loop; give it [controller] and \
-             [process] in place of [input]"
+            "{name} is a valve on a test signal, and this command needs a loop; give it [controller] and [process] \
+             instead of [input]"
         ),
     }
 }
 
-/// Heads of the columns of [`cells`].
+/// Column titles of [`cells`].
 const HEADS: [&str; 8] =
     ["error", "worst", "PV std", "OP %/min", "stem %/min", "turns/h", "SP s", "load s"];
 
-/// The measures of a row: mean control error, nominal and worst, and the rest nominally.
+/// The measures of a row. The mean control error is given nominally and for the worst case, the others nominally.
 fn cells(row: &Row) -> [String; 8] {
     let outcome = row.nominal();
     let m = &outcome.measures;
@@ -62,12 +63,12 @@ fn cells(row: &Row) -> [String; 8] {
     ]
 }
 
-/// What [`table`] means.
-pub const LEGEND: &str = "error: mean absolute control error in PV units (IAE per s), ranked by its worst case of S \
-     and J being wrong; travel of OP (what the valve receives) and stem; turns of the stem; seconds to settle after a \
-     set-point and a load step, - if it does not.";
+/// Explains the columns of [`table`].
+pub const LEGEND: &str = "Error is the mean absolute control error in PV units (IAE per s). Rows are ranked by its \
+    worst case over wrong S and J. OP is the signal that the valve receives. Reversals are those of the stem. SP s \
+    and load s are the settling times after a set-point and a load step in s, - if the loop does not settle.";
 
-/// Rows as columns of text; `more` names a last column.
+/// Rows as columns of text. `more` is the title of a last column.
 pub fn table(rows: &[(&str, &Row, String)], more: &str) -> String {
     let head = ["action"].into_iter().chain(HEADS).chain([more]).map(str::to_owned).collect();
     let mut lines: Vec<Vec<String>> = vec![head];
@@ -86,7 +87,7 @@ pub fn table(rows: &[(&str, &Row, String)], more: &str) -> String {
     text::columns(&lines, &right)
 }
 
-/// Three digits for a table; nothing to speak of is 0.
+/// Three digits for a table. Negligible values become 0.
 pub fn short(value: f64) -> String {
     match value {
         v if !v.is_finite() => "unbounded".to_owned(),
@@ -98,12 +99,12 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// What the documents on a scenario begin with.
+/// The beginning of documents on a scenario.
 #[derive(Serialize, JsonSchema)]
 pub struct Head {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     tool: &'static str,
-    /// The scenario as it was named.
+    /// Name of the scenario, as given.
     scenario: String,
     /// Its title.
     title: String,
@@ -111,7 +112,7 @@ pub struct Head {
     scenario_sha256: String,
 }
 
-/// What a scenario says, key by key.
+/// The settings of a scenario, key by key.
 #[derive(Serialize)]
 #[serde(transparent)]
 pub struct Settings(toml::Table);
@@ -140,14 +141,14 @@ pub struct Valve {
 }
 
 impl Valve {
-    /// Of this model with these bands.
+    /// A valve of this model with these bands.
     pub fn new(model: Model, bands: Bands) -> Self {
         Self { model: model.describe().name, bands }
     }
 }
 
 impl Head {
-    /// That of a scenario, with what it says.
+    /// The head of a scenario, with its settings.
     pub fn of(name: &str, scenario: &Scenario) -> Result<(Self, Settings)> {
         let head = Self {
             tool: output::TOOL,
@@ -159,7 +160,7 @@ impl Head {
     }
 }
 
-/// Rows as CSV, all cases of each.
+/// Rows as CSV, with all cases of each.
 pub fn csv(rows: &[(&str, &Row)]) -> Result<String> {
     let mut sheet = Sheet::new([
         "rank",

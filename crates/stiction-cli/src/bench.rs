@@ -1,4 +1,4 @@
-//! `stiction bench`: how right the verdict and every method are, on loops whose truth is known.
+//! `stiction bench`: accuracy of the verdict and of every method on loops with known truth.
 
 mod labelled;
 mod measure;
@@ -24,16 +24,16 @@ use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
 use stiction_report::scoreboard::{self, Scoreboard};
 
-/// Measure the verdict and every method on loops whose truth is known: simulated or labelled ones.
+/// Measure the accuracy of the verdict and of every method on simulated or labelled loops.
 ///
-/// Prints how many sticking loops are found, how many healthy ones are accused, how well each statistic
-/// ranks, what probabilities and estimates are worth; with 95 % intervals. No threshold is ever fitted.
-/// The same command prints the same bytes on any number of threads; with --time, times differ.
+/// Prints recall, false alarms, the ranking by each statistic, and the quality of probabilities and estimates, with
+/// 95 % intervals. No threshold is ever fitted. The same command prints the same bytes on any number of threads,
+/// except for the times of --time.
 ///
-/// An index of labelled recordings is a CSV with the columns loop and label (stiction, no stiction, or
-/// empty for those to be passed over), and, where they are known, loop_type, tag (the valve) and file;
-/// without the latter the recording of a loop is the file LOOP.csv beside the index. Recordings lie in the
-/// folder of the index, unless --allow-outside is given.
+/// An index of labelled recordings is a CSV with the columns loop and label. The label is stiction, no stiction, or
+/// empty for loops to skip. Optional columns are loop_type, tag (the valve) and file. Without file, the recording of
+/// a loop is LOOP.csv beside the index. Recordings must lie in the folder of the index, unless --allow-outside is
+/// given.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction bench --simulated 1000
@@ -56,54 +56,54 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with = "labels",
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     simulated: Option<u64>,
-    /// Simulate this many loops of each kind that the verdict was never trained on, half of them healthy
+    /// Simulate this many loops of each kind that the verdict was not trained on, half of them healthy
     #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated"],
           value_parser = clap::value_parser!(u64).range(2..=100_000))]
     invented: Option<u64>,
-    /// Which set of these kinds; the first is that of an earlier training [default: second]
+    /// Choose the set of these kinds; the first belongs to an earlier training [default: second]
     #[arg(long, value_name = "SET", requires = "invented",
           conflicts_with_all = ["labels", "simulated", "positions", "networks"])]
     invented_set: Option<InventedSet>,
-    /// Simulate this many loops whose valve position is recorded, behind any lag
+    /// Simulate this many loops with a recorded valve position and any process lag
     #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated", "invented"],
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     positions: Option<u64>,
-    /// Simulate this many networks of coupled loops: which swing together, and whose valve is the source
+    /// Simulate this many networks of coupled loops, to count groups and sources that are found
     #[arg(long, value_name = "N",
           conflicts_with_all = ["labels", "simulated", "invented", "positions", "methods", "only", "time", "csv",
                                 "report", "reports"],
           value_parser = clap::value_parser!(u64).range(1..=100_000))]
     networks: Option<u64>,
-    /// Simulate this many loops with a planned test: how often it tells whether the valve sticks, and is right
+    /// Simulate this many loops with a planned test, to count correct and open results
     #[arg(long, value_name = "N",
           conflicts_with_all = ["labels", "simulated", "invented", "positions", "networks", "methods", "only", "time",
                                 "csv", "report", "reports"],
           value_parser = clap::value_parser!(u64).range(1..=100_000))]
     tests: Option<u64>,
-    /// With --tests: holds are 50 to 150 % as long, and of five turns one is left out or of another size
+    /// With --tests, vary the holds from 50 to 150 % of their length, and skip or resize one of five reversals
     #[arg(long, requires = "tests")]
     careless: bool,
-    /// With --tests: the loop's own historian records the test, with its compression
+    /// With --tests, record the test with the loop's own historian and its compression
     #[arg(long, requires = "tests")]
     historian: bool,
-    /// Days that each network is recorded [default: 3]
+    /// Days recorded of each network [default: 3]
     #[arg(long, value_name = "DAYS", requires = "networks",
           value_parser = clap::value_parser!(u32).range(1..=31))]
     days: Option<u32>,
-    /// Add loops until there are so many of each kind; by default one for twenty members
+    /// Add loops until there are this many of each kind [default: one for twenty members]
     #[arg(long, value_name = "M", requires = "simulated",
           value_parser = clap::value_parser!(u64).range(0..=100_000))]
     per_kind: Option<u64>,
-    /// Seed of the simulated loops; on that of its training, 1, the verdict is better than on fresh ones
+    /// Seed of the simulated loops; on seed 1, which it was trained on, the verdict is better than on fresh loops
     #[arg(long, default_value_t = 101, value_name = "SEED")]
     seed: u64,
-    /// Ask this method only, beside the verdict; may be given several times
+    /// Run only this method beside the verdict; may be given several times
     #[arg(long = "method", value_name = "NAME", conflicts_with = "only")]
     methods: Vec<String>,
-    /// Compute the verdict only, and no published method
+    /// Compute only the verdict, without any published method
     #[arg(long)]
     only: Option<Only>,
-    /// Time the diagnosis and each method, too
+    /// Also time the diagnosis and each method
     #[arg(long)]
     time: bool,
     /// Print the tables in Markdown
@@ -112,13 +112,13 @@ pub struct Args {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Write every loop's statistics, decisions and truth to this CSV file
+    /// Write statistics, decisions and truth of every loop to this CSV file
     #[arg(long, value_name = "FILE")]
     csv: Option<Out>,
-    /// Write a page with tables, figures and all loops to this file: one self-contained HTML page
+    /// Write a self-contained HTML page with tables, figures and all loops to this file
     #[arg(long, value_name = "FILE")]
     report: Option<Out>,
-    /// Write the report of every loop to this folder; the page of --report leads to them
+    /// Write the report of every loop to this folder; the page of --report links to them
     #[arg(long, value_name = "DIR")]
     reports: Option<Out>,
 }
@@ -186,8 +186,7 @@ pub fn run(args: Args) -> Result<()> {
         }
     };
     if plan.options.detectors != Detectors::All && measured.majority {
-        about.origin +=
-            " Some verdicts rest on a majority of methods, and only those named were asked.";
+        about.origin += " Some verdicts rest on a majority of methods, and only the methods named here were run.";
     }
     let board = Board::of(&measured.loops);
     if let Some(path) = &args.csv {
@@ -210,11 +209,11 @@ pub fn run(args: Args) -> Result<()> {
     output::text(&out)
 }
 
-/// What was measured.
+/// Title and origin of the measured loops.
 pub struct About {
     /// Such as `59 labelled recordings`.
     pub title: String,
-    /// Where they come from, sentences.
+    /// Where the loops come from, in sentences.
     pub origin: String,
 }
 
@@ -228,8 +227,8 @@ fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
     }
     let mut ranking = scoreboard::ranking(board, names);
     ranking.caption =
-        "How well each statistic ranks (AUC), over recordings on which the method does not \
-                       abstain; of all, a pair with one without a score counts half."
+        "Ranking by each statistic (AUC), over recordings on which the method does not abstain. In the column \"of \
+         all\", a pair with a recording without a score counts half."
             .to_owned();
     tables.push(ranking);
     tables.extend(scoreboard::by_kind(board));
@@ -274,7 +273,7 @@ fn page(
     Ok(scoreboard::html(&page)?)
 }
 
-/// The way from one folder that is there to another, with `/` between folders and at the end.
+/// The relative path from one existing folder to another, with `/` between folders and at the end.
 fn relative(from: &Path, to: &Path) -> Result<String> {
     let full = |path: &Path| path.canonicalize().with_context(|| path.display().to_string());
     let (from, to) = (full(from)?, full(to)?);

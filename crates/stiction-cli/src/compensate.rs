@@ -1,4 +1,4 @@
-//! `stiction compensate`: compensators on a loop, one or all.
+//! `stiction compensate`: the effect of one or all compensators on a loop.
 
 use crate::actions::{self, Head, Settings, Valve};
 use crate::files::Out;
@@ -13,41 +13,41 @@ use stiction::compensate::{
 };
 use stiction::what_if::{self, knowledge};
 
-/// Put compensators between the controller and the sticking valve of a loop, and measure what they do.
+/// Put compensators between the controller and the sticking valve of a loop, and measure their effect.
 ///
-/// Each method gets its parameters from S, J and the loop, goes through a window without changes, a set-point
-/// step and a load step, and is tried with S and J wrong by half and with noise.
+/// The parameters of each method follow from S, J and the loop. Each method runs through a window without changes, a
+/// set-point step and a load step. Each is also tried with S and J wrong by half, and with noise.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction compensate paper/closed-loop
   stiction compensate paper/closed-loop --method knocker --S 4 --J 2 --plot knocker.png
   stiction compensate --list")]
 pub struct Args {
-    /// List the methods, with what they do and where they come from
+    /// List the methods with descriptions and sources
     #[arg(long)]
     list: bool,
-    /// Name of a built-in scenario, or a TOML file; a single control loop
+    /// Name of a built-in scenario, or a TOML file, with a single control loop
     #[arg(required_unless_present = "list")]
     scenario: Option<String>,
     /// Change a key of the scenario, such as valve.S=4; may be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Only this method; may be given several times
+    /// Run only this method; may be given several times
     #[arg(long, value_name = "NAME")]
     method: Vec<String>,
-    /// S that is assumed in choosing parameters, percent of span [default: that of the valve]
+    /// S assumed for choosing parameters, percent of span [default: S of the valve]
     #[arg(long = "S", value_name = "PERCENT", allow_negative_numbers = true)]
     s: Option<f64>,
-    /// J that is assumed, percent of span [default: that of the valve]
+    /// J assumed for choosing parameters, percent of span [default: J of the valve]
     #[arg(long = "J", value_name = "PERCENT", allow_negative_numbers = true)]
     j: Option<f64>,
-    /// When the compensators are switched on, s [default: after ten cycles]
+    /// Time at which the compensators are switched on, s [default: after ten cycles]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     at: Option<f64>,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Draw to this file, .svg or .png: of one method the run before and after, else error and travel
+    /// Draw to this .svg or .png file: the run before and after for one method, else error and travel
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
     /// Write every method and case to this CSV file; - is standard output
@@ -64,22 +64,22 @@ pub struct Document {
     valve: Valve,
     /// The scenario, key by key.
     settings: Settings,
-    /// What was assumed of the valve in choosing parameters.
+    /// S and J assumed for choosing parameters.
     assumed: Bands,
-    /// What every method went through.
+    /// The test that every method went through.
     protocol: CompareOptions,
-    /// The loop as it is first, then the methods, the least worst error first.
+    /// First the loop without a compensator, then the methods, those with the smallest worst error first.
     methods: Vec<Compensated>,
 }
 
-/// What a method makes of the loop.
+/// The effect of a method on the loop.
 #[derive(Serialize, JsonSchema)]
 struct Compensated {
     /// The method, or `as it is`.
     action: &'static str,
     #[serde(flatten)]
     row: Row,
-    /// By what the standard deviation of the PV is divided; null where nothing is left of it.
+    /// Factor by which the standard deviation of the PV falls; null if nothing is left of it.
     #[serde(with = "stiction::finite::Finite")]
     pv_std_divided_by: f64,
 }
@@ -192,8 +192,8 @@ fn in_words(title: &str, found: &Comparison, assumed: Bands) -> String {
         .collect();
     let mut out = format!("{title}\n\n{}\n", actions::table(&rows, "std ÷"));
     let words = format!(
-        "{} std ÷: by what the standard deviation of the PV is divided; a constant offset does not count in it. \
-         Chosen for S = {} %, J = {} %.",
+        "{} std ÷ is the factor by which the standard deviation of the PV falls, without a constant offset. Chosen \
+         for S = {} %, J = {} %.",
         actions::LEGEND,
         actions::short(assumed.s()),
         actions::short(assumed.j())

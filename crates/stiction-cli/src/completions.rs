@@ -1,11 +1,11 @@
-//! `stiction completions`: what a shell needs to complete commands, options and their values.
+//! `stiction completions`: completion scripts for shells.
 
 use crate::{Cli, output};
 use anyhow::Result;
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 
-/// Print the completions of a shell.
+/// Print the completion script of a shell.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction completions bash > ~/.local/share/bash-completion/completions/stiction

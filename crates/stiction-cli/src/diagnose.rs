@@ -18,15 +18,15 @@ use stiction::recording::GridOptions;
 use stiction_report::document::{self, Document, Loop};
 use stiction_report::report;
 
-/// Diagnose recordings: do the data suffice, does the loop cycle, what does every published method say?
+/// Diagnose recorded loops: check the data, look for a limit cycle, and judge whether the valve sticks.
 ///
-/// Reads SP, PV, OP (and, where they are recorded, valve position and mode) from CSV, Parquet or MATLAB
-/// files; `stiction inspect` shows what is recognised in them. Of each loop the longest segment in
-/// automatic is judged. Recordings of one tag with dates are one, in whatever files they are. What a
-/// person concluded, kept by `stiction override`, is shown beside the computed verdict.
+/// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet or MATLAB files. `stiction
+/// inspect` shows how the files are interpreted. The longest segment in automatic of each loop is judged. Recordings
+/// of one tag with dates are joined across files. The conclusion of a person, kept by `stiction override`, is shown
+/// beside the computed verdict.
 ///
-/// Exit codes: 0, all files were diagnosed; 1, they were, and a loop is of a class that --fail-on names;
-/// 2, some could not be, and the messages say why.
+/// Exit codes: 0, all files were diagnosed; 1, all were, and a loop is of a class that --fail-on names; 2, some could
+/// not be diagnosed, and the messages say why.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction diagnose samples/FIC101-sticky.csv --report report.html
@@ -39,42 +39,42 @@ pub struct Args {
     /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required_unless_present_any = ["schema", "methods"], value_name = "FILE")]
     files: Vec<In>,
-    /// Diagnose this loop only; may be given several times
+    /// Diagnose only this loop; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
-    /// Take all files as recordings of one loop, one after the other; a gap between them stays a gap
+    /// Treat all files as recordings of one loop, one after the other; gaps between them remain gaps
     #[arg(long)]
     join: bool,
-    /// Bring the recording onto a grid of this step, in s, in place of its own commonest one
+    /// Resample the recording to this step, in s, instead of its most frequent one
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     grid: Option<f64>,
     /// Dead time of the loop, in s, for the Harris index
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     dead_time: Option<f64>,
-    /// Write a report to this file, one self-contained HTML page; or, if it does not end in .html, to this
-    /// folder: a page for each loop, and index.html, a table of all that can be sorted and searched
+    /// Write the report to this .html file, one self-contained page; any other name is a folder, which gets a page
+    /// for each loop and index.html, a table that can be sorted and searched
     #[arg(long, value_name = "OUT.html|FOLDER")]
     report: Option<Out>,
     /// Print the results as JSON
     #[arg(long, conflicts_with = "schema")]
     json: bool,
-    /// Write a table with one row a loop to this CSV file; - is standard output
+    /// Write a table with one row per loop to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "schema"])]
     csv: Option<Out>,
-    /// End with exit code 1 if a loop is of this class: sticks, does-not-stick, does-not-respond or
-    /// cannot-tell; several with commas or given several times. An override goes before the verdict
+    /// End with exit code 1 if a loop is of this class: sticks, does-not-stick, does-not-respond or cannot-tell;
+    /// several with commas or given several times. Overrides take precedence over the verdict
     #[arg(long, value_name = "CLASS", value_delimiter = ',', value_parser = VerdictClass::by_name)]
     fail_on: Vec<VerdictClass>,
-    /// Print a line a loop, and nothing else
+    /// Print only one line per loop
     #[arg(long, conflicts_with_all = ["json", "schema", "csv"])]
     brief: bool,
     /// Print the JSON schema of what --json prints
     #[arg(long)]
     schema: bool,
-    /// List the methods with their rules, parameters and sources, in Markdown
+    /// List the methods with rules, parameters and sources, in Markdown
     #[arg(long, conflicts_with_all = ["json", "schema", "csv"])]
     methods: bool,
-    // Last, because its heading stands above all that follows.
+    // Must be last, because its heading applies to all that follows.
     #[command(flatten)]
     reading: Reading,
 }
@@ -137,7 +137,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
     Ok(if fails(&loops, &args.fail_on) { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
-/// Whether a report goes to a folder: no page, nor standard output.
+/// Whether a report goes to a folder, and not to a page or standard output.
 fn is_folder(path: &Out) -> bool {
     let page =
         |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm");
@@ -163,7 +163,7 @@ fn reported(path: &Out, found: &[Loop<'_>]) -> Result<()> {
     output::write(Some(&path.inside(report::folder::INDEX)?), folder.index().as_bytes())
 }
 
-/// The last of some failures, after a message for each of the others.
+/// Returns the last of some failures, after printing a message for each of the others.
 pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     let Some(last) = failures.pop() else { return Ok(()) };
     for failure in failures {
@@ -172,13 +172,13 @@ pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     Err(last)
 }
 
-/// Whether a loop is of one of the `classes`; where an override decides on that, the user is told.
+/// Whether a loop is of one of the `classes`. The user is notified if an override decides.
 fn fails(loops: &[Diagnosed], classes: &[VerdictClass]) -> bool {
     for each in loops {
         let computed = each.diagnosis.verdict.class;
         if classes.contains(&computed) != classes.contains(&each.class()) {
             output::note(format!(
-                "--fail-on counts {} as \"{}\", by override; computed is \"{}\"",
+                "--fail-on counts {} as \"{}\" because of an override; the computed verdict is \"{}\"",
                 each.diagnosis.name,
                 each.class().name(),
                 computed.name()
@@ -188,7 +188,7 @@ fn fails(loops: &[Diagnosed], classes: &[VerdictClass]) -> bool {
     loops.iter().any(|each| classes.contains(&each.class()))
 }
 
-/// The program with its version.
+/// Name and version of the program.
 pub fn tool() -> String {
     concat!("stiction ", env!("CARGO_PKG_VERSION")).to_owned()
 }

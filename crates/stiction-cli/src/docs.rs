@@ -1,4 +1,4 @@
-//! `stiction docs`: the documentation as a site, for reading without a network.
+//! `stiction docs`: the documentation as a site for reading offline.
 
 mod cases;
 mod columns;
@@ -14,17 +14,17 @@ use rayon::prelude::*;
 use stiction_docs::markdown::literal;
 use stiction_docs::{Page, Site, contents};
 
-/// Write the documentation, a site of pages that need no network, and print where it begins.
+/// Write the documentation as a site of pages that need no network, and print the path of its first page.
 ///
-/// It holds a gallery of twelve loops with known truth, which are simulated and diagnosed while it is written; what
-/// every command, key and column means; how often the verdict is right; and the paper's figures. All pages can be
-/// searched. The same version writes the same bytes.
+/// It holds a gallery of twelve loops with known truth, simulated and diagnosed while the site is written. It
+/// explains every command, key and column, states how often the verdict is right, and shows the paper's figures. All
+/// pages can be searched. The same version writes the same bytes.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction docs --open
   stiction docs -o site")]
 pub struct Args {
-    /// Folder to write to; made if it is not there [default: a folder among the user's caches]
+    /// Folder to write to; created if missing [default: a folder in the user's cache]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<Out>,
     /// Open the first page in the browser
@@ -32,7 +32,7 @@ pub struct Args {
     open: bool,
 }
 
-/// A file by which a folder is known as a site, so that no other is written over.
+/// A file that marks a folder as such a site, so that no other folder is overwritten.
 const MARK: &str = ".stiction-docs";
 
 pub fn run(args: Args) -> Result<()> {
@@ -40,7 +40,7 @@ pub fn run(args: Args) -> Result<()> {
         Some(folder) => folder,
         None => Out::also(
             dirs::cache_dir()
-                .context("no folder for caches is known of this user; name a folder with -o")?
+                .context("this user has no cache folder; name a folder with -o")?
                 .join(concat!("stiction/docs-", env!("CARGO_PKG_VERSION"))),
         )?,
     };
@@ -61,7 +61,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-/// Makes the folder and marks it as a site; refuses one that holds anything else.
+/// Creates the folder and marks it as a site. Refuses a folder with other contents.
 fn claim(folder: &Out) -> Result<()> {
     let named = || folder.display().to_string();
     folder.make_folder()?;
@@ -69,14 +69,14 @@ fn claim(folder: &Out) -> Result<()> {
     let empty = std::fs::read_dir(&**folder).with_context(named)?.next().is_none();
     if !empty && !mark.is_file() {
         bail!(
-            "{} is not empty, and no site that stiction wrote; name an empty or a new folder with -o",
+            "{} is not empty, and is not a site written by stiction; name an empty or a new folder with -o",
             named()
         );
     }
-    output::write(Some(&mark), b"Written by stiction docs, which writes over what it wrote.\n")
+    output::write(Some(&mark), b"Written by stiction docs, which overwrites its own files.\n")
 }
 
-/// The whole site: what is written by hand, and what is made here.
+/// The whole site, with hand-written and generated pages.
 fn site() -> Result<Site> {
     let mut site = Site::new(output::TOOL);
     let progress =
@@ -105,10 +105,10 @@ fn site() -> Result<Site> {
     Ok(site)
 }
 
-/// A page for each JSON document, and one that lists them.
+/// A page for each JSON document, and a list of them.
 fn schemas(site: &mut Site) -> Result<()> {
-    let mut list = "# JSON documents\n\nWhat commands print with `--json`, field by field. \
-        `stiction schema NAME` prints the same as a JSON schema, for programs.\n\n"
+    let mut list = "# JSON documents\n\nThe documents that commands print with `--json`, field by field. `stiction \
+        schema NAME` prints the same as a JSON schema, for programs.\n\n"
         .to_owned();
     for (name, schema) in schema::SCHEMAS {
         let schema: serde_json::Value = serde_json::from_str(&schema())?;

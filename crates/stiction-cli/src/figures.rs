@@ -8,14 +8,13 @@ use clap::Parser;
 use indicatif::ProgressBar;
 use stiction_figure::{Entry, Page, Picture};
 
-/// Draw every figure of the paper that has a plot, and one that it lacks.
+/// Draw every figure of the paper that has a plot, and one that the paper lacks.
 ///
-/// Writes each figure as SVG and PNG, and index.html, which shows them in order with their captions
-/// and the parameters used.
+/// Writes each figure as SVG and PNG, and index.html, which shows them in order with their captions and parameters.
 #[derive(Parser)]
 #[command(after_help = "Example:\n  stiction figures -o figures")]
 pub struct Args {
-    /// Folder to write to; made if it is not there
+    /// Folder to write to; created if missing
     #[arg(short, long, default_value = "figures", value_name = "DIR")]
     output: Out,
 }

@@ -1,8 +1,9 @@
-//! The files of a run: what it reads and what it writes, and that these are not the same.
+//! The input and output files of a run, which must not be the same.
 //!
-//! Arguments that name a file are an [`In`] or an [`Out`], never a path: then `main` sees them all before a command runs,
-//! and refuses an output that is an input or another output. What a command names by itself, such as the recordings of
-//! an index or the pages of a folder, goes through [`In::also`] and [`Out::inside`], which ask the same.
+//! Arguments that name a file are an [`In`] or an [`Out`], never a path. So `main` sees them all before a command
+//! runs, and refuses an output that is an input or another output. Files that a command names by itself, such as the
+//! recordings of an index or the pages of a folder, go through [`In::also`] and [`Out::inside`], which check the
+//! same.
 
 use anyhow::{Context, Result, bail};
 use clap::builder::{MapValueParser, PathBufValueParser, TypedValueParser, ValueParserFactory};
@@ -14,38 +15,38 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-/// What standard input is called in messages.
+/// The name of standard input in messages.
 pub const STANDARD_INPUT: &str = "standard input";
 
-/// A file that a run reads; `-` is standard input.
+/// An input file of a run. `-` is standard input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct In(PathBuf);
 
-/// A file or folder that a run writes; `-` is standard output.
+/// An output file or folder of a run. `-` is standard output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Out(PathBuf);
 
 impl In {
-    /// One that no argument names.
+    /// An input that no argument names.
     pub fn also(path: impl Into<PathBuf>) -> Result<Self> {
         let path = path.into();
         run().read(&path, &format!("{}, which this run reads too", path.display()))?;
         Ok(Self(path))
     }
 
-    /// Whether it is standard input.
+    /// Whether this is standard input.
     pub fn is_standard(&self) -> bool {
         self.0 == Path::new("-")
     }
 
-    /// What it is called in messages.
+    /// Its name in messages.
     pub fn origin(&self) -> String {
         if self.is_standard() { STANDARD_INPUT.to_owned() } else { self.0.display().to_string() }
     }
 }
 
 impl Out {
-    /// One that no argument names, beside an input.
+    /// An output beside an input that no argument names.
     pub fn also(path: impl Into<PathBuf>) -> Result<Self> {
         let path = path.into();
         run().check(&path)?;
@@ -57,21 +58,21 @@ impl Out {
         Self::also(self.0.join(name))
     }
 
-    /// Makes the folder that this is, if it is not there.
+    /// Creates this folder if it is missing.
     pub fn make_folder(&self) -> Result<()> {
         make_folder(&self.0)
     }
 
-    /// Whether it is standard output.
+    /// Whether this is standard output.
     pub fn is_standard(&self) -> bool {
         self.0 == Path::new("-")
     }
 }
 
-/// Makes a folder, if it is not there.
+/// Creates a folder if it is missing.
 pub fn make_folder(path: &Path) -> Result<()> {
     if let Some(file) = path.ancestors().find(|above| above.is_file()) {
-        bail!("{}: is a file, and a folder is needed there; name another folder", file.display());
+        bail!("{}: is a file, but must be a folder; name another folder", file.display());
     }
     std::fs::create_dir_all(path).with_context(|| path.display().to_string())
 }
@@ -108,11 +109,11 @@ impl ValueParserFactory for Out {
     }
 }
 
-/// Notes all files that the arguments name, and refuses an output that is an input or another output.
+/// Registers all files that the arguments name, and refuses an output that is an input or another output.
 pub fn note(command: &Command, matches: &ArgMatches) -> Result<()> {
     let Some((name, matches)) = matches.subcommand() else { return Ok(()) };
     let Some(command) = command.find_subcommand(name) else { return Ok(()) };
-    // What a task of a command names is a file of the same run.
+    // Files that a task of a command names belong to the same run.
     note(command, matches)?;
     let mut run = run();
     for argument in command.get_arguments() {
@@ -138,7 +139,7 @@ pub fn note(command: &Command, matches: &ArgMatches) -> Result<()> {
     Ok(())
 }
 
-/// What a file is known by: its path, and beside it what tells links apart.
+/// Identifies a file by its path and, besides it, by a number that distinguishes links.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Key {
     Path(PathBuf),
@@ -148,7 +149,7 @@ enum Key {
     StandardOutput,
 }
 
-/// The files of this run, each with what it is called in messages.
+/// The files of this run, each with its name in messages.
 #[derive(Debug, Default)]
 struct Run {
     read: HashMap<Key, String>,
@@ -164,13 +165,13 @@ impl Run {
     fn read(&mut self, file: &Path, called: &str) -> Result<()> {
         let keys = match file == Path::new("-") {
             true => match self.read.entry(Key::StandardInput) {
-                Entry::Occupied(_) => bail!("standard input can be read once; give - once"),
+                Entry::Occupied(_) => bail!("standard input can be read only once; give - once"),
                 Entry::Vacant(place) => {
                     place.insert(called.to_owned());
                     keys_of_standard_input()
                 }
             },
-            // What is not there cannot be lost.
+            // A missing file cannot be lost.
             false => std::fs::metadata(file).map_or(vec![], |there| keys(file, Some(&there))),
         };
         for key in keys {
@@ -190,7 +191,7 @@ impl Run {
             match self.written.entry(key) {
                 Entry::Occupied(other) if other.get() != option => {
                     bail!(
-                        "{option} {} is where {} goes, and one of the two would be lost; name another file",
+                        "{option} {} is also where {} goes, and one of the two would be lost; name another file",
                         file.display(),
                         other.get()
                     );
@@ -204,14 +205,14 @@ impl Run {
         Ok(())
     }
 
-    /// Refuses a file that the run is about to write if an argument names it.
+    /// Refuses a file that the run is about to write if an argument names it as an input or output.
     fn check(&self, file: &Path) -> Result<()> {
         for key in output_keys(file) {
             if let Some(input) = self.read.get(&key) {
                 bail!("{} would overwrite {input}; name another folder", file.display());
             }
             if let Some(option) = self.written.get(&key) {
-                bail!("{} is where {option} goes; name another file", file.display());
+                bail!("{} is also where {option} goes; name another file", file.display());
             }
         }
         Ok(())
@@ -225,7 +226,7 @@ fn output_keys(file: &Path) -> Vec<Key> {
     }
 }
 
-/// The keys of a file that is there or may be made; none of a device or pipe, where nothing is lost.
+/// The keys of a file that exists or may be created. Devices and pipes have none, because nothing is lost there.
 fn keys(file: &Path, there: Option<&Metadata>) -> Vec<Key> {
     if there.is_some_and(|there| !there.is_file() && !there.is_dir()) {
         return vec![];
@@ -256,7 +257,7 @@ fn inode(_: &Metadata) -> Option<Key> {
     None
 }
 
-/// Those of the file that stands for standard input, if it is one.
+/// The keys of the file behind standard input, if it is one.
 #[cfg(unix)]
 fn keys_of_standard_input() -> Vec<Key> {
     use std::os::fd::AsFd;

@@ -1,4 +1,4 @@
-//! `stiction fit`: the loop behind a recording.
+//! `stiction fit`: identifies the loop of a recording.
 
 use crate::diagnose::ended;
 use crate::files::{In, Out};
@@ -15,16 +15,17 @@ use stiction::diagnose::{Detectors, DiagnoseOptions};
 use stiction::fit::{Fit, FitOptions, Prospects, fit};
 use stiction::fusion::Estimate;
 use stiction::recording::LoopType;
+use stiction::spoken::{rough, set};
 use stiction_io::scenario::{Scenario, System};
 use stiction_report::document::Source;
 
-/// Identify the loop behind a recording: controller, process and valve, with intervals; and test whether that valve
-/// explains what was recorded.
+/// Identify controller, process and valve from a recording, with intervals, and test whether the valve explains the
+/// recorded swing.
 ///
-/// The fitted loop's own limit cycle is set beside the recorded swing, and the swing that would be left behind a valve
-/// that follows. If they agree, or little would be left, a sticking valve explains it; if not, something else
-/// swings the loop. What cannot be identified is said so, with the reason. -o writes the loop as
-/// a scenario that simulate, limit-cycle, compensate, what-if and fmu take.
+/// Compares the recorded swing with the limit cycle of the fitted loop, and with the swing that would remain with a
+/// valve that follows. If the cycle agrees, or little swing would remain, a sticking valve explains the swing.
+/// Otherwise something else makes the loop swing. Parts that cannot be identified are listed with the reason. -o
+/// writes the loop as a scenario for simulate, limit-cycle, compensate, what-if and fmu.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction fit samples/FIC101-sticky.csv
@@ -34,19 +35,19 @@ pub struct Args {
     /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<In>,
-    /// Fit this loop only; may be given several times
+    /// Fit only this loop; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
     /// Write the loop as a scenario to this TOML file; - is standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<Out>,
-    /// Draw the recording beside the fitted loop to this file, .svg or .png
+    /// Draw the recording and the fitted loop to this .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
-    /// How many loops are drawn from what is possible
+    /// Number of loops to draw from the possible ones
     #[arg(long, default_value_t = FitOptions::default().draws, value_name = "N")]
     draws: usize,
-    /// Which loops are drawn
+    /// Seed of the drawn loops
     #[arg(long, default_value_t = FitOptions::default().seed, value_name = "N")]
     seed: u64,
     /// Print the results as JSON
@@ -59,7 +60,7 @@ pub struct Args {
 /// What `stiction fit --json` prints.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     tool: &'static str,
     /// The loops, in the order of the files.
     loops: Vec<Row>,
@@ -68,17 +69,17 @@ pub struct Document {
 /// A loop.
 #[derive(Serialize, JsonSchema)]
 struct Row {
-    /// Its tag.
+    /// Tag of the loop.
     #[serde(rename = "loop")]
     name: String,
-    /// What it controls.
+    /// Type of the loop.
     #[serde(rename = "type")]
     loop_type: LoopType,
     /// The file it comes from.
     source: Source,
-    /// What was fitted; null where nothing could be.
+    /// The fitted loop; null if nothing could be fitted.
     fit: Option<Fit>,
-    /// Why nothing could be fitted; null where something was.
+    /// Why nothing could be fitted; null if the fit succeeded.
     why_not: Option<String>,
 }
 
@@ -88,7 +89,7 @@ pub struct Fitted {
     pub fit: std::result::Result<Fit, String>,
 }
 
-/// The fits of all wanted loops in some files, and what could not be read or diagnosed.
+/// The fits of all selected loops in some files, and the errors of files that could not be read or diagnosed.
 pub fn fit_all(
     files: &[In],
     loops: &[String],
@@ -96,7 +97,7 @@ pub fn fit_all(
     options: &FitOptions,
 ) -> Result<(Vec<Fitted>, Vec<anyhow::Error>)> {
     let (recordings, mut failures) = read_all(files, loops, reading)?;
-    // Published methods have no part in it.
+    // Published methods are not needed.
     let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
     let (diagnosed, refused) = diagnose_all(&recordings, &asked);
     failures.extend(refused);
@@ -120,7 +121,7 @@ pub fn run(args: Args) -> Result<()> {
     if (args.output.is_some() || args.plot.is_some()) && all.len() > 1 {
         let tags: Vec<&str> = all.iter().map(|each| &*each.diagnosed.diagnosis.name).collect();
         bail!(
-            "--output and --plot are for one loop; choose it with --loop: there are {}",
+            "--output and --plot need one loop, but there are {}; choose it with --loop",
             tags.join(", ")
         );
     }
@@ -182,7 +183,7 @@ fn plot(path: &Out, each: &Fitted, scenario: &str) -> Result<()> {
 }
 
 fn interval(of: &Estimate, unit: &str) -> String {
-    format!("{} {unit} ({} to {})", number(of.value), number(of.low), number(of.high))
+    format!("{} {unit} ({} to {})", set(of.value), set(of.low), set(of.high))
 }
 
 fn in_words(each: &Fitted) -> String {
@@ -214,21 +215,22 @@ fn in_words(each: &Fitted) -> String {
             }
             words += &match c.execution_s {
                 Some(every) => format!("; executes every {} s", number(every)),
-                None => "; how often it executes does not show".to_owned(),
+                None => "; the execution interval cannot be determined".to_owned(),
             };
             if let Some(sp) = &c.set_point {
-                words += &format!("; no SP is recorded: a constant one of {}", interval(sp, &unit));
+                words += &format!("; SP not recorded, assumed constant at {}", interval(sp, &unit));
             }
             if c.gap > 0.0 {
-                words += &format!("; a gap of ±{} {unit}", number(c.gap));
+                words += &format!("; gap of ±{} {unit}", number(c.gap));
             }
             let limits: Vec<String> =
                 [c.low, c.high].iter().flatten().map(|v| number(*v)).collect();
             if !limits.is_empty() {
-                words += &format!("; at a limit at {} %", limits.join(" and "));
+                words += &format!("; saturates at {} %", limits.join(" and "));
             }
-            words +=
-                &format!("; it explains {:.4} % of what is new in the OP", 100.0 * c.explained);
+            // Rounded down, because 1 would claim too much.
+            let r2 = (c.explained * 1e5).floor() / 1e5;
+            words += &format!("; fits the OP increments with R² = {r2}");
             row("controller", words);
         }
     }
@@ -237,7 +239,7 @@ fn in_words(each: &Fitted) -> String {
         Some(valve) if valve.follows > 0.5 => row(
             "valve",
             format!(
-                "probably follows its OP ({:.0} % of what is possible); if it sticks, S {}",
+                "probably follows its OP ({:.0} % of the fitted loops); if it sticks, S {}",
                 100.0 * valve.follows,
                 interval(&valve.s, "%")
             ),
@@ -260,7 +262,7 @@ fn in_words(each: &Fitted) -> String {
             match (&p.gain, &p.lag_s) {
                 (None, None) => {
                     words += &format!(
-                        ", first slope {}",
+                        ", initial slope {}",
                         interval(&p.slope, &format!("{unit}/s per %"))
                     );
                 }
@@ -288,15 +290,15 @@ fn in_words(each: &Fitted) -> String {
 }
 
 fn not(why: Option<&str>) -> String {
-    format!("not identified: {}", why.unwrap_or("no reason is known"))
+    format!("not identified: {}", why.unwrap_or("reason unknown"))
 }
 
-/// What actions would bring, as text.
+/// The effects of actions, as text.
 pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
     let head =
-        ["action", "PV swing ±", "times now", "error", "times now", "travel %/h", "load s", "sure"];
+        ["action", "PV swing ±", "x present", "error", "x present", "travel %/h", "load s", "sure"];
     let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).to_vec()];
-    let range = |of: &Estimate| format!("{} to {}", number(of.low), number(of.high));
+    let range = |of: &Estimate| format!("{} to {}", rough(of.low), rough(of.high));
     for row in &found.actions {
         rows.push(vec![
             row.action.name().to_owned(),
@@ -310,19 +312,20 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
         ]);
     }
     let mut out = format!(
-        "{}: what could be done, on {} loops that the recording leaves possible\n\n{}\n",
+        "{}: effects of actions, on {} loops that agree with the recording\n\n{}\n",
         output::name(name),
         found.loops,
         text::columns(&rows, &[false, true, true, true, true, true, true, true])
     );
-    let words = "5 and 95 % points; ranked by the upper end of the control error, times now. PV swing: half of its peak-to-peak \
-                 value; times now: over that of the loop as it is; error: mean absolute control error; load: time to \
-                 settle after a load step, - if it does not; sure: share of the loops that swing clearly less.";
+    let words = "Ranges are 5 to 95 % points, ranked by the upper end of the control error. PV swing is half of its \
+        peak-to-peak value. \"x present\" is the ratio to the loop as it is. Error is the mean absolute control \
+        error. Load s is the settling time after a load step, - if the loop does not settle. Sure is the share of \
+        the loops whose PV swings clearly less.";
     for line in text::wrapped(words, 96) {
         out += &format!("{line}\n");
     }
     if !found.advice.is_empty() {
-        out += "\nWhat to do\n";
+        out += "\nActions\n";
     }
     for sentence in &found.advice {
         for (k, line) in text::wrapped(sentence, 94).iter().enumerate() {

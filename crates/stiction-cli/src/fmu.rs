@@ -1,4 +1,4 @@
-//! `stiction fmu`: models for Simulink, OpenModelica, Dymola and every other tool that imports FMUs.
+//! `stiction fmu`: models for Simulink, OpenModelica, Dymola and other tools that import FMUs.
 
 use crate::files::{In, Out};
 use crate::{actions, output, progress};
@@ -12,10 +12,10 @@ use stiction_fmu_export::{Library, PLATFORMS, Platform, of_scenario, write};
 
 /// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
 ///
-/// Simulink, OpenModelica, Dymola, FMPy and others import it without a compiler. What its variables are,
-/// --variables prints; docs/fmu.md shows the import step by step, and what the communication step means. The page
-/// documentation/index.html inside shows picture, equations and an example. Valves and loops are for co-simulation, stems
-/// also for model exchange. The same model and --date give the same bytes.
+/// Simulink, OpenModelica, Dymola, FMPy and others import it without a compiler. --variables lists the variables.
+/// docs/fmu.md shows the import step by step and explains the communication step. The page documentation/index.html
+/// inside the FMU shows a picture, the equations and an example. Valves and loops are for co-simulation, stems also
+/// for model exchange. The same model and --date give the same bytes.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction fmu --model two-phase --S 5 --J 3 -o valve.fmu
@@ -23,16 +23,16 @@ use stiction_fmu_export::{Library, PLATFORMS, Platform, of_scenario, write};
   stiction fmu paper/closed-loop -o loop.fmu --fmi 3
   stiction fmu --list")]
 pub struct Args {
-    /// List the models, and the platforms whose libraries an FMU holds
+    /// List the models, and the platforms whose libraries an FMU contains
     #[arg(long)]
     list: bool,
-    /// A closed loop: name of a built-in scenario, or a TOML file
+    /// Closed loop, as the name of a built-in scenario or a TOML file
     #[arg(conflicts_with_all = ["model", "stem"])]
     scenario: Option<String>,
-    /// A data-driven valve: name of its model
+    /// Data-driven valve, as the name of its model
     #[arg(long, value_name = "NAME", conflicts_with = "stem")]
     model: Option<String>,
-    /// A physical stem: name of its friction law or parameter set
+    /// Physical stem, as the name of its friction law or parameter set
     #[arg(long, value_name = "NAME")]
     stem: Option<String>,
     /// Stick band plus dead band, percent of span
@@ -44,19 +44,19 @@ pub struct Args {
     /// Start value of a variable, such as stem_lag=0.5, or a key of the scenario; may be given several times
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Version of FMI
+    /// FMI version
     #[arg(long, value_enum, default_value = "2")]
     fmi: Version,
-    /// When it was generated, as the description tells; without it the time that SOURCE_DATE_EPOCH gives in seconds, or now
+    /// Time of generation in the model description [default: the time in SOURCE_DATE_EPOCH, in seconds, or now]
     #[arg(long, value_name = "2026-03-01T00:00:00Z")]
     date: Option<Timestamp>,
-    /// Print the variables, with their start values, instead of writing
+    /// Print the variables and their start values instead of writing an FMU
     #[arg(long)]
     variables: bool,
-    /// With --list or --variables: print JSON
+    /// With --list or --variables, print JSON
     #[arg(long)]
     json: bool,
-    /// Add the library of another platform, such as x86_64-windows=stiction_fmu.dll, or replace that of one; may be given several times
+    /// Add or replace the library of a platform, such as x86_64-windows=stiction_fmu.dll; may be given several times
     #[arg(long, value_name = "ARCH-OS=FILE")]
     library: Vec<String>,
     /// Write the FMU to this file
@@ -79,7 +79,7 @@ enum Version {
 pub struct List {
     /// The models that can be exported.
     models: Vec<ModelEntry>,
-    /// The platforms whose libraries an FMU holds.
+    /// The platforms whose libraries an FMU contains.
     platforms: Vec<String>,
 }
 
@@ -98,7 +98,7 @@ pub fn run(args: Args) -> Result<()> {
         return variables(&fmu);
     }
     if args.json {
-        bail!("--json needs --list or --variables; what is exported is a file");
+        bail!("--json needs --list or --variables, because an exported FMU is a file");
     }
     let fmi = match args.fmi {
         Version::Two => Fmi::V2,
@@ -111,7 +111,7 @@ pub fn run(args: Args) -> Result<()> {
     output::write(Some(&path), &bytes)
 }
 
-/// These libraries and those of our own platforms, which a build that does not ship has yet to compile.
+/// The given libraries and those of our own platforms, which a development build compiles first.
 fn libraries(given: Vec<Library>) -> Result<Vec<Library>> {
     let wait = PLATFORMS.iter().any(Platform::is_compiled_at_export);
     let spinner = wait.then(|| {
@@ -126,7 +126,7 @@ fn libraries(given: Vec<Library>) -> Result<Vec<Library>> {
     Ok(libraries?)
 }
 
-/// When the FMU is generated, seconds after the beginning of 1970 in UTC.
+/// The time of generation, in seconds since the beginning of 1970 in UTC.
 fn generated_s(date: Option<Timestamp>) -> Result<u64> {
     if let Some(date) = date {
         return u64::try_from(date.as_second()).context("--date: must be after 1970");
@@ -139,7 +139,7 @@ fn generated_s(date: Option<Timestamp>) -> Result<u64> {
     }
 }
 
-/// Prints the models, and the platforms that an FMU runs on.
+/// Prints the models and the platforms of an FMU.
 fn list(as_json: bool) -> Result<()> {
     let platforms: Vec<_> =
         PLATFORMS.iter().map(|own| format!("{}-{}", own.arch, own.os)).collect();
@@ -152,7 +152,7 @@ fn list(as_json: bool) -> Result<()> {
     output::line(format!("\nAn FMU runs on {}.", platforms.join(", ")))
 }
 
-/// The model that is asked for, with its start values.
+/// The requested model with its start values.
 fn chosen(args: &Args) -> Result<Fmu> {
     let refuse = anyhow::Error::msg;
     if let Some(name) = &args.scenario {
@@ -177,7 +177,7 @@ fn chosen(args: &Args) -> Result<Fmu> {
             "true" => 1.0,
             "false" => 0.0,
             number => number.parse().with_context(|| {
-                format!("--set {setting}: {number} is no number, true or false")
+                format!("--set {setting}: {number} is not a number, true or false")
             })?,
         };
         fmu = fmu

@@ -17,17 +17,18 @@ use stiction_io::timestamp::{Zone, instant};
 use stiction_report::document::{Point, Source, Valve, ValveHistory};
 use stiction_report::{report, words};
 
-/// The shortest window by default, s: a day, so that every window sees all shifts.
+/// The shortest default window in s, a day, so that every window includes all shifts.
 const DAY: f64 = 86_400.0;
-/// Periods that a window has at least by default: from ten on the data have no caveat.
+/// Minimum number of periods in a default window. From ten periods on, the data have no caveat.
 const CYCLES: f64 = 10.0;
 
-/// Show how valves went over time: each window on its own, all together, drift, before and after a repair.
+/// Show how valves develop over time, with each window on its own, all together, drift, and before and after a
+/// repair.
 ///
-/// Recordings of one tag belong together, in whatever files they are; files without tags do with --join. Each is cut into windows of a day, or
-/// of ten periods of its oscillation if that is longer; what is shorter than one and a half windows stays
-/// whole. Every window is diagnosed on its own, then they are combined; with --repair those after it, for the
-/// valve as it is now.
+/// Recordings of one tag belong together, in any number of files. Files without tags need --join. Each recording is
+/// cut into windows of a day, or of ten periods of its oscillation if that is longer. A recording shorter than one
+/// and a half windows stays whole. Every window is diagnosed on its own, then all are combined. With --repair only
+/// the windows after the repair are combined.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction history FIC101-january.csv FIC101-february.csv --join --report history.html
@@ -37,29 +38,29 @@ pub struct Args {
     /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<In>,
-    /// Show the valve of this loop only; may be given several times
+    /// Show only the valve of this loop; may be given several times
     #[arg(long = "loop", value_name = "TAG")]
     loops: Vec<String>,
-    /// Take all files as recordings of one valve, one after the other; a gap between them stays a gap
+    /// Treat all files as recordings of one valve, one after the other; gaps between them remain gaps
     #[arg(long)]
     join: bool,
     /// Length of a window, such as 8h, 90min, 2d or 3600 (s)
     #[arg(long, value_name = "DURATION", value_parser = a_duration)]
     window: Option<f64>,
-    /// Compare before and after this time, such as 2026-03-01T08:00 (in the zone of --zone, or UTC); for
-    /// recordings without dates a number of seconds
+    /// Compare before and after this time, such as 2026-03-01T08:00 in the zone of --zone or UTC; for recordings
+    /// without dates, a time in s
     #[arg(long, value_name = "TIME")]
     repair: Option<String>,
-    /// Write a report to this file: one self-contained HTML page
+    /// Write a self-contained HTML report to this file
     #[arg(long, value_name = "OUT.html")]
     report: Option<Out>,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Write a table with one row a window to this CSV file; - is standard output
+    /// Write a table with one row per window to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     csv: Option<Out>,
-    // Last, because its heading stands above all that follows.
+    // Must be last, because its heading applies to all that follows.
     #[command(flatten)]
     reading: Reading,
 }
@@ -102,11 +103,11 @@ pub fn run(args: Args) -> Result<()> {
     if diagnosed.is_empty() {
         failures.extend(refused);
         if failures.is_empty() && total > 0 {
-            bail!("no window has a segment in automatic to look at");
+            bail!("no window has a segment in automatic to analyse");
         }
     } else if diagnosed.len() < total {
         output::note(format!(
-            "{} of {total} windows have no segment in automatic to look at, and are left out",
+            "{} of {total} windows have no segment in automatic to analyse, and are left out",
             total - diagnosed.len()
         ));
     }
@@ -144,7 +145,7 @@ fn show(history: &ValveHistory, args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// A day, or ten periods of what the whole recording does if that is longer.
+/// A day, or ten periods of the whole recording's oscillation if that is longer.
 fn default_window(recording: &Recording) -> f64 {
     let period = Grid::of(recording, &GridOptions::default()).ok().and_then(|grid| {
         let segment = grid.longest()?;
@@ -154,7 +155,7 @@ fn default_window(recording: &Recording) -> f64 {
     period.map_or(DAY, |period| DAY.max(CYCLES * period))
 }
 
-/// The history of one valve from the diagnoses of its windows.
+/// The history of one valve, from the diagnoses of its windows.
 fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     let mut sources: Vec<Source> = vec![];
     for each in own {
@@ -165,8 +166,8 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     let dated = own.iter().all(|each| each.diagnosis.start.is_some());
     if !dated && sources.len() > 1 {
         bail!(
-            "loop {tag} is in {} files, and some have no dates, so they cannot be put in order; give the \
-             files with dates, or --join if they follow each other as given",
+            "loop {tag} is in {} files, and some have no dates, so they cannot be put in order; give files with \
+             dates, or --join if they follow each other in this order",
             sources.len()
         );
     }
@@ -187,7 +188,7 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
         None => None,
     };
     let repaired = time.map(|time| repair(&observations, time)).transpose()?;
-    // The valve as it is now: windows from before a repair say nothing of it.
+    // Only the present valve counts. Windows before a repair are left out.
     let now = observations.iter().filter(|o| time.is_none_or(|time| o.time >= time));
     let combined = combine(&now.copied().collect::<Vec<_>>())?;
     let plant_time =

@@ -1,4 +1,4 @@
-//! Reading what arguments name: files, and standard input for `-`.
+//! Reads the files that arguments name, and standard input for `-`.
 
 use crate::files::In;
 use stiction_io::{ReadOptions, Reading, Result, Table, bytes, reading};
@@ -8,7 +8,7 @@ pub fn recordings(file: &In, options: &ReadOptions) -> Result<Reading> {
     reading::parse(&all(file)?, &file.origin(), options)
 }
 
-/// A table of signals, or an index.
+/// A table of signals or an index.
 pub fn table(file: &In) -> Result<Table> {
     Table::parse(&all(file)?, &file.origin())
 }
@@ -16,7 +16,7 @@ pub fn table(file: &In) -> Result<Table> {
 /// A mapping file.
 pub fn mapping(file: &In) -> anyhow::Result<ReadOptions> {
     if file.is_standard() {
-        anyhow::bail!("a mapping is read of a file, not of standard input; name one");
+        anyhow::bail!("a mapping cannot be read from standard input; name a file");
     }
     Ok(ReadOptions::read(file)?)
 }

@@ -1,4 +1,4 @@
-//! `stiction inspect`: what a file of recordings holds, as it is understood.
+//! `stiction inspect`: shows how a file of recordings is interpreted.
 
 use crate::files::In;
 use crate::input;
@@ -11,10 +11,10 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use stiction_io::summary::{Column, Summary};
 
-/// Show what files of recordings hold: format, times, columns, loops, bad samples, ranges.
+/// Show how files of recordings are interpreted: format, times, columns, loops, bad samples, ranges.
 ///
-/// Every column is listed with what it is taken to be, and why. What is taken wrongly can be said with
-/// the options, or for many files in a mapping file.
+/// Every column is listed with its role and the reason. Correct wrong roles with options, or for many files with a
+/// mapping file.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction inspect FIC101.csv
@@ -55,7 +55,7 @@ pub struct Args {
 pub struct Document {
     /// The program that made it, with its version.
     tool: &'static str,
-    /// The files in the order in which they were given.
+    /// The files, in the given order.
     files: Vec<Summary>,
 }
 
@@ -90,7 +90,7 @@ fn delimiter(delimiter: char) -> String {
     }
 }
 
-/// A number with as many digits as one wants to see; all of them are in the JSON.
+/// A number with at most six digits. The JSON has all digits.
 fn short(number: f64) -> String {
     let decade = number.abs().log10().floor();
     match decade {

@@ -11,11 +11,11 @@ use std::sync::Arc;
 use stiction_lab::paper::{Paper, PaperFigure};
 use stiction_lab::{Options, bind};
 
-/// Open the lab in the browser: a valve and its loop to play with, recordings, a plant.
+/// Open the lab in the browser, to try out valves and loops, open recordings, or look after a plant.
 ///
-/// The page is served by this program, on this machine and for its browser only, until Ctrl-C; nothing leaves the
-/// machine. The first line that is printed is its address, with the token that lets one in. Of recordings nothing is
-/// changed; mappings, overrides and a plant's notes are written where the other commands keep them.
+/// This program serves the page until Ctrl-C, on this machine and only for its browser. Nothing leaves the machine.
+/// The first line printed is the address, with the token that gives access. Recordings are never changed. Mappings,
+/// overrides and the notes of a plant are written to the same places as by the other commands.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction lab
@@ -29,29 +29,31 @@ pub struct Args {
     files: Vec<In>,
     /// The folder of a plant, with its plant.toml
     #[arg(long, value_name = "PLANT")]
-    // Read and written, within what the store guards: no file of a run.
+    // Read and written under the guard of the store, so not a file of a run.
     plant: Option<String>,
-    /// The port to listen on; 0 for any that is free [default: 8642, so that bookmarks last, or any if that is taken]
+    /// The port to listen on; 0 for any free one [default: 8642, so that bookmarks last, or any free one if it is in
+    /// use]
     #[arg(long)]
     port: Option<u16>,
-    /// Print the address only, and open no browser
+    /// Print only the address, and open no browser
     #[arg(long)]
     no_open: bool,
-    /// The address to listen on. Beyond this machine what is sent is not encrypted, and who has the token is let in
+    /// The address to listen on. Connections from other machines are not encrypted, and anyone with the token has
+    /// access
     #[arg(long, value_name = "IP", default_value = "127.0.0.1")]
     host: IpAddr,
-    // Last, because its heading stands above all that follows.
+    // Must be last, because its heading applies to all that follows.
     #[command(flatten)]
     reading: Reading,
 }
 
-/// Where the lab is unless another port is asked for.
+/// The default port of the lab.
 const PORT: u16 = 8642;
 
 pub fn run(args: Args) -> Result<()> {
     for file in &args.files {
         if file.is_standard() || !file.exists() {
-            bail!("{}: there is no such file or folder", file.origin());
+            bail!("{}: no such file or folder", file.origin());
         }
     }
     let options = Options {
@@ -73,9 +75,7 @@ pub fn run(args: Args) -> Result<()> {
         server.with_context(|| format!("{}:{}", args.host, args.port.unwrap_or_default()))?;
     output::line(server.address())?;
     if !args.host.is_loopback() {
-        output::note(
-            "this lab can be asked from other machines, and what is sent is not encrypted",
-        );
+        output::note("other machines can reach this lab, and the connection is not encrypted");
     }
     if !args.no_open && open::that(server.address()).is_err() {
         output::note("no browser could be opened; open the address above");
@@ -85,7 +85,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-/// A figure of the paper for the page.
+/// A figure of the paper, for the page.
 fn figure(make: paper::Make) -> Result<PaperFigure> {
     let drawn = make()?;
     let (scenario, set) = drawn.moving;

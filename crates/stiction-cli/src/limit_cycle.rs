@@ -1,4 +1,4 @@
-//! `stiction limit-cycle`: the cycle of a loop, predicted instead of simulated.
+//! `stiction limit-cycle`: predicts the cycle of a loop instead of simulating it.
 
 mod args;
 mod csv;
@@ -20,30 +20,30 @@ use stiction_figure::limit_cycle as pictures;
 use stiction_figure::nyquist::nyquist;
 use stiction_io::scenario::System;
 
-/// All there is to tell; what `stiction limit-cycle --json` prints.
+/// All results, as `stiction limit-cycle --json` prints them.
 #[derive(Serialize, JsonSchema)]
 pub struct Report {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     tool: &'static str,
-    /// The scenario as it was named; null of a loop by flags.
+    /// Name of the scenario, as given; null for a loop given by flags.
     scenario: Option<String>,
     /// Its title.
     title: String,
     /// The loop.
     #[serde(rename = "loop")]
     continuous: Loop,
-    /// The cycles that were found, by all methods.
+    /// The cycles found by all methods.
     cycles: Vec<Cycle>,
-    /// What each method says.
+    /// The result of each method.
     #[serde(rename = "methods")]
     found: Vec<Found>,
-    /// By how many percent the cycle changes with a percent of each parameter; only if it is asked for.
+    /// Change of the cycle in percent per percent of each parameter, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     sensitivities: Option<Vec<Sensitivity>>,
-    /// The robust tuning with which the PV swings least; only if it is asked for.
+    /// The robust tuning with the smallest swing of the PV, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     retuning: Option<Retuning>,
-    /// The cycles over two parameters; only if it is asked for.
+    /// The cycles over two parameters, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<Map>,
 }
@@ -54,9 +54,9 @@ struct Loop {
     controller: Gains,
     process: TransferFunction,
     valve: Valve,
-    /// In PV units.
+    /// Set point, PV units.
     set_point: f64,
-    /// Percent, added to the valve position.
+    /// Load, percent, added to the valve position.
     load: f64,
 }
 
@@ -67,13 +67,13 @@ struct Gains {
     kp: f64,
     /// Integral, percent per PV unit and second.
     ki: f64,
-    /// Derivative, percent per PV unit a second.
+    /// Derivative, percent per PV unit per second.
     kd: f64,
     /// Time constant of the filter of the derivative, s.
     filter_s: f64,
 }
 
-/// A transfer function with dead time: coefficients of falling powers of the Laplace variable.
+/// A transfer function with dead time, as coefficients of falling powers of the Laplace variable.
 #[derive(Serialize, JsonSchema)]
 struct TransferFunction {
     num: Vec<f64>,
@@ -132,7 +132,7 @@ pub fn run(args: Args) -> Result<()> {
     }
 }
 
-/// What each method finds; that all refuse such a loop is an error.
+/// The result of each method. If all methods refuse the loop, this is an error.
 fn search(l: &ContinuousLoop, methods: &[Method], all: bool) -> Result<Vec<Found>> {
     let results: Vec<_> = methods.iter().map(|m| (*m, Found::of(l, *m, all))).collect();
     if let (true, Some((_, Err(first)))) =
@@ -150,7 +150,7 @@ fn search(l: &ContinuousLoop, methods: &[Method], all: bool) -> Result<Vec<Found
     Ok(results.into_iter().map(each).collect())
 }
 
-/// Title and loop of a scenario, and a word on what of it has no part in a limit cycle.
+/// Title and loop of a scenario, with a note on settings that do not affect a limit cycle.
 fn of_scenario(name: &str, settings: &[String]) -> Result<(String, ContinuousLoop)> {
     let scenario = actions::scenario(name, settings)?;
     let system = match &scenario.system {
@@ -159,19 +159,19 @@ fn of_scenario(name: &str, settings: &[String]) -> Result<(String, ContinuousLoo
             "{name} is a valve on a test signal; a limit cycle needs a loop, with [controller] and [process]"
         ),
         System::Cascade(_) => bail!(
-            "{name} is a cascade; the limit cycle is predicted of a single loop: write the slave, without \
+            "{name} is a cascade, but the limit cycle is predicted for a single loop; write the slave, without \
              [master], as a scenario of its own"
         ),
     };
     let (model, bands) = scenario.valve;
     let aside = scenario.no_part_in_cycles();
     if !aside.is_empty() {
-        output::note(format!("these have no part in the prediction: {}", aside.join(", ")));
+        output::note(format!("these do not affect the prediction: {}", aside.join(", ")));
     }
     Ok((scenario.title, ContinuousLoop::of(system, model, bands)?))
 }
 
-/// The tuning with the least swing of the PV about the present one.
+/// The tuning with the smallest swing of the PV, searched around the present one.
 fn retune(l: &ContinuousLoop, method: Method, ms: f64) -> Result<Retuning> {
     const FACTOR: f64 = 5.0;
     const POINTS: usize = 21;
@@ -181,7 +181,7 @@ fn retune(l: &ContinuousLoop, method: Method, ms: f64) -> Result<Retuning> {
 }
 
 fn write_files(args: &Args, report: &Report, l: &ContinuousLoop) -> Result<()> {
-    /// Of a period.
+    /// Samples per period.
     const SAMPLES: usize = 1_000;
     if let Some(path) = &args.nyquist {
         let own = l.bands.j() / l.bands.s();

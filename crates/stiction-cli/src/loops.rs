@@ -1,4 +1,4 @@
-//! The loops of some files, read and diagnosed: what several commands begin with.
+//! Reads and diagnoses the loops of some files, for several commands.
 
 use crate::diagnose::joined::Found;
 use crate::files::In;
@@ -11,14 +11,14 @@ use stiction::recording::Recording;
 use stiction_io::Overrides;
 use stiction_report::document::{Loop, Source};
 
-/// A loop with its diagnosis, and where it comes from.
+/// A loop with its diagnosis and its source.
 pub struct Diagnosed {
     pub source: Source,
     pub diagnosis: Diagnosis,
 }
 
 impl Diagnosed {
-    /// What counts for --fail-on: what a person concluded, else the computed verdict.
+    /// The class that counts for --fail-on: the conclusion of a person, else the computed verdict.
     pub fn class(&self) -> VerdictClass {
         let verdict = &self.diagnosis.verdict;
         verdict.overruled.as_ref().map_or(verdict.class, |said| said.verdict)
@@ -30,7 +30,8 @@ impl Diagnosed {
     }
 }
 
-/// The wanted recordings of all files with their sources, each for itself, and what could not be read.
+/// The selected recordings of all files with their sources, each separate, and the errors of files that could not be
+/// read.
 #[allow(clippy::type_complexity)]
 pub fn read_all(
     files: &[In],
@@ -41,14 +42,14 @@ pub fn read_all(
     Ok((found.into_iter().map(|each| (each.source, each.recording)).collect(), failures))
 }
 
-/// The wanted recordings of all files, each for itself, and what could not be read.
+/// The selected recordings of all files, each separate, and the errors of files that could not be read.
 pub fn find_all(
     files: &[In],
     loops: &[String],
     reading: &Reading,
 ) -> Result<(Vec<Found>, Vec<anyhow::Error>)> {
     let options = reading.options_of(files)?;
-    // What people concluded is read beside the files.
+    // The conclusions of people are read beside the files.
     for file in files.iter().filter(|file| !file.is_standard()) {
         In::also(Overrides::path_beside(file))?;
     }
@@ -95,7 +96,7 @@ pub fn find_all(
             }
         }
     }
-    // What one file lacks another may have; what none has is misspelt or was forgotten.
+    // A loop that one file lacks may be in another. A loop that no file has is misspelt or was forgotten.
     elsewhere.sort();
     elsewhere.dedup();
     elsewhere.retain(|name| !known.iter().any(|read| read.to_lowercase() == name.to_lowercase()));
@@ -106,13 +107,13 @@ pub fn find_all(
     }
     for tag in loops {
         if failures.is_empty() && !known.iter().any(|name| name.eq_ignore_ascii_case(tag)) {
-            bail!("--loop {tag}: there is no such loop; there are {}", known.join(", "));
+            bail!("--loop {tag}: no such loop; there are {}", known.join(", "));
         }
     }
     Ok((all, failures))
 }
 
-/// Diagnoses all recordings, in their order.
+/// Diagnoses all recordings, in order.
 pub fn diagnose_all(
     recordings: &[(Source, Recording)],
     options: &DiagnoseOptions,

@@ -1,4 +1,4 @@
-//! The `stiction` command: sticking control valves, diagnosed and simulated.
+//! The `stiction` command: diagnoses and simulates sticking control valves.
 
 mod actions;
 mod bench;
@@ -41,43 +41,44 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
-/// Sticking control valves: diagnosis of recorded loops, models, simulated loops, the paper's figures.
+/// Diagnose and simulate sticking control valves: recorded loops, valve models, simulated loops, and the paper's
+/// figures.
 ///
-/// Exit codes: 0, it ran; 1, it ran and found what --fail-on names; 2, it could not run, and the message
-/// says why.
+/// Exit codes: 0, success; 1, success, and a result is one that --fail-on names; 2, failure, and the message says
+/// why.
 #[derive(Parser)]
 #[command(name = "stiction", version = VERSION, max_term_width = 100, subcommand_required = true)]
 #[command(arg_required_else_help = true)]
 struct Cli {
-    /// Tell results and errors only: no notes, no progress
+    /// Print only results and errors, without notes and progress
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Colour what is written to a terminal
+    /// Colour terminal output
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     color: Colour,
-    /// Look for no settings in stiction.toml, nor in the user's
+    /// Ignore settings in stiction.toml and in the user's configuration
     #[arg(long, global = true)]
     no_config: bool,
-    /// Write over files that hold other data, and to folders that are not empty
+    /// Overwrite files with other data, and write to folders that are not empty
     #[arg(long, global = true)]
     force: bool,
     #[command(subcommand)]
     command: Command,
 }
 
-/// The version, and the commit that it was built from where that is known.
+/// The version, with the commit it was built from if that is known.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), env!("STICTION_COMMIT"));
 
-/// When to colour.
+/// When to use colour.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Colour {
-    /// On a terminal that wants it.
+    /// On terminals that support it.
     Auto,
     Always,
     Never,
 }
 
-/// The subcommands: the name and the module of each, in the order of the help.
+/// The subcommands with their modules, in the order of the help.
 macro_rules! commands {
     ($($name:ident: $module:ident),+ $(,)?) => {
         #[derive(Subcommand)]
@@ -121,7 +122,7 @@ commands! {
     Man: man,
 }
 
-/// What a subcommand that ran gives back: nothing, or what to tell the shell.
+/// The result of a subcommand: nothing, or an exit code for the shell.
 trait Done {
     fn code(self) -> ExitCode;
 }
@@ -163,7 +164,7 @@ fn main() -> ExitCode {
     let noted = closed::refuse().and_then(|()| files::note(&Cli::command(), &matches));
     match noted.and_then(|()| cli.command.run()) {
         Ok(code) => code,
-        // A reader that has seen enough, such as `head`, is no failure.
+        // A reader that closes the pipe early, such as `head`, is no failure.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             output::complain(&error);
@@ -172,7 +173,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prints help or the version, or what is wrong with the arguments, which are quoted there.
+/// Prints help, the version, or a message on wrong arguments, which it quotes.
 fn unasked(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp

@@ -12,7 +12,7 @@ use clap_mangen::Man;
   stiction man ~/.local/share/man/man1
   stiction man pages && man pages/stiction-diagnose.1")]
 pub struct Args {
-    /// The folder; made if it is not there
+    /// The folder; created if missing
     #[arg(value_name = "FOLDER")]
     folder: Out,
 }
@@ -20,7 +20,7 @@ pub struct Args {
 pub fn run(args: Args) -> Result<()> {
     args.folder.make_folder()?;
     let mut command = Cli::command();
-    // Names of subcommands with that of the command before them.
+    // Names of subcommands, each with the command before it.
     command.build();
     page(&args.folder, &command)?;
     command

@@ -1,4 +1,4 @@
-//! Writing results to files and to standard output.
+//! Writes results to files and to standard output.
 
 use crate::files::Out;
 use crate::replaced;
@@ -13,11 +13,11 @@ use stiction_io::whole;
 pub use crate::shown::{name, shown};
 pub use stiction_report::sheet::Sheet;
 
-/// The program with its version, as documents name it.
+/// Name and version of the program, as documents show them.
 pub const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 
-/// Writes data to a file, whole or not at all, or to standard output for none or `-`. A file that holds other data is not
-/// replaced, see [`replaced`].
+/// Writes data to a file, whole or not at all; without a file or with `-`, to standard output. A file with other data
+/// is not replaced, see [`replaced`].
 pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
     match to {
         Some(file) if !file.is_standard() => {
@@ -29,9 +29,9 @@ pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
     }
 }
 
-/// Prints text for people to standard output, in colours on a terminal that wants them.
+/// Prints text to standard output, in colour on a terminal that supports it.
 pub fn text(text: &str) -> Result<()> {
-    // The only escapes in it are those of its colours.
+    // The only escape sequences in it are those of its colours.
     let text = painted(&shown(text));
     flushed(|out| anstream::AutoStream::auto(out).write_all(text.as_bytes()))
 }
@@ -67,7 +67,7 @@ pub fn json(document: &impl serde::Serialize) -> Result<()> {
     json_text(&serde_json::to_string_pretty(document)?)
 }
 
-/// Prints JSON. What would steer a terminal can stand in its texts only, where it may be escaped.
+/// Prints JSON. Control characters can occur only in its texts, where they are escaped.
 pub fn json_text(json: &str) -> Result<()> {
     let mut out = String::new();
     for c in json.chars() {
@@ -80,20 +80,20 @@ pub fn json_text(json: &str) -> Result<()> {
     to_standard_output(format!("{out}\n").as_bytes())
 }
 
-/// Whether notes and progress are left out.
+/// Whether notes and progress are suppressed.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// Leaves notes and progress out from now on.
+/// Suppresses notes and progress from now on.
 pub fn set_quiet(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
 }
 
-/// Whether notes and progress are left out.
+/// Whether notes and progress are suppressed.
 pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Tells the user something beside the result. Where no one can read it, that is no failure.
+/// Prints a note to the user beside the result. A closed standard error is no failure.
 pub fn note(text: impl std::fmt::Display) {
     if is_quiet() {
         return;
@@ -101,19 +101,19 @@ pub fn note(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "note: {}", name(&text.to_string()));
 }
 
-/// Tells the user why something did not work.
+/// Prints the reason of a failure.
 pub fn complain(error: &anyhow::Error) {
     // Not eprintln!, which panics where standard error is closed.
     let _ = writeln!(std::io::stderr(), "stiction: {}", name(&failure(error)));
 }
 
-/// Tells the user what is wrong with the arguments, in the lines of their parser.
+/// Prints what is wrong with the arguments, in the words of their parser.
 pub fn usage(text: &str) {
     let _ = write!(std::io::stderr(), "{}", shown(text));
 }
 
-/// A failure in a line: what was tried, and why it did not work, with the options of this command. Some causes
-/// say what the error above them says too; they are not repeated.
+/// A failure in one line: the attempt and the cause, with the options of this command. Causes that repeat the error
+/// above them are left out.
 fn failure(error: &anyhow::Error) -> String {
     let words = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
         Some(stiction_io::Error::Setting { settings, message }) => {
@@ -134,14 +134,16 @@ fn failure(error: &anyhow::Error) -> String {
     line
 }
 
-/// What helps against a refusal of the operating system, which says none.
+/// A remedy for an error of the operating system, which has none itself.
 fn remedy(cause: &(dyn std::error::Error + 'static)) -> &'static str {
     let Some(refused) = cause.downcast_ref::<std::io::Error>() else { return "" };
     match refused.kind() {
-        // Our own have theirs.
+        // Our own errors name their remedy.
         _ if refused.raw_os_error().is_none() => "",
         ErrorKind::NotFound => "; correct the name",
-        ErrorKind::NotADirectory => "; a folder is needed where a file is, so correct the path",
+        ErrorKind::NotADirectory => {
+            "; the path has a file where a folder is needed, so correct the path"
+        }
         ErrorKind::IsADirectory => "; name a file in this folder",
         ErrorKind::PermissionDenied => "; permit this user to use it, or name another",
         ErrorKind::ReadOnlyFilesystem => "; name a place that can be written to",
@@ -151,7 +153,7 @@ fn remedy(cause: &(dyn std::error::Error + 'static)) -> &'static str {
     }
 }
 
-/// Whether the reader of our output has gone.
+/// Whether the reader of our output has closed the pipe.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error
         .chain()

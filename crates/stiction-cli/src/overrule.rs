@@ -1,4 +1,4 @@
-//! `stiction override`: what people concluded of a valve, kept beside the recordings.
+//! `stiction override`: the conclusions of people about a valve, kept beside the recordings.
 
 use crate::files::{In, Out, STANDARD_INPUT};
 use crate::loops::{Diagnosed, read_all};
@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 use stiction::diagnose::VerdictClass;
 use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
 
-/// Keep what a person concluded of a valve, to be shown beside the computed verdict.
+/// Keep the conclusion of a person about a valve, to show it beside the computed verdict.
 ///
-/// It is kept in stiction-overrides.toml in the folder of the recording, to be read and edited by hand. By
-/// default it holds for the loop of that tag in that very file: not for another loop, another file, or
-/// the same file with other content. With --all-recordings it holds for the tag in all files of the folder,
-/// and then needs --until. The computed verdict is never replaced: both are shown.
+/// It is kept in stiction-overrides.toml in the folder of the recording, a file that can be read and edited by hand.
+/// By default it holds only for this loop in this file with its present content. With --all-recordings it holds for
+/// the tag in all files of the folder, and then needs --until. The computed verdict is never replaced. Both are
+/// shown.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction override FIC101.csv --verdict \"does not stick\" --reason \"new packing, stroked\" --by \"J. Miller\"
@@ -27,17 +27,17 @@ pub struct Args {
     /// The recording; with --list also a folder
     #[arg(value_name = "FILE")]
     file: In,
-    /// The loop, which may be left out if the file has one only
+    /// The loop; may be left out if the file has only one
     #[arg(long = "loop", value_name = "TAG")]
     tag: Option<String>,
-    /// What the valve does: sticks, does not stick, does not respond, or cannot tell
+    /// The verdict: sticks, does not stick, does not respond, or cannot tell
     #[arg(long, value_parser = VerdictClass::by_name, requires = "reason",
           required_unless_present_any = ["list", "remove"])]
     verdict: Option<VerdictClass>,
-    /// Why, in words
+    /// The reason, in words
     #[arg(long, value_parser = not_empty)]
     reason: Option<String>,
-    /// Who says so [default: the user of this system]
+    /// The name of the person [default: the user of this system]
     #[arg(long, value_name = "NAME", value_parser = not_empty)]
     by: Option<String>,
     /// The first day on which it holds, UTC, such as 2026-03-01
@@ -46,16 +46,16 @@ pub struct Args {
     /// The last day on which it holds, UTC
     #[arg(long, value_name = "DATE")]
     until: Option<Date>,
-    /// The day on which it is entered, in place of today
+    /// The day of the entry, instead of today
     #[arg(long, value_name = "DATE")]
     entered: Option<Date>,
-    /// Let it hold for the loop in all recordings of this folder
+    /// Apply to the loop in all recordings of this folder
     #[arg(long)]
     all_recordings: bool,
     /// List the overrides of the folder
     #[arg(long, conflicts_with_all = ["verdict", "remove", "all_recordings"])]
     list: bool,
-    /// Remove the override of the loop in this file, or with --all-recordings that in all
+    /// Remove the override of the loop in this file, or with --all-recordings in all files
     #[arg(long, conflicts_with = "verdict")]
     remove: bool,
     #[command(flatten)]
@@ -71,20 +71,22 @@ fn not_empty(text: &str) -> Result<String, String> {
 
 pub fn run(args: Args) -> Result<()> {
     if args.file.is_standard() {
-        bail!("an override is kept beside a file, and standard input has no place; name the file");
+        bail!(
+            "an override is kept beside a file, so standard input cannot have one; name the file"
+        );
     }
     let path = Overrides::path_beside(&args.file);
     let origin = path.display().to_string();
     if args.list {
         if !args.file.exists() {
-            bail!("{}: there is no such file or folder", args.file.display());
+            bail!("{}: no such file or folder", args.file.display());
         }
         let kept = Overrides::read(&path)?;
         let wanted = |each: &&Override| args.tag.as_ref().is_none_or(|tag| *tag == each.loop_name);
         kept.complaints().for_each(output::note);
         return output::text(&list(kept.all.iter().filter(wanted)));
     }
-    // A link could lead from here to the recording.
+    // A link could point to the recording.
     let path = Out::also(path)?;
     let file_name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     if args.remove {
@@ -103,7 +105,9 @@ pub fn run(args: Args) -> Result<()> {
         bail!("--verdict and --reason are needed");
     };
     if args.all_recordings && args.until.is_none() {
-        bail!("--all-recordings needs --until, the last day on which it holds, such as 2026-12-31");
+        bail!(
+            "--all-recordings needs --until, the last day on which the override holds, such as 2026-12-31"
+        );
     }
     if args.from.zip(args.until).is_some_and(|(from, until)| from > until) {
         bail!("--until is before --from");
@@ -116,11 +120,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     let [(source, recording)] = &recordings[..] else {
         let known: Vec<&str> = recordings.iter().map(|(_, r)| r.name.as_str()).collect();
-        bail!(
-            "{}: say which loop with --loop; there are {}",
-            args.file.display(),
-            known.join(", ")
-        );
+        bail!("{}: choose a loop with --loop; there are {}", args.file.display(), known.join(", "));
     };
     let scope = match args.all_recordings {
         true => Scope::All,
@@ -168,12 +168,12 @@ fn list<'a>(kept: impl Iterator<Item = &'a Override>) -> String {
     if lines.is_empty() { format!("no overrides in {FILE_NAME}\n") } else { lines.concat() }
 }
 
-/// Puts beside each diagnosis what a person concluded of it, from the file beside its recording; what
-/// does not apply, and why, is noted.
+/// Adds to each diagnosis the conclusion of a person from the file beside its recording. Overrides that do not apply
+/// are noted with the reason.
 pub fn apply(loops: &mut [Diagnosed]) -> Result<()> {
     let mut folders: BTreeMap<PathBuf, Overrides> = BTreeMap::new();
     for each in loops {
-        // Beside standard input there is nothing.
+        // Standard input has no file beside it.
         if each.source.file == STANDARD_INPUT {
             continue;
         }

@@ -12,18 +12,18 @@ use stiction_io::scenario::{Scenario, System};
 /// Title of the gallery.
 pub const TITLE: &str = "Control-valve stiction: the paper's figures";
 
-/// What the gallery shows.
-pub const INTRODUCTION: &str = "Every figure with a plot of \u{201c}Modelling and Dynamic Analysis of \
-    Pneumatic Control Valve with Stiction\u{201d}, and one it lacks, simulated. The paper prints no \
-    values of S and J, so those in the tables are ours; its process and controller are as printed. \
-    OP is the controller output and VP the valve position, both in percent of span.";
+/// Introduction of the gallery.
+pub const INTRODUCTION: &str = "Every figure with a plot of \u{201c}Modelling and Dynamic Analysis of Pneumatic \
+    Control Valve with Stiction\u{201d}, and one that it lacks, simulated. The paper prints no values of S and J, so \
+    the tables show ours. Process and controller are as printed. OP is the controller output and VP the valve \
+    position, both in percent of span.";
 
-/// The tool and its version, for the foot of a page.
+/// Name and version of the program, for the foot of a page.
 pub fn tool() -> &'static str {
     concat!("stiction ", env!("CARGO_PKG_VERSION"))
 }
 
-/// A figure with what was needed to make it.
+/// A figure with its parameters.
 #[derive(Debug, Clone)]
 pub struct Drawn {
     /// Name of its files, without extension.
@@ -36,15 +36,15 @@ pub struct Drawn {
     pub parameters: Vec<(String, String, String)>,
     /// A command that simulates the same.
     pub command: String,
-    /// What the lab opens to show the same moving: a scenario that runs there, and its settings; `stem` among them is the
-    /// physical valve.
+    /// The scenario and settings that the lab opens to animate the figure. `stem` among them means the physical
+    /// valve.
     pub moving: (&'static str, Vec<String>),
 }
 
-/// Makes a figure.
+/// A function that makes a figure.
 pub type Make = fn() -> Result<Drawn>;
 
-/// The paper's loop as the figures show it: scenario and settings.
+/// Scenario and settings of the paper's loop as in the figures.
 const PAPER_LOOP: (&str, &[&str]) = ("paper/closed-loop", &["duration=120"]);
 
 /// All figures, in the paper's order.
@@ -90,7 +90,7 @@ fn drawn(
     }
 }
 
-/// The slave of a cascade as a loop of its own, at the set point that it is brought to.
+/// The slave of a cascade as a separate loop, at its final set point.
 fn slave_alone(scenario: &Scenario) -> (&'static str, Vec<String>) {
     let settings = scenario.settings().into_iter().map(|(key, value, _)| (key, value));
     let own = settings.filter(|(key, _)| {
@@ -101,7 +101,7 @@ fn slave_alone(scenario: &Scenario) -> (&'static str, Vec<String>) {
     ("lab/flow", set)
 }
 
-/// The built-in scenario `name` and its valve on a test signal.
+/// The built-in scenario `name`, and its valve on a test signal.
 fn open_loop(name: &str) -> Result<(Scenario, OpenLoopRun)> {
     let scenario = Scenario::open(name, &[])?;
     match &scenario.system {
@@ -138,8 +138,7 @@ fn cascade() -> Result<(Scenario, CascadeRun)> {
     }
 }
 
-/// The stem of parameter set `name` on a slow triangle from 0 to 100 % in 200 s: times and
-/// response.
+/// The stem of parameter set `name` on a slow triangle from 0 to 100 % in 200 s, with times and response.
 fn slow_triangle(name: &str) -> Result<(Stem, Vec<f64>, Response)> {
     let stem = Stem::named(name)?;
     let pressure = |op| stem.parameters().pressure_pa(op);
@@ -197,8 +196,8 @@ fn figure_2() -> Result<Drawn> {
         .y_range(fc - 120.0, fs + 60.0);
     let figure = Figure::new("Force profile during stiction")
         .caption(
-            "The force rises while the stem sticks (a-b), falls as it slips at Fs (b-c), and rises \
-             again (c-d-e): stick-slip of a physical valve on a slow ramp.",
+            "The force rises while the stem sticks (a-b), falls as the stem slips at Fs (b-c), and rises again \
+             (c-d-e). This is the stick-slip of a physical valve on a slow ramp.",
         )
         .with(panel);
     Ok(Drawn {
@@ -213,12 +212,12 @@ fn figure_2() -> Result<Drawn> {
     })
 }
 
-/// One figure the paper lacks: its data-driven model beside the physical one it stands for.
+/// A figure that the paper lacks, with its data-driven model beside the corresponding physical one.
 fn figure_physical() -> Result<Drawn> {
     let mut figure = Figure::new("Data-driven against physical model on the same input")
         .caption(
-            "Where static friction acts only at rest the stem slides and two-phase describes it \
-             (left); where friction falls with velocity it moves in steps, as in He's model (right).",
+            "If static friction acts only at rest, the stem slides and two-phase describes it (left). If friction \
+             falls with velocity, the stem moves in steps, as in He's model (right).",
         )
         .columns(2)
         .width(1000.0);
@@ -229,7 +228,7 @@ fn figure_physical() -> Result<Drawn> {
     ] {
         let (stem, _, response) = slow_triangle(name)?;
         let p = stem.parameters();
-        // Where the stem would rest without friction, in percent of stroke.
+        // The position of the stem without friction, in percent of stroke.
         let demand: Vec<f64> = response
             .samples
             .iter()
@@ -268,7 +267,7 @@ fn figure_physical() -> Result<Drawn> {
 fn figure_3() -> Result<Drawn> {
     let (s, j) = (10.0, 4.0);
     let bands = Bands::from_s_j(s, j)?;
-    // Up, down, up again with a pause: shown is the loop from the upper turning point on.
+    // The signal moves up, down, and up again with a pause. The figure begins at the upper turning point.
     let (low, high, pause) = (30.0, 70.0, 52.0);
     let leg = |from: f64, to: f64| {
         let n = (f64::abs(to - from) / 0.02).round() as usize;
@@ -300,11 +299,7 @@ fn figure_3() -> Result<Drawn> {
         .note(Annotation::dimension(a, c, "S", -74.0))
         .note(Annotation::dimension(c, d, "slip jump J", 26.0))
         .note(Annotation::arrow("moving phase", (53.0, 40.0), (45.5, 45.5 - bands.fd())))
-        .note(Annotation::arrow(
-            "after a pause only J is to overcome",
-            (60.0, 44.5),
-            (f.0 - 1.0, f.1),
-        ))
+        .note(Annotation::arrow("only J after a pause", (60.0, 44.5), (f.0 - 1.0, f.1)))
         .note(Annotation::text("A", (a.0 - 1.2, a.1)))
         .note(Annotation::text("B", (b.0, b.1 + 1.2)))
         .note(Annotation::text("C", (c.0 - 1.2, c.1 + 1.2)))
@@ -318,9 +313,9 @@ fn figure_3() -> Result<Drawn> {
         .legend(Legend::TopLeft);
     let figure = Figure::new("Typical behaviour of a sticking valve")
         .caption(
-            "After a reversal the input must cross dead band and stick band (A to C) before the \
-             stem jumps by J (C to D) and moves (D to E); after a pause in the same direction it \
-             must cross the stick band only (E to F).",
+            "After a reversal the input must cross dead band and stick band (A to C) before the stem jumps by J (C \
+             to D) and moves (D to E). After a pause in the same direction it must cross only the stick band (E to \
+             F).",
         )
         .width(760.0)
         .panel_height(560.0)
@@ -364,8 +359,8 @@ fn figure_6() -> Result<Drawn> {
 fn figure_7() -> Result<Drawn> {
     let (scenario, done) = open_loop("paper/open-loop-deadband")?;
     let figure = run::open_loop("Valve with dead band", &done).caption(
-        "With J = 0 the position waits for the input to cross the dead band S at every reversal, \
-         and does not jump.",
+        "With J = 0 the position waits at every reversal until the input has crossed the dead band S. It does not \
+         jump.",
     );
     Ok(drawn("figure-07-dead-band", "7", &scenario, figure, ("paper/open-loop-deadband", &[])))
 }
@@ -373,7 +368,7 @@ fn figure_7() -> Result<Drawn> {
 fn figure_8() -> Result<Drawn> {
     let (scenario, done) = open_loop("paper/open-loop-stiction")?;
     let figure = run::open_loop("Valve with stiction and dead band", &done)
-        .caption("With J above 0 the stem jumps by J as it breaks away at every reversal.");
+        .caption("With J above 0 the stem jumps by J when it breaks away at every reversal.");
     Ok(drawn("figure-08-stiction", "8", &scenario, figure, ("paper/open-loop-stiction", &[])))
 }
 
@@ -400,7 +395,7 @@ fn figure_10() -> Result<Drawn> {
 fn figure_11() -> Result<Drawn> {
     let (scenario, done) = open_loop("paper/open-loop-high")?;
     let figure = run::open_loop("Valve response in the presence of high stiction", &done).caption(
-        "Position against input is a staircase: flats of S at a reversal, then jumps of J.",
+        "Position over input is a staircase, with flats of S at a reversal, then jumps of J.",
     );
     Ok(drawn("figure-11-high-stiction", "11", &scenario, figure, ("paper/open-loop-high", &[])))
 }
@@ -408,7 +403,7 @@ fn figure_11() -> Result<Drawn> {
 fn figure_13() -> Result<Drawn> {
     let (scenario, done) = closed_loop()?;
     let figure = run::closed_loop("Closed-loop response in the presence of stiction", &done)
-        .caption("The loop cycles: rectangular valve movement, triangular OP and PV.");
+        .caption("The loop cycles, with rectangular valve movement and triangular OP and PV.");
     Ok(drawn("figure-13-closed-loop", "13", &scenario, figure, PAPER_LOOP))
 }
 
@@ -423,7 +418,7 @@ fn figure_14() -> Result<Drawn> {
         .with(Series::line("VP", settled(&done.op), settled(&done.vp)).colour(colour::VERMILION))
         .equal_aspect();
     let figure = Figure::new("Controller output against valve position")
-        .caption("The map shows the valve alone: flats while it sticks, jumps of J.")
+        .caption("The map shows the valve alone, with flats while it sticks and jumps of J.")
         .width(640.0)
         .panel_height(460.0)
         .with(panel);
@@ -433,7 +428,7 @@ fn figure_14() -> Result<Drawn> {
 fn figure_15() -> Result<Drawn> {
     let (scenario, done) = closed_loop()?;
     let figure = op_pv_figure("Controller output against process output", &done).caption(
-        "Seen through the process the parallelogram becomes an ellipse with sharp turning points.",
+        "Through the process the parallelogram becomes an ellipse with sharp turning points.",
     );
     Ok(drawn("figure-15-op-pv", "15", &scenario, figure, PAPER_LOOP))
 }
@@ -442,8 +437,8 @@ fn figure_16() -> Result<Drawn> {
     let (scenario, done) = cascade()?;
     let title = "Step response of a flow loop with stiction, slave of a temperature";
     let mut figure = run::cascade(title, &done).caption(
-        "A simulated laboratory flow loop: 1,100 samples of 0.01 s; the temperature steps at \
-         1 s, the flow follows and cycles.",
+        "A simulated laboratory flow loop with 1,100 samples of 0.01 s. The temperature set point steps at 1 s, and \
+         the flow follows and cycles.",
     );
     for (panel, label) in figure.panels.iter_mut().zip(["temperature (degrees)", "flow (%)"]) {
         panel.y_label = label.to_owned();
@@ -456,8 +451,9 @@ fn figure_16() -> Result<Drawn> {
 fn figure_17() -> Result<Drawn> {
     let (scenario, done) = cascade()?;
     let mut figure =
-        op_pv_figure("Controller output against flow of the laboratory loop", &done.slave)
-            .caption("With sharp turning points, like the simulated loop's map in Figure 15.");
+        op_pv_figure("Controller output against flow of the laboratory loop", &done.slave).caption(
+            "It has sharp turning points, like the map of the simulated loop in Figure 15.",
+        );
     figure.panels[0].y_label = "flow (%)".to_owned();
     let moving = slave_alone(&scenario);
     let drawn = drawn("figure-17-flow-op-pv", "17", &scenario, figure, ("paper/flow-cascade", &[]));

@@ -22,10 +22,10 @@ use stiction_plant::scan::{Manifest, Progress};
 use stiction_plant::week::Week;
 use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
 
-/// Judge all loops of a plant, day by day, and keep what was found.
+/// Judge all loops of a plant, day by day, and keep the results.
 ///
-/// A plant is a folder with plant.toml, which names its data. Every loop is judged for every day, and the
-/// results are kept in .stiction beside it as Parquet, so that the next scan judges only what is new.
+/// A plant is a folder with plant.toml, which names its data. Every loop is judged for every day. The results are
+/// kept as Parquet in .stiction beside it, so that the next scan judges only new data.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction plant demo --loops 8 --days 2 -o north
@@ -37,9 +37,9 @@ use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
   stiction plant -C north override FIC1003 \"does not stick\" --reason \"stroked on the bench\"
   stiction plant -C refinery init export")]
 pub struct Args {
-    /// The folder of the plant; all paths are from there on
+    /// The folder of the plant; all paths are relative to it
     #[arg(short = 'C', long = "folder", value_name = "PLANT", default_value = ".", global = true)]
-    // Read and written, within what the store guards: no file of a run.
+    // Read and written under the guard of the store, so not a file of a run.
     folder: String,
     #[command(subcommand)]
     task: Task,
@@ -49,32 +49,32 @@ pub struct Args {
 enum Task {
     /// Propose plant.toml for files or folders of data, with doubts as comments
     Init(Init),
-    /// Read plant.toml and all data: which loops and days are there, and what is wrong; judges nothing
+    /// Read plant.toml and all data without judging them, and list loops, days and problems
     #[command(after_help = EXIT_CODES)]
     Check {
         /// Print the results as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Judge what is new: days that were not there, files that have changed. It may be ended at any time
+    /// Judge new days and changed files. May be interrupted at any time
     Scan(Scan),
-    /// Tell what was judged so far
+    /// Summarise the results so far
     Status {
         /// Print the results as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Write the page of a week and its tables: what to do first, what changed, work orders
+    /// Write the page and the tables of a week: actions, changes and work orders
     Report(Report),
     /// Print the work orders of a week
     Orders(Orders),
-    /// Enter what a person concluded of a valve, which stands beside the computed verdict and decides what to do
+    /// Enter a person's verdict on a valve, which is shown beside the computed one and decides the action
     Override(Override),
-    /// Enter a note about a loop, a repair of its valve, or an order that was placed
+    /// Enter a note about a loop, a repair of its valve, or a placed order
     Note(Note),
-    /// Take a loop out of the list of work until a day
+    /// Remove a loop from the work list until a day
     Snooze(Snooze),
-    /// Write a plant with known truth, to try all this on: plant.toml, data, truth.csv
+    /// Write a plant with known truth to try this out: plant.toml, data, truth.csv
     Demo(Demo),
 }
 
@@ -82,15 +82,15 @@ enum Task {
 #[command(after_help = "Examples:
   stiction plant -C north report
   stiction plant -C north report --week 2026-W10 --pages 50
-  stiction plant -C north report --fail-on new-sticking  # exit code 1 if a valve sticks that did not")]
+  stiction plant -C north report --fail-on new-sticking  # exit code 1 if a valve newly sticks")]
 struct Report {
     /// The week, such as 2026-W10 [default: the last one with windows]
     #[arg(long, value_name = "WEEK")]
     week: Option<Week>,
-    /// Write a page for so many of the worst loops, besides those that changed and are watched
+    /// Write a page for this many of the worst loops, besides those that changed or are watched
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pages: u32,
-    /// End with exit code 1 if this was found
+    /// End with exit code 1 in this case
     #[arg(long, value_name = "WHAT")]
     fail_on: Option<FailOn>,
     /// Print the results as JSON
@@ -98,10 +98,10 @@ struct Report {
     json: bool,
 }
 
-/// What a report can fail on.
+/// Conditions on which a report can fail.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum FailOn {
-    /// A valve sticks that did not before, and is not snoozed
+    /// A valve sticks that did not stick before, and is not snoozed
     NewSticking,
 }
 
@@ -123,10 +123,10 @@ struct Override {
     /// The loop
     #[arg(value_name = "TAG")]
     tag: String,
-    /// What the valve does: sticks, does not stick, does not respond, or cannot tell, which takes an override back
+    /// The verdict: sticks, does not stick, does not respond, or cannot tell, which removes an override
     #[arg(value_parser = VerdictClass::by_name)]
     verdict: VerdictClass,
-    /// Why, in words
+    /// The reason, in words
     #[arg(long)]
     reason: String,
     /// The last day on which it holds
@@ -145,9 +145,9 @@ struct Note {
     /// The loop
     #[arg(value_name = "TAG")]
     tag: String,
-    /// What there is to say
+    /// The text of the note
     text: String,
-    /// The valve was repaired on that day: what came before says nothing of it any more
+    /// The valve was repaired on that day, so earlier data no longer count
     #[arg(long)]
     repair: bool,
     /// A work order was placed
@@ -164,23 +164,23 @@ struct Snooze {
     /// The loop
     #[arg(value_name = "TAG")]
     tag: String,
-    /// The day on which to look again
+    /// The day on which the loop returns to the list
     #[arg(long, value_name = "DAY", value_parser = day::parse)]
     until: i64,
-    /// Why
+    /// The reason
     #[arg(default_value = "", hide_default_value = true)]
     text: String,
     #[command(flatten)]
     by: By,
 }
 
-/// Who enters something, and when.
+/// Author and day of an entry.
 #[derive(Parser)]
 struct By {
-    /// Who says so [default: the user of this system]
+    /// The name of the person [default: the user of this system]
     #[arg(long, value_name = "NAME")]
     by: Option<String>,
-    /// The day it was done, in place of today
+    /// The day of the event, instead of today
     #[arg(long, value_name = "DAY", value_parser = day::parse)]
     day: Option<i64>,
 }
@@ -192,13 +192,13 @@ struct Init {
     data: Vec<String>,
 }
 
-/// What the exit code of a scan and of a check says.
+/// Exit codes of a scan and of a check.
 const EXIT_CODES: &str = "Exit codes:
   0  all recordings were read, and everything new was judged
   2  some files or loops could not be read, each with a message, and everything else was judged; or
-     nothing could be done, and the only message says why
+     nothing could be done, and a single message says why
 
-A table without an OP, such as a list of tags, is no recording: a note lists it.";
+A table without an OP, such as a list of tags, is not a recording. A note lists it.";
 
 #[derive(Parser)]
 #[command(after_help = EXIT_CODES)]
@@ -206,16 +206,16 @@ struct Scan {
     /// Judge windows from this day on, such as 2026-03-01
     #[arg(long, value_name = "DAY", value_parser = day::parse)]
     since: Option<i64>,
-    /// Judge loops whose names fit this pattern, such as "FIC*"
+    /// Judge only loops whose names match this pattern, such as "FIC*"
     #[arg(long, value_name = "GLOB")]
     loops: Option<String>,
     /// Threads to use [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Memory to use, such as 500MB or 2GB; files other than Parquet are read whole all the same
+    /// Memory to use, such as 500MB or 2GB; files other than Parquet are always read whole
     #[arg(long, value_name = "SIZE", value_parser = size, default_value = "500MB")]
     memory: u64,
-    /// Judge all again, not only what is new
+    /// Judge everything again, not only new data
     #[arg(long)]
     again: bool,
     /// Print the results as JSON
@@ -234,7 +234,7 @@ struct Demo {
     /// Seed of the plant
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Folder to write to; made if it is not there
+    /// Folder to write to; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: Out,
 }
@@ -271,7 +271,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
 fn init(folder: &Path, of: &Init) -> Result<()> {
     let path = folder.join(plant_file::NAME);
     if path.exists() && !replaced::is_forced() {
-        bail!("{} is there already; --force writes over it", path.display());
+        bail!("{} exists already; --force overwrites it", path.display());
     }
     let whole = std::fs::canonicalize(folder).with_context(|| folder.display().to_string())?;
     let name =
@@ -328,10 +328,10 @@ fn check(folder: &Path, json: bool) -> Result<ExitCode> {
     ended(files, &checked.problems)
 }
 
-/// Tells the problems; without a file, or with a problem, what was asked could not all be done.
+/// Prints the problems. The exit code is 2 if there are any, and missing files are an error.
 fn ended(files: usize, problems: &[Problem]) -> Result<ExitCode> {
     if files == 0 {
-        bail!("no file is there that data in {} names", plant_file::NAME);
+        bail!("no file matches data in {}", plant_file::NAME);
     }
     for problem in problems {
         let _ = writeln!(std::io::stderr(), "stiction: {}", problem.words());
@@ -339,7 +339,7 @@ fn ended(files: usize, problems: &[Problem]) -> Result<ExitCode> {
     Ok(if problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(2) })
 }
 
-/// Bytes, from such as `500MB` or `2GB`.
+/// Bytes, from text such as `500MB` or `2GB`.
 fn size(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == ' ');
     let unit: u64 = match text[digits.len()..].trim().to_ascii_uppercase().as_str() {
@@ -347,10 +347,10 @@ fn size(text: &str) -> Result<u64, String> {
         "GB" => 1 << 30,
         _ => return Err("give it in MB or GB, such as 500MB".to_owned()),
     };
-    let number: f64 = digits.parse().map_err(|_| format!("\"{digits}\" is no number"))?;
+    let number: f64 = digits.parse().map_err(|_| format!("\"{digits}\" is not a number"))?;
     let bytes = number * unit as f64;
     if !(64.0 * 1048576.0..=1e15).contains(&bytes) {
-        return Err("must be 64MB at least".to_owned());
+        return Err("must be at least 64MB".to_owned());
     }
     Ok(bytes as u64)
 }
@@ -385,8 +385,7 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
     if of.json {
         output::json(&done)?;
     } else {
-        let run =
-            done.run.as_ref().map_or("nothing was new".to_owned(), |run| format!("run {run}"));
+        let run = done.run.as_ref().map_or("nothing new".to_owned(), |run| format!("run {run}"));
         output::line(format!(
             "{} windows judged, {} of them with an error; {} loops in {} files; {run}",
             done.windows, done.errors, done.loops, done.files
@@ -420,7 +419,7 @@ fn status(folder: &Path, json: bool) -> Result<()> {
     }
     if status.cut_short > 0 {
         text += &format!(
-            "{} did not come to the end; another scan judges what was left\n",
+            "{} did not finish; another scan judges the rest\n",
             counted(status.cut_short, "run")
         );
     }
@@ -503,7 +502,7 @@ fn ordered(folder: &Path, of: &Orders) -> Result<()> {
     output::text(&format!("{text}{orders}, {}, week {}\n", document.plant, document.week))
 }
 
-/// What an entry is: its kind, a verdict, the last day, and words.
+/// The content of an entry: kind, verdict, last day, and text.
 type Said = (Kind, Option<VerdictClass>, Option<i64>, String);
 
 fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -> Result<()> {

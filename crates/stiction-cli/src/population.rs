@@ -9,12 +9,12 @@ use stiction::population::{self, LoopKind, Simulated};
 use stiction_io::table;
 use stiction_io::whole::WholeFile;
 
-/// Simulate a population of loops with known truth, to train or to measure a method.
+/// Simulate a population of loops with known truth, to train or to test a method.
 ///
-/// Writes a folder: a recording a loop, loop-NUMBER.csv with the columns t, sp, pv, op; truth.csv, a row
-/// a loop with its kind, whether and how much its valve sticks, and everything that was drawn; and
-/// index.csv, which stiction bench --labels reads. What is drawn is told in docs/population.md. The same
-/// seed gives the same files on every machine.
+/// Writes a folder with a recording per loop, loop-NUMBER.csv with the columns t, sp, pv, op; with truth.csv, which
+/// has a row per loop with its kind, its S and J and all other drawn properties; and with index.csv, which stiction
+/// bench --labels reads. docs/population.md explains the properties. The same seed gives the same files on every
+/// machine.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction population --n 1000 --seed 7 -o loops
@@ -27,18 +27,18 @@ pub struct Args {
     /// Seed of the population
     #[arg(long, default_value_t = 1, value_name = "SEED")]
     seed: u64,
-    /// Folder to write to; made if it is not there
+    /// Folder to write to; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: Out,
-    /// Loops of this kind only, such as "sticky valve"; of the seeds from SEED on
+    /// Simulate only loops of this kind, such as "sticky valve", with the seeds from SEED on
     #[arg(long, value_name = "NAME")]
     kind: Option<String>,
-    /// Write the valve position too; methods that measure it then have the answer before them
+    /// Write the valve position too; this gives the answer away to methods that use it
     #[arg(long)]
     vp: bool,
 }
 
-/// Loops held in memory at a time.
+/// Number of loops held in memory at a time.
 const BATCH: u64 = 256;
 
 pub fn run(args: Args) -> Result<()> {
@@ -48,9 +48,12 @@ pub fn run(args: Args) -> Result<()> {
     folder.make_folder()?;
     if !replaced::is_forced() && std::fs::read_dir(&**folder).with_context(named)?.next().is_some()
     {
-        bail!("{} is not empty; --force writes to it, over files of the same name", named());
+        bail!(
+            "{} is not empty; --force writes to it and overwrites files of the same name",
+            named()
+        );
     }
-    // They say that the folder is whole, so they come last; those of another population would not be of this one.
+    // They mark the folder as complete, so they come last. Those of another population would not fit.
     let (truth, listed) = (folder.inside("truth.csv")?, folder.inside("index.csv")?);
     let open = |path: &Out| {
         let _ = std::fs::remove_file(&**path);
@@ -127,14 +130,14 @@ fn write_recording(folder: &Out, name: &str, simulated: &Simulated, vp: bool) ->
     output::write(Some(&folder.inside(format!("{name}.csv"))?), recorded(simulated, vp).as_bytes())
 }
 
-/// What a plant would have recorded of a loop, as CSV; with the valve position if that is asked for.
+/// A loop as a plant would have recorded it, as CSV, optionally with the valve position.
 pub fn recorded(simulated: &Simulated, vp: bool) -> String {
     let recording = &simulated.recording;
     let op = &recording.op;
     let times = table::times(simulated.truth.facts.sample_time_s, op.values.len());
     let mut columns = vec![("t", Some(&times[..]))];
     let measured = [("sp", &recording.sp), ("pv", &recording.pv)];
-    // A column without values would be taken for a signal that is missing throughout.
+    // An empty column would be interpreted as a signal that is missing throughout.
     let there =
         measured.iter().filter_map(|(name, x)| x.as_ref().map(|x| (*name, Some(&x.values[..]))));
     columns.extend(there.chain([("op", Some(&op.values[..]))]));

@@ -1,11 +1,11 @@
-//! Progress of long work: a bar on a terminal, nothing in a pipe.
+//! Progress of long work, shown as a bar on a terminal and not in a pipe.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::Duration;
 
-/// A bar that counts up to `total` pieces of work. Whoever calls it clears it.
+/// A bar that counts up to `total` pieces of work. The caller clears it.
 pub fn bar(what: &'static str, total: usize) -> ProgressBar {
-    // One piece needs no bar; and indicatif draws on terminals only.
+    // One piece needs no bar, and indicatif draws only on terminals.
     let bar = if total < 2 || crate::output::is_quiet() {
         ProgressBar::hidden()
     } else {
@@ -17,7 +17,7 @@ pub fn bar(what: &'static str, total: usize) -> ProgressBar {
     bar.with_message(what)
 }
 
-/// A sign that work goes on whose pieces are not known. Whoever calls it clears it.
+/// A spinner for work with an unknown number of pieces. The caller clears it.
 pub fn spinner(what: &'static str) -> ProgressBar {
     if crate::output::is_quiet() {
         return ProgressBar::hidden();

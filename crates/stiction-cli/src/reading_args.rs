@@ -1,4 +1,4 @@
-//! The options that say what a file of recordings holds, shared by all commands that read one.
+//! The options on how files of recordings are interpreted, shared by all commands that read one.
 
 use crate::files::In;
 use crate::input;
@@ -11,54 +11,53 @@ use stiction_io::options::Mapped;
 use stiction_io::timestamp::{TimeFormat, Zone};
 use stiction_io::{ReadOptions, Remedy, Wording};
 
-/// What the user says of the files; all of it can be left to be recognised.
+/// The user's information on the files. All of it is optional.
 #[derive(Debug, Clone, clap::Args)]
-#[command(next_help_heading = "What the files hold")]
+#[command(next_help_heading = "Interpretation of the files")]
 pub struct Reading {
-    /// Say what a column or tag is: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality
-    /// and so on, or ignore; FIC101.op is that of one loop. May be given several times
+    /// Set the role of a column or tag: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality and so on,
+    /// or ignore; FIC101.op is a role in one loop. May be given several times
     #[arg(long, value_name = "ROLE=COLUMN")]
     map: Vec<Mapped>,
-    /// Read more of what the files hold from this TOML file [default: of each file the one that is kept beside it,
-    /// such as FIC101.csv.mapping.toml; else stiction.toml, if it is there]
+    /// Read further settings on the files from this TOML file [default: the one beside each file, such as
+    /// FIC101.csv.mapping.toml, else an existing stiction.toml]
     #[arg(long, value_name = "FILE")]
     mapping: Option<In>,
     /// Time zone of times without one, such as Europe/Berlin or +01:00
     #[arg(long)]
     zone: Option<Zone>,
-    /// How times are written: a pattern such as "%d/%m/%Y %H:%M:%S", or day-first, month-first,
-    /// year-first, epoch-s, epoch-ms, epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel,
-    /// excel-1904, datenum, seconds, milliseconds, microseconds, nanoseconds, minutes, hours, days
+    /// Format of times: a pattern such as "%d/%m/%Y %H:%M:%S", or day-first, month-first, year-first, epoch-s,
+    /// epoch-ms, epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel, excel-1904, datenum, seconds,
+    /// milliseconds, microseconds, nanoseconds, minutes, hours, days
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<TimeFormat>,
-    /// Time between rows in s, in place of a column of times
+    /// Time between rows in s, instead of a column of times
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     sample_time: Option<f64>,
-    /// The values of OP that are 0 % and 100 %
+    /// The values of OP at 0 % and 100 %
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     op_range: Option<(f64, f64)>,
-    /// The values of PV that are 0 % and 100 %
+    /// The values of PV at 0 % and 100 %
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pv_range: Option<(f64, f64)>,
-    /// The values of VP that are 0 % and 100 %
+    /// The values of VP at 0 % and 100 %
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     vp_range: Option<(f64, f64)>,
-    /// What the loops control: flow, level, pressure, temperature, analysis, self-regulating,
-    /// integrating or unknown
+    /// Type of the loops: flow, level, pressure, temperature, analysis, self-regulating, integrating or unknown
     #[arg(long = "type", value_name = "TYPE", value_parser = LoopType::by_name)]
     loop_type: Option<LoopType>,
-    /// A word that stands for a bad value in the place of a number; may be given several times
+    /// A word that marks a bad value instead of a number; may be given several times
     #[arg(long, value_name = "WORD")]
     bad_text: Vec<String>,
 }
 
 impl Reading {
-    /// The zone of times without one, if it is given.
+    /// The zone of times without one, if given.
     pub fn zone(&self) -> Result<Option<Zone>> {
         Ok(self.options()?.zone)
     }
 
-    /// The options, those of the command line before those of the mapping file.
+    /// The options. The command line takes precedence over the mapping file.
     pub fn options(&self) -> Result<ReadOptions> {
         let mapping = match &self.mapping {
             None => settings().map(In::also).transpose()?,
@@ -67,7 +66,7 @@ impl Reading {
         self.over(mapping.as_ref())
     }
 
-    /// The options of each file: what is kept beside one holds in place of settings that nobody named.
+    /// The options of each file. A mapping beside a file takes precedence over default settings.
     pub fn options_of(&self, files: &[In]) -> Result<Vec<Result<ReadOptions>>> {
         let of_all = self.options()?;
         let of_one = |file: &In| match self.own_mapping(file)? {
@@ -77,7 +76,7 @@ impl Reading {
         Ok(files.iter().map(of_one).collect())
     }
 
-    /// The mapping that is kept beside a file, if it is wanted.
+    /// The mapping kept beside a file, if it is to be used.
     fn own_mapping(&self, file: &In) -> Result<Option<In>> {
         if self.mapping.is_some() || file.is_standard() || IGNORED.load(Ordering::Relaxed) {
             return Ok(None);
@@ -87,11 +86,11 @@ impl Reading {
             return Ok(None);
         }
         let path = own.display();
-        crate::output::note(format!("{path} holds (--no-config leaves it out)"));
+        crate::output::note(format!("using {path} (--no-config ignores it)"));
         In::also(own).map(Some)
     }
 
-    /// What the command line says, and of what it leaves open what a mapping file says.
+    /// The options of the command line, completed from a mapping file.
     fn over(&self, mapping: Option<&In>) -> Result<ReadOptions> {
         let given = self.clone();
         let mut options = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
@@ -110,16 +109,16 @@ impl Reading {
     }
 }
 
-/// Whether settings that nobody named are left alone.
+/// Whether default settings are ignored.
 static IGNORED: AtomicBool = AtomicBool::new(false);
 
-/// Looks for no settings from now on.
+/// Ignores default settings from now on.
 pub fn ignore_settings() {
     IGNORED.store(true, Ordering::Relaxed);
 }
 
-/// What holds for all files here, or for all of this user: `stiction.toml` in the present folder, else `config.toml` in
-/// the folder `stiction` of the user's settings. They are mapping files.
+/// The mapping file for all files here or for all of this user: `stiction.toml` in the present folder, else
+/// `config.toml` in the folder `stiction` of the user's settings.
 fn settings() -> Option<PathBuf> {
     static FOUND: OnceLock<Option<PathBuf>> = OnceLock::new();
     let look = || {
@@ -127,7 +126,7 @@ fn settings() -> Option<PathBuf> {
         let mut places = [Some(PathBuf::from("stiction.toml")), of_user].into_iter().flatten();
         let found = places.find(|path| path.is_file())?;
         let path = found.display();
-        crate::output::note(format!("settings of {path} hold (--no-config leaves them out)"));
+        crate::output::note(format!("using settings of {path} (--no-config ignores them)"));
         Some(found)
     };
     match IGNORED.load(Ordering::Relaxed) {
@@ -139,7 +138,7 @@ fn settings() -> Option<PathBuf> {
 /// Remedies as options of the command: `--map op=COLUMN`.
 const FLAGS: Wording = Wording(|remedy| {
     let (option, value) = (remedy.option().replace('_', "-"), remedy.value());
-    // What stands in the file may have spaces in it; what the user is to replace has none.
+    // A value from the file may contain spaces. A placeholder for the user has none.
     let quoted = match remedy {
         Remedy::Map { column, .. } => column.is_some(),
         Remedy::BadText(_) => true,
@@ -165,5 +164,5 @@ fn range(text: &str) -> Result<(f64, f64), String> {
         let (low, high) = (low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?);
         (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
     });
-    ends.ok_or_else(|| "must be two numbers, the lower first, such as 0,100".to_owned())
+    ends.ok_or_else(|| "must be two numbers, the lower one first, such as 0,100".to_owned())
 }

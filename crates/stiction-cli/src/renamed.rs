@@ -1,15 +1,15 @@
-//! Options that had other names: they go on working, with a note.
+//! Former names of options, which still work, with a note.
 
 use std::ffi::OsString;
 
-/// Command, its former option and the present one.
+/// Command, former name of the option, and present name.
 const RENAMED: [(&str, &str, &str); 3] = [
     ("figures", "--out", "--output"),
     ("bench", "--html", "--report"),
     ("stem", "--with", "--set"),
 ];
 
-/// The arguments with the present names of options, and what to tell of those that have another.
+/// The arguments with present names of options, and notes on former names.
 pub fn present(arguments: impl IntoIterator<Item = OsString>) -> (Vec<OsString>, Vec<String>) {
     let mut all: Vec<OsString> = arguments.into_iter().collect();
     let mut notes = vec![];
@@ -21,14 +21,14 @@ pub fn present(arguments: impl IntoIterator<Item = OsString>) -> (Vec<OsString>,
         let (name, value) =
             word.split_once('=').map_or((word, None), |(name, value)| (name, Some(value)));
         let next = all.get(k + 1).and_then(|next| next.to_str());
-        // A set of parameters was named where a parameter is changed now.
+        // A set of parameters was once named with the option that now changes a parameter.
         let named = value.or(next).is_some_and(|value| !value.contains('='));
         let now = match RENAMED.iter().find(|(of, was, _)| *of == command && *was == name) {
             Some((.., now)) => now,
             None if command == "stem" && name == "--set" && named => "--parameters",
             None => continue,
         };
-        notes.push(format!("{name} of stiction {command} is called {now} now"));
+        notes.push(format!("{name} of stiction {command} is now called {now}"));
         let written = value.map_or(now.to_owned(), |value| format!("{now}={value}"));
         all[k] = written.into();
     }

@@ -1,8 +1,8 @@
-//! What stands where an output goes, and whether that may be lost.
+//! Decides whether an output may replace an existing file.
 //!
-//! A pattern in the wrong place, as in `diagnose --csv *.csv`, names a recording as the output. So what holds data is replaced
-//! only by a table of the same columns, as a second run of the same command writes, or with `--force`. Pages, drawings
-//! and texts can be made again, and are replaced without a word.
+//! A pattern in the wrong place, as in `diagnose --csv *.csv`, names a recording as the output. So a file with data
+//! is replaced only by a table with the same columns, as a second run of the same command writes, or with `--force`.
+//! Pages, drawings and texts can be made again, and are replaced without a message.
 
 use anyhow::{Context, Result, bail};
 use std::fs::File;
@@ -10,7 +10,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How much of a file decides, in bytes.
+/// Number of bytes that are compared.
 const HEAD: u64 = 1 << 16;
 
 static FORCED: AtomicBool = AtomicBool::new(false);
@@ -25,9 +25,9 @@ pub fn is_forced() -> bool {
     FORCED.load(Ordering::Relaxed)
 }
 
-/// Refuses to put `new` in the place of the file at `path` if that holds data which `new` does not bring again.
+/// Refuses to replace the file at `path` by `new` if it has data that `new` does not contain.
 pub fn check(path: &Path, new: &[u8]) -> Result<()> {
-    // Of a device or pipe nothing is lost, and to read it could take for ever.
+    // A device or pipe loses nothing, and reading it could take forever.
     if is_forced() || !path.is_file() {
         return Ok(());
     }
@@ -38,8 +38,8 @@ pub fn check(path: &Path, new: &[u8]) -> Result<()> {
         return Ok(());
     }
     bail!(
-        "{} is there already, and holds other data than this run writes, such as a recording; name another file, or \
-         give --force to lose it",
+        "{} exists already, with other data than this run writes, such as a recording; name another file, or give \
+         --force to overwrite it",
         named()
     );
 }
@@ -47,13 +47,13 @@ pub fn check(path: &Path, new: &[u8]) -> Result<()> {
 /// Whether a file that begins with `old` may be replaced by `new`.
 fn may_replace(old: &[u8], new: &[u8]) -> bool {
     if old.contains(&0) {
-        // Parquet, MATLAB, PNG, archives: by how they begin.
+        // Parquet, MATLAB, PNG and archives, by their first bytes.
         return new.get(..4) == old.get(..4);
     }
     let text = String::from_utf8_lossy(old);
     let is_page = text.trim_start().starts_with('<');
     let mut lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
-    // The last one may be cut off.
+    // The last line may be cut off.
     if old.len() as u64 == HEAD && lines.len() > 1 {
         lines.pop();
     }

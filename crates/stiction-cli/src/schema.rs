@@ -1,4 +1,4 @@
-//! `stiction schema`: what the JSON of the other subcommands holds.
+//! `stiction schema`: describes the JSON of the other subcommands.
 
 use crate::{
     bench, compensate, fit, fmu, inspect, limit_cycle, output, plant, simulate, stem, valve_test,
@@ -9,10 +9,10 @@ use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use stiction_report::document::{self, schema_of};
 
-/// What has a schema: its name, and what writes the schema.
+/// The name of a document, and a function that writes its schema.
 pub type Described = (&'static str, fn() -> String);
 
-/// All that have one.
+/// All documents with a schema.
 pub const SCHEMAS: [Described; 23] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
@@ -39,13 +39,13 @@ pub const SCHEMAS: [Described; 23] = [
     ("fmu-variables", schema_of::<fmu::Variables>),
 ];
 
-/// Print the JSON schema of what a subcommand prints with --json.
+/// Print the JSON schema of the document that a subcommand prints with --json.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction schema diagnosis
   stiction schema history > history.schema.json")]
 pub struct Args {
-    /// The document that is described
+    /// The document
     #[arg(value_name = "DOCUMENT", value_parser = PossibleValuesParser::new(SCHEMAS.map(|(name, _)| name)))]
     document: String,
 }

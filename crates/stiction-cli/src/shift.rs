@@ -1,4 +1,4 @@
-//! `stiction shift`: how far recordings are from the simulated loops that the verdict was trained on.
+//! `stiction shift`: the difference between recordings and the simulated loops of the verdict's training.
 
 use crate::files::{In, Out};
 use crate::output::Sheet;
@@ -14,9 +14,9 @@ use stiction::recording::{Grid, GridOptions, Recording};
 
 /// Compare recordings with the simulated loops that the verdict was trained on, without any label.
 ///
-/// For every feature of the evidence: the place of the recorded values among the simulated ones. 0.5
-/// means alike; near 0 or 1 the recordings are unlike anything simulated, and a verdict on them is worth
-/// less than it says. The largest differences stand first.
+/// For every feature of the evidence, shows the rank of the recorded values among the simulated ones. 0.5 means
+/// alike. Near 0 or 1 the recordings are unlike all simulated loops, and verdicts on them are less reliable than
+/// stated. The largest differences come first.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction shift plant/*.csv
@@ -25,13 +25,13 @@ pub struct Args {
     /// CSV, Parquet or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<In>,
-    /// Show only so many features
+    /// Show only this many features
     #[arg(long, value_name = "K")]
     top: Option<usize>,
     /// Write all features to this CSV file; - is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<Out>,
-    // Last, because its heading stands above all that follows.
+    // Must be last, because its heading applies to all that follows.
     #[command(flatten)]
     reading: Reading,
 }
@@ -51,7 +51,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     let bundle = fusion::shipped()?;
     let Some(simulated) = &bundle.full.reference else {
-        bail!("the model of the verdict does not know the loops it was trained on: train it again");
+        bail!("the model of the verdict has no data on its training loops; train it again");
     };
     let found = shifts(simulated, &recorded);
     if let Some(path) = &args.csv {
@@ -74,9 +74,9 @@ pub fn run(args: Args) -> Result<()> {
         }));
     let rows: Vec<Vec<String>> = rows.map(|row| row.to_vec()).collect();
     output::text(&format!(
-        "{} recordings against the {} simulated loops of the training (population {}, seed {}). {far} \
-             of {} features differ by more than 0.5; {unlike} recordings are unlike all of them.\n\
-             Median and middle 90 % of each.\n\n{}",
+        "{} recordings against the {} simulated loops of the training (population {}, seed {}). {far} of {} features \
+         differ by more than 0.5. {unlike} recordings are unlike all of them.\n\
+         Median and middle 90 % of each.\n\n{}",
         recorded.len(),
         bundle.provenance.trained,
         bundle.provenance.population,

@@ -1,19 +1,19 @@
-//! Text as a terminal may have it.
+//! Makes text safe for a terminal.
 
 use std::borrow::Cow;
 
-/// Text as a terminal may have it: what would steer it, or turn the direction of reading, is written out as `\u{1b}`.
-/// Lines stay lines.
+/// Text that is safe for a terminal. Control characters, and those that change the reading direction, are written as
+/// `\u{1b}`. Line breaks are kept.
 pub fn shown(text: &str) -> Cow<'_, str> {
     escaped(text, |c| steers(c) && !matches!(c, '\n' | '\t'))
 }
 
-/// The same of what stands within a line, such as a tag or the name of a file.
+/// The same for text within a line, such as a tag or a file name.
 pub fn name(text: &str) -> Cow<'_, str> {
     escaped(text, steers)
 }
 
-/// Whether a character steers a terminal or the direction of reading.
+/// Whether a character controls a terminal or the reading direction.
 pub fn steers(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')

@@ -1,4 +1,4 @@
-//! `stiction simulate`: scenarios.
+//! `stiction simulate`: runs scenarios.
 
 use crate::actions::{self, Head, Settings};
 use crate::files::Out;
@@ -14,8 +14,8 @@ use stiction_io::table;
 
 /// Simulate a scenario: a valve on a test signal, a control loop, or a cascade.
 ///
-/// The CSV has the columns t, sp, pv, op, vp; those a scenario lacks stay empty. Without any output
-/// asked for, a summary is printed.
+/// The CSV has the columns t, sp, pv, op, vp. Signals that a scenario lacks stay empty. Without an output option, a
+/// summary is printed.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction simulate paper/closed-loop --set valve.S=4 -o run.csv --plot run.svg
@@ -37,7 +37,7 @@ pub struct Args {
     /// Write every sample to this CSV file; - is standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<Out>,
-    /// Write these columns only, such as t,sp,pv,op: what a plant records, without the valve position
+    /// Write only these columns, such as t,sp,pv,op, which a plant records without the valve position
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "output")]
     columns: Vec<String>,
     /// Draw the run to this file, .svg or .png
@@ -48,7 +48,7 @@ pub struct Args {
     json: bool,
 }
 
-/// What there is to tell about a run.
+/// The results of a run.
 struct Report {
     period_s: Option<f64>,
     /// Half peak-to-peak values of OP, VP and PV over the last half.
@@ -58,11 +58,11 @@ struct Report {
     figure: Option<Figure>,
 }
 
-/// What of a report is asked for: of a long run, text and figure take most of the time and memory.
+/// The requested parts of a report. For a long run, text and figure take most of the time and memory.
 #[derive(Clone, Copy)]
 struct Wanted<'a> {
     csv: bool,
-    /// The columns of the CSV; all if none are named.
+    /// The columns of the CSV; all if empty.
     columns: &'a [String],
     figure: bool,
 }
@@ -96,7 +96,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-/// What `stiction simulate` writes of a scenario: these columns as CSV.
+/// The CSV of a scenario with these columns, as `stiction simulate` writes it.
 pub fn recorded(scenario: &Scenario, columns: &[String]) -> Result<String> {
     let report = simulate(scenario, Wanted { csv: true, columns, figure: false })?;
     report.csv.context("a run without samples")
@@ -162,7 +162,7 @@ fn closed_loop_report(
     })
 }
 
-/// That every sample is a number: those after an overflow say nothing.
+/// Checks that every sample is finite, because samples after an overflow are meaningless.
 fn check_finite(sample_time: f64, signals: &[(&str, &[f64])]) -> Result<()> {
     for (name, signal) in signals {
         if let Some(k) = signal.iter().position(|value| !value.is_finite()) {
@@ -177,7 +177,7 @@ fn check_finite(sample_time: f64, signals: &[(&str, &[f64])]) -> Result<()> {
 }
 
 impl Wanted<'_> {
-    /// The wanted columns as CSV, if it is wanted.
+    /// The requested columns as CSV, if requested.
     fn csv(
         &self,
         sample_time: f64,
@@ -197,7 +197,7 @@ impl Wanted<'_> {
             let known = all.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
             let chosen = self.columns.iter().map(|wanted| {
                 all.iter().find(|(name, _)| name == wanted).copied().with_context(|| {
-                    format!("--columns: there is no column \"{wanted}\"; there are {known}")
+                    format!("--columns: no column \"{wanted}\"; there are {known}")
                 })
             });
             all = chosen.collect::<Result<_>>()?;
@@ -211,19 +211,19 @@ impl Wanted<'_> {
 pub struct Document {
     #[serde(flatten)]
     head: Head,
-    /// The period, s; null where none is found.
+    /// The period, s; null if none is found.
     period_s: Option<f64>,
     /// Half of the peak-to-peak values.
     half_pp: HalfPp,
-    /// The swing of the PV in the last quarter over that in the one before; null without a PV.
+    /// The swing of the PV in the last quarter over that in the quarter before; null without a PV.
     growth: Option<f64>,
-    /// The part of the run that this is about.
+    /// The part of the run that was analysed.
     window: &'static str,
     /// The scenario, key by key.
     settings: Settings,
 }
 
-/// Half of the peak-to-peak values; null of a signal that the scenario lacks.
+/// Half of the peak-to-peak values; null for signals that the scenario lacks.
 #[derive(Serialize, JsonSchema)]
 struct HalfPp {
     /// Of the OP, percent of span.

@@ -1,4 +1,4 @@
-//! `stiction stem`: the physical valve on a signal.
+//! `stiction stem`: moves the physical valve with a signal.
 
 use crate::files::{In, Out};
 use crate::{input, output};
@@ -14,11 +14,10 @@ use stiction::stem::{
 };
 use stiction_io::table;
 
-/// Move a physical valve: mass, spring, air pressure and friction.
+/// Move a physical valve with mass, spring, air pressure and friction.
 ///
-/// The signal is the controller output in percent, straight between its samples; it sets the air
-/// pressure. Writes CSV with the columns t, op, pressure_pa, vp (percent of stroke), position_m,
-/// velocity_m_per_s and friction_n.
+/// The signal is the controller output in percent, interpolated linearly, and sets the air pressure. Writes CSV with
+/// the columns t, op, pressure_pa, vp (percent of stroke), position_m, velocity_m_per_s and friction_n.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction stem --parameters cts-stribeck --period 200 --duration 400 -o stem.csv --events slips.csv
@@ -31,13 +30,13 @@ pub struct Args {
     /// Name of a parameter set
     #[arg(long, default_value = "cts", value_name = "NAME")]
     parameters: String,
-    /// Friction law [default: that of the set]
+    /// Friction law [default: the law of the set]
     #[arg(long, value_name = "LAW")]
     friction: Option<String>,
     /// Change a parameter of stem or friction, such as coulomb_n=900; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     changes: Vec<String>,
-    /// Read the signal from this CSV file, which needs a column t, instead of making one
+    /// Read the signal from this CSV file, which needs a column t, instead of generating it
     #[arg(long, value_name = "FILE")]
     input: Option<In>,
     /// Column of the file that holds the controller output
@@ -55,13 +54,13 @@ pub struct Args {
     /// Period of the signal, s; it begins at its lowest point
     #[arg(long, default_value_t = 200.0, value_name = "S", allow_negative_numbers = true)]
     period: f64,
-    /// How long the signal lasts, s [default: two periods]
+    /// Duration of the signal, s [default: two periods]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Time between samples, s
     #[arg(long, default_value_t = 0.1, value_name = "S", allow_negative_numbers = true)]
     sample_time: f64,
-    /// Position at the beginning, percent of stroke [default: where spring and pressure balance]
+    /// Position at the beginning, percent of stroke [default: balance of spring and pressure]
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     start: Option<f64>,
     /// File to write [default: standard output, unless --json]
@@ -78,9 +77,9 @@ pub struct Args {
 /// What `stiction stem --json` prints.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     tool: &'static str,
-    /// The set of parameters that it began with.
+    /// The initial set of parameters.
     set: String,
     /// The stem.
     stem: StemParameters,
@@ -88,9 +87,9 @@ pub struct Document {
     friction: FrictionLaw,
     /// The stem in the terms of the data-driven models.
     equivalent: Equivalent,
-    /// How often it slipped.
+    /// Number of slips.
     slips: usize,
-    /// How often it came to rest.
+    /// Number of stops.
     stops: usize,
 }
 
@@ -164,14 +163,13 @@ fn list() -> Result<()> {
     Ok(())
 }
 
-/// The named set with the friction law and the changes asked for.
+/// The named set with the requested friction law and changes.
 fn build(args: &Args) -> Result<Stem> {
     let set = ParameterSet::named(&args.parameters)?;
     let changes = args.changes.iter().map(|c| parse(c)).collect::<Result<Vec<_>>>()?;
     set.stem_with(args.friction.as_deref(), &changes).map_err(|error| match error {
         stiction::Error::Missing { name, needed_by } => anyhow::anyhow!(
-            "friction law {needed_by} needs {name}, which set {} does not have; give each as --set \
-             NAME=VALUE",
+            "friction law {needed_by} needs {name}, which set {} lacks; give each as --set NAME=VALUE",
             set.name
         ),
         error => error.into(),
@@ -195,8 +193,8 @@ fn signal(args: &Args) -> Result<(Vec<f64>, Vec<f64>)> {
     let samples = (duration / args.sample_time).round() + 1.0;
     if !(2.0..=1e8).contains(&samples) {
         bail!(
-            "--duration {duration} at --sample-time {} makes {samples} samples, but must make \
-             between 2 and 100 million",
+            "--duration {duration} at --sample-time {} makes {samples} samples, but between 2 and 100 million are \
+             allowed",
             args.sample_time
         );
     }

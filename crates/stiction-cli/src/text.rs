@@ -1,4 +1,4 @@
-//! Numbers, durations, paragraphs and columns on a terminal.
+//! Formats numbers, durations, paragraphs and columns for a terminal.
 
 use crate::shown::name;
 use anstyle::{AnsiColor, Reset, Style};
@@ -7,7 +7,7 @@ use stiction::diagnose::Grade;
 use stiction_report::report::{Column, Table};
 use unicode_width::UnicodeWidthStr;
 
-/// A number with four digits at most, as in reports but with a minus sign of ASCII.
+/// A number with at most four digits, as in reports but with an ASCII minus sign.
 pub fn number(value: f64) -> String {
     stiction_report::report::layout::number(value).replace('\u{2212}', "-")
 }
@@ -30,8 +30,8 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// What a coloured word begins with, by colour, and ends with: characters that Unicode keeps for the internal use of
-/// programs. What steers a terminal is written out on the way there, so colours are put in after that.
+/// Characters that begin a coloured word, by colour, and one that ends it. Unicode reserves them for internal use by
+/// programs. Control characters are escaped on output, so colours are inserted after that.
 const COLOURS: [(char, AnsiColor); 5] = [
     ('\u{fdd0}', AnsiColor::Red),
     ('\u{fdd1}', AnsiColor::Yellow),
@@ -41,7 +41,7 @@ const COLOURS: [(char, AnsiColor); 5] = [
 ];
 const END: char = '\u{fdd5}';
 
-/// A word on the verdict in the colour of its grade; what is written to no terminal loses it again.
+/// A word on the verdict in the colour of its grade. Output other than a terminal gets no colour.
 pub fn coloured(grade: Grade, word: &str) -> String {
     let place = match grade {
         Grade::Sticks | Grade::DoesNotRespond => 0,
@@ -57,7 +57,7 @@ fn is_mark(c: &char) -> bool {
     ('\u{fdd0}'..=END).contains(c)
 }
 
-/// Text with the colours that a terminal shows.
+/// Text with the colours of a terminal.
 pub fn painted(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
@@ -73,14 +73,14 @@ pub fn painted(text: &str) -> String {
     out
 }
 
-/// Columns that a text takes, without its colours.
+/// Width of a text in columns, without its colours.
 fn width_of(text: &str) -> usize {
     text.chars().filter(|c| !is_mark(c)).collect::<String>().width()
 }
 
-/// Rows in columns two blanks apart; `right` tells which are aligned right.
+/// Rows in columns separated by two blanks. `right` marks columns aligned right.
 pub fn columns(rows: &[impl AsRef<[String]>], right: &[bool]) -> String {
-    // A cell is within a line, whatever a tag holds.
+    // A cell is one line, with any tag.
     let rows: Vec<Vec<Cow<'_, str>>> =
         rows.iter().map(|row| row.as_ref().iter().map(|cell| name(cell)).collect()).collect();
     let width: Vec<usize> = (0..right.len())
@@ -107,7 +107,7 @@ pub fn plain(table: &Table) -> String {
     rows.extend(table.rows.iter().cloned());
     let right: Vec<bool> = table.columns.iter().map(|column| column.number).collect();
     let caption: String = wrapped(&table.caption, 96).into_iter().map(|line| line + "\n").collect();
-    // Signs that not every terminal has.
+    // Characters that some terminals lack.
     (caption.trim_start().to_owned() + &columns(&rows, &right))
         .replace(['\u{2212}', '\u{2013}'], "-")
         .replace('\u{a0}', " ")

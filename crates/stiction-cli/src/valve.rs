@@ -1,4 +1,4 @@
-//! `stiction valve`: a valve model on a column of a table.
+//! `stiction valve`: applies a valve model to a column of a table.
 
 use crate::files::{In, Out};
 use crate::{input, output};
@@ -9,14 +9,13 @@ use stiction::valve::{Model, Start, Valve, ValveSpec};
 
 /// Drive a valve model with a signal from a CSV file.
 ///
-/// Writes the same rows with a column vp, the valve position, added. S, J and both signals are in
-/// percent of span.
+/// Writes the same rows with an added column vp, the valve position. S, J and both signals are in percent of span.
 #[derive(Parser)]
 #[command(
     after_help = "Example:\n  stiction valve --model two-phase --S 5 --J 2 in.csv -o out.csv"
 )]
 pub struct Args {
-    /// List the models, with what they do and where they come from
+    /// List the models with descriptions and sources
     #[arg(long)]
     list: bool,
     /// Name of the model
@@ -31,10 +30,10 @@ pub struct Args {
     /// Overshoot of a slip, for he-wang: 1 (none) to 2 (no damping)
     #[arg(long = "K", value_name = "FACTOR", allow_negative_numbers = true)]
     k: Option<f64>,
-    /// Position and input before the first sample [default: the first value of the column]
+    /// Position and input before the first sample [default: first value of the column]
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     start: Option<f64>,
-    /// Column that holds the valve's input
+    /// Column with the valve's input
     #[arg(long, default_value = "u", value_name = "NAME")]
     column: String,
     /// CSV file with a header row; - is standard input
@@ -71,7 +70,7 @@ pub fn run(args: Args) -> Result<()> {
     output::write(args.output.as_ref(), table.with_column("vp", &vp)?.as_bytes())
 }
 
-/// The bands of a model from what was given of S and J; it must be what the model uses.
+/// The bands of a model from the given S and J, which must match the parameters of the model.
 pub fn bands(model: Model, s: Option<f64>, j: Option<f64>) -> Result<Bands> {
     for name in model.unused(s, j) {
         output::note(format!("model {} does not use --{name}", model.describe().name));
@@ -79,7 +78,7 @@ pub fn bands(model: Model, s: Option<f64>, j: Option<f64>) -> Result<Bands> {
     model.bands(s, j).map_err(worded)
 }
 
-/// What the library refused of a valve, with the options that are meant.
+/// The library's refusal of a valve, with the options of this command.
 fn worded(refused: stiction::Error) -> anyhow::Error {
     match refused {
         stiction::Error::Missing { name, needed_by } => {

@@ -1,16 +1,16 @@
-//! What could be done about a sticking valve, as a chart.
+//! A chart of the actions against a sticking valve.
 
 use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 use stiction_model::compensate::Row;
 
-/// Least stem travel, times that of the loop as it is, that is drawn; less stands at the edge.
+/// Smallest stem travel in the drawing, relative to the present loop. Smaller values are drawn at the edge.
 const LEAST_TRAVEL: f64 = 0.01;
 
-/// About the width of a letter, times the largest error.
+/// Approximate width of a letter, relative to the largest error.
 const LETTER: f64 = 0.022;
 
-/// The control error and the stem's travel of the loop as it is, `present`, and of what could be done, by name and in
-/// the order of their rank, the best on top.
+/// The control error and the stem travel of the `present` loop and of each action, by name and in ranked order, the
+/// best on top.
 pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Figure {
     let now = present.nominal().measures;
     let (mut at, mut nominal, mut worst, mut travel) = (vec![], vec![], vec![], vec![]);
@@ -45,14 +45,14 @@ pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Fig
         .height(height)
         .with(Series::line("", x, y).colour(colour::BLACK).breaks(breaks))
         .with(
-            Series::points("worst case of S and J wrong", &worst[..], &at[..])
+            Series::points("worst case of wrong S and J", &worst[..], &at[..])
                 .colour(colour::VERMILION),
         )
-        // Above the other, which hides it where both are one.
+        // Drawn above the other series, which it covers if both are equal.
         .with(Series::points("S and J right", nominal, &at[..]).colour(colour::BLUE))
         .note(Annotation::vertical_line(now.iae_per_s, ""));
     for ((name, place), most) in names.into_iter().zip(&at).zip(&worst) {
-        // A text stands about its middle.
+        // A text is centred on its point.
         let half = 0.5 * LETTER * name.chars().count() as f64 * widest;
         errors = errors.note(Annotation::text(name, (most + 0.04 * widest + half, *place)));
     }
@@ -65,11 +65,7 @@ pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Fig
     let ends: Vec<f64> = times.iter().map(|times| times.max(LEAST_TRAVEL)).collect();
     let bars: Vec<(f64, f64)> = ends.iter().map(|end| (1.0, *end)).collect();
     let (x, y, breaks) = span(&bars);
-    let what = if unit > 0.0 {
-        "stem travel, times that of the loop as it is"
-    } else {
-        "stem travel (% per min)"
-    };
+    let what = if unit > 0.0 { "stem travel, ratio to present" } else { "stem travel (% per min)" };
     let mut travels = Panel::new(what, "")
         .x_scale(Scale::Log)
         .x_range(0.6 * LEAST_TRAVEL, 10.0 * most)
@@ -89,9 +85,9 @@ pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Fig
         travels = travels.note(Annotation::text(text, (4.0 * most, at)));
     }
     let caption = format!(
-        "Mean control error of each action with S and J right and in the worst case of them being wrong, the best on top; \
-         the line is the loop as it is. Right, the travel of the stem with S and J right; less than {LEAST_TRAVEL} stands \
-         at the edge."
+        "Left: mean control error of each action with S and J right, and in the worst case of wrong S and J, the \
+         best on top. The line is the present loop. On the right is the stem travel with S and J right; values below \
+         {LEAST_TRAVEL} are drawn at the edge."
     );
     Figure::new(title).caption(caption).with(errors).with(travels).columns(2).width(1000.0)
 }

@@ -1,6 +1,6 @@
-//! What can go wrong, in sentences.
+//! Errors of this crate, in sentences.
 
-/// Why a figure could not be drawn.
+/// A reason why a figure could not be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -10,7 +10,7 @@ pub enum Error {
         /// Title of the figure.
         figure: String,
     },
-    /// A panel without series: it would have no axes.
+    /// A panel without series has no axes.
     #[error("panel {panel} has no series")]
     NoSeries {
         /// Index of the panel, from 0.
@@ -36,8 +36,7 @@ pub enum Error {
         /// Number of y values.
         y: usize,
     },
-    /// A sample that has no place on paper: NaN, infinite, beyond 1e300, or not above zero on a
-    /// logarithmic axis.
+    /// A sample that cannot be drawn: NaN, infinite, beyond 1e300, or not above zero on a logarithmic axis.
     #[error(
         "{axis} value {index} of series \"{series}\" of panel {panel} is {value}, but must be \
          finite and at most 1e300 in magnitude, and above zero on a logarithmic axis"
@@ -59,10 +58,10 @@ pub enum Error {
     Heat {
         /// Index of the panel, from 0.
         panel: usize,
-        /// What is wrong with it.
+        /// The fault.
         problem: String,
     },
-    /// An annotation that has no place on paper.
+    /// An annotation that cannot be drawn.
     #[error(
         "annotation {index} of panel {panel} contains {value}, but its coordinates must be \
          finite and at most 1e300 in magnitude"
@@ -90,17 +89,17 @@ pub enum Error {
         /// Upper end.
         to: f64,
     },
-    /// A size or count of the figure outside what can be laid out.
+    /// A size or count of the figure out of range.
     #[error("{name} of the figure is {value}, but must be {allowed}")]
     Size {
         /// Name of the field.
         name: &'static str,
-        /// The value that was given.
+        /// The given value.
         value: f64,
         /// The allowed range, in words.
         allowed: &'static str,
     },
-    /// What was to be drawn could not be simulated.
+    /// The model could not be simulated.
     #[error(transparent)]
     Simulation(#[from] stiction_model::Error),
     /// The picture could not be turned into pixels.

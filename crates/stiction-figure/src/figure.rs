@@ -5,16 +5,16 @@
 //! ranges and ticks (`axis`), reduce long series (`reduce`), place things (`layout`, `legend`,
 //! `annotate`) and draw (`paint`, on a `canvas`), as text (`svg`) or as `pixels` (`coverage`, `font`).
 //!
-//! Panels of one column that stand directly above each other and share their x label are given
-//! the same x range, and only the lowest carries the tick labels.
+//! Panels of one column that are directly above each other and share their x label have the same x range. Only the
+//! lowest one has tick labels.
 //!
-//! Series are told apart by dash pattern or marker as well as by colour, and the colours are
-//! those of Okabe and Ito, which remain distinct for colour-blind readers.
+//! Series differ in dash pattern or marker as well as in colour. The colours are those of Okabe and Ito, which remain
+//! distinct for colour-blind readers.
 //!
 //! An axis divides its range linearly, logarithmically or as dates and times, see [`Scale`].
 //!
-//! On a page with the script of the report a figure is [`Live`]: its values can be read at the
-//! pointer, and panels of one [`Panel::group`] zoom together.
+//! On a page with the script of the report a figure is [`Live`]. Its values can be read at the pointer, and panels of
+//! one [`Panel::group`] zoom together.
 //!
 //! # Long series
 //!
@@ -23,8 +23,8 @@
 //!
 //! * if its x never decreases (a time trend), each half-pixel column keeps its first, lowest,
 //!   highest and last sample, so no extreme is lost;
-//! * else (a map), samples within 0.3 px of the last one kept are dropped, and so are strokes
-//!   that would only repaint what the series has already painted.
+//! * else (a map), samples within 0.3 px of the last one kept are dropped, as are strokes that the series has already
+//!   painted.
 
 mod annotate;
 mod axis;
@@ -55,7 +55,7 @@ pub use heat::{Heat, Tile};
 pub use live::Live;
 pub use palette::colour;
 
-/// The largest magnitude that can be drawn; beyond it differences overflow.
+/// The largest magnitude that can be drawn. Beyond it, differences overflow.
 const LARGEST: f64 = 1e300;
 
 /// One picture: a grid of panels under a title.
@@ -63,21 +63,20 @@ const LARGEST: f64 = 1e300;
 pub struct Figure {
     /// Heading inside the picture; empty for none.
     pub title: String,
-    /// What the picture shows. It belongs beside the picture, as in a paper, so it is not drawn;
-    /// the SVG carries it as its description.
+    /// The caption. It belongs beside the picture, as in a paper, so it is not drawn. The SVG has it as its
+    /// description.
     pub caption: String,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
-    /// How many panels stand side by side.
+    /// Number of panels side by side.
     pub columns: usize,
     /// Width in px; less is used if all panels have equal aspect and need less.
     pub width: f64,
-    /// Height of the area between the axes of a panel, px; by default it depends on how many
-    /// rows there are.
+    /// Height of the area between the axes of a panel, px; by default it depends on the number of rows.
     pub panel_height: Option<f64>,
 }
 
-/// A pair of axes and what is drawn between them.
+/// A pair of axes with its content.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Heading above the axes; empty for none.
@@ -99,22 +98,22 @@ pub struct Panel {
     /// Whether a unit is equally long on both axes. The frame shrinks to the shape of the ranges; a
     /// range shorter than a quarter of the other is widened, even if it is fixed.
     pub equal_aspect: bool,
-    /// Where the legend stands.
+    /// Position of the legend.
     pub legend: Legend,
-    /// How the x axis divides its range.
+    /// Scale of the x axis.
     pub x_scale: Scale,
-    /// How the y axis divides its range.
+    /// Scale of the y axis.
     pub y_scale: Scale,
-    /// Height between the axes, px; by default that of the figure.
+    /// Height between the axes, px; by default the height of the figure.
     pub height: Option<f64>,
-    /// What was the case when, in a strip above the axes.
+    /// A strip above the axes with states over time.
     pub strip: Option<Strip>,
-    /// Panels of one group share their crosshair and their zoom on a live page; by default a panel
-    /// keeps to itself and cannot be zoomed.
+    /// Panels of one group share their crosshair and their zoom on a live page. By default a panel is separate and
+    /// cannot be zoomed.
     pub group: Option<String>,
 }
 
-/// How an axis divides its range.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Scale {
@@ -125,14 +124,14 @@ pub enum Scale {
     Log,
     /// Linear, and the values are seconds since 1970-01-01 UTC, written as dates and times.
     Clock,
-    /// Linear, and the whole numbers from 0 on have these names.
+    /// Linear, with these names for the whole numbers from 0 on.
     Names(&'static [&'static str]),
 }
 
-/// A thin strip above a pair of axes that says in words what was the case over ranges of x.
+/// A thin strip above a pair of axes, with words for states over ranges of x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strip {
-    /// What the words are about, such as `mode`.
+    /// Name of the states, such as `mode`.
     pub name: String,
     /// The ranges.
     pub spans: Vec<Span>,
@@ -145,7 +144,7 @@ pub struct Span {
     pub from: f64,
     /// Where it ends.
     pub to: f64,
-    /// What was the case; left out where it has no room.
+    /// The state. It is left out if there is no room.
     pub word: String,
     /// How dark it is, from 0 to 1.
     pub shade: f64,
@@ -160,13 +159,13 @@ pub struct Series {
     pub x: Vec<f64>,
     /// Ordinates, as many as there are abscissae.
     pub y: Vec<f64>,
-    /// How samples are joined.
+    /// Style of the connection between samples.
     pub style: Style,
     /// Index into the palette, see [`colour`]; by default the place of the series in its panel.
     pub colour: Option<usize>,
     /// Indices of samples that are not joined to the one before, ascending.
     pub breaks: Vec<usize>,
-    /// A third quantity, which a live page tells of the sample under the pointer.
+    /// A third quantity, which a live page shows for the sample under the pointer.
     pub along: Option<Along>,
 }
 
@@ -175,18 +174,18 @@ pub struct Series {
 pub struct Along {
     /// Quantity and unit, such as `time (s)`.
     pub label: String,
-    /// How its values are written.
+    /// Scale of its values.
     pub scale: Scale,
     /// A value for each sample.
     pub values: Vec<f64>,
 }
 
-/// How the samples of a series are joined.
+/// The style of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Style {
-    /// Straight strokes. The first such series of a panel is solid, the next ones have dash
-    /// patterns that no other series of the panel uses.
+    /// Straight strokes. The first such series of a panel is solid. The next ones have dash patterns that no other
+    /// series of the panel uses.
     Line,
     /// Straight strokes, dashed.
     Dashed,
@@ -195,18 +194,17 @@ pub enum Style {
     /// Each sample is held until the next, as by a digital controller. Dash patterns as for
     /// [`Style::Line`].
     Steps,
-    /// Not joined: a marker for each sample, of another shape for each such series.
+    /// A marker for each sample, with a different shape for each such series.
     Points,
-    /// A bar from zero for each sample, as in a histogram; as wide as the samples are apart.
+    /// A bar from zero for each sample, as in a histogram, as wide as the distance of samples.
     Bars,
 }
 
-/// Where the legend of a panel stands. In a chosen corner it may cover data.
+/// The position of a panel's legend. In a chosen corner it may cover data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Legend {
-    /// In a corner that is free of data and annotations, else above the axes. Shown only if two
-    /// series have labels.
+    /// In a corner without data and annotations, else above the axes. Shown only if two series have labels.
     #[default]
     Auto,
     /// In the upper left corner.
@@ -284,9 +282,8 @@ pub enum Annotation {
         to: (f64, f64),
         /// Name of the distance.
         label: String,
-        /// How far beside the points the arrow stands, px: upwards (to the right if the arrow is
-        /// vertical) when positive. Thin extension lines lead from the points to the arrow, and
-        /// the label stands on its far side.
+        /// Distance of the arrow from the points, px, upwards (to the right if the arrow is vertical) if positive.
+        /// Thin extension lines lead from the points to the arrow, and the label is on its far side.
         offset: f64,
     },
 }
@@ -318,7 +315,7 @@ impl Figure {
         self
     }
 
-    /// Sets how many panels stand side by side.
+    /// Sets the number of panels side by side.
     #[must_use]
     pub fn columns(mut self, columns: usize) -> Self {
         self.columns = columns;
@@ -352,8 +349,8 @@ impl Figure {
 
     /// The picture as an SVG with what a script needs to read values from it and to zoom.
     ///
-    /// `id` names it: no other picture of the page may have the same. Without the script the SVG
-    /// shows what [`Figure::svg`] shows.
+    /// `id` is its name, which must be unique on the page. Without the script the SVG shows what [`Figure::svg`]
+    /// shows.
     ///
     /// # Errors
     /// If the figure is malformed; see [`Error`].
@@ -362,7 +359,7 @@ impl Figure {
         Ok(Live { svg: self.document(Some(id)), data: live::data(self) })
     }
 
-    /// The picture as a PNG file with two pixels to the px, lettered in a bundled font.
+    /// The picture as a PNG file with two pixels per px and a bundled font.
     ///
     /// Equal figures give equal bytes.
     ///
@@ -373,13 +370,13 @@ impl Figure {
         paint(self, Pixels::new).into_png()
     }
 
-    /// The picture as SVG; `page` names it on a live page.
+    /// The picture as SVG. `page` is its name on a live page.
     fn document(&self, page: Option<&str>) -> String {
         let sheet = |width, height| Svg::new(width, height, page.map(str::to_owned));
         paint(self, sheet).into_document(&self.title, &self.caption)
     }
 
-    /// Whether the figure can be drawn; everything after this may take it for sound.
+    /// Checks that the figure can be drawn. All later functions rely on this.
     ///
     /// # Errors
     /// If the figure is malformed; see [`Error`].
@@ -435,7 +432,7 @@ impl Panel {
         self
     }
 
-    /// Puts a map below the curves; the axes end where it does.
+    /// Puts a map below the curves. The axes end at its edges.
     #[must_use]
     pub fn heat(mut self, heat: Heat) -> Self {
         self.heat = Some(heat);
@@ -477,21 +474,21 @@ impl Panel {
         self
     }
 
-    /// Says where the legend stands.
+    /// Sets the position of the legend.
     #[must_use]
     pub fn legend(mut self, legend: Legend) -> Self {
         self.legend = legend;
         self
     }
 
-    /// Says how the x axis divides its range.
+    /// Sets the scale of the x axis.
     #[must_use]
     pub fn x_scale(mut self, scale: Scale) -> Self {
         self.x_scale = scale;
         self
     }
 
-    /// Says how the y axis divides its range.
+    /// Sets the scale of the y axis.
     #[must_use]
     pub fn y_scale(mut self, scale: Scale) -> Self {
         self.y_scale = scale;
@@ -626,14 +623,14 @@ impl Series {
         self
     }
 
-    /// Lifts the pen before the samples of these indices, which ascend.
+    /// Interrupts the line before the samples of these indices, which ascend.
     #[must_use]
     pub fn breaks(mut self, indices: impl Into<Vec<usize>>) -> Self {
         self.breaks = indices.into();
         self
     }
 
-    /// Adds a third quantity, told of the sample under the pointer.
+    /// Adds a third quantity, shown for the sample under the pointer.
     #[must_use]
     pub fn along(mut self, along: Along) -> Self {
         self.along = Some(along);
@@ -704,8 +701,8 @@ impl Annotation {
         Self::YBand { from, to, label: label.into() }
     }
 
-    /// A double-headed dimension arrow that stands `offset` px beside the points it measures;
-    /// see [`Annotation::Dimension`].
+    /// A double-headed dimension arrow at `offset` px from the points that it measures; see
+    /// [`Annotation::Dimension`].
     pub fn dimension(
         from: (f64, f64),
         to: (f64, f64),
@@ -730,7 +727,7 @@ impl Annotation {
     }
 }
 
-/// Whether a number has a place on paper.
+/// Whether a number can be drawn.
 fn drawable(value: f64) -> bool {
     value.abs() <= LARGEST
 }

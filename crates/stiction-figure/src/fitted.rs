@@ -1,21 +1,21 @@
-//! A recording beside the loop that was fitted to it.
+//! A recording beside its fitted loop.
 
 use crate::figure::{Figure, Panel, Series, colour};
 use crate::run::times;
 use stiction_model::closed_loop::Run;
 
-/// Cycles, or so many samples, that are shown.
+/// Number of samples shown.
 const SHOWN: usize = 1200;
 
-/// What was recorded of PV and OP, above, and what the fitted loop does by itself, below, in equal scales; at most
-/// 1,200 samples of either, from the middle.
+/// The recorded PV and OP above, and the fitted loop's own motion below, on equal scales, with at most 1,200 samples
+/// of each, from the middle.
 pub fn fitted(title: &str, op: &[f64], pv: &[f64], sample_time: f64, simulated: &Run) -> Figure {
     let from = op.len().saturating_sub(SHOWN) / 2;
     let until = (from + SHOWN).min(op.len());
     let (op, pv) = (&op[from..until], &pv[from..until]);
     let duration = op.len() as f64 * sample_time;
     let wanted = ((duration / simulated.sample_time) as usize).min(simulated.op.len());
-    // Its end, when it has settled into what it does; thinned to what can be seen.
+    // The end of the run, after it has settled, with samples thinned to the visible resolution.
     let first = simulated.op.len() - wanted;
     let every = wanted.div_ceil(2 * SHOWN).max(1);
     let thin = |x: &[f64]| x[first..].iter().step_by(every).copied().collect::<Vec<f64>>();
@@ -35,15 +35,15 @@ pub fn fitted(title: &str, op: &[f64], pv: &[f64], sample_time: f64, simulated: 
     };
     Figure::new(title)
         .with(
-            panel("recorded PV (its units)", of_pv)
-                .with(Series::line("PV as recorded", &t[..], pv).colour(colour::GREEN)),
+            panel("recorded PV (PV units)", of_pv)
+                .with(Series::line("recorded PV", &t[..], pv).colour(colour::GREEN)),
         )
         .with(
             panel("recorded OP (%)", of_op)
-                .with(Series::line("OP as recorded", &t[..], op).colour(colour::BLUE)),
+                .with(Series::line("recorded OP", &t[..], op).colour(colour::BLUE)),
         )
         .with(
-            panel("fitted PV (its units)", of_pv).with(
+            panel("fitted PV (PV units)", of_pv).with(
                 Series::line("PV of the fitted loop", &own_t[..], own_pv).colour(colour::GREEN),
             ),
         )

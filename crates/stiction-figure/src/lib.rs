@@ -5,10 +5,9 @@
 //! * [`run`]: figures of simulated runs;
 //! * [`limit_cycle`]: a cycle over time, and maps of cycles over two parameters;
 //! * [`nyquist`]: harmonic balance as a picture;
-//! * [`actions`]: what could be done about a sticking valve, as a chart.
+//! * [`actions`]: a chart of the actions against a sticking valve.
 //!
-//! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
-//! output.
+//! Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
 //!
 //! ```
 //! use stiction_figure::{Annotation, Entry, Figure, Page, Panel, Picture, Series};

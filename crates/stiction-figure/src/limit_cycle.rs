@@ -1,4 +1,4 @@
-//! Limit cycles as pictures: one over time, and maps of them over two parameters.
+//! Pictures of limit cycles, of one over time, and maps over two parameters.
 
 use crate::error::Error;
 use crate::figure::{Figure, Heat, Panel, Scale, Series, Tile, colour};
@@ -7,7 +7,7 @@ use stiction_model::limit_cycle::exact::Trajectory;
 use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
 use stiction_model::limit_cycle::{ContinuousLoop, Cycle, Swing};
 
-/// Two periods of an exact cycle: set point and PV over OP and VP.
+/// Two periods of an exact cycle, with set point and PV above OP and VP.
 pub fn over_time(title: &str, cycle: &Cycle, orbit: &Trajectory, set_point: f64) -> Figure {
     let twice = |values: &[f64], later: f64| -> Vec<f64> {
         values.iter().copied().chain(values.iter().map(|value| value + later)).collect()
@@ -16,26 +16,26 @@ pub fn over_time(title: &str, cycle: &Cycle, orbit: &Trajectory, set_point: f64)
     let [op, vp, pv] = [&orbit.op, &orbit.vp, &orbit.pv].map(|values| twice(values, 0.0));
     let sp = vec![set_point; t.len()];
     let caption = format!(
-        "The exact limit cycle over two periods of {:.4} s, beginning with a slip. Half peak to peak: OP {:.4} %, \
-         VP {:.4} %, PV {:.4} in its units.",
+        "The exact limit cycle over two periods of {:.4} s, beginning with a slip. Half peak to peak: OP {:.4} %, VP \
+         {:.4} %, PV {:.4} in PV units.",
         cycle.period_s, cycle.half_pp.op, cycle.half_pp.vp, cycle.half_pp.pv
     );
     Figure::new(title)
         .caption(caption)
-        .with(pv_panel(&t, &sp, &pv, "PV, SP (units of the PV)"))
+        .with(pv_panel(&t, &sp, &pv, "PV, SP (PV units)"))
         .with(valve_panel(&t, &op, &vp))
 }
 
-/// What a map shows of the cycles.
+/// The quantity that a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The period.
     Period,
     /// Half peak-to-peak value of the OP.
     Op,
-    /// That of the VP.
+    /// Half peak-to-peak value of the VP.
     Vp,
-    /// That of the PV.
+    /// Half peak-to-peak value of the PV.
     Pv,
 }
 
@@ -46,11 +46,11 @@ impl Quantity {
             Self::Period => "period (s)",
             Self::Op => "half peak-to-peak OP (% of span)",
             Self::Vp => "half peak-to-peak VP (% of span)",
-            Self::Pv => "half peak-to-peak PV (units of the PV)",
+            Self::Pv => "half peak-to-peak PV (PV units)",
         }
     }
 
-    /// Its value of a cycle with this period, s, and these half peak-to-peak values.
+    /// Its value for a cycle with this period, s, and these half peak-to-peak values.
     fn of(self, (period_s, half_pp): (f64, Swing)) -> f64 {
         match self {
             Self::Period => period_s,
@@ -61,14 +61,13 @@ impl Quantity {
     }
 }
 
-/// A map in colours, with the boundary beyond which the loop does not cycle; where that is not known, it is
-/// marked.
+/// A map in colours, with the boundary beyond which the loop does not cycle. Unknown places are marked.
 ///
-/// The colours divide ratios equally where the largest value is more than 20 times the smallest. Where the loop stands at
-/// present is marked, and over S and J the line of J = S, on which a valve sticks without a dead band.
+/// The colours are logarithmic if the largest value is more than 20 times the smallest. The present loop is marked.
+/// Over S and J the line J = S is drawn, where a valve sticks without a dead band.
 ///
 /// # Errors
-/// If the values of an axis cannot be told apart.
+/// If the values of an axis are too close to each other.
 pub fn map(
     title: &str,
     map: &Map,
@@ -98,7 +97,7 @@ pub fn map(
         tiles,
         scale: if low > 0.0 && high > 20.0 * low { Scale::Log } else { Scale::Linear },
         empty: "no cycle".to_owned(),
-        unknown: "not known".to_owned(),
+        unknown: "unknown".to_owned(),
     };
     let mut panel = Panel::new(map.x.parameter.label(), map.y.parameter.label()).heat(heat);
     let boundary = map.boundary();
@@ -126,17 +125,17 @@ pub fn map(
         && (left..=right).contains(&x)
         && (bottom..=top).contains(&y)
     {
-        panel = panel.with(Series::points("the loop as it is", [x], [y]).colour(colour::VERMILION));
-        told += " The point is the loop as it is.";
+        panel = panel.with(Series::points("present loop", [x], [y]).colour(colour::VERMILION));
+        told += " The point is the present loop.";
     }
-    // Its unit stands at the colours.
+    // Its unit is at the colour bar.
     let what = quantity.label().split(" (").next().unwrap_or_default();
     let title = match title {
         "" => format!("{what} of the limit cycle"),
         title => format!("{title}: {what} of the limit cycle"),
     };
     let caption = format!(
-        "{} of the limit cycle in which the loop ends, over {} and {}, by the {} method.{told}",
+        "{} of the final limit cycle of the loop over {} and {}, by the {} method.{told}",
         quantity.label(),
         map.x.parameter.name(),
         map.y.parameter.name(),
@@ -199,7 +198,7 @@ mod tests {
         ] {
             assert!(svg.contains(wanted), "{wanted}");
         }
-        assert!(!svg.contains("not known"));
+        assert!(!svg.contains("unknown"));
     }
 
     #[test]
@@ -208,7 +207,7 @@ mod tests {
         let figure = |map: &Map| super::map("", map, &paper(), Quantity::Pv).unwrap();
         assert_eq!(figure(&of((0.0, 6.0))).panels[0].heat, figure(&descending).panels[0].heat);
         descending.points[0] = Point::Unknown { reason: "test".to_owned() };
-        assert!(figure(&descending).svg().unwrap().contains("not known"));
+        assert!(figure(&descending).svg().unwrap().contains("unknown"));
     }
 
     #[test]

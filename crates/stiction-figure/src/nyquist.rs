@@ -1,4 +1,4 @@
-//! The Nyquist figure of a loop with a sticking valve: where harmonic balance finds its cycles.
+//! The Nyquist figure of a loop with a sticking valve, which shows the cycles found by harmonic balance.
 
 use crate::error::Error;
 use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
@@ -7,15 +7,15 @@ use stiction_model::limit_cycle::{
     ContinuousLoop, Cycle, DescribingFunction, FrequencyResponse, harmonic_balance,
 };
 
-/// The most slips a stroke that are drawn.
+/// Maximum number of slips per stroke that are drawn.
 const SLIPS: usize = 3;
 /// Points of a curve.
 const POINTS: usize = 400;
 
-/// The frequency response `L(jw)` of `continuous` and `-1/N(X)` of its valve for several ratios `J/S`, `S` being
-/// that of the loop; cycles are marked where they meet, with their periods.
+/// The frequency response `L(jw)` of `continuous` and `-1/N(X)` of its valve for several ratios `J/S`, with `S` of
+/// the loop. Cycles are marked at the intersections, with their periods.
 ///
-/// A valve that climbs stairs has a curve for each number of slips a stroke; the first three are drawn.
+/// A valve that moves in steps has a curve for each number of slips per stroke. The first three are drawn.
 ///
 /// # Errors
 /// If the loop has no frequency response, or the valve model does not allow a ratio.
@@ -72,9 +72,9 @@ pub fn nyquist(title: &str, continuous: &ContinuousLoop, ratios: &[f64]) -> Resu
         panel = panel.note(Annotation::text(text, (x - aside, *y)));
     }
     let caption = format!(
-        "Frequency response of the loop and minus the inverse of the describing function of its valve \
-         ({}, S = {s} %), the amplitude X of the OP growing from where the valve begins to move towards \
-         -1. They meet where a sine sustains itself.",
+        "Frequency response of the loop, and -1/N of its valve ({}, S = {s} %), where N is the describing function. \
+         The amplitude X of the OP grows from the value at which the valve begins to move, towards -1. At an \
+         intersection a sine sustains itself.",
         continuous.model.describe().name
     );
     Ok(Figure::new(title).caption(caption).panel_height(480.0).with(panel))
@@ -109,14 +109,14 @@ fn frequencies(response: &FrequencyResponse, window: &Window) -> Vec<f64> {
     (0..=4 * POINTS).map(|k| low * (high / low).powf(k as f64 / last)).collect()
 }
 
-/// What is seen of the plane.
+/// The visible part of the plane.
 struct Window {
     x: (f64, f64),
     y: (f64, f64),
 }
 
 impl Window {
-    /// With -1, the origin and all cycles, and some room about them.
+    /// A window with -1, the origin and all cycles, and a margin.
     fn of(cycles: &[(f64, f64, Cycle)]) -> Self {
         let (mut x, mut y) = ((-1.0_f64, 0.0_f64), (-1.0_f64, 0.0_f64));
         for (re, im, _) in cycles {
@@ -130,7 +130,7 @@ impl Window {
         }
     }
 
-    /// The points within and a little beyond, and where they are not joined.
+    /// The points within the window and slightly beyond, with the interruptions of the line.
     fn shown(
         &self,
         points: impl IntoIterator<Item = Option<(f64, f64)>>,

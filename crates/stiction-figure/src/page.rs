@@ -1,7 +1,7 @@
 //! A self-contained HTML page that shows figures with their captions and parameters.
 //!
-//! The page needs no network, no scripts and no fonts but the reader's. It can be read in light
-//! and dark surroundings and printed on A4.
+//! The page needs no network and no scripts, and uses the reader's fonts. It has a light and a dark theme, and prints
+//! on A4.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -10,32 +10,32 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 pub struct Page {
     /// Title of the page.
     pub title: String,
-    /// What the page shows, a paragraph.
+    /// Its introduction, a paragraph.
     pub introduction: String,
     /// The figures in order.
     pub entries: Vec<Entry>,
-    /// What made the page, with its version, such as `stiction 0.1.0`.
+    /// Name and version of the program, such as `stiction 0.1.0`.
     pub tool: String,
 }
 
-/// A figure with what is to be said about it.
+/// A figure with its texts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// Heading, such as `Figure 5`.
     pub heading: String,
     /// The picture.
     pub picture: Picture,
-    /// What the picture shows, a line.
+    /// Its caption, one line.
     pub caption: String,
-    /// What it was made with; without any there is no table.
+    /// Its parameters; without any there is no table.
     pub parameters: Vec<Parameter>,
 }
 
-/// Where a picture comes from.
+/// The source of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Picture {
-    /// An SVG document, such as [`Figure::svg`](crate::Figure::svg) makes. It is pasted into the
-    /// page unchanged and must be trusted.
+    /// An SVG document, such as the output of [`Figure::svg`](crate::Figure::svg). It is inserted unchanged and must
+    /// be trusted.
     Inline(String),
     /// A file beside the page, by its path relative to the page, with `/` between folders.
     File(String),
@@ -46,7 +46,7 @@ pub enum Picture {
 pub struct Parameter {
     /// Name, such as `slip jump J`.
     pub name: String,
-    /// Value as it should be read.
+    /// Value as text.
     pub value: String,
     /// Unit; empty for none.
     pub unit: String,
@@ -150,8 +150,7 @@ impl Entry {
     }
 }
 
-/// `path` as a reference that can only lead to a file near the page: a colon or a leading slash
-/// cannot make it point to another place.
+/// `path` as a reference that can only lead to a file near the page. A colon or a leading slash cannot redirect it.
 pub fn relative(path: &str) -> String {
     let mut reference = String::from("./");
     for byte in path.trim_start_matches('/').bytes() {

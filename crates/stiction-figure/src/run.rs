@@ -16,7 +16,7 @@ pub(crate) fn valve_panel(t: &[f64], op: &[f64], vp: &[f64]) -> Panel {
         .with(Series::dashed("controller output OP", t, op).colour(colour::BLUE))
 }
 
-/// Set point and PV over time; `what` names the PV with its unit.
+/// Set point and PV over time. `what` is the name of the PV with its unit.
 pub(crate) fn pv_panel(t: &[f64], sp: &[f64], pv: &[f64], what: &str) -> Panel {
     Panel::new("time (s)", what)
         .with(Series::line("PV", t, pv).colour(colour::GREEN))
@@ -29,7 +29,7 @@ fn map_panel(op: &[f64], vp: &[f64]) -> Panel {
         .with(Series::line("VP", op, vp).colour(colour::VERMILION))
 }
 
-/// A valve on a test signal: both over time, and one against the other.
+/// A valve on a test signal, with both signals over time, and the position over the input.
 pub fn open_loop(title: &str, run: &OpenLoopRun) -> Figure {
     let t = times(run.op.len(), run.sample_time);
     Figure::new(title)
@@ -39,16 +39,16 @@ pub fn open_loop(title: &str, run: &OpenLoopRun) -> Figure {
         .width(1000.0)
 }
 
-/// A loop: set point and PV over OP and VP.
+/// A loop, with set point and PV above OP and VP.
 pub fn closed_loop(title: &str, run: &Run) -> Figure {
     let t = times(run.op.len(), run.sample_time);
     Figure::new(title)
-        .with(pv_panel(&t, &run.sp, &run.pv, "PV, SP (units of the PV)"))
+        .with(pv_panel(&t, &run.sp, &run.pv, "PV, SP (PV units)"))
         .with(valve_panel(&t, &run.op, &run.vp))
 }
 
-/// A loop before and after its compensator is switched on at `on_s`, from `from_s` to `to_s`, s: set point and PV over
-/// OP, what the valve receives, and VP. Times outside the run are left out.
+/// A loop before and after its compensator is switched on at `on_s`, from `from_s` to `to_s`, s. Set point and PV are
+/// above OP, the signal to the valve, and VP. Times outside the run are left out.
 pub fn compensated(
     title: &str,
     done: &CompensatedRun,
@@ -61,21 +61,21 @@ pub fn compensated(
     let shown = index(from_s)..index(to_s);
     let t: Vec<f64> = times(run.pv.len(), run.sample_time)[shown.clone()].to_vec();
     let of = |signal: &[f64]| signal[shown.clone()].to_vec();
-    let pv = pv_panel(&t, &of(&run.sp), &of(&run.pv), "PV, SP (units of the PV)")
+    let pv = pv_panel(&t, &of(&run.sp), &of(&run.pv), "PV, SP (PV units)")
         .note(Annotation::vertical_line(on_s, "compensator on"));
     let valve = Panel::new("time (s)", "OP, signal, VP (% of span)")
-        .with(Series::line("what the valve receives", &t[..], of(&done.signal)).colour(colour::SKY))
+        .with(Series::line("signal to the valve", &t[..], of(&done.signal)).colour(colour::SKY))
         .with(Series::line("valve position VP", &t[..], of(&run.vp)).colour(colour::VERMILION))
         .with(Series::dashed("controller output OP", &t[..], of(&run.op)).colour(colour::BLUE))
         .note(Annotation::vertical_line(on_s, ""));
     Figure::new(title).with(pv).with(valve)
 }
 
-/// A cascade: the master over the slave over OP and VP.
+/// A cascade, with the master above the slave above OP and VP.
 pub fn cascade(title: &str, run: &CascadeRun) -> Figure {
     let t = times(run.pv.len(), run.slave.sample_time);
     Figure::new(title)
-        .with(pv_panel(&t, &run.sp, &run.pv, "master (units of its PV)"))
-        .with(pv_panel(&t, &run.slave.sp, &run.slave.pv, "slave (units of its PV)"))
+        .with(pv_panel(&t, &run.sp, &run.pv, "master (its PV units)"))
+        .with(pv_panel(&t, &run.slave.sp, &run.slave.pv, "slave (its PV units)"))
         .with(valve_panel(&t, &run.slave.op, &run.slave.vp))
 }

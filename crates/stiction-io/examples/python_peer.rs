@@ -1,5 +1,5 @@
-//! What `python/benchmarks/overhead.py` compares Python with: the same two computations, in Rust.
-//! Prints the best times, s, of a valve over a million samples, its result allocated each time, and of a diagnosis.
+//! The Rust side of the comparison in `python/benchmarks/overhead.py`, with the same two computations. Prints the
+//! best times in s of a valve over a million samples, with a newly allocated result each time, and of a diagnosis.
 use std::hint::black_box;
 use std::time::Instant;
 use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
@@ -18,7 +18,7 @@ fn best(mut run: impl FnMut(), times: usize) -> f64 {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let op: Vec<f64> = (0..1_000_000).map(|k| 50.0 + 12.0 * (f64::from(k) * 0.011).sin()).collect();
-    // Which model it is, the compiler must not know: Python's does not either.
+    // The compiler must not know the model, because Python's does not know it either.
     let mut valve = black_box(Assembly::new(Model::TwoPhase.build(Bands::from_s_j(5.0, 2.0)?)?));
     let follow = best(
         || {

@@ -1,14 +1,15 @@
-//! How much memory a file may take, and what to do with a decoder that panics.
+//! Limits the memory that a file may take, and catches panics of decoders.
 
 #[cfg(any(feature = "matlab73", feature = "parquet"))]
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Compressed and run-length encoded cells are larger in memory than in the file: by so many bytes in
-/// any case, and so many times. No real recording comes near that, and no damaged one may.
+/// Cells that are compressed or run-length encoded are larger in memory than in the file. Every file may take this
+/// many bytes, plus this multiple of its size. No real recording comes near that limit, and no damaged one may exceed
+/// it.
 const ALLOWANCE: usize = 64 << 20;
 const EXPANSION: usize = 256;
 
-/// What the cells of no file may take together, 4 GiB: 500 million numbers, or a year of four signals at 1 s as text.
+/// Limit for the cells of any file together, 4 GiB: 500 million numbers, or a year of four signals at 1 s as text.
 pub(crate) const MOST: usize = u32::MAX as usize;
 
 /// Bytes that the cells of a file may still take.
@@ -19,17 +20,17 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// What a file of so many bytes may take.
+    /// The budget of a file of this size.
     pub(crate) fn of(file: usize) -> Self {
         Self::new(file.saturating_mul(EXPANSION).saturating_add(ALLOWANCE).min(MOST))
     }
 
-    /// So many bytes.
+    /// A budget of this many bytes.
     pub(crate) fn new(most: usize) -> Self {
         Self { most, left: most }
     }
 
-    /// Bytes that the file may take altogether.
+    /// Bytes that the file may take in total.
     #[cfg(any(feature = "matlab73", feature = "parquet"))]
     pub(crate) fn most(&self) -> usize {
         self.most
@@ -41,7 +42,7 @@ impl Budget {
         self.left
     }
 
-    /// Takes `bytes`, or says that there are too few left.
+    /// Spends `bytes`, or fails if too few are left.
     pub(crate) fn spend(&mut self, bytes: usize) -> Result<(), String> {
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {
             let why = match self.most {
@@ -55,12 +56,11 @@ impl Budget {
     }
 }
 
-/// What `decode` gives; none if it panics.
+/// The result of `decode`; none if it panics.
 ///
-/// The parquet crate asserts and indexes where a damaged page contradicts itself, which random damage
-/// finds within thousands of files; hdf5-pure has never been seen to, but is as large. Catching that
-/// is the last resort, for there is no other way to go on. Nothing that `decode` touches is used
-/// afterwards.
+/// The parquet crate asserts and indexes where a damaged page contradicts itself, which random damage triggers within
+/// thousands of files. hdf5-pure has never panicked, but is as large. Catching the panic is the last resort, because
+/// there is no other way to continue. Nothing that `decode` touches is used afterwards.
 #[cfg(any(feature = "matlab73", feature = "parquet"))]
 pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(decode)).ok()

@@ -1,11 +1,11 @@
-//! Bytes of files, devices and streams, which may never end.
+//! Bytes of files, devices and streams, some of which never end.
 
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// What is read of a stream at most. A file has an end of its own.
+/// Limit for reading a stream. A file has an end of its own.
 const MOST: u64 = 1 << 30;
 
 /// All bytes of the file at `path`.
@@ -22,7 +22,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(refused)
 }
 
-/// All bytes of a `stream`; `origin` names it in errors.
+/// All bytes of a `stream`; `origin` is its name in errors.
 ///
 /// # Errors
 /// If it cannot be read, or does not end within a GiB.
@@ -38,7 +38,7 @@ fn up_to(most: u64, stream: impl Read, origin: &str) -> Result<Vec<u8>> {
         .map_err(|source| Error::File { path: origin.to_owned(), source })?;
     if bytes.len() as u64 > most {
         let message = format!(
-            "gives more than {} MiB and may never end; write what it gives to a file, and read that",
+            "gives more than {} MiB and may never end; write its output to a file, and read that",
             MOST >> 20
         );
         return Err(Error::Table { origin: origin.to_owned(), message });
@@ -49,7 +49,7 @@ fn up_to(most: u64, stream: impl Read, origin: &str) -> Result<Vec<u8>> {
 /// Bytes as text.
 ///
 /// # Errors
-/// If they are not UTF-8; the error tells the line.
+/// If they are not UTF-8; the error gives the line.
 pub fn text(bytes: Vec<u8>, origin: &str) -> Result<String> {
     String::from_utf8(bytes).map_err(|e| Error::Table {
         origin: origin.to_owned(),

@@ -1,4 +1,4 @@
-//! What can go wrong while reading and writing, in sentences.
+//! Errors of reading and writing, in sentences.
 
 /// Why something could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -9,53 +9,53 @@ pub enum Error {
     File {
         /// The file.
         path: String,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// A scenario does not say what it should.
+    /// A scenario is not well formed.
     #[error("{origin}, line {line}: {message}")]
     Scenario {
         /// The scenario's file or name.
         origin: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
     /// There is no built-in scenario of that name.
     #[error("there is no scenario file or built-in scenario \"{name}\"; built in are {known}")]
     UnknownScenario {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The names there are.
+        /// The known names.
         known: String,
     },
-    /// A `key=value` setting could not be applied, or several together.
+    /// A `key=value` setting, or several together, could not be applied.
     #[error("settings {}: {message}", settings.join(", "))]
     Setting {
         /// The settings as given.
         settings: Vec<String>,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
-    /// A mapping file does not say what it should.
+    /// A mapping file is not well formed.
     #[error("{origin}, line {line}: {message}")]
     Mapping {
         /// The mapping file.
         origin: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
-    /// A file of overrides does not say what it should.
+    /// A file of overrides is not well formed.
     #[error("{origin}, line {line}: {message}")]
     Overrides {
         /// The file.
         origin: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
     /// A table is not well formed.
@@ -63,28 +63,28 @@ pub enum Error {
     Table {
         /// The table's file.
         origin: String,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
-    /// No column of a table is known as the OP of a loop, so it may be no recording at all.
+    /// No column of a table is known as the OP of a loop, so it may not be a recording.
     #[error("{origin}: {message}")]
     NoOp {
         /// The table's file.
         origin: String,
-        /// What it has instead, and what would be right if it is a recording.
+        /// What it has instead, and the remedy if it is a recording.
         message: String,
     },
-    /// A column of a table is not what it should be.
+    /// A column of a table is wrong.
     #[error("{origin}, column \"{column}\": {message}")]
     Column {
         /// The table's file.
         origin: String,
         /// Name of the column.
         column: String,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
-    /// A cell of a table is not what it should be.
+    /// A cell of a table is wrong.
     #[error("{origin}, row {row}, column \"{column}\": {message}")]
     Cell {
         /// The table's file.
@@ -93,7 +93,7 @@ pub enum Error {
         row: usize,
         /// Name of the column.
         column: String,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
 }

@@ -1,14 +1,14 @@
-//! The keys of a TOML table, taken one by one. What was not taken in the end is an error.
+//! The keys of a TOML table, taken one by one. Keys that remain at the end are errors.
 //!
-//! A key that no variant of the table knows is an error at once: a misspelt `kc` is to be reported
-//! where it stands, not as a missing `kc`.
+//! A key that no variant of the table knows is an error at once, so that a misspelt `kc` is reported at its place and
+//! not as a missing `kc`.
 
 use std::cell::RefCell;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What is wrong in a TOML text, and where.
+/// A fault in a TOML text, with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wrong {
     pub span: Range<usize>,
@@ -21,7 +21,7 @@ impl From<toml::de::Error> for Wrong {
     }
 }
 
-/// The line, from 1, on which the byte at `position` stands.
+/// The line, from 1, of the byte at `position`.
 pub fn line_of(text: &[u8], position: usize) -> usize {
     text.iter().take(position).filter(|b| **b == b'\n').count() + 1
 }
@@ -32,13 +32,13 @@ pub struct Fields<'a, 'i> {
     /// Dotted path of the table, empty at the top.
     path: String,
     span: Range<usize>,
-    /// Every key that may be asked for.
+    /// Every known key.
     known: &'static [&'static str],
-    /// Every key that was asked for, given or not.
+    /// Every requested key, given or not.
     asked: RefCell<Vec<&'static str>>,
 }
 
-/// A text that a key of any name tells.
+/// A text at a key of any name.
 pub struct Told<'a> {
     pub text: &'a str,
     path: String,
@@ -46,7 +46,7 @@ pub struct Told<'a> {
 }
 
 impl Told<'_> {
-    /// That it is not what it should be.
+    /// An error that this text is wrong.
     pub fn wrong(&self, message: impl std::fmt::Display) -> Wrong {
         Wrong { span: self.span.clone(), message: format!("{}: {message}", self.path) }
     }
@@ -55,7 +55,7 @@ impl Told<'_> {
 type Result<T> = std::result::Result<T, Wrong>;
 
 impl<'a, 'i> Fields<'a, 'i> {
-    /// The table that is a whole document, of which `known` are all keys.
+    /// The table of a whole document, whose keys are `known`.
     pub fn document(
         document: &'a Spanned<DeTable<'i>>,
         known: &'static [&'static str],
@@ -91,7 +91,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// An error at `key`, or at the table where the key is not given.
+    /// An error at `key`, or at the table if the key is not given.
     pub fn wrong(&self, key: &str, message: impl std::fmt::Display) -> Wrong {
         let span = self.table.get(key).map_or(self.span.clone(), Spanned::span);
         Wrong { span, message: format!("{}: {message}", self.path_of(key)) }
@@ -106,8 +106,8 @@ impl<'a, 'i> Fields<'a, 'i> {
         Wrong { span: self.span.clone(), message }
     }
 
-    /// The core's refusal of what this table says, at the key it names if there is one: "stem lag"
-    /// is `lag`, "rest tolerance" is `rest_tolerance`.
+    /// The core's refusal of this table, at the key it names if there is one. "stem lag" is `lag`, "rest tolerance"
+    /// is `rest_tolerance`.
     pub fn refused(&self, error: stiction_model::Error) -> Wrong {
         let stiction_model::Error::Parameter { name, .. } = &error else {
             return self.wrong_table(error);
@@ -122,7 +122,7 @@ impl<'a, 'i> Fields<'a, 'i> {
     }
 
     fn get(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'i>>> {
-        debug_assert!(self.known.contains(&key), "{} is asked for, but not known", key);
+        debug_assert!(self.known.contains(&key), "{} is requested, but not known", key);
         self.asked.borrow_mut().push(key);
         self.table.get(key)
     }
@@ -137,7 +137,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         self.get(key).map(|value| self.as_number(key, value)).transpose()
     }
 
-    /// A number, or `default` where it is not given.
+    /// A number, or `default` if it is not given.
     pub fn number_or(&self, key: &'static str, default: f64) -> Result<f64> {
         Ok(self.number(key)?.unwrap_or(default))
     }
@@ -167,7 +167,7 @@ impl<'a, 'i> Fields<'a, 'i> {
     /// A whole number of at least 0, if given.
     pub fn count(&self, key: &'static str) -> Result<Option<u64>> {
         let Some(number) = self.number(key)? else { return Ok(None) };
-        // Whole numbers beyond 2^53 would not be the ones that were written.
+        // Whole numbers above 2^53 would not be read exactly.
         if number >= 0.0 && number.fract() == 0.0 && number <= 9_007_199_254_740_992.0 {
             Ok(Some(number as u64))
         } else {
@@ -186,7 +186,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
-    /// A text or a date as it is written, if given.
+    /// A text or a date as written, if given.
     pub fn text_or_date(&self, key: &'static str) -> Result<Option<String>> {
         let Some(value) = self.get(key) else { return Ok(None) };
         match value.get_ref() {
@@ -196,7 +196,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
-    /// True or false; false where it is not given.
+    /// True or false; false if it is not given.
     pub fn flag(&self, key: &'static str) -> Result<bool> {
         match self.get(key).map(Spanned::get_ref) {
             None => Ok(false),
@@ -205,7 +205,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
-    /// One of the `choices`, or the first where the key is not given.
+    /// One of the `choices`, or the first if the key is not given.
     pub fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)]) -> Result<T> {
         let Some(text) = self.text(key)? else { return Ok(choices[0].1) };
         choices.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
@@ -246,7 +246,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         list.iter().map(pair).collect::<Result<_>>().map(Some)
     }
 
-    /// A table, of which `known` are all keys, if given.
+    /// A table whose keys are `known`, if given.
     pub fn table(
         &self,
         key: &'static str,
@@ -259,8 +259,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
-    /// The entries of a table, of any key and in their order, each one of the `choices`; none where
-    /// the table is not given.
+    /// The entries of a table with any keys, in order, each one of the `choices`; none if the table is not given.
     pub fn choices<T: Copy>(
         &self,
         key: &'static str,
@@ -281,7 +280,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         self.entries(key)?.into_iter().map(entry).collect()
     }
 
-    /// The roles of a table of columns, of any key and in their order; none where the table is not given.
+    /// The roles in a table of columns with any keys, in order; none if the table is not given.
     pub fn entries_of_text(&self, key: &'static str) -> Result<Vec<(&'a str, Told<'a>)>> {
         let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
             let path = format!("{}.{name}", self.path_of(key));
@@ -296,8 +295,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         self.entries(key)?.into_iter().map(entry).collect()
     }
 
-    /// The tables within a table, of any key and in their order, of each of which `known` are all
-    /// keys; none where the table is not given.
+    /// The tables within a table with any keys, in order, whose keys are `known`; none if the table is not given.
     pub fn named_tables(
         &self,
         key: &'static str,
@@ -326,8 +324,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         Ok(entries.into_iter().map(|(name, value)| (&**name.get_ref(), value)).collect())
     }
 
-    /// All tables of an array of tables; none where the key is not given. A single table counts as
-    /// an array of one.
+    /// All tables of an array of tables; none if the key is not given. A single table counts as an array of one.
     pub fn tables(
         &self,
         key: &'static str,
@@ -345,7 +342,7 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
-    /// Ends the taking: a key that nothing asked for is an error.
+    /// Ends the reading. A key that was not requested is an error.
     pub fn finish(self) -> Result<()> {
         self.only(&self.asked.borrow())
     }

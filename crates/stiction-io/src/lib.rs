@@ -1,8 +1,8 @@
-//! Reading and writing for stiction: scenarios in TOML, signals in CSV, recordings of plants as
-//! historians export them.
+//! Reading and writing for stiction: scenarios in TOML, signals in CSV, recordings of plants as historians export
+//! them.
 //!
-//! Nothing read here is silently coerced, dropped or filled in: what cannot be understood is an
-//! error that names the file, the line or row, the key or column, and what would be right.
+//! Nothing is silently coerced, dropped or filled in. Unreadable content is an error with the file, the line or row,
+//! the key or column, and the remedy.
 #![forbid(unsafe_code)]
 
 mod budget;

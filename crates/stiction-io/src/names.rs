@@ -1,6 +1,6 @@
-//! Names, as messages list them.
+//! Lists of names in messages.
 
-/// Names in quotes, not endlessly many.
+/// Names in quotes, up to a limited number.
 pub fn list(names: &[&str]) -> String {
     const MOST: usize = 20;
     let shown: Vec<_> = names.iter().take(MOST).map(|name| format!("\"{name}\"")).collect();

@@ -1,48 +1,47 @@
-//! What would help a reader that cannot tell something by itself.
+//! Remedies for a reader that cannot recognise something by itself.
 
 use std::fmt;
 
-/// What a message of the reader asks for, with an example of it where there is one. Every front end has its own words
-/// for that, see [`Wording`].
+/// A request of the reader, with an example if possible. Every front end has its own wording, see [`Wording`].
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// Say what role a column has ([`ReadOptions::map`](crate::ReadOptions::map)).
+    /// Give the role of a column ([`ReadOptions::map`](crate::ReadOptions::map)).
     Map {
         /// The role, such as `op`, or `FIC101.op` of one loop of several.
         role: String,
-        /// The column; `None` stands for one that only the user knows.
+        /// The column; `None` if only the user knows it.
         column: Option<String>,
     },
-    /// Tell the time between rows, in s, such as this one.
+    /// Give the time between rows, in s, such as this one.
     SampleTime(f64),
-    /// Tell how times are written: one of these ways, or another one if there are none.
+    /// Give the format of times, such as one of these; any if empty.
     TimeFormat(Vec<String>),
-    /// Tell the zone of local times, such as this one.
+    /// Give the zone of local times, such as this one.
     Zone(Option<String>),
-    /// Say that this word stands for a bad value.
+    /// Declare this word as a bad value.
     BadText(String),
-    /// Tell the values of a signal that are 0 % and 100 %.
+    /// Give the values of a signal at 0 % and 100 %.
     Range {
         /// The signal, `OP` or `VP`.
         signal: &'static str,
-        /// The values, where they are likely.
+        /// The likely values, if known.
         ends: Option<(f64, f64)>,
     },
 }
 
 impl Remedy {
-    /// A column, known by its name, in a role.
+    /// A role for a column with this name.
     pub(crate) fn map(role: impl Into<String>, column: &str) -> Self {
         Self::Map { role: role.into(), column: Some(column.to_owned()) }
     }
 
-    /// A column that only the user knows, in a role.
+    /// A role for a column that only the user knows.
     pub(crate) fn map_some(role: &str) -> Self {
         Self::Map { role: role.to_owned(), column: None }
     }
 
-    /// The field of [`ReadOptions`](crate::ReadOptions), or of its loops' settings, that takes it.
+    /// The field of [`ReadOptions`](crate::ReadOptions), or of its loops' settings, for this remedy.
     pub fn option(&self) -> &'static str {
         match self {
             Self::Map { .. } => "map",
@@ -55,7 +54,7 @@ impl Remedy {
         }
     }
 
-    /// The value to give, as the command line writes it; empty where there is no example.
+    /// The value to give, as the command line writes it; empty without an example.
     pub fn value(&self) -> String {
         match self {
             Self::Map { role, column } => {
@@ -82,8 +81,8 @@ impl fmt::Display for Remedy {
     }
 }
 
-/// How remedies are worded in messages and notes: by default with the names of this library's options. A front end
-/// whose options have other names gives its own.
+/// The wording of remedies in messages and notes, by default with the names of this library's options. A front end
+/// whose options have other names provides its own.
 #[derive(Clone, Copy)]
 pub struct Wording(pub fn(&Remedy) -> String);
 
@@ -105,7 +104,7 @@ impl fmt::Debug for Wording {
     }
 }
 
-/// Words do not change what is read: all wordings are equal.
+/// Wordings do not affect reading, so all are equal.
 impl PartialEq for Wording {
     fn eq(&self, _: &Self) -> bool {
         true

@@ -1,38 +1,37 @@
-//! What every file format is read into: named columns of cells, before anyone asks what they mean.
+//! The common result of all file formats: named columns of cells, not yet interpreted.
 
 use std::sync::Arc;
 
-/// A table from a file, whatever its format.
+/// A table from a file of any format.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sheet {
-    /// The file, as it is named in messages.
+    /// The name of the file in messages.
     pub origin: String,
-    /// Which part of the file, such as `cdata.chemicals.loop2` of a MATLAB file; empty if it has one
-    /// part only.
+    /// The part of the file, such as `cdata.chemicals.loop2` of a MATLAB file; empty if the file has only one.
     pub part: String,
     /// The columns in the order of the file, all of one length.
     pub columns: Vec<Column>,
-    /// Time between rows in s, where the file tells it beside the columns.
+    /// Time between rows in s, if the file gives it beside the columns.
     pub sample_time: Option<f64>,
-    /// What else the file says of the whole, such as `("type", "1")`.
+    /// Other information of the file on the whole table, such as `("type", "1")`.
     pub attributes: Vec<(String, String)>,
-    /// What the file has beside them that could not be made a column.
+    /// Data of the file that could not become a column.
     pub left_out: Vec<LeftOut>,
-    /// What the user should know of how the columns were made.
+    /// Notes for the user on how the columns were made.
     pub notes: Vec<String>,
-    /// The row of the file that each cell of a column comes from, from 1, as a spreadsheet or editor
-    /// counts; empty where rows have no number of their own, and the index from 1 is used.
+    /// The row in the file of each cell of a column, from 1, as a spreadsheet or editor counts. It is empty if rows
+    /// have no numbers of their own, and then the index from 1 is used.
     pub rows: Vec<usize>,
 }
 
-/// What could not be made a column: it is named, not dropped.
+/// Data that could not become a column. They are listed, not dropped.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
     /// Its name.
     pub name: String,
-    /// Why, as the end of a sentence that begins with the name.
+    /// The reason, as the end of a sentence that begins with the name.
     pub why: String,
-    /// Whether it holds samples, or could: what is empty or a single number does not.
+    /// Whether they hold samples, or could. Empty data and single numbers do not.
     pub holds_samples: bool,
 }
 
@@ -41,7 +40,7 @@ pub struct LeftOut {
 pub struct Column {
     /// Its name, trimmed.
     pub name: String,
-    /// Its unit, where the file names one.
+    /// Its unit, if the file gives one.
     pub unit: Option<String>,
     /// Its cells.
     pub cells: Cells,
@@ -50,22 +49,21 @@ pub struct Column {
 /// The cells of a column, as the format stores them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cells {
-    /// Numbers; NaN where there is none.
+    /// Numbers, with NaN for missing ones.
     Numbers(Vec<f64>),
-    /// Text as it was written; empty where there is none. Of words that come again, such as tags, there is one each.
+    /// Text as written, empty if missing. Repeated words, such as tags, share one copy.
     Text(Vec<Arc<str>>),
-    /// Times, s since 1970-01-01; NaN where there is none. Without a zone they are local, and so are
-    /// these.
+    /// Times, s since 1970-01-01, with NaN for missing ones. Times without a zone are local.
     Times {
         /// The times.
         seconds: Vec<f64>,
-        /// Whether they are UTC, not local in an unknown zone.
+        /// Whether they are UTC. Otherwise they are local times of an unknown zone.
         utc: bool,
     },
 }
 
 impl Cells {
-    /// How many.
+    /// Number of cells.
     pub fn len(&self) -> usize {
         match self {
             Self::Numbers(cells) => cells.len(),
@@ -74,24 +72,24 @@ impl Cells {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
 impl Sheet {
-    /// How many rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, |column| column.cells.len())
     }
 
-    /// Whether there is no row.
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The number by which the file counts the row at `index`.
+    /// The number in the file of the row at `index`.
     pub fn row(&self, index: usize) -> usize {
         self.rows.get(index).copied().unwrap_or(index + 1)
     }
@@ -123,7 +121,7 @@ impl Sheet {
         }
     }
 
-    /// Appends the rows of another sheet of the same columns.
+    /// Appends the rows of another sheet with the same columns.
     pub fn append(&mut self, other: Self) {
         self.rows = (0..self.len())
             .map(|row| self.row(row))
@@ -144,7 +142,7 @@ impl Sheet {
 }
 
 impl Column {
-    /// Its name and unit.
+    /// A copy with name and unit, without cells.
     fn clone_without_cells(&self) -> Self {
         Self { name: self.name.clone(), unit: self.unit.clone(), cells: Cells::Numbers(vec![]) }
     }

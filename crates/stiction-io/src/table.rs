@@ -4,10 +4,10 @@ use crate::bytes;
 use crate::error::{Error, Result};
 use std::path::Path;
 
-/// A CSV file with a header row, its cells kept as they were written.
+/// A CSV file with a header row, and its cells as written.
 ///
-/// Columns are separated by commas, semicolons or tabs, whichever the header has most of; decimals
-/// use the point. A byte order mark is skipped.
+/// Columns are separated by commas, semicolons or tabs, by the most frequent of these in the header. The decimal mark
+/// is the point. A byte order mark is skipped.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
     origin: String,
@@ -18,7 +18,7 @@ pub struct Table {
     lines: Vec<usize>,
 }
 
-/// Names by which a column of times is known.
+/// Names of columns of times.
 const TIME_COLUMNS: [&str; 4] = ["t", "time", "t_s", "time_s"];
 
 impl Table {
@@ -30,11 +30,11 @@ impl Table {
         Self::parse(&bytes::read(path)?, &path.display().to_string())
     }
 
-    /// Reads a table from `bytes`; `origin` names it in errors.
+    /// Reads a table from `bytes`; `origin` is its name in errors.
     ///
     /// # Errors
-    /// If it is not UTF-8 text with a header of distinct names and at least one row of as many
-    /// cells, or its times, where it has them, do not ascend.
+    /// If it is not UTF-8 text with a header of distinct names and at least one row of as many cells, or if its
+    /// times, if any, do not ascend.
     pub fn parse(bytes: &[u8], origin: &str) -> Result<Self> {
         let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
         let text = std::str::from_utf8(bytes).map_err(|e| {
@@ -92,7 +92,7 @@ impl Table {
         Ok(table)
     }
 
-    /// The times must be numbers that ascend, where there are times.
+    /// Checks that the times, if any, are ascending numbers.
     fn check_times(&self) -> Result<()> {
         let Some(name) = self.header.iter().find(|name| is_time(name)) else { return Ok(()) };
         let times = self.column(name)?;
@@ -110,7 +110,7 @@ impl Table {
         }
     }
 
-    /// An error about the cell in data row `index`, counted from 0.
+    /// An error on the cell in data row `index`, counted from 0.
     fn cell(&self, index: usize, column: &str, message: String) -> Error {
         let row = self.lines[index];
         Error::Cell { origin: self.origin.clone(), row, column: column.to_owned(), message }
@@ -126,7 +126,7 @@ impl Table {
         self.rows.len()
     }
 
-    /// Whether there are no rows; never so for a table that was read.
+    /// Whether there are no rows. A table that was read always has rows.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -157,7 +157,7 @@ impl Table {
         self.rows.iter().enumerate().map(number).collect()
     }
 
-    /// The cells of the column called `name` as they are written, less blanks about them.
+    /// The cells of the column called `name` as written, without surrounding blanks.
     ///
     /// # Errors
     /// If there is no such column.
@@ -166,7 +166,7 @@ impl Table {
         Ok(self.rows.iter().map(|row| row.get(index).unwrap_or("").trim().to_owned()).collect())
     }
 
-    /// Which line of the file the data row `index`, counted from 0, stands on; 0 if there is none.
+    /// The line of the file with the data row `index`, counted from 0; 0 if there is none.
     pub fn line(&self, index: usize) -> usize {
         self.lines.get(index).copied().unwrap_or(0)
     }
@@ -182,11 +182,10 @@ impl Table {
         })
     }
 
-    /// The table with one more column, as CSV text. Numbers are written so that they read back the
-    /// same.
+    /// The table with one more column, as CSV text. Numbers are written so that reading gives the same values.
     ///
     /// # Errors
-    /// If there is a column of that name already, or `values` has not one number a row.
+    /// If a column of that name exists, or `values` does not have one number per row.
     pub fn with_column(&self, name: &str, values: &[f64]) -> Result<String> {
         let wrong = |message: String| Error::Table { origin: self.origin.clone(), message };
         if self.header.iter().any(|n| n == name) {
@@ -194,7 +193,7 @@ impl Table {
         }
         if values.len() != self.rows.len() {
             let (rows, values) = (self.rows.len(), values.len());
-            let message = format!("has {rows} rows, but {values} values; give one a row");
+            let message = format!("has {rows} rows, but {values} values; give one per row");
             return Err(wrong(message));
         }
         let separator = char::from(self.delimiter).to_string();
@@ -211,8 +210,8 @@ impl Table {
     }
 }
 
-/// Tells on which line of a text its records begin. The reader's own count stops before line ends
-/// and blank lines that precede a record.
+/// Finds the lines on which records of a text begin. The reader's own count stops before line breaks and blank lines
+/// that precede a record.
 struct RecordLines<'t> {
     text: &'t [u8],
     at: usize,
@@ -220,7 +219,7 @@ struct RecordLines<'t> {
 }
 
 impl RecordLines<'_> {
-    /// The line, from 1, of the record at `position`; records in their order.
+    /// The line, from 1, of the record at `position`. Records must be in order.
     fn line(&mut self, position: Option<&csv::Position>) -> usize {
         let start = position.map_or(self.at, |position| position.byte() as usize);
         let ends = self.text[start..].iter().take_while(|b| matches!(**b, b'\r' | b'\n')).count();
@@ -231,8 +230,8 @@ impl RecordLines<'_> {
     }
 }
 
-/// What separates the cells of a `header`: the comma, the semicolon or the tab, whichever it has most
-/// of outside quotes; the comma where there is none.
+/// The delimiter of a `header`: the most frequent of comma, semicolon and tab outside quotes; the comma if there is
+/// none.
 fn delimiter(header: &str) -> u8 {
     let bare = || header.split('"').step_by(2).flat_map(str::bytes);
     // max_by_key keeps the last of equals.
@@ -242,8 +241,7 @@ fn delimiter(header: &str) -> u8 {
         .unwrap_or(b',')
 }
 
-/// `name` in quotes where, without them, it could be mistaken for several columns, or its beginning
-/// for a byte order mark.
+/// `name` in quotes if, without them, it could be mistaken for several columns or a byte order mark.
 fn quoted(name: &str) -> std::borrow::Cow<'_, str> {
     if name.contains([',', ';', '\t', '"', '\r', '\n', '\u{feff}']) {
         format!("\"{}\"", name.replace('"', "\"\"")).into()
@@ -260,7 +258,7 @@ fn is_time(name: &str) -> bool {
 /// The times of samples, rounded to a millionth of a sample, so that 0.3 is not 0.30000000000000004.
 pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
     let digits = (6.0 - sample_time.log10()).ceil().max(0.0);
-    // Beyond these digits a number's own rounding is finer.
+    // Beyond these digits the rounding of floating-point numbers is finer.
     let unit = (digits <= 15.0).then(|| 10f64.powf(digits));
     let time = |k| {
         let t = k as f64 * sample_time;
@@ -269,8 +267,8 @@ pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
     (0..samples).map(time).collect()
 }
 
-/// Columns of equal length as CSV text; a column without values stays empty. Numbers are written
-/// so that they read back the same.
+/// Columns of equal length as CSV text. A column without values stays empty. Numbers are written so that reading
+/// gives the same values.
 pub fn write(columns: &[(&str, Option<&[f64]>)]) -> String {
     let rows = columns.iter().filter_map(|(_, c)| c.map(<[f64]>::len)).max().unwrap_or(0);
     let mut text = columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(",");
@@ -289,7 +287,7 @@ pub fn write(columns: &[(&str, Option<&[f64]>)]) -> String {
     text
 }
 
-/// What `writer` wrote, as text.
+/// The output of `writer` as text.
 fn finish(writer: csv::Writer<Vec<u8>>) -> std::result::Result<String, String> {
     let bytes = writer.into_inner().map_err(|e| e.to_string())?;
     String::from_utf8(bytes).map_err(|e| e.to_string())

@@ -1,9 +1,9 @@
 //! Files written whole or not at all.
 //!
-//! What is written goes to a temporary file in the same folder, is flushed to the disk, and takes the name of the file
-//! in one step. A full disk, or an end in between, leaves what was there before. Who is killed leaves the temporary file:
-//! it is called `.stiction-XXXXXX.part`, which no pattern such as `*.csv` takes for data. Who writes holds a lock on it, so
-//! the next run that writes to the folder knows what was left, and removes it.
+//! The content goes to a temporary file in the same folder, is flushed to the disk, and takes the name of the file in
+//! one step. After a full disk or an interruption, the previous file remains. A killed process leaves the temporary
+//! file `.stiction-XXXXXX.part`, which patterns such as `*.csv` do not match. The writer holds a lock on it, so the
+//! next run that writes to the folder recognises a leftover file and removes it.
 
 use std::collections::HashSet;
 use std::fs::{self, File, Permissions};
@@ -13,26 +13,26 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::Duration;
 use tempfile::TempPath;
 
-/// What the name of a temporary file begins with.
+/// Beginning of a temporary file's name.
 const PREFIX: &str = ".stiction-";
-/// What it ends with.
+/// End of a temporary file's name.
 const SUFFIX: &str = ".part";
-/// A temporary file that is younger may be one that its writer has made and not locked yet.
+/// A younger temporary file may have been created by a writer that has not locked it yet.
 const YOUNG: Duration = Duration::from_secs(60);
 
-/// A file that is being written. It takes its name with [`keep`](Self::keep); without that, nothing has happened.
+/// A file that is being written. It takes its name with [`keep`](Self::keep). Without that, nothing changes.
 #[derive(Debug)]
 pub struct WholeFile {
     out: BufWriter<File>,
     place: Option<Place>,
 }
 
-/// Where a file goes when it is whole; a device or pipe has no such place, and is written as it is.
+/// The final place of a complete file. A device or pipe has none, and is written directly.
 #[derive(Debug)]
 struct Place {
     beside: TempPath,
     target: PathBuf,
-    /// Those of the file that was there.
+    /// The permissions of the previous file.
     permissions: Option<Permissions>,
 }
 
@@ -47,10 +47,10 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 impl WholeFile {
-    /// Begins to write the file at `path`. A link stays one: what it leads to is written.
+    /// Begins to write the file at `path`. A link remains, and its target is written.
     ///
     /// # Errors
-    /// If it is a folder or read-only, or its folder is missing or takes no new file.
+    /// If it is a folder or read-only, or its folder is missing or does not permit a new file.
     pub fn create(path: &Path) -> io::Result<Self> {
         let there = fs::metadata(path).ok();
         if let Some(there) = &there
@@ -58,7 +58,7 @@ impl WholeFile {
         {
             return Err(Error::new(ErrorKind::IsADirectory, "is a folder; name a file"));
         }
-        // What stands there under the name of an open file, such as /dev/stdout, is written by others, too.
+        // A file that is open under this name, such as /dev/stdout, has other writers, too.
         let is_open = path.starts_with("/dev") || path.starts_with("/proc");
         if is_open || there.as_ref().is_some_and(|there| !there.is_file()) {
             return Ok(Self { out: BufWriter::new(File::create(path)?), place: None });
@@ -80,7 +80,7 @@ impl WholeFile {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            // As for any new file: less what the user's mask takes away.
+            // As for any new file, without the permissions that the user's mask removes.
             builder.permissions(Permissions::from_mode(0o666));
         }
         let (out, beside) = builder
@@ -89,23 +89,23 @@ impl WholeFile {
                 ErrorKind::PermissionDenied => Error::new(
                     error.kind(),
                     format!(
-                        "its folder, {}, takes no new file; permit that, or name another",
+                        "its folder, {}, does not permit a new file; permit that, or name another",
                         folder.display()
                     ),
                 ),
-                // Without the temporary name, which tells nobody anything.
+                // Without the temporary name, which has no meaning for the user.
                 kind => Error::from(kind),
             })?
             .into_parts();
-        // Where files cannot be locked nothing is removed either.
+        // Where files cannot be locked, nothing is removed either.
         let _ = out.try_lock();
         Ok(Self { out: BufWriter::new(out), place: Some(Place { beside, target, permissions }) })
     }
 
-    /// Ends the file and gives it its name.
+    /// Finishes the file and gives it its name.
     ///
     /// # Errors
-    /// If what is left cannot be written, or the name cannot be given; then nothing has happened.
+    /// If the rest cannot be written, or the name cannot be given. Then nothing has changed.
     pub fn keep(self) -> io::Result<()> {
         let file = self.out.into_inner().map_err(io::IntoInnerError::into_error)?;
         let Some(Place { beside, target, permissions }) = self.place else { return Ok(()) };
@@ -128,8 +128,7 @@ impl Write for WholeFile {
     }
 }
 
-/// Removes what killed writers left in `folder`: temporary files of this module that nobody holds. What cannot be removed
-/// stays.
+/// Removes temporary files of killed writers in `folder` that nobody has locked. Files that cannot be removed stay.
 pub fn remove_left_over(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -140,7 +139,7 @@ pub fn remove_left_over(folder: &Path) {
     }
 }
 
-/// Once a folder and process: a folder of many files is not listed for each of them.
+/// Once per folder and process, so that a folder of many files is not listed for each of them.
 fn remove_left_over_once(folder: &Path) {
     static SEEN: LazyLock<Mutex<HashSet<PathBuf>>> = LazyLock::new(Mutex::default);
     let first = SEEN.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_owned());
@@ -149,7 +148,7 @@ fn remove_left_over_once(folder: &Path) {
     }
 }
 
-/// Whether no writer holds a temporary file, and none has just made it.
+/// Whether no writer holds a temporary file, and it is not too young.
 fn is_left_over(path: &Path) -> bool {
     let age = |there: fs::Metadata| there.modified().ok()?.elapsed().ok();
     let is_file = |there: &fs::Metadata| there.is_file();
@@ -158,9 +157,9 @@ fn is_left_over(path: &Path) -> bool {
     is_old && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
 }
 
-/// The file that `path` names, by whatever links; it may be one that is still to be made.
+/// The target of `path` after all links, which may not exist yet.
 pub fn end_of_links(path: &Path) -> PathBuf {
-    /// As many links as Linux follows.
+    /// The number of links that Linux follows.
     const LINKS: usize = 40;
     let mut at = path.to_owned();
     for _ in 0..LINKS {

@@ -1,4 +1,4 @@
-//! Arguments of the classes, refused by name. Functions are given what `stiction._arguments` has checked.
+//! Checks the arguments of classes, by name. Arguments of functions are checked by `stiction._arguments`.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -17,7 +17,7 @@ pub fn finite(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     Err(PyValueError::new_err(format!("{name} is {number}, but must be a finite number")))
 }
 
-/// `name` is not `what` it must be.
+/// An error that `name` is not `what` it must be.
 pub fn mismatch(name: &str, value: &Bound<'_, PyAny>, what: &str) -> PyErr {
     match value.get_type().name() {
         Ok(found) => {

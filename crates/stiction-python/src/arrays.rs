@@ -1,4 +1,4 @@
-//! Columns of numbers from whatever speaks Arrow.
+//! Columns of numbers from any Arrow data.
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type};

@@ -4,10 +4,10 @@ use crate::arguments::number;
 use crate::errors::refused;
 use pyo3::prelude::*;
 
-/// How much a valve sticks, in percent of span.
+/// The size of stiction, in percent of span.
 ///
-/// Either of two equivalent pairs describes it, with ``fs = (S + J) / 2`` and ``fd = (S - J) / 2``:
-/// a stem at rest breaks away when ``|OP - VP|`` exceeds `fs`, and a moving one trails the OP by `fd`.
+/// It is described by either of two equivalent pairs, with ``fs = (S + J) / 2`` and ``fd = (S - J) / 2``: a stem at
+/// rest breaks away when ``|OP - VP|`` exceeds `fs`, and a moving stem lags the OP by `fd`.
 ///
 /// Parameters
 /// ----------

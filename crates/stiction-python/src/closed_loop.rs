@@ -1,4 +1,4 @@
-//! Scenarios: what to simulate, and what the cycles, compensators and actions of a loop are computed from.
+//! Scenarios to simulate, also used for the cycles, compensators and actions of a loop.
 
 use crate::bands::Bands;
 use crate::dict::dict;
@@ -11,14 +11,14 @@ use pyo3::types::{PyBool, PyDict, PyMapping, PyString};
 use stiction::closed_loop::{self, ClosedLoop, Run, Statistics};
 use stiction_io::scenario::{self, System};
 
-/// What to simulate: a loop, a cascade, or a valve on a test signal. Made by `stiction.scenario`.
+/// A loop, a cascade, or a valve on a test signal, to simulate. Made by `stiction.scenario`.
 #[pyclass(frozen, eq, module = "stiction", from_py_object)]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario(pub stiction_io::Scenario);
 
 #[pymethods]
 impl Scenario {
-    /// What it shows, in one line.
+    /// Its title, one line.
     #[getter]
     fn title(&self) -> &str {
         &self.0.title
@@ -30,7 +30,7 @@ impl Scenario {
         &self.0.text
     }
 
-    /// What was given but has no effect, in sentences.
+    /// Settings without effect, in sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.0.notes.clone()
@@ -83,7 +83,7 @@ impl Scenario {
     }
 }
 
-/// The scenario of TOML text, or of the tables of one as a mapping, with settings by dotted key.
+/// The scenario in TOML text, or in its tables as a mapping, with settings by dotted key.
 #[pyfunction]
 #[pyo3(signature = (source, settings = None))]
 fn scenario_parse(
@@ -101,14 +101,14 @@ fn scenario_parse(
         .map_err(unread)
 }
 
-/// The built-in scenario of that name, or the one in that file, with settings by dotted key.
+/// The built-in scenario of that name, or the scenario in that file, with settings by dotted key.
 #[pyfunction]
 #[pyo3(signature = (name, settings = None))]
 fn scenario_open(name: &str, settings: Option<&Bound<'_, PyMapping>>) -> PyResult<Scenario> {
     stiction_io::Scenario::open(name, &assignments(settings)?).map(Scenario).map_err(unread)
 }
 
-/// Settings as the command line takes them.
+/// Settings in the form of the command line.
 fn assignments(settings: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<String>> {
     let Some(settings) = settings else { return Ok(vec![]) };
     let mut all = vec![];
@@ -119,7 +119,7 @@ fn assignments(settings: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<String>>
     Ok(all)
 }
 
-/// A Python value as TOML; `key` names it in errors.
+/// A Python value as TOML. `key` is its name in errors.
 fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     if let Ok(table) = value.cast::<PyMapping>() {
         let mut all = toml::Table::new();
@@ -157,7 +157,7 @@ fn scenario_names() -> Vec<(&'static str, String)> {
     scenario::built_in().collect()
 }
 
-/// The signals of a run and what is measured on them.
+/// The signals and measures of a run.
 pub fn run_dict<'py>(py: Python<'py>, run: Run) -> PyResult<Bound<'py, PyDict>> {
     let (period_s, growth) = (run.period_s(), run.growth());
     let half_pp = [&run.op, &run.vp, &run.pv].map(|signal| run.half_pp(signal));
@@ -175,7 +175,7 @@ pub fn run_dict<'py>(py: Python<'py>, run: Run) -> PyResult<Bound<'py, PyDict>> 
     ))
 }
 
-/// Simulates a scenario, of whatever kind it is.
+/// Simulates a scenario of any kind.
 #[pyfunction]
 fn simulate<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Bound<'py, PyDict>> {
     match scenario.0.system.clone() {
@@ -207,11 +207,10 @@ fn simulate<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Bound<'py, Py
     }
 }
 
-/// Loops simulated between two looks for an interrupt.
+/// Loops simulated between two checks for an interrupt.
 const CHUNK: usize = 256;
 
-/// Statistics of many closed loops. Those that follow each other with the same number of samples are
-/// swept together.
+/// Statistics of many closed loops. Successive loops with the same number of samples are swept together.
 #[pyfunction]
 #[pyo3(signature = (scenarios, told = None))]
 fn sweep<'py>(
@@ -254,7 +253,7 @@ fn sweep<'py>(
     ))
 }
 
-/// Samples of a signal that is given as the tables of scenarios give it.
+/// Samples of a signal given in the form of a scenario's table.
 #[pyfunction]
 fn signal<'py>(
     py: Python<'py>,
@@ -271,7 +270,7 @@ fn signal<'py>(
     ]);
     let scenario = stiction_io::Scenario::parse(&whole.to_string(), "signal", None);
     let System::OpenLoop(valve) = scenario.map_err(unread)?.system else {
-        return Err(PyValueError::new_err("table is no signal"));
+        return Err(PyValueError::new_err("table is not a signal"));
     };
     let sample = move |_: &_| valve.input.sample(valve.sample_time, valve.samples);
     Ok(PyArray1::from_vec(py, long(py, None, sample)?.map_err(refused)?))

@@ -1,4 +1,4 @@
-//! Compensators: one on a loop, or all side by side.
+//! Compensators, one on a loop or all side by side.
 
 use crate::closed_loop::{Scenario, run_dict};
 use crate::dict::{dict, plain};
@@ -28,7 +28,7 @@ fn compensators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     Method::ALL.iter().map(each).collect()
 }
 
-/// The protocol that suits the loop, with what was asked otherwise, and what is taken to be known of it.
+/// The protocol for the loop, with the user's changes and the assumed knowledge of the loop.
 fn suiting(
     py: Python<'_>,
     scenario: &Scenario,
@@ -146,7 +146,7 @@ pub fn row_dict<'py>(
     ))
 }
 
-/// What all actions went through.
+/// The protocol of all actions.
 pub fn protocol_dict<'py>(
     py: Python<'py>,
     options: &CompareOptions,
@@ -165,7 +165,7 @@ pub fn protocol_dict<'py>(
     ))
 }
 
-/// Methods by name, each once; all of them if none is named.
+/// Methods by name, each once; all methods if none is named.
 pub fn methods_of(names: &[String]) -> PyResult<Vec<Method>> {
     let mut methods = vec![];
     for name in names {
@@ -215,7 +215,7 @@ fn compare_compensators<'py>(
     ))
 }
 
-/// A row for every case of every action.
+/// One row for every case of every action.
 #[pyfunction]
 fn actions_table(
     rank: Vec<i64>,

@@ -15,7 +15,7 @@ use stiction::recording::{LoopType, Segment};
 use stiction_figure::{Figure, Panel, Series, Style};
 use stiction_report::report::{Context, evidence};
 
-/// Signals as Python gives them.
+/// Signals from Python.
 pub type Signal<'py> = PyReadonlyArray1<'py, f64>;
 
 /// All detectors.
@@ -54,7 +54,7 @@ fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     methods::all().iter().map(|detector| of(&**detector)).collect()
 }
 
-/// A segment of signals of one length, all finite.
+/// A segment of signals of equal length, all finite.
 pub fn segment(
     op: &Signal<'_>,
     pv: Option<Signal<'_>>,
@@ -78,7 +78,7 @@ pub fn segment(
     Ok(Segment { from: 0.0, sample_time, op, pv, sp, vp, bridged: 0 })
 }
 
-/// The period that was told, in samples, or that of the dominant oscillation.
+/// The given period in samples, or the period of the dominant oscillation.
 fn period(segment: &Segment, loop_type: LoopType, told_s: Option<f64>) -> Option<f64> {
     match told_s {
         Some(period) => Some(period / segment.sample_time),
@@ -91,8 +91,8 @@ pub fn methods(names: &[String]) -> PyResult<Vec<MethodId>> {
     names.iter().map(|name| name.parse().map_err(refused)).collect()
 }
 
-/// What detectors say of a segment; those of no name are all. Without a period the one of the dominant
-/// oscillation is taken.
+/// Runs detectors on a segment; without names, all of them. Without a period, the period of the dominant oscillation
+/// is used.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
 fn detect_stiction<'py>(
@@ -123,8 +123,8 @@ fn detect_stiction<'py>(
     plain(py, &findings)
 }
 
-/// What a method looked at in the subject that `with_subject` gives, as the report draws it: panels with named
-/// series; `None` if there is nothing to draw.
+/// The evidence of a method in the subject of `with_subject`, as the report draws it: panels with named series;
+/// `None` if there is nothing to draw.
 pub fn evidence_dict<'py>(
     py: Python<'py>,
     method: &str,
@@ -164,7 +164,7 @@ pub fn evidence_dict<'py>(
     )))
 }
 
-/// What a method looks at in signals. Without a period the one of the dominant oscillation is taken.
+/// The evidence of a method in signals. Without a period, the period of the dominant oscillation is used.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
 fn method_evidence<'py>(

@@ -1,4 +1,4 @@
-//! Diagnoses: from a recording to a verdict, and what several diagnoses of one valve say together.
+//! Diagnoses of recordings, and their combination for one valve.
 
 use crate::detect::{evidence_dict, methods};
 use crate::dict::{dict, plain};
@@ -20,7 +20,7 @@ use stiction_report::document::{Document, Loop, Source};
 use stiction_report::report;
 use stiction_report::table::{COLUMNS, Cells};
 
-/// The program with its version, as documents name it.
+/// Name and version of the program, as documents show them.
 const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 
 /// A diagnosis, kept for its report and its plots.
@@ -39,17 +39,17 @@ impl Diagnosed {
 
 #[pymethods]
 impl Diagnosed {
-    /// What was found out, as its document says it.
+    /// The diagnosis as a document.
     fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         plain(py, &*self.diagnosis)
     }
 
-    /// The signals that were judged.
+    /// The judged signals.
     fn segment<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.diagnosis.segment().map(|segment| segment_dict(py, segment)).transpose()
     }
 
-    /// The evidence that was weighed.
+    /// The weighed evidence.
     fn weighing<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(weighing) = &self.diagnosis.evidence else { return Ok(None) };
         let names = features().map(|feature| feature.name);
@@ -70,7 +70,7 @@ impl Diagnosed {
         )))
     }
 
-    /// What a method looked at.
+    /// The evidence of a method.
     fn method_evidence<'py>(
         &self,
         py: Python<'py>,
@@ -80,12 +80,12 @@ impl Diagnosed {
         evidence_dict(py, method, move |look| look(&diagnosis.subject()?))
     }
 
-    /// Where the loop stands in a ranked list, the worst lowest.
+    /// The rank of the loop in a list, the worst lowest.
     fn rank(&self) -> f64 {
         self.diagnosis.rank()
     }
 
-    /// What it says of the valve at a time.
+    /// The observation of the valve at a time.
     fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         plain(py, &self.diagnosis.observation(self.diagnosis.start.unwrap_or(0.0)))
     }
@@ -96,19 +96,19 @@ type Triple = (f64, f64, f64);
 /// An observation: time, class, probability, S, J, weight, windows.
 type Seen = (f64, String, Option<f64>, Option<Triple>, Option<Triple>, f64, f64);
 
-/// What may be told about loops before they are diagnosed.
+/// Information on loops for their diagnosis.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Told {
     loop_type: Option<String>,
-    /// None is all.
+    /// None means all.
     detectors: Option<Vec<String>>,
     sample_time: Option<f64>,
     dead_time: Option<f64>,
 }
 
 impl Told {
-    /// The options that say so.
+    /// The options with this information.
     pub fn options(self) -> PyResult<DiagnoseOptions> {
         let loop_type = self.loop_type.map(|name| LoopType::by_name(&name)).transpose();
         let detectors = match self.detectors {
@@ -170,7 +170,7 @@ fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String>
     html.map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
-/// Diagnoses as a table, one row a loop.
+/// Diagnoses as a table with one row per loop.
 #[pyfunction]
 fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<ArrowTable> {
     let all: Vec<Loop<'_>> = diagnoses.iter().map(Diagnosed::found).collect();
@@ -195,7 +195,7 @@ fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
     seen.into_iter().map(observation).collect()
 }
 
-/// What observations of one valve say together.
+/// The combination of observations of one valve.
 #[pyfunction]
 fn observations_combined(py: Python<'_>, seen: Vec<Seen>) -> PyResult<Bound<'_, PyAny>> {
     plain(py, &diagnose::combine(&observations(seen)?).map_err(refused)?)

@@ -1,16 +1,16 @@
-//! Errors of the library as Python's own.
+//! Converts errors of the library to Python's.
 
 use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyValueError};
 use std::io::ErrorKind;
 use stiction_io::{Remedy, Wording};
 
-/// What the library refused, as `ValueError`.
+/// A refusal of the library, as `ValueError`.
 pub fn refused(error: stiction::Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// What reading refused: `FileNotFoundError` and `OSError` where the file is to blame, else `ValueError`.
+/// An error of reading, as `FileNotFoundError` or `OSError` if the file is the cause, else as `ValueError`.
 pub fn unread(error: stiction_io::Error) -> PyErr {
     let words = error.to_string();
     match error {
@@ -22,7 +22,7 @@ pub fn unread(error: stiction_io::Error) -> PyErr {
     }
 }
 
-/// Remedies as keywords of the package's functions: `columns={"op": "COLUMN"}`.
+/// Remedies as keywords of the package's functions, such as `columns={"op": "COLUMN"}`.
 pub const KEYWORDS: Wording = Wording(|remedy| {
     let value = remedy.value();
     match remedy {

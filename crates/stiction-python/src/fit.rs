@@ -1,4 +1,4 @@
-//! The loop behind a recording: fitted, as a scenario, what could be done about it, and what came of that.
+//! The fitted loop of a recording, its scenario, the effects of actions, and their comparison with a later recording.
 
 use crate::closed_loop::Scenario;
 use crate::diagnosis::Told;
@@ -14,18 +14,18 @@ use stiction::diagnose::{Diagnosis, diagnose};
 use stiction::fit::prospects::Remedy;
 use stiction::fit::{self, Fit, FitOptions, Prospects};
 
-/// A fit, kept for its scenario, its plot and what could be done.
+/// A fit, kept for its scenario, its plot and the effects of actions.
 #[pyclass(frozen, module = "stiction._core")]
 #[derive(Debug)]
 pub struct Fitted {
     diagnosis: Arc<Diagnosis>,
     fit: Arc<Fit>,
-    /// Simulated when they are first asked for.
+    /// Simulated when first requested.
     prospects: Arc<OnceLock<Result<Prospects, String>>>,
 }
 
 impl Fitted {
-    /// What was refused, with the tag of the loop.
+    /// A refusal, with the tag of the loop.
     fn because(&self, why: &str) -> PyErr {
         PyValueError::new_err(format!("loop {}: {why}", self.diagnosis.name))
     }
@@ -38,19 +38,19 @@ impl Fitted {
         match self.prospects.get() {
             Some(Ok(found)) => Ok(found),
             Some(Err(why)) => Err(self.because(why)),
-            None => Err(self.because("what could be done is not known")),
+            None => Err(self.because("the effects of actions are unknown")),
         }
     }
 }
 
 #[pymethods]
 impl Fitted {
-    /// What was fitted, as its document says it.
+    /// The fit as a document.
     fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         plain(py, &*self.fit)
     }
 
-    /// The signals that it was fitted to.
+    /// The signals of the fit.
     fn segment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let segment = self.diagnosis.segment();
         segment_dict(py, segment.ok_or_else(|| self.because("there is no segment"))?)
@@ -65,12 +65,12 @@ impl Fitted {
         stiction_io::Scenario::parse(&text, name, None).map(Scenario).map_err(unread)
     }
 
-    /// What could be done about it.
+    /// The effects of actions.
     fn prospects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         plain(py, self.foreseen(py)?)
     }
 
-    /// What came of an action, by a recording after it.
+    /// The result of an action, from a recording after it.
     fn ring<'py>(
         &self,
         py: Python<'py>,
@@ -95,7 +95,7 @@ fn diagnosed(py: Python<'_>, recording: &Recording, told: Told) -> PyResult<Diag
         .map_err(|error| PyValueError::new_err(format!("loop {name}: {error}")))
 }
 
-/// The loop behind a recording.
+/// Fits the loop of a recording.
 #[pyfunction]
 fn fit_recording(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Functional mock-up units: what there is, and the bytes of one.
+//! Functional mock-up units: the list of models, and the bytes of one.
 
 use crate::closed_loop::Scenario;
 use crate::dict::{dict, plain};
@@ -23,7 +23,7 @@ fn refused(error: Error) -> PyErr {
 
 #[pymethods]
 impl Fmu {
-    /// A `valve` or a `stem` with a law, or, without one, the loop of a scenario; then start values by name.
+    /// A `valve` or a `stem` with a law, or else the loop of a scenario, then start values by name.
     #[new]
     #[pyo3(signature = (kind, law, start, scenario = None))]
     fn new(
@@ -48,8 +48,8 @@ impl Fmu {
         plain(py, &self.0.variables())
     }
 
-    /// The bytes of the file, for version 2 or 3 of FMI, with more libraries (processor, system, bytes) and the moment
-    /// of its generation, seconds after the beginning of 1970.
+    /// The bytes of the file, for version 2 or 3 of FMI, with additional libraries (processor, system, bytes) and the
+    /// time of generation, in seconds after the beginning of 1970.
     fn bytes<'py>(
         &self,
         py: Python<'py>,

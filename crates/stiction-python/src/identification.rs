@@ -22,7 +22,7 @@ use stiction::methods::model_fit::{earx, jelali, karra_karim, lee, srinivasan};
 use stiction::recording::LoopType;
 use stiction::series::standardised;
 
-/// Why nothing was fitted, as `ValueError`.
+/// The reason why nothing was fitted, as `ValueError`.
 fn unfit(Abstention(why): Abstention) -> PyErr {
     PyValueError::new_err(why)
 }
@@ -81,7 +81,7 @@ fn fit_arx<'py>(
     ))
 }
 
-/// An ARX model with a disturbance that wanders; `None` if nothing can be fitted.
+/// An ARX model with a drifting disturbance; `None` if nothing can be fitted.
 #[pyfunction]
 fn fit_earx<'py>(
     py: Python<'py>,
@@ -193,7 +193,7 @@ fn valve_fit<'py>(py: Python<'py>, fit: &ValveFit) -> PyResult<Bound<'py, PyDict
     ))
 }
 
-/// A sticking valve weighed against one that follows.
+/// Compares a sticking valve with a valve that follows.
 #[pyfunction]
 fn weigh_hammerstein<'py>(
     py: Python<'py>,
@@ -208,7 +208,7 @@ fn weigh_hammerstein<'py>(
             Some(period) => Some(period / sample_time),
             None => stiction::diagnose::subject(&segment, LoopType::Unknown).period,
         };
-        let none = || Abstention("there is no period; give period_s".to_owned());
+        let none = || Abstention("no period was found; give period_s".to_owned());
         let flat = || Abstention("the OP or the PV does not move".to_owned());
         let op = standardised(&segment.op).ok_or_else(flat)?;
         let pv = standardised(segment.pv.as_deref().unwrap_or_default()).ok_or_else(flat)?;
@@ -355,7 +355,7 @@ fn evidence_of<'py>(
     ))
 }
 
-/// What the frozen model makes of evidence.
+/// The result of the frozen model for the evidence.
 #[pyfunction]
 fn weigh_evidence<'py>(
     py: Python<'py>,
@@ -379,7 +379,7 @@ fn weigh_evidence<'py>(
     ))
 }
 
-/// Where the frozen model comes from.
+/// The provenance of the frozen model.
 #[pyfunction]
 fn verdict_provenance(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let bundle = shipped().map_err(refused)?;

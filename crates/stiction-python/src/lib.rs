@@ -1,7 +1,7 @@
-//! `stiction._core`: what the Python package needs of the library, one file a part of it.
+//! `stiction._core` provides the library's functions to the Python package, one file per part.
 //!
-//! Classes are those that hold a state or a handle; functions return dictionaries of plain values and
-//! NumPy arrays, of which `python/stiction` makes typed results. Nothing is computed here.
+//! Classes hold a state or a handle. Functions return dictionaries of plain values and NumPy arrays, which
+//! `python/stiction` turns into typed results. Nothing is computed here.
 
 mod arguments;
 mod arrays;
@@ -60,6 +60,6 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     valve_test::register(m)?;
     what_if::register(m)?;
     whole::register(m)?;
-    // The package says what is public.
+    // The package defines what is public.
     m.delattr("__all__")
 }

@@ -1,4 +1,4 @@
-//! Limit cycles of a loop, predicted instead of simulated, and what they depend on.
+//! Limit cycles of a loop, predicted instead of simulated, and their dependence on parameters.
 
 use crate::bands::Bands;
 use crate::closed_loop::Scenario;
@@ -55,7 +55,7 @@ pub fn cycle_dict<'py>(py: Python<'py>, cycle: &Cycle) -> PyResult<Bound<'py, Py
     ))
 }
 
-/// What a search has found.
+/// The result of a search.
 fn found_dict<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -71,7 +71,7 @@ fn found_dict<'py>(
     ))
 }
 
-/// The cycle in which a loop ends, or all that are found.
+/// The final cycle of a loop, or all cycles found.
 #[pyfunction]
 fn limit_cycle<'py>(
     py: Python<'py>,
@@ -123,7 +123,7 @@ fn valve_of(model: &str, s: f64, j: f64) -> PyResult<DescribingFunction> {
     DescribingFunction::new(model, bands).map_err(refused)
 }
 
-/// N(X); 0 where the valve stays stuck. With so many slips a stroke, or with the fewest.
+/// N(X); 0 if the valve stays stuck. With this number of slips per stroke, or with the smallest.
 #[pyfunction]
 #[pyo3(signature = (amplitude, s, j, model, slips = None))]
 fn describing_function<'py>(
@@ -144,7 +144,7 @@ fn describing_function<'py>(
     Ok(PyArray1::from_vec(py, gains.map_err(refused)?))
 }
 
-/// The amplitudes between which a valve slips so often a stroke.
+/// The range of amplitudes in which a valve slips this often per stroke.
 #[pyfunction]
 fn describing_function_branch(
     s: f64,
@@ -161,7 +161,7 @@ fn least_amplitude(s: f64, j: f64, model: &str) -> PyResult<f64> {
     Ok(valve_of(model, s, j)?.least_amplitude())
 }
 
-/// Frequencies at which something is to be seen of L.
+/// Frequencies over the relevant range of L.
 fn usual_frequencies(response: &FrequencyResponse) -> stiction::Result<Vec<f64>> {
     const POINTS: i32 = 1_000;
     const LARGE: f64 = 50.0;
@@ -186,7 +186,7 @@ fn frequency_response<'py>(
         None => usual_frequencies(&response).map_err(refused)?,
     };
     let (margins, stability) = py.detach(|| (response.margins(), response.stability()));
-    // What harmonic balance cannot answer has no crossings to show.
+    // Without an answer of harmonic balance there are no crossings.
     let balance = py.detach(|| harmonic_balance(&l));
     let cycles: Vec<&Cycle> = balance.iter().flat_map(|balance| balance.cycles()).collect();
     let crossings: Vec<f64> = cycles.iter().map(|cycle| TAU / cycle.period_s).collect();
@@ -222,7 +222,7 @@ fn loop_parameters() -> Vec<(&'static str, &'static str)> {
     Parameter::ALL.iter().map(|each| (each.name(), each.unit())).collect()
 }
 
-/// The cycles over two parameters. `told` gets the number of points that are done.
+/// The cycles over two parameters. `told` receives the number of finished points.
 #[pyfunction]
 #[pyo3(signature = (scenario, x, y, method, told = None))]
 fn limit_cycle_map<'py>(
@@ -239,7 +239,7 @@ fn limit_cycle_map<'py>(
     };
     let (x, y): (Axis, Axis) = (axis(x)?, axis(y)?);
     let map = long(py, told, move |progress| {
-        // Row by row, so that it can be told how far it is, and cancelled.
+        // Row by row, so that progress can be reported and the search cancelled.
         let mut points = vec![];
         for value in &y.values {
             if progress.is_cancelled() {
@@ -278,7 +278,7 @@ fn limit_cycle_map<'py>(
     ))
 }
 
-/// A row for every point of a map.
+/// One row for every point of a map.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "columns")]
 fn limit_cycle_map_table(
@@ -309,7 +309,7 @@ fn limit_cycle_map_table(
     ])
 }
 
-/// By how many percent the exact cycle answers to a percent of each parameter.
+/// Change of the exact cycle in percent per percent of each parameter.
 #[pyfunction]
 fn sensitivities<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let l = continuous(scenario)?;
@@ -369,7 +369,7 @@ fn assessment_dict<'py>(py: Python<'py>, found: &Assessment) -> PyResult<Bound<'
     ))
 }
 
-/// What a search for another tuning has found.
+/// The result of a search for another tuning.
 pub fn retuning_dict<'py>(py: Python<'py>, found: &Retuning) -> PyResult<Bound<'py, PyDict>> {
     Ok(dict!(py,
         "present": assessment_dict(py, &found.present)?,
@@ -383,7 +383,7 @@ pub fn retuning_dict<'py>(py: Python<'py>, found: &Retuning) -> PyResult<Bound<'
     ))
 }
 
-/// The robust tuning with the least swing of the PV. `told` gets the number of tunings that were judged.
+/// The robust tuning with the smallest swing of the PV. `told` receives the number of judged tunings.
 #[pyfunction]
 #[pyo3(signature = (scenario, ms, method, within, points, told = None))]
 fn retune<'py>(

@@ -1,4 +1,4 @@
-//! Calls that take long: without the interpreter's lock, and such that Ctrl-C ends them.
+//! Long calls, which run without the interpreter's lock and end on Ctrl-C.
 
 use crate::pool::pool;
 use pyo3::exceptions::PyRuntimeError;
@@ -8,10 +8,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How often signals are asked for and progress is told.
+/// Interval of checks for signals and of progress reports.
 const TICK: Duration = Duration::from_millis(50);
 
-/// How far a long call is, and whether anybody still waits for it.
+/// The progress of a long call, and whether anybody still waits for it.
 #[derive(Debug, Default)]
 pub struct Progress {
     done: AtomicUsize,
@@ -24,12 +24,12 @@ impl Progress {
         self.done.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// So many items are done by now.
+    /// Sets the number of finished items.
     pub fn reached(&self, done: usize) {
         self.done.store(done, Ordering::Relaxed);
     }
 
-    /// Counts one more item as done, and says whether to go on with the next.
+    /// Counts one more item as done, and returns whether to continue.
     pub fn goes_on(&self) -> bool {
         self.one();
         !self.is_cancelled()
@@ -41,9 +41,9 @@ impl Progress {
     }
 }
 
-/// Computes on the threads of this process, without the interpreter's lock. `told` is called with the number of items that are
-/// done whenever that has grown. An interrupt, or an exception in `told`, ends the call at once; the
-/// computation then ends as soon as it asks [`Progress::is_cancelled`], or with its present item.
+/// Computes on the threads of this process, without the interpreter's lock. `told` is called with the number of
+/// finished items whenever it has grown. An interrupt, or an exception in `told`, ends the call at once. The
+/// computation then ends when it next checks [`Progress::is_cancelled`], or with its present item.
 pub fn long<T: Send + 'static>(
     py: Python<'_>,
     told: Option<&Bound<'_, PyAny>>,

@@ -1,4 +1,4 @@
-//! Whether a signal cycles.
+//! Detects cycling signals.
 
 use crate::dict::plain;
 use crate::errors::refused;

@@ -1,4 +1,4 @@
-//! Closed loops with parts of one's own, written in Python.
+//! Closed loops with user parts written in Python.
 
 use crate::arguments::number;
 use crate::closed_loop::{Scenario, run_dict};
@@ -14,7 +14,7 @@ use stiction::closed_loop::{Own, OwnController, OwnProcess};
 use stiction::stem::StemValve;
 use stiction::valve::{self, Start};
 
-/// A part of a loop that is a Python object. Its first exception ends the calls; what it would have given is NaN.
+/// A part of a loop that is a Python object. Its first exception ends the calls, and its output is then NaN.
 struct Theirs<'a, 'py> {
     part: &'a Bound<'py, PyAny>,
     failed: &'a RefCell<Option<PyErr>>,
@@ -41,7 +41,7 @@ impl<'py> Theirs<'_, 'py> {
 
     fn value(&self, method: &str, arguments: impl PyCallArgs<'py>) -> f64 {
         let take = |value: Bound<'py, PyAny>| {
-            value.extract().or_else(|_| number(&format!("what `{method}` gives"), &value))
+            value.extract().or_else(|_| number(&format!("the result of `{method}`"), &value))
         };
         self.call(method, arguments, take).unwrap_or(f64::NAN)
     }
@@ -87,7 +87,7 @@ impl OwnProcess for Theirs<'_, '_> {
     }
 }
 
-/// Simulates a closed loop with parts in place of its own.
+/// Simulates a closed loop in which user parts replace its own.
 #[pyfunction]
 #[pyo3(signature = (scenario, controller, valve, process))]
 fn simulate_own<'py>(

@@ -26,7 +26,7 @@ use stiction_plant::{
     window,
 };
 
-/// What the library refused: `OSError` where the operating system or another writer is to blame, else `ValueError`.
+/// A refusal of the library: `OSError` if the operating system or another writer is the cause, else `ValueError`.
 fn refused(error: Error) -> PyErr {
     let words = error.to_string();
     match error {
@@ -39,7 +39,7 @@ fn day_of(text: &str) -> PyResult<i64> {
     day::parse(text).map_err(PyValueError::new_err)
 }
 
-/// Computes on so many threads.
+/// Computes on this number of threads.
 fn on<T: Send>(threads: Option<usize>, compute: impl FnOnce() -> T + Send) -> PyResult<T> {
     let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
     let pool =
@@ -47,7 +47,7 @@ fn on<T: Send>(threads: Option<usize>, compute: impl FnOnce() -> T + Send) -> Py
     Ok(pool.install(compute))
 }
 
-/// What a plant's file says.
+/// The content of a plant's file.
 #[pyclass(frozen, module = "stiction._core")]
 #[derive(Debug)]
 pub struct Plant {
@@ -80,7 +80,7 @@ impl Plant {
         self.plant.file.data.clone()
     }
 
-    /// When a day begins, s since 1970-01-01 UTC.
+    /// The beginning of a day, s since 1970-01-01 UTC.
     fn begin(&self, day: i64) -> i64 {
         day::begin(day, &self.plant.zone) as i64
     }
@@ -94,8 +94,8 @@ impl Plant {
         self.plant.settings_hash(name)
     }
 
-    /// The places of the columns of times, tags and values, and of all that are about rows; None where their names do not
-    /// tell. A wide table has neither tags nor values.
+    /// The places of the columns of times, tags and values, and of all columns about rows; None if their names do not
+    /// show them. A wide table has neither tags nor values.
     #[allow(clippy::type_complexity)]
     fn shape(&self, columns: Vec<String>) -> Option<(usize, Option<(usize, usize)>, Vec<usize>)> {
         let columns: Vec<&str> = columns.iter().map(|name| &**name).collect();
@@ -103,8 +103,8 @@ impl Plant {
         Some((found.time, found.long, found.about_rows))
     }
 
-    /// The loops among tags, or among columns but for those about rows: name, places of what is read with it, place of
-    /// its OP.
+    /// The loops among tags, or among columns except those about rows, each with its name, the places of columns read
+    /// with it, and the place of its OP.
     fn loops(
         &self,
         names: Vec<String>,
@@ -126,7 +126,7 @@ impl Plant {
         plant_table::arrow(&long(py, None, move |_| on(threads, || samples::rows(sheet, &plant)))??)
     }
 
-    /// The row of one window, its trace, and how many days it should have.
+    /// The row of one window, its trace, and its nominal number of days.
     fn window(
         &self,
         py: Python<'_>,
@@ -147,7 +147,7 @@ impl Plant {
     }
 }
 
-/// Judges what is new of a plant.
+/// Judges new data of a plant.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 fn plant_scan<'py>(
@@ -174,7 +174,7 @@ fn plant_scan<'py>(
     plain(py, &done.map_err(refused)?)
 }
 
-/// What a plant's data hold.
+/// The contents of a plant's data.
 #[pyfunction]
 fn plant_check<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
     let checked = long(py, None, move |_| {
@@ -184,7 +184,7 @@ fn plant_check<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyA
     plain(py, &checked.map_err(refused)?)
 }
 
-/// What was judged of a plant so far.
+/// The results of a plant so far.
 #[pyfunction]
 fn plant_status<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
     let status = long(py, None, move |_| {
@@ -194,7 +194,7 @@ fn plant_status<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, Py
     plain(py, &status.map_err(refused)?)
 }
 
-/// The rows that count of the windows of a plant that begin from one day on and before another.
+/// The valid rows of windows that begin from one day on and before another.
 #[pyfunction]
 fn plant_windows(
     py: Python<'_>,
@@ -213,7 +213,7 @@ fn plant_windows(
     plant_table::arrow(&rows.map_err(refused)?)
 }
 
-/// Writes rows that were judged elsewhere, with their traces, to the store of a plant, as a run.
+/// Writes rows judged elsewhere, with their traces, to the store of a plant, as a run.
 #[pyfunction]
 fn plant_take<'py>(
     py: Python<'py>,
@@ -233,8 +233,8 @@ fn plant_take<'py>(
     plain(py, &done.map_err(refused)?)
 }
 
-/// What pairs of loops of a week are looked for with: the week, its begin and end, and of each loop the period in which it
-/// oscillates, if it does.
+/// The parameters for finding pairs of loops of a week: the week, its beginning and end, and the period of each loop
+/// that oscillates.
 #[pyfunction]
 #[allow(clippy::type_complexity)]
 fn plant_week(
@@ -258,7 +258,8 @@ fn known(folder: &Path, week: Option<String>) -> Result<(plant_file::Plant, Know
     Ok((plant, known))
 }
 
-/// The pairs of loops that may swing in step among those of some traces: all, or those of a loop in `block` and one that is not.
+/// The pairs of loops among some traces that may swing in step: all pairs, or those of a loop in `block` with one
+/// outside.
 #[pyfunction]
 fn plant_pairs(
     py: Python<'_>,
@@ -276,13 +277,14 @@ fn plant_pairs(
     plant_table::arrow(&long(py, None, find)??)
 }
 
-/// The largest probability that may count, if of the pairs of so many loops `count` are as improbable as the last that may.
+/// The largest probability that may count, if `count` of the pairs of this many loops are as improbable as the last
+/// accepted one.
 #[pyfunction]
 fn plant_most_that_counts(count: usize, loops: usize) -> f64 {
     pairs::most_that_counts(count, loops, &GroupOptions::default())
 }
 
-/// Keeps the pairs of a week for its report; `compared` tells the traces they were found of.
+/// Keeps the pairs of a week for its report. `compared` lists their traces.
 #[pyfunction]
 fn plant_keep_pairs(
     py: Python<'_>,
@@ -323,7 +325,7 @@ fn plant_pairs_schema() -> PySchema {
     PySchema::new(plant_table::schema::<Pair>())
 }
 
-/// The columns of a table of pairs as Spark declares them.
+/// The columns of a table of pairs, as declared in Spark.
 #[pyfunction]
 fn plant_pairs_ddl() -> String {
     Pair::ddl()
@@ -347,13 +349,13 @@ fn plant_schema() -> PySchema {
     PySchema::new(plant_table::schema::<WindowRow>())
 }
 
-/// The schema of rows as Spark declares it.
+/// The schema of rows, as declared in Spark.
 #[pyfunction]
 fn plant_ddl() -> String {
     WindowRow::ddl()
 }
 
-/// What the verdict was trained on.
+/// The version of the verdict's training.
 #[pyfunction]
 fn model_version() -> String {
     window::model_version()

@@ -1,4 +1,4 @@
-//! Tables of a plant as Arrow, where they cross to Python and to other engines.
+//! Tables of a plant as Arrow, for Python and other engines.
 
 use crate::table::ArrowTable;
 use arrow_array::builder::{Int16Builder, ListBuilder};
@@ -15,7 +15,7 @@ use pyo3_arrow::input::AnyRecordBatch;
 use std::sync::Arc;
 use stiction_plant::table::{Cells, Column, Kind, MISSING, Row, Table};
 
-/// The schema of rows; the metadata of a field tell unit and meaning.
+/// The schema of rows. The metadata of a field give unit and meaning.
 pub fn schema<R: Row>() -> Arc<Schema> {
     let field = |column: Column| {
         let told = [("unit", column.unit.to_owned()), ("meaning", column.meaning)];
@@ -37,7 +37,7 @@ fn data_type(kind: Kind) -> DataType {
     }
 }
 
-/// Rows as a table of their schema.
+/// Rows as a table with their schema.
 pub fn arrow<R: Row>(rows: &[R]) -> PyResult<ArrowTable> {
     let schema = schema::<R>();
     let columns = R::table(rows).columns.into_iter().zip(schema.fields());
@@ -68,8 +68,8 @@ fn array(cells: Cells, data_type: &DataType) -> ArrayRef {
     }
 }
 
-/// The rows of a table, which is one of `what`. Steps may also be bytes: whole numbers of two, the low one first, the least
-/// of them for one that is missing.
+/// The rows of a table, which is one of `what`. Steps may also be bytes: whole numbers of two bytes, low byte first,
+/// with the smallest number for a missing one.
 pub fn rows<R: Row>(table: AnyRecordBatch, what: &str) -> PyResult<Vec<R>> {
     let mut rows = vec![];
     for batch in table.into_table()?.into_inner().0 {

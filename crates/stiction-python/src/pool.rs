@@ -1,7 +1,7 @@
-//! The threads of parallel calls, which survive a fork.
+//! The thread pool of parallel calls, which survives a fork.
 //!
-//! The global pool of rayon does not: a child of `fork`, as `multiprocessing` makes them, inherits the pool but none
-//! of its threads, and whoever hands it work waits for ever. So each process has a pool of its own.
+//! The global pool of rayon does not survive. A child of `fork`, as in `multiprocessing`, inherits the pool but none
+//! of its threads, so work for the pool never finishes. Each process therefore has its own pool.
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::sync::{Arc, Mutex};
@@ -15,7 +15,7 @@ static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 /// If no threads can be started.
 pub fn pool() -> Result<Arc<ThreadPool>, ThreadPoolBuildError> {
     let process = std::process::id();
-    // Never waited for: whoever held it at the time of a fork is not in the child to let go.
+    // Never waits, because the owner of the lock at the time of a fork does not exist in the child.
     let Ok(mut known) = POOL.try_lock() else { return build() };
     if let Some((owner, pool)) = &*known
         && *owner == process
@@ -23,7 +23,7 @@ pub fn pool() -> Result<Arc<ThreadPool>, ThreadPoolBuildError> {
         return Ok(Arc::clone(pool));
     }
     let pool = build()?;
-    // To end the parent's pool here would be to wait for threads that are not there.
+    // Ending the parent's pool here would wait for threads that do not exist.
     std::mem::forget(known.replace((process, Arc::clone(&pool))));
     Ok(pool)
 }

@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use stiction::population::{self, LoopKind, Simulated, Truth, VERSION};
 
-/// Loops simulated between two looks for an interrupt.
+/// Loops simulated between two checks for an interrupt.
 const CHUNK: u64 = 64;
 
 /// The loops of a population.
@@ -28,7 +28,7 @@ impl Loops {
     /// Signals and truth of a loop.
     fn member<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyDict>> {
         let Some(Simulated { recording, truth }) = self.0.get(index) else {
-            return Err(PyIndexError::new_err("there is no such loop"));
+            return Err(PyIndexError::new_err("no such loop"));
         };
         let array = |values: &[f64]| PyArray1::from_slice(py, values);
         let channel = |of: &Option<stiction::recording::Channel>| {
@@ -69,7 +69,7 @@ impl Loops {
         ))
     }
 
-    /// What is true of the loops, a row a loop.
+    /// The truth about the loops, one row per loop.
     fn truth(&self) -> PyResult<ArrowTable> {
         let names = self.0.iter().map(|loop_| Some(&loop_.recording.name));
         let mut columns = vec![table::texts("name", names)];
@@ -106,13 +106,13 @@ enum Fact {
     Text(Option<&'static str>),
 }
 
-/// How many there are before those of `Facts`.
+/// Number of columns before those of `Facts`.
 const FIXED: usize = 10;
 
-/// Everything that is true of a loop, by name, in the order of the command line's table.
+/// The complete truth about a loop, by name, in the order of the command line's table.
 fn facts_of(truth: &Truth) -> Vec<(&'static str, Fact)> {
     let facts = &truth.facts;
-    /// Names that are those of the fields.
+    /// Names that equal those of the fields.
     macro_rules! facts {
         (@ text $name:ident) => { Fact::Text(Some(facts.$name.name())) };
         (@ number $name:ident) => { Fact::Number(facts.$name) };
@@ -152,7 +152,7 @@ fn facts_of(truth: &Truth) -> Vec<(&'static str, Fact)> {
     all
 }
 
-/// Loops `first` to `first + n` of the population of `seed`, or those of one kind.
+/// Loops `first` to `first + n` of the population of `seed`, or of one kind.
 #[pyfunction]
 #[pyo3(signature = (n, seed, kind = None, first = 0, told = None))]
 fn population_loops(

@@ -1,4 +1,4 @@
-//! Recordings of loops: from files, from tables and from arrays.
+//! Recordings of loops from files, tables and arrays.
 
 use crate::arrays;
 use crate::errors::{KEYWORDS, refused, unread};
@@ -20,7 +20,7 @@ use stiction_io::sheet::{Cells, Column};
 use stiction_io::{ReadOptions, Reading, Sheet};
 use stiction_report::document::Source;
 
-/// A loop as a plant recorded it: OP, and as far as they are known PV, SP, VP and mode.
+/// A loop as a plant recorded it, with OP and, where known, PV, SP, VP and mode.
 ///
 /// Made by `stiction.read`, `stiction.recording` and `stiction.recording_from`. Every signal has its own times,
 /// because historians that store changes give each tag its own.
@@ -45,38 +45,38 @@ impl Recording {
         &self.recording.name
     }
 
-    /// What it controls: a name of `stiction.loop_types`.
+    /// Type of the loop, one of `stiction.loop_types`.
     #[getter]
     fn loop_type(&self) -> &'static str {
         self.recording.loop_type.name()
     }
 
-    /// Time zero of its clock, seconds since 1970-01-01 UTC; None if it is not known.
+    /// Time zero of its clock, seconds since 1970-01-01 UTC; None if unknown.
     #[getter]
     fn start(&self) -> Option<f64> {
         self.recording.start
     }
 
-    /// Time zero of its clock as a `datetime` in UTC; None if it is not known.
+    /// Time zero of its clock as a `datetime` in UTC; None if unknown.
     #[getter]
     fn start_time<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let moment = py.import("stiction._dates")?.getattr("moment")?;
         self.recording.start.map(|start| moment.call1((start,))).transpose()
     }
 
-    /// The file it was read from, as it was named.
+    /// Name of its file, as given.
     #[getter]
     fn file(&self) -> &str {
         &self.source.file
     }
 
-    /// SHA-256 of the bytes of that file; empty if it comes from none.
+    /// SHA-256 of the bytes of that file; empty without a file.
     #[getter]
     fn sha256(&self) -> &str {
         &self.source.sha256
     }
 
-    /// Unit of the PV, where the file names one.
+    /// Unit of the PV, if the file gives it.
     #[getter]
     fn pv_unit(&self) -> Option<&str> {
         self.recording.pv.as_ref()?.unit.as_deref()
@@ -88,7 +88,7 @@ impl Recording {
         PyArray1::from_slice(py, &self.recording.op.time)
     }
 
-    /// Controller output as it was recorded, percent of span unless it has another range; NaN is missing.
+    /// Recorded controller output, percent of span unless it has another range; NaN is missing.
     #[getter]
     fn op<'py>(&self, py: Python<'py>) -> Values<'py> {
         values(py, &self.recording.op)
@@ -112,13 +112,13 @@ impl Recording {
         self.recording.vp.as_ref().map(|channel| values(py, channel))
     }
 
-    /// What the reader wants the user to know, in sentences.
+    /// Notes of the reader for the user, in sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.recording.notes.clone()
     }
 
-    /// Give the times of one signal.
+    /// Return the times of one signal.
     ///
     /// Parameters
     /// ----------
@@ -155,12 +155,12 @@ impl Recording {
     /// Parameters
     /// ----------
     /// window_s : float
-    ///     Length of a window, s; the last takes the rest, at least half a window.
+    ///     Length of a window, s; the last includes the rest, at least half a window.
     ///
     /// Returns
     /// -------
     /// list of Recording
-    ///     In order of time; the clock is kept.
+    ///     In order of time, with the clock of the recording.
     ///
     /// Raises
     /// ------
@@ -211,7 +211,7 @@ const MODES: [Mode; 4] = [Mode::Automatic, Mode::Cascade, Mode::Manual, Mode::Ot
 const SOURCES: [RangeSource; 3] =
     [RangeSource::Given, RangeSource::Metadata, RangeSource::Estimated];
 
-/// The place of `item` in `all`, which holds every one there is.
+/// The index of `item` in `all`, which contains all values.
 fn place<T: PartialEq>(all: &[T], item: &T) -> u8 {
     all.iter().position(|each| each == item).unwrap_or(0) as u8
 }
@@ -269,7 +269,7 @@ impl Recording {
     }
 }
 
-/// A recording that was pickled.
+/// A pickled recording.
 #[pyfunction]
 fn recording_kept(
     about: KeptAbout,
@@ -300,7 +300,7 @@ fn recording_kept(
     Ok(Recording::new(recording, Source { file, sha256 }))
 }
 
-/// What the user says of a file or table.
+/// The user's information on a file or table.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Told {
@@ -318,7 +318,7 @@ struct Told {
 }
 
 impl Told {
-    /// The options, what is told here before what the mapping file says.
+    /// The options, where this information takes precedence over the mapping file.
     fn options(self) -> PyResult<ReadOptions> {
         let wrong = |name: &str, words: String| PyValueError::new_err(format!("{name}: {words}"));
         let mut options = match &self.mapping {
@@ -348,7 +348,7 @@ impl Told {
     }
 }
 
-/// The recordings of a reading, each with what is to be said of all.
+/// The recordings of a reading, each with the notes on all.
 fn recordings(reading: Reading) -> Vec<Recording> {
     let Reading { origin, sha256, recordings, notes, .. } = reading;
     let source = Source { file: origin, sha256 };
@@ -420,7 +420,7 @@ fn recordings_of_columns(
     of_sheet(py, of_columns(origin, columns), told)
 }
 
-/// The recordings in a table that speaks the Arrow capsule interface.
+/// The recordings in a table with the Arrow capsule interface.
 #[pyfunction]
 fn recordings_of_arrow(
     py: Python<'_>,
@@ -431,7 +431,7 @@ fn recordings_of_arrow(
     of_sheet(py, sheet_of(origin, table)?, told)
 }
 
-/// A table that speaks the Arrow capsule interface.
+/// A table with the Arrow capsule interface.
 pub fn sheet_of(origin: &str, table: AnyRecordBatch) -> PyResult<Sheet> {
     let (batches, schema) = PyTable::into_inner(table.into_table()?);
     let column = |(place, field): (usize, &Arc<arrow_schema::Field>)| -> PyResult<Column> {
@@ -472,7 +472,7 @@ fn seconds(array: &ArrayRef, unit: TimeUnit) -> Vec<f64> {
     whole.iter().enumerate().map(second).collect()
 }
 
-/// An Arrow array as the cells of a column; text that is null is empty.
+/// An Arrow array as the cells of a column. Null text is empty.
 fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
     if let Some(numbers) = arrays::numbers(array) {
         return Ok(Cells::Numbers(numbers));
@@ -501,7 +501,7 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
         DataType::Dictionary(..) => {
             let dictionary = array.as_any_dictionary();
             let known = cells(dictionary.values(), name)?;
-            // Of no value there is no place: all are null.
+            // Without any value, all are null.
             let places =
                 if known.is_empty() { vec![0; array.len()] } else { dictionary.normalized_keys() };
             let at = |i: usize| (!array.is_null(i)).then(|| places[i]);
@@ -530,7 +530,7 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
     })
 }
 
-/// The same recording with another name, and with another start of its clock.
+/// The same recording with another name and another start of its clock.
 #[pyfunction]
 #[pyo3(signature = (recording, name, start, of_tag))]
 fn recording_renamed(
@@ -550,7 +550,7 @@ fn recording_renamed(
     Recording::new(renamed, recording.source.clone())
 }
 
-/// Whether a recording can answer.
+/// The fitness of a recording for a diagnosis.
 #[pyfunction]
 fn recording_fitness<'py>(
     py: Python<'py>,

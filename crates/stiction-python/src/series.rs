@@ -13,7 +13,7 @@ use stiction::{Error, Result};
 type In<'py> = PyReadonlyArray1<'py, f64>;
 type Out<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
-/// The samples of a series, if there is one and all are finite.
+/// The samples of a series, checked to exist and to be finite.
 pub fn finite<'a>(signal: &'static str, x: &'a In<'_>) -> PyResult<&'a [f64]> {
     let x = x.as_slice()?;
     let checked = || -> Result<()> {

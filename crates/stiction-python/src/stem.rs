@@ -1,4 +1,4 @@
-//! The physical valve: mass, spring, air pressure and friction.
+//! The physical valve with mass, spring, air pressure and friction.
 
 use crate::arguments::{finite, mismatch, number};
 use crate::bands::Bands;
@@ -27,7 +27,7 @@ use stiction::valve::{Start, Valve as _};
 /// parameters : mapping, optional
 ///     Changes to parameters of stem and friction by name, such as ``{"coulomb_n": 900}``.
 /// tolerance : float, default 1e-8
-///     Relative tolerance of the solver, 1e-12 to 1e-3; motion that has a closed solution does not depend on it.
+///     Relative tolerance of the solver, 1e-12 to 1e-3. It has no effect on motion with a closed solution.
 ///
 /// Raises
 /// ------
@@ -71,8 +71,7 @@ fn build(
 ) -> PyResult<stem::Stem> {
     set.stem_with(friction, changes).map_err(|error| match error {
         stiction::Error::Missing { name, needed_by } => PyValueError::new_err(format!(
-            "friction law \"{needed_by}\" needs {name}, which set \"{}\" does not have; give them in \
-             parameters",
+            "friction law \"{needed_by}\" needs {name}, which set \"{}\" lacks; give them in parameters",
             set.name
         )),
         error => refused(error),
@@ -80,7 +79,7 @@ fn build(
 }
 
 impl Stem {
-    /// The stem itself.
+    /// The stem.
     pub fn stem(&self) -> &stem::Stem {
         &self.stem
     }
@@ -122,7 +121,7 @@ impl Stem {
         Ok(Self { stem, set: set.name })
     }
 
-    /// The name of the set it began with.
+    /// The name of its initial set.
     #[getter]
     fn set(&self) -> &'static str {
         self.set
@@ -146,7 +145,7 @@ impl Stem {
         self.stem.tolerance()
     }
 
-    /// How far the stem trails a ramp while it moves.
+    /// Return the lag of a moving stem behind a ramp.
     ///
     /// Parameters
     /// ----------
@@ -162,7 +161,7 @@ impl Stem {
         Ok(self.stem.equivalent().map_err(refused)?.trailing_m(rate))
     }
 
-    /// It in the terms of the data-driven models.
+    /// The stem in terms of the data-driven models.
     fn _equivalent<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = self.stem.equivalent().map_err(refused)?;
         Ok(dict!(py,
@@ -179,8 +178,8 @@ impl Stem {
         ))
     }
 
-    /// Moves under `signal`: an OP in percent, or a pressure in Pa. It goes straight between the times
-    /// of its samples, or, given a sample time, is held over each.
+    /// Moves under `signal`, an OP in percent or a pressure in Pa. It is interpolated linearly between the times of
+    /// its samples or, with a sample time, held over each sample.
     #[pyo3(signature = (signal, time_s, is_pressure, held_s, at_s, position, acting_pa, relaxed))]
     #[expect(clippy::too_many_arguments, reason = "called by one method only")]
     fn _follow<'py>(
@@ -262,8 +261,8 @@ impl Stem {
 
 /// A physical valve that follows its controller output (OP) sample by sample.
 ///
-/// Each OP is held for a sample; the position is that at the end of it. So it answers a sample later than the
-/// data-driven models, which answer at once.
+/// Each OP is held for a sample, and the result is the position at its end. So it responds a sample later than the
+/// data-driven models, which respond at once.
 ///
 /// Parameters
 /// ----------
@@ -295,7 +294,7 @@ pub struct StemValve {
 }
 
 impl StemValve {
-    /// Refuses to go on where the library could not.
+    /// Refuses to continue after an error of the library.
     fn checked(&self) -> PyResult<()> {
         self.valve.fault().map_or(Ok(()), |fault| Err(refused(fault.clone())))
     }
@@ -351,14 +350,14 @@ impl StemValve {
     /// Raises
     /// ------
     /// ValueError
-    ///     If `op` is not finite, or the solver cannot go on.
+    ///     If `op` is not finite, or the solver cannot continue.
     #[pyo3(signature = (op))]
     fn step(&mut self, op: &Bound<'_, PyAny>) -> PyResult<f64> {
         let position = self.valve.step(finite("op", op)?);
         self.checked().map(|()| position)
     }
 
-    /// Begin again from where it began.
+    /// Return to its initial state.
     fn restart(&mut self) {
         self.valve.restart(self.start);
     }

@@ -1,4 +1,4 @@
-//! Tables that leave through the Arrow capsule interface.
+//! Tables for the Arrow capsule interface.
 
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{Field, Schema};
@@ -34,10 +34,10 @@ pub fn flags(name: &'static str, values: impl IntoIterator<Item = Option<bool>>)
     (name, Arc::new(values.into_iter().collect::<BooleanArray>()))
 }
 
-/// A table of named columns, for any library that speaks the Arrow capsule interface.
+/// A table of named columns, for any library with the Arrow capsule interface.
 ///
-/// ``polars.DataFrame(table)`` and ``pyarrow.table(table)`` take it as it is, ``table.to_pandas()`` gives a data frame.
-/// It iterates over its rows, each a dictionary. In a notebook it shows its first rows.
+/// ``polars.DataFrame(table)`` and ``pyarrow.table(table)`` accept it directly, and ``table.to_pandas()`` returns a
+/// data frame. Iteration returns its rows as dictionaries. A notebook shows its first rows.
 ///
 /// Examples
 /// --------
@@ -84,7 +84,7 @@ impl ArrowTable {
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(column) = self.0.column_by_name(name) else {
             return Err(PyKeyError::new_err(format!(
-                "there is no column \"{name}\"; there are {}",
+                "no column \"{name}\"; there are {}",
                 self.column_names().join(", ")
             )));
         };
@@ -115,12 +115,12 @@ impl ArrowTable {
         Ok(all)
     }
 
-    /// Give it as a data frame of pandas.
+    /// Return it as a pandas data frame.
     ///
     /// Returns
     /// -------
     /// pandas.DataFrame
-    ///     A row a row, with the columns as they are named here.
+    ///     The same rows and columns.
     ///
     /// Raises
     /// ------

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stiction::valve::{Assembly, Direction, Model, Start, Valve as _, ValveSpec};
 
-/// Samples between two looks for a signal.
+/// Samples between two checks for a signal.
 const STRIDE: usize = 1 << 20;
 
 /// A sticking valve that follows its controller output (OP) sample by sample.
@@ -25,28 +25,28 @@ const STRIDE: usize = 1 << 20;
 /// model : str, default "two-phase"
 ///     Name of a valve model, see `valve_models`.
 /// position : float, default 0
-///     Valve position (VP) to begin with, percent of span.
+///     Initial valve position (VP), percent of span.
 /// op : float, optional
 ///     OP before the first sample, percent of span; by default `position`.
 /// direction : {1, -1}, default 1
 ///     Direction of the last motion.
 /// moving : bool, default False
-///     Whether the stem is moving in that direction to begin with.
+///     Whether the stem initially moves in that direction.
 /// K : float, optional
-///     Overshoot of a slip, 1 (none) to 2 (no damping), of models that use it; by default 1.99.
+///     Overshoot of a slip, 1 (none) to 2 (no damping), for models that use it; by default 1.99.
 /// rest_tolerance : float, optional
-///     Speed of the OP that counts as a pause, percent of span per second, of models that use it; by default 0.
+///     Speed of the OP that counts as a pause, percent of span per second, for models that use it; by default 0.
 /// limits : tuple of float, optional
 ///     Lowest and highest OP and VP, percent of span, such as ``(0, 100)``; by default none.
 /// lag_s : float, default 0
 ///     Time constant of a first-order lag of the stem, s.
 /// sample_time : float, optional
-///     Time between samples, s; needed with `lag_s` and `rest_tolerance` only.
+///     Time between samples, s; needed only with `lag_s` and `rest_tolerance`.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If a value is out of its range, there is no such model, or it does not use what is given of it.
+///     If a value is out of its range, there is no such model, or it does not use a given parameter.
 ///
 /// Examples
 /// --------
@@ -65,7 +65,7 @@ pub struct Valve {
     sample_time: Option<f64>,
 }
 
-/// What the library refused of a valve, with the keywords that are meant.
+/// A refusal of the library for a valve, with the keywords of this package.
 fn worded(error: stiction::Error) -> PyErr {
     let stiction::Error::Missing { needed_by, .. } = error else { return refused(error) };
     let keyword = if needed_by == "stem lag" { "lag_s" } else { "rest_tolerance" };
@@ -178,29 +178,29 @@ impl Valve {
         Ok(self.assembly.step(finite("op", op)?))
     }
 
-    /// Begin again from where it began.
+    /// Return to its initial state.
     fn restart(&mut self) {
         self.assembly.restart(self.start);
     }
 
-    /// Position, OP, direction and whether it moves, with which a new valve goes on as this one; `None` if it
-    /// remembers more.
+    /// Position, OP, direction and whether it moves, from which a new valve continues like this one; `None` if more
+    /// memory is needed.
     fn _state(&self) -> Option<(f64, f64, f64, bool)> {
         let Start { position, op, direction, moving } = self.assembly.state()?;
         Some((position, op, direction.sign(), moving))
     }
 
-    /// All that it remembers between samples.
+    /// Its complete memory between samples.
     fn _memory(&self) -> [f64; 7] {
         self.assembly.memory()
     }
 
-    /// Goes on from what a valve that was made alike remembered.
+    /// Continues from the memory of an equal valve.
     fn _recall(&mut self, memory: [f64; 7]) {
         self.assembly.recall(&memory);
     }
 
-    /// How to make it again as it was made.
+    /// The arguments with which it was made.
     fn __getnewargs_ex__<'py>(
         &self,
         py: Python<'py>,
@@ -221,8 +221,8 @@ impl Valve {
         Ok(((spec.bands.s(), spec.bands.j()), keywords))
     }
 
-    /// Follows all of `op`, writing the position to `vp`, which is of its length. NumPy has allocated it: its memory
-    /// need not be cleared before, and goes back to where the next result is taken from.
+    /// Follows all of `op`, writing the position to `vp`, which has the same length. NumPy has allocated it, so its
+    /// memory need not be cleared, and is reused for the next result.
     fn _follow(
         &mut self,
         py: Python<'_>,
@@ -230,7 +230,7 @@ impl Valve {
         mut vp: PyReadwriteArray1<'_, f64>,
     ) -> PyResult<()> {
         let (op, vp) = (op.as_slice()?, vp.as_slice_mut()?);
-        // Refused as a whole: after an error the valve has not moved. Of a single stride the valve sees to that.
+        // Refused as a whole, so the valve has not moved after an error. The valve ensures this for a single stride.
         if op.len() > STRIDE
             && let Some(index) = op.iter().position(|value| !value.is_finite())
         {
@@ -256,7 +256,7 @@ impl Valve {
 }
 
 impl Valve {
-    /// The valve itself.
+    /// The valve.
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
     }

@@ -1,4 +1,4 @@
-//! What repair, retuning, a compensator or a positioner would make of a loop.
+//! The effects of repair, retuning, a compensator or a positioner on a loop.
 
 use crate::closed_loop::Scenario;
 use crate::compensate::{methods_of, protocol_dict, row_dict};
@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use stiction::Bands;
 use stiction::what_if::{self, Prediction, Row, WhatIfOptions};
 
-/// Everything that could be done, ranked.
+/// All actions, ranked.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
 #[pyo3(signature = (scenario, repaired_s = None, repaired_j = None, positioner_gain = None, ms = None, methods = None, told = None))]

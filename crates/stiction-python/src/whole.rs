@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all.
+//! Files written whole or not at all.
 
 use pyo3::prelude::*;
 use std::path::PathBuf;

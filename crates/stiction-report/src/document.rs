@@ -1,9 +1,8 @@
-//! A diagnosis as a document for programs: what `stiction diagnose --json` prints; and a history, what
-//! `stiction history --json` prints.
+//! Documents for programs, as printed by `stiction diagnose --json` and `stiction history --json`.
 //!
-//! What was found out is declared where it is found out, in `stiction-diagnose`: those types serialise as they are,
-//! and here is the envelope around them. The JSON schema is generated from the same types ([`schema`]). Fields are added,
-//! never renamed or removed, within one [`VERSION`].
+//! The results are serialised by the types of `stiction-diagnose`. Here is the envelope around them. The JSON schema
+//! is generated from the same types ([`schema`]). Within one [`VERSION`], fields are added but never renamed or
+//! removed.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -17,38 +16,38 @@ pub use history::{Point, Valve, ValveHistory};
 /// Version of the document's form.
 pub const VERSION: u32 = 1;
 
-/// What was found out about some loops.
+/// The diagnoses of some loops.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Document<'a> {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     pub tool: String,
     /// Version of this form.
     pub version: u32,
-    /// The loops in the order of the files, and in them in the order of first appearance.
+    /// The loops in the order of the files, and within a file in the order of first appearance.
     pub loops: Vec<Loop<'a>>,
 }
 
-/// What was found out about one loop.
+/// The diagnosis of one loop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Loop<'a> {
-    /// Where the recording comes from.
+    /// Source of the recording.
     pub source: &'a Source,
-    /// What was found out.
+    /// The diagnosis.
     #[serde(flatten)]
     pub diagnosis: &'a Diagnosis,
 }
 
-/// Where a recording comes from.
+/// The source of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Source {
-    /// The file as it was named.
+    /// Name of the file, as given.
     pub file: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
 }
 
 impl Loop<'_> {
-    /// The order in which loops are looked at: that of [`Diagnosis::rank`], the worst first; then by name and file.
+    /// The order in which loops are listed: by [`Diagnosis::rank`], worst first, then by name and file.
     pub fn in_rank(&self, other: &Self) -> Ordering {
         let (a, b) = (self.diagnosis, other.diagnosis);
         a.rank()
@@ -87,6 +86,6 @@ pub fn history_schema() -> String {
 
 /// The JSON schema of a document, indented.
 pub fn schema_of<T: JsonSchema>() -> String {
-    // What is documented for Rust speaks of `None`, and links with brackets.
+    // Rust documentation mentions `None` and has links with brackets.
     json(&schemars::schema_for!(T)).replace("`None`", "null").replace("[`", "`").replace("`]", "`")
 }

@@ -1,16 +1,15 @@
-//! A diagnosis for people and programs: in words, as JSON, and as self-contained HTML.
+//! Presents a diagnosis in words, as JSON, and as self-contained HTML.
 //!
 //! * [`words`]: a verdict in words;
 //! * [`document`]: a diagnosis as JSON, with its schema;
-//! * [`table`]: diagnoses as a table, one row a loop;
-//! * [`report`]: the report on recorded loops, which can be read with a pointer;
-//! * [`sheet`]: tables as CSV that are safe in spreadsheets;
-//! * [`test_sheet`]: the sheet of a valve test, to print and to fill in; [`test_answers`]: its figure;
-//!   [`test_page`]: the page of a test, and of two with a repair between them;
-//! * [`scoreboard`]: how right the verdict and the methods are, as tables and as a page.
+//! * [`table`]: diagnoses as a table with one row per loop;
+//! * [`report`]: the interactive report on recorded loops;
+//! * [`sheet`]: tables as CSV, safe for spreadsheets;
+//! * [`test_sheet`]: the sheet of a valve test, to print and to fill in; [`test_answers`]: its figure; [`test_page`]:
+//!   the page of a test, and of two with a repair between them;
+//! * [`scoreboard`]: the accuracy of the verdict and the methods, as tables and as a page.
 //!
-//! Nothing here touches a file: functions return strings and bytes, and equal input gives equal
-//! output.
+//! Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
 #![forbid(unsafe_code)]
 
 pub mod document;

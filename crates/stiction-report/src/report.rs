@@ -1,10 +1,10 @@
-//! The report on recorded loops: one HTML file that works without a network, can be read with a
-//! pointer, with keys and on paper, and shows everything without scripts too.
+//! The report on recorded loops is one HTML file that works without a network, with pointer, keys and on paper. It
+//! also shows everything without scripts.
 //!
-//! * [`layout`]: the pieces of the page, and how they become HTML;
-//! * [`views`]: figures of what was recorded;
-//! * [`evidence`]: a card for what each method says;
-//! * [`told()`]: what it says, as data.
+//! * [`layout`]: the parts of the page, and their HTML;
+//! * [`views`]: figures of the recorded signals;
+//! * [`evidence`]: a card for each method;
+//! * [`told()`]: the content as data.
 //!
 //! ```
 //! use stiction_diagnose::finding::Decision;

@@ -1,7 +1,6 @@
-//! The scoreboard: how right the verdict and the published methods are, as tables and as one page.
+//! The accuracy of the verdict and the published methods, as tables and as one page.
 //!
-//! The tables are made once, for the page and for whoever prints them otherwise. They name methods by
-//! [`MethodRow::name`] or [`MethodRow::title`], as they are told to.
+//! The same tables serve the page and the terminal. They name methods by [`MethodRow::name`] or [`MethodRow::title`].
 
 use crate::Error;
 use crate::report::layout::{Badge, Block, Fact, Report, Table, number};
@@ -14,29 +13,29 @@ use stiction_population::scoreboard::{
     Scored, Share,
 };
 
-/// What a page is made of.
+/// The content of a page.
 #[derive(Debug, Clone, Copy)]
 pub struct Scoreboard<'a> {
-    /// What was measured, such as `100 simulated loops`.
+    /// Title, such as `100 simulated loops`.
     pub title: &'a str,
     /// Where the loops come from, a paragraph.
     pub introduction: &'a str,
-    /// What was counted.
+    /// The counts.
     pub board: &'a Board,
-    /// The loops it was counted of.
+    /// The loops behind the counts.
     pub loops: &'a [Scored],
-    /// Where the report of each loop is, relative to the page; empty for none.
+    /// Paths of the reports of the loops, relative to the page; empty for none.
     pub reports: &'a [String],
-    /// What was timed: a name, and its median time a loop in microseconds; empty for nothing.
+    /// Median times per loop in microseconds, each with its name; empty for none.
     pub times: &'a [(String, f64)],
-    /// What made the page, with its version.
+    /// Name and version of the program.
     pub tool: &'a str,
 }
 
-/// How methods are named: by [`MethodRow::name`] or by [`MethodRow::title`].
+/// A function that names methods, by [`MethodRow::name`] or [`MethodRow::title`].
 pub type Names = fn(&MethodRow) -> &'static str;
 
-/// The page: one self-contained HTML document; equal input gives equal bytes.
+/// The page as one self-contained HTML document. Equal input gives equal bytes.
 ///
 /// # Errors
 /// If a figure cannot be drawn, which is not expected.
@@ -77,12 +76,13 @@ pub fn html(of: &Scoreboard<'_>) -> Result<String, Error> {
         }
     }
     if let Some(table) = quantification(board) {
-        report = report.block(Block::Heading("How much it sticks".to_owned())).block(table);
+        report = report.block(Block::Heading("Size of stiction".to_owned())).block(table);
     }
     if let Some(table) = sureness(board) {
-        report = report.block(Block::Heading("Sure and wrong".to_owned())).block(table);
+        report = report.block(Block::Heading("Confident errors".to_owned())).block(table);
     }
-    for (heading, table) in [("What is found", found(board)), ("What stays open", undecided(board))]
+    for (heading, table) in
+        [("Sticking valves found", found(board)), ("Undecided loops", undecided(board))]
     {
         if let Some(table) = table {
             report = report.block(Block::Heading(heading.to_owned())).block(table);
@@ -95,17 +95,17 @@ pub fn html(of: &Scoreboard<'_>) -> Result<String, Error> {
     report.block(loops(of.loops, of.reports)).html()
 }
 
-const READING: &str = "In brackets are 95 % intervals. To abstain or to be undecided is neither right nor \
-    wrong: it costs recall and raises no alarm. That a valve does not respond counts as an accusation, too. \
-    No threshold was fitted to any of these loops.";
+const READING: &str = "Brackets contain 95 % intervals. Abstaining or remaining undecided is neither right nor \
+    wrong. It lowers recall and raises no alarm. \"Does not respond\" counts as an accusation, just as \"sticks\" \
+    does. No threshold was fitted to any of these loops.";
 
-const RANKING: &str = "The area under the receiver operating characteristic (AUC): the share of the pairs of \
-    a sticking and a healthy recording in which the sticking one has the larger statistic, or, for the \
-    verdict, the larger probability; ties count half, one half is chance. Recordings on which a method \
-    abstains are left out, and how many remain is told; under \"of all\" a pair with one of them counts half. \
-    Intervals are those of 2,000 bootstrap draws of valves within each class.";
+const RANKING: &str = "The area under the receiver operating characteristic (AUC) is the share of pairs of a \
+    sticking and a healthy recording in which the sticking one has the larger statistic or, for the verdict, the \
+    larger probability. Ties count half, and 0.5 is chance. Recordings on which a method abstains are left out, and \
+    the numbers of the others are shown. Under \"of all\", a pair with an omitted recording counts half. Intervals \
+    come from 2,000 bootstrap draws of valves within each class.";
 
-/// What is known of the loops.
+/// The numbers of loops and the main results.
 fn facts(board: &Board) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("sticking recordings", board.sticky, ""),
@@ -116,13 +116,17 @@ fn facts(board: &Board) -> Vec<Fact> {
         facts.push(Fact::new("healthy valves", board.healthy_valves, ""));
     }
     if board.hidden.k > 0 {
-        facts.push(Fact::new("that stick invisibly, left out", board.hidden.k, ""));
+        facts.push(Fact::new("with masked stiction, left out", board.hidden.k, ""));
     }
     let Some(verdict) = board.methods.first() else { return facts };
     facts.push(Fact::new("recall of the verdict", share(verdict.recordings.recall()), ""));
-    facts.push(Fact::new("its false alarms", share(verdict.recordings.false_alarms()), ""));
+    facts.push(Fact::new(
+        "false alarms of the verdict",
+        share(verdict.recordings.false_alarms()),
+        "",
+    ));
     if let Some(auc) = &verdict.auc {
-        facts.push(Fact::new("AUC of its probability", area(auc), ""));
+        facts.push(Fact::new("AUC of the probability", area(auc), ""));
     }
     if let Some(calibration) = &board.calibration {
         facts.push(Fact::new("Brier score", number(calibration.brier), ""));
@@ -130,16 +134,16 @@ fn facts(board: &Board) -> Vec<Fact> {
     facts
 }
 
-/// Whether valves are not the same as recordings.
+/// Whether some valves have several recordings.
 pub fn has_valves(board: &Board) -> bool {
     board.sticky_valves + board.healthy_valves < board.sticky + board.healthy
 }
 
-/// What each method decides on recordings.
+/// The decisions of each method on recordings.
 pub fn decisions(board: &Board, names: Names) -> Table {
     let hidden = match board.hidden.k {
         0 => String::new(),
-        n => format!(" {n} that stick invisibly are left out."),
+        n => format!(" {n} with masked stiction are left out."),
     };
     let caption = format!(
         "{} sticking and {} healthy recordings.{hidden}{}",
@@ -150,10 +154,10 @@ pub fn decisions(board: &Board, names: Names) -> Table {
     outcomes(board, names, caption, |row| &row.recordings)
 }
 
-/// What each method decides on valves: what most of a valve's recordings come to.
+/// The decisions of each method on valves, by the majority of a valve's recordings.
 pub fn decisions_on_valves(board: &Board, names: Names) -> Table {
     let caption = format!(
-        "{} sticking and {} healthy valves: what most of a valve's recordings come to.",
+        "{} sticking and {} healthy valves, each judged by the majority of its recordings.",
         board.sticky_valves, board.healthy_valves
     );
     outcomes(board, names, caption, |row| &row.valves)
@@ -185,7 +189,7 @@ fn outcomes(
     })
 }
 
-/// How well each statistic ranks.
+/// The ranking by each statistic.
 pub fn ranking(board: &Board, names: Names) -> Table {
     let valves = has_valves(board);
     let mut table = Table::new("")
@@ -215,7 +219,7 @@ pub fn ranking(board: &Board, names: Names) -> Table {
     })
 }
 
-/// How the verdict decides on each kind of loop; `None` where kinds are not known.
+/// The decisions of the verdict on each kind of loop; `None` if kinds are unknown.
 pub fn by_kind(board: &Board) -> Option<Table> {
     let table = Table::new("The verdict on each kind of loop.")
         .words("kind")
@@ -239,10 +243,10 @@ pub fn by_kind(board: &Board) -> Option<Table> {
     (!board.kinds.is_empty()).then(|| board.kinds.iter().fold(table, row))
 }
 
-/// The share of each kind of loop that each method calls sticking; `None` where kinds are not known.
+/// The share of each kind of loop that each method calls sticking; `None` if kinds are unknown.
 pub fn methods_by_kind(board: &Board, names: Names) -> Option<Table> {
     let caption = format!(
-        "Share of the loops called sticking; in brackets the share without a decision, if any.{}",
+        "Share of the loops called sticking. Brackets contain the share without a decision, if any.{}",
         star_note(board)
     );
     let table = board
@@ -265,7 +269,7 @@ pub fn methods_by_kind(board: &Board, names: Names) -> Option<Table> {
     (!board.kinds.is_empty()).then_some(rows)
 }
 
-/// What probabilities are worth; `None` where there are none.
+/// The calibration of probabilities; `None` if there are none.
 pub fn calibration(board: &Board) -> Option<Table> {
     let calibration = board.calibration.as_ref()?;
     let caption = format!(
@@ -289,18 +293,18 @@ pub fn calibration(board: &Board) -> Option<Table> {
     }))
 }
 
-/// What estimates of S and J are worth; `None` where no truth is known.
+/// The accuracy of estimates of S and J; `None` if the truth is unknown.
 pub fn quantification(board: &Board) -> Option<Table> {
     let table = Table::new(
-        "Of the sticking loops: how many are quantified, how far off the estimates are, and how many \
-         intervals hold the truth.",
+        "Sticking loops: share with an estimate, errors of the estimates, and share of intervals that contain the \
+         true value.",
     )
     .words("")
     .numbers("quantified", "")
     .numbers("error, median", "% of span")
-    .numbers("9 of 10 below", "% of span")
+    .numbers("90 % below", "% of span")
     .numbers("relative, median", "")
-    .numbers("9 of 10 below", "")
+    .numbers("90 % below", "")
     .numbers("coverage", "");
     let row = |table: Table, name: &str, of: &Option<Quantification>| {
         let Some(of) = of else { return table };
@@ -317,12 +321,12 @@ pub fn quantification(board: &Board) -> Option<Table> {
     (!table.rows.is_empty()).then_some(table)
 }
 
-/// Whether the verdict is ever sure and wrong; `None` where it is never sure.
+/// The confident errors of the verdict; `None` if it is never confident.
 pub fn sureness(board: &Board) -> Option<Table> {
     let of = board.sureness?;
     let table = Table::new(
-        "Sure and wrong: limits of S and probabilities near 0 and 1 against the truth. Sticking that the \
-         record cannot show counts in the first three, because a limit is a promise about it, too.",
+        "Limits of S, and probabilities near 0 and 1, compared with the truth. Masked stiction counts in the first \
+         three rows, because a limit must hold for it, too.",
     )
     .words("of")
     .words("those")
@@ -340,13 +344,12 @@ pub fn sureness(board: &Board) -> Option<Table> {
     Some(table.row(["healthy loops that are cleared".to_owned(), "median limit".to_owned(), limit]))
 }
 
-/// How many sticking valves are found, by how plainly their records show them; `None` where no member of a mixed
-/// population does.
+/// The share of sticking valves found, by the clarity of their records; `None` without members of a mixed population.
 pub fn found(board: &Board) -> Option<Table> {
     let of = board.found.as_ref()?;
     let table = Table::new(
-        "Sticking valves found, of the members of the mixed population that show that their valve slips: by what \
-         an observer who knows the stem gains, and by how often it slips.",
+        "Sticking valves found, among members of the mixed population whose records show slips. Rows group them by \
+         the information gain of an observer who knows the stem, and by the number of slips.",
     )
     .words("by")
     .words("from")
@@ -374,16 +377,16 @@ pub fn found(board: &Board) -> Option<Table> {
     Some(rows(rows(table, "nats", &of.by_gain), "slips", &of.by_slips))
 }
 
-/// What holds decisions back; `None` where no loop is a member of a mixed population.
+/// The rules that suppress decisions; `None` without members of a mixed population.
 pub fn undecided(board: &Board) -> Option<Table> {
     let of = board.undecided.as_ref()?;
     let caption = format!(
-        "Undecided loops, {} of {} members of the mixed population, by the rule that holds them back and by their \
-         probability. Those at fault invisibly are left out.",
+        "Undecided loops, {} of {} members of the mixed population, by the rule that suppresses the decision and by \
+         their probability. Loops with masked faults are left out.",
         of.all.k, of.all.n
     );
     let table = Table::new(caption)
-        .words("held back by")
+        .words("suppressed by")
         .words("p from")
         .words("below")
         .numbers("loops", "")
@@ -403,12 +406,12 @@ pub fn undecided(board: &Board) -> Option<Table> {
     }))
 }
 
-/// What the diagnosis and its methods take.
+/// The times of the diagnosis and its methods.
 pub fn times(times: &[(String, f64)]) -> Table {
     let table =
-        Table::new("Median time a loop, those included from which a method abstains at once; it differs from run to run \
-         and from machine to machine.")
-            .words("what")
+        Table::new("Median time per loop, including loops on which a method abstains at once. Times vary between \
+            runs and between machines.")
+            .words("part")
             .numbers("time", "µs");
     times.iter().fold(table, |table, (name, time)| table.row([name.clone(), number(*time)]))
 }
@@ -436,7 +439,7 @@ fn loops(loops: &[Scored], reports: &[String]) -> Table {
         let truth = &each.truth;
         let said = match (truth.sticks, truth.visible) {
             (true, true) => "sticks",
-            (true, false) => "sticks invisibly",
+            (true, false) => "sticks, masked",
             (false, _) => "healthy",
         };
         let optional = |value: Option<f64>| value.map_or(DASH.to_owned(), number);
@@ -460,8 +463,7 @@ fn loops(loops: &[Scored], reports: &[String]) -> Table {
 
 const DASH: &str = "–";
 
-/// A share in percent with its interval.
-/// A share with its 95 % interval, in words; a dash of none.
+/// A share in percent with its 95 % interval; a dash if there is none.
 pub fn share(share: Share) -> String {
     let Some(value) = share.value() else { return DASH.to_owned() };
     let (low, high) = share.interval();
@@ -491,17 +493,17 @@ fn starred(row: &MethodRow, names: Names) -> String {
 
 fn star_note(board: &Board) -> &'static str {
     match board.methods.iter().any(decides_on_linearity) {
-        true => " Methods marked * say whether the loop is nonlinear, whatever makes it so.",
+        true => " Methods marked * detect nonlinearity from any cause.",
         false => "",
     }
 }
 
-/// How many methods are drawn beside the verdict.
+/// Number of methods drawn beside the verdict.
 const CURVES: usize = 4;
 
 /// The receiver operating characteristics of the verdict and of the best methods.
 fn characteristic(board: &Board) -> Option<Figure> {
-    // A method that speaks of a few loops only does not rank them all.
+    // A method that judges only a few loops does not rank all of them.
     let speaks = |row: &&MethodRow| {
         row.auc.is_some_and(|a| 2 * a.sticky >= board.sticky && 2 * a.healthy >= board.healthy)
     };
@@ -525,13 +527,13 @@ fn characteristic(board: &Board) -> Option<Figure> {
         panel = panel.with(Series::line(label, x, y));
     }
     let panel = panel.with(Series::dotted("chance", [0.0, 1.0], [0.0, 1.0]).colour(colour::BLACK));
-    let caption = "Recall against false alarms at every threshold, over the recordings on which a method \
-        does not abstain, with the AUC in brackets: the verdict's probability, if there is one, and the \
-        best of the methods that speak of at least half of each class.";
+    let caption = "Recall over false-alarm rate at every threshold, for the recordings on which a method does not \
+        abstain, with the AUC in brackets. The curves are those of the verdict's probability, if there is one, and of the best \
+        methods that judge at least half of each class.";
     Some(Figure::new("").caption(caption).with(panel).width(640.0))
 }
 
-/// Probabilities against what came true, and how many there are of each.
+/// Predicted probabilities over the observed shares, with the number of loops of each.
 fn reliability(board: &Board) -> Option<Figure> {
     let calibration = board.calibration.as_ref()?;
     let label = "probability that the valve sticks";
@@ -562,8 +564,8 @@ fn reliability(board: &Board) -> Option<Figure> {
         .with(Series::bars("loops", middles, counts).colour(colour::SKY))
         .x_range(0.0, 1.0)
         .height(110.0);
-    let caption = "Of all loops with about this probability, the share that sticks; bars are 95 % \
-        intervals (Wilson). Below, how many there are of each.";
+    let caption = "Share of sticking loops among all loops with about this probability, with 95 % intervals \
+        (Wilson). The lower panel shows the number of loops.";
     Some(Figure::new("").caption(caption).with(points).with(histogram).width(640.0))
 }
 
@@ -571,7 +573,7 @@ fn reliability(board: &Board) -> Option<Figure> {
 static KINDS: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| LoopKind::ALL.iter().rev().map(|kind| kind.name()).collect());
 
-/// The share of each kind of loop that the verdict accuses.
+/// The share of each kind of loop that the verdict calls sticking.
 fn false_alarms(board: &Board) -> Option<Figure> {
     let place = |row: &KindRow| KINDS.iter().position(|name| *name == row.kind);
     let shares: Vec<(f64, bool, Share)> = board

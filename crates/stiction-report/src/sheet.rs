@@ -1,7 +1,7 @@
-//! Tables for people as CSV.
+//! Tables as CSV for people.
 //!
-//! A spreadsheet takes a cell that begins with `=`, `+`, `-` or `@`, a tab or a new line for a formula, and tags come from
-//! foreign files: such a text gets an apostrophe before it, a number never.
+//! A spreadsheet interprets a cell that begins with `=`, `+`, `-`, `@`, a tab or a new line as a formula, and tags
+//! come from foreign files. Such a text gets an apostrophe in front, but a number never does.
 
 use std::borrow::Cow;
 use std::io::{Error, ErrorKind, Result};
@@ -10,10 +10,10 @@ use std::io::{Error, ErrorKind, Result};
 pub struct Sheet(csv::Writer<Vec<u8>>);
 
 impl Sheet {
-    /// With these columns.
+    /// A table with these columns.
     ///
     /// # Errors
-    /// None is known: it is written to memory.
+    /// None is known, because the table is written to memory.
     pub fn new<T: AsRef<[u8]>>(columns: impl IntoIterator<Item = T>) -> Result<Self> {
         let mut writer = csv::Writer::from_writer(vec![]);
         writer.write_record(columns)?;
@@ -31,10 +31,10 @@ impl Sheet {
         Ok(self.0.write_record(None::<&[u8]>)?)
     }
 
-    /// All of it as text.
+    /// The whole table as text.
     ///
     /// # Errors
-    /// None is known: what was written is text.
+    /// None is known, because the content is text.
     pub fn text(self) -> Result<String> {
         let bytes = self.0.into_inner().map_err(|e| e.into_error())?;
         String::from_utf8(bytes).map_err(|e| Error::new(ErrorKind::InvalidData, e))

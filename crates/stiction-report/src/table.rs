@@ -1,4 +1,4 @@
-//! Diagnoses as a table, one row a loop: the columns of CSV, Arrow and Parquet alike.
+//! Diagnoses as a table with one row per loop, and the same columns for CSV, Arrow and Parquet.
 
 use crate::document::Loop;
 use stiction_diagnose::diagnose::{Alternative, Estimate, Override};
@@ -9,16 +9,16 @@ use stiction_diagnose::oscillation::Oscillation;
 pub struct LoopColumn {
     /// Its name.
     pub name: &'static str,
-    /// What stands in it, and of which type.
+    /// Its content and type.
     pub cells: Cells,
 }
 
-/// What a column makes of a loop; `None` is an empty cell.
+/// Functions from a loop to the content of a cell. `None` is an empty cell.
 #[derive(Debug, Clone, Copy)]
 pub enum Cells {
     /// Text.
     Texts(fn(&Loop<'_>) -> Option<String>),
-    /// Numbers; one that is not finite is an empty cell, see [`number`](Self::number).
+    /// Numbers. A number that is not finite gives an empty cell, see [`number`](Self::number).
     Numbers(fn(&Loop<'_>) -> Option<f64>),
     /// Whole numbers.
     Counts(fn(&Loop<'_>) -> Option<usize>),
@@ -27,12 +27,12 @@ pub enum Cells {
 }
 
 impl Cells {
-    /// A number as it stands in a cell.
+    /// A number for a cell, if it is finite.
     pub fn number(value: Option<f64>) -> Option<f64> {
         value.filter(|value| value.is_finite())
     }
 
-    /// The cell of a loop as text, empty for none.
+    /// The cell of a loop as text; empty for none.
     pub fn text(self, of: &Loop<'_>) -> String {
         let text = match self {
             Self::Texts(cell) => cell(of),
@@ -44,7 +44,7 @@ impl Cells {
     }
 }
 
-/// All columns, in their order.
+/// All columns, in order.
 pub const COLUMNS: [LoopColumn; 27] = {
     use Cells::{Counts, Flags, Numbers, Texts};
     const fn column(name: &'static str, cells: Cells) -> LoopColumn {

@@ -1,4 +1,4 @@
-//! A verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
+//! The verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
 
 use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
@@ -11,12 +11,12 @@ use stiction_diagnose::spoken::{self, number};
 
 pub use stiction_diagnose::spoken::{percent, unparted as spoken};
 
-/// A number that is known roughly, two digits, with a typographic minus.
+/// A rough number with two digits and a typographic minus.
 pub fn rough(value: f64) -> String {
     if value.is_finite() { spoken::rough(value).replace('-', "\u{2212}") } else { number(value) }
 }
 
-/// A sentence of its own: with a capital and a full stop.
+/// A clause as a sentence, with a capital letter and a full stop.
 pub(crate) fn sentence(clause: &str) -> String {
     let mut chars = clause.chars();
     let first = chars.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
@@ -42,113 +42,110 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
             join([follows.to_owned(), limit(diagnosis)])
         }
         (VerdictClass::DoesNotRespond, Basis::ValvePosition) => {
-            "The valve does not respond: the controller output travels and the measured position does not. It \
-             may be stuck fast, shut off, or without power or air; or the position's transmitter may be dead."
+            "The valve does not respond: the OP moves, but the measured position does not. The valve may be stuck \
+             fast, shut off, or without power or air, or the position transmitter may be dead."
                 .to_owned()
         }
         (VerdictClass::DoesNotRespond, _) => no_response(diagnosis),
         (VerdictClass::CannotTell, _) => cannot_tell(diagnosis),
         (_, Basis::OpAlone) => op_alone(diagnosis),
         (VerdictClass::Sticks, Basis::Majority) => format!(
-            "Preliminary: the loop behaves like one with a sticking valve, say {} of {} families of \
-             methods that decide.",
+            "Preliminary: {} of {} families of methods that decide indicate a sticking valve.",
             verdict.votes.sticks,
             verdict.votes.sticks + verdict.votes.does_not_stick
         ),
         (VerdictClass::DoesNotStick, Basis::Majority) => format!(
-            "Preliminary: the loop does not behave like one with a sticking valve, say {} of {} \
-             families of methods that decide. {}",
+            "Preliminary: {} of {} families of methods that decide indicate that the valve does not stick. {}",
             verdict.votes.does_not_stick,
             verdict.votes.sticks + verdict.votes.does_not_stick,
             limit(diagnosis)
         ),
         (VerdictClass::Sticks, _) => {
-            let likely = sure.map_or(String::new(), |p| format!(": {p}"));
+            let likely = sure.map_or(String::new(), |p| format!(" ({p})"));
             join([format!("The valve most likely sticks{likely}."), band(diagnosis)])
         }
         (VerdictClass::DoesNotStick, _) => {
-            let left = sure.map_or(String::new(), |p| format!(": the probability that it does is {p}"));
+            let left = sure.map_or(String::new(), |p| format!(" (probability of sticking {p})"));
             let cause = verdict.alternatives.first().map_or(String::new(), |other| {
-                format!("The likeliest cause of what is seen is {}.", cause(other.cause.name()))
+                format!("The most likely cause is {}.", cause(other.cause.name()))
             });
             join([format!("The valve most likely does not stick{left}."), limit(diagnosis), cause])
         }
     }
 }
 
-/// The name of a cause in a sentence.
+/// The name of a cause within a sentence.
 pub(crate) fn cause(name: &str) -> String {
     match name {
         "no response" => "a valve that does not respond".to_owned(),
-        "aggressive tuning" => "a controller that is tuned too tightly".to_owned(),
-        "quantisation" => "coarse steps of the transmitter or the historian".to_owned(),
-        "saturation" => "an output at its limits".to_owned(),
-        "set-point changes" => "moves of the set point".to_owned(),
+        "aggressive tuning" => "aggressive controller tuning".to_owned(),
+        "quantisation" => "coarse resolution of the transmitter or the historian".to_owned(),
+        "saturation" => "an OP at its limits".to_owned(),
+        "set-point changes" => "set-point changes".to_owned(),
         "process nonlinearity" => "a process whose gain changes".to_owned(),
-        "load that ramps and resets" => "a load that builds up and is reset".to_owned(),
-        "external oscillation" => "an oscillation that comes in from outside".to_owned(),
-        "external wave with corners" => "a wave with corners that comes in from outside".to_owned(),
-        "dead zone elsewhere" => "play or a dead zone elsewhere in the loop".to_owned(),
+        "load that ramps and resets" => "a cyclic load (batch dump, backwash)".to_owned(),
+        "external oscillation" => "an external oscillation".to_owned(),
+        "external wave with corners" => "an external wave with corners".to_owned(),
+        "dead zone elsewhere" => "backlash or a dead zone elsewhere in the loop".to_owned(),
         "sticking valve" => "a sticking valve".to_owned(),
         _ => name.to_owned(),
     }
 }
 
-/// What S and J mean for who stands beside the valve; empty if S is not known.
+/// The meaning of S and J at the valve; empty if S is unknown.
 fn band(diagnosis: &Diagnosis) -> String {
     let Some(s) = diagnosis.stiction.s else { return String::new() };
     let stays = format!(
-        "It stays put until the controller output has moved about {} % ({} to {})",
+        "After a reversal the stem stands still until the OP has travelled about {} % ({} to {})",
         rough(s.value),
         rough(s.low),
         rough(s.high)
     );
     match diagnosis.stiction.j {
-        Some(j) if j.value > 0.0 => format!("{stays}, then jumps about {} %.", rough(j.value)),
+        Some(j) if j.value > 0.0 => format!("{stays}, then jumps by about {} %.", rough(j.value)),
         Some(_) => format!("{stays}, then follows."),
-        None => format!("{stays}; how far it then jumps is not known."),
+        None => format!("{stays}. J could not be estimated."),
     }
 }
 
 fn op_alone(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
-    let alone = "by the pattern of the controller output alone; without the PV nothing proves it";
+    let alone = "judged by the pattern of the OP alone. Without the PV this cannot be proven";
     match (verdict.grade, verdict.probability) {
         (Grade::ProbablySticks, Some(p)) => {
-            format!("The valve probably sticks: {}, {alone}.", percent(p))
+            format!("The valve probably sticks ({}), {alone}.", percent(p))
         }
         (Grade::ProbablyFine, Some(p)) => format!(
-            "The valve is probably fine: the probability that it sticks is {}, {alone}.",
+            "The valve is probably fine (probability of sticking {}), {alone}.",
             percent(p)
         ),
-        _ => "The pattern of the controller output leaves it open whether the valve sticks; without the PV \
-              nothing more can be said."
+        _ => "The pattern of the OP leaves open whether the valve sticks. The PV is needed for a better answer."
             .to_owned(),
     }
 }
 
-/// What does not respond, and what that may be.
+/// Possible faults of a loop that does not respond.
 fn no_response(diagnosis: &Diagnosis) -> String {
     let silence = diagnosis.silence().unwrap_or(Silence::Unmoved);
     let says = match silence {
         Silence::AtItsLowEnd => {
-            "The valve does not respond: the controller output travels and the PV rests at its low end."
+            "The valve does not respond: the OP moves, but the PV stays at its low end."
         }
         Silence::AtItsHighEnd => {
-            "The valve does not respond: the controller output travels and the PV rests at its high end."
+            "The valve does not respond: the OP moves, but the PV stays at its high end."
         }
         Silence::Frozen => {
-            "The PV does not respond: it is frozen, away from its set point, while the controller output travels."
+            "The PV does not respond: it is frozen away from its set point while the OP moves."
         }
         Silence::Unmoved => {
-            "The valve does not respond: the controller output travels, and the PV moves without relation to it."
+            "The valve does not respond: the OP moves, and the PV moves without relation to it."
         }
     };
     let faults: Vec<&str> = Fault::behind(silence).iter().map(|fault| fault.name()).collect();
-    format!("{says} It may be, the likeliest first: {}.", faults.join("; "))
+    format!("{says} Possible faults, most likely first: {}.", faults.join("; "))
 }
 
-/// Why it cannot be told, the most important reason alone; empty where something was told.
+/// The most important reason why the answer is open; empty if there is an answer.
 pub fn why(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     if verdict.class != VerdictClass::CannotTell {
@@ -164,7 +161,7 @@ pub fn why(diagnosis: &Diagnosis) -> String {
         _ if diagnosis.fitness.class == Class::Unfit => unfit(),
         _ => last(),
     };
-    found.unwrap_or("nothing decides".to_owned())
+    found.unwrap_or("the evidence is insufficient".to_owned())
 }
 
 fn cannot_tell(diagnosis: &Diagnosis) -> String {
@@ -172,13 +169,11 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
     let why = why(diagnosis);
     if diagnosis.mistaken().is_some() {
         return format!(
-            "The columns of the recording look mistaken, so nothing is said of the valve: {why}."
+            "The columns of the recording are probably mixed up, so the valve is not judged: {why}."
         );
     }
     if verdict.basis == Basis::ValvePosition {
-        return format!(
-            "Whether the valve sticks cannot be told from its measured position: {why}."
-        );
+        return format!("The measured position leaves open whether the valve sticks: {why}.");
     }
     if diagnosis.fitness.class == Class::Unfit {
         let few = diagnosis.few_slips.as_ref();
@@ -191,29 +186,33 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
     match (verdict.grade, verdict.probability) {
         (Grade::ProbablySticks, Some(p)) => join([
             format!(
-                "The valve probably sticks: {}, which this recording alone does not prove: {why}.",
+                "The valve probably sticks ({}), but this recording alone does not prove it: {why}.",
                 percent(p)
             ),
             band(diagnosis),
         ]),
         (Grade::ProbablyFine, Some(p)) => format!(
-            "The valve is probably fine: the probability that it sticks is {}; this recording does not clear it: {why}.",
+            "The valve is probably fine (probability of sticking {}), but this recording does not clear it: {why}.",
             percent(p)
         ),
         (_, Some(p)) => {
             let says = match p {
-                p if p <= thresholds().clear => "makes it {}, but does not clear it",
-                p if p >= thresholds().accuse => "makes it {}, but does not accuse it",
-                _ => "leaves it at {}",
+                p if p <= thresholds().clear => {
+                    "the probability is {}, but the valve is not cleared"
+                }
+                p if p >= thresholds().accuse => {
+                    "the probability is {}, but the valve is not accused"
+                }
+                _ => "the probability is {}",
             };
             let says = says.replace("{}", &percent(p));
-            format!("Whether the valve sticks is unclear: the evidence {says}; {why}.")
+            format!("Whether the valve sticks is unclear: {says}; {why}.")
         }
         (_, None) => format!("Whether the valve sticks is unclear: {why}."),
     }
 }
 
-/// What to record so that more can be told; `None` where something was told.
+/// Advice on a better recording or a test; `None` if there is an answer.
 pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     let verdict = &diagnosis.verdict;
     if verdict.class != VerdictClass::CannotTell && verdict.basis != Basis::OpAlone {
@@ -224,60 +223,58 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     }
     let Some(segment) = diagnosis.segment() else {
         return Some(
-            "A recording with the controller in automatic would answer: OP, PV and SP, uncompressed, over \
-             at least ten cycles."
-                .to_owned(),
+            "Record OP, PV and SP in automatic, uncompressed, over at least ten cycles.".to_owned(),
         );
     };
     if verdict.basis == Basis::ValvePosition {
-        // What a position lacks is told with why it decides nothing.
+        // The remedy is stated with the reason why the position is inconclusive.
         return verdict.reasons.get(1).map(|reason| sentence(reason));
     }
-    // A position is not asked for where one was read.
+    // No position is requested if one was recorded.
     let position = match segment.vp {
-        None => "a recording of the valve position",
-        Some(_) => "a position that belongs to this valve",
+        None => "a recorded valve position",
+        Some(_) => "a position of this valve",
     };
     if let Some(few) = &diagnosis.few_slips {
-        return Some(format!("{}, or {position}, would answer.", missing(few)));
+        return Some(format!("{}, or {position} would decide.", missing(few)));
     }
     let ask = match diagnosis.undecided_by() {
         Some(Ruling::Mistaken) => {
             return Some(format!(
-                "Look up which column is which: OP and PV of one loop, {position}, or a manual step test would answer."
+                "Check the assignment of the columns. OP and PV of one loop, {position}, or a manual step test would \
+                 decide."
             ));
         }
         Some(Ruling::Strange) => {
             return Some(format!(
-                "More of the same would not help, because the recording is unlike the simulated loops: {position}, \
-                 or a manual step test would answer."
+                "Only {position} or a manual step test would decide. A longer recording would not help, because it \
+                 is unlike the simulated loops."
             ));
         }
         Some(Ruling::Harmless) => {
             return Some(format!(
-                "If it has to be known, {position}, or a manual step test would answer."
+                "If certainty is needed, {position} or a manual step test would decide."
             ));
         }
         Some(Ruling::Blind) => {
-            "A recording in which the output travels farther, as at a changing load or set \
-                                point, or a longer one"
+            "A recording with more OP travel, such as at a changing load or set point, or a longer one"
                 .to_owned()
         }
         _ => recording(diagnosis, segment),
     };
-    Some(format!("{ask}, or {position}, or a manual step test would answer."))
+    Some(format!("{ask}, {position}, or a manual step test would decide."))
 }
 
-/// What slips are missing, as an order.
+/// The slips that are missing, as an instruction.
 fn missing(few: &FewSlips) -> String {
-    let step = format!("steps of the output by {} % up and down", rough(few.step));
+    let step = format!("OP steps of {} % up and down", rough(few.step));
     match few.record_for_s {
-        Some(time) => format!("A recording {} longer, or {step}", spoken::time(time)),
+        Some(time) => format!("A recording {} longer, {step}", spoken::time(time)),
         None => format!("Manual {step}"),
     }
 }
 
-/// What a better recording would be like.
+/// The properties of a better recording.
 fn recording(diagnosis: &Diagnosis, segment: &Segment) -> String {
     let period = diagnosis.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
     let mut wants = vec![];
@@ -297,13 +294,13 @@ fn recording(diagnosis: &Diagnosis, segment: &Segment) -> String {
     wants.extend(better.into_iter().map(|better| better.words().to_owned()));
     match (wants.is_empty(), period) {
         (false, _) => format!("A recording {}", wants.join(", ")),
-        // It has ten cycles.
+        // The recording already has ten cycles.
         (true, Some(_)) => "A longer recording".to_owned(),
         (true, None) => "A longer recording, at least ten cycles long".to_owned(),
     }
 }
 
-/// What makes a recording better, in the order in which it is asked for.
+/// Properties of a better recording, in the order in which they are requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Better {
     Uncompressed,
@@ -313,8 +310,8 @@ enum Better {
 }
 
 impl Better {
-    /// What makes a recording better in which a measure is not fit; `None` where its length or its sampling does, which
-    /// are asked for with their numbers, or nothing that is recorded.
+    /// The property that would fix an unfit measure. `None` for length and sampling, which are requested with
+    /// numbers, and for measures that no recording can fix.
     fn than(measure: MeasureId) -> Option<Self> {
         match measure {
             MeasureId::CompressionFactor
@@ -337,7 +334,7 @@ impl Better {
 
     fn words(self) -> &'static str {
         match self {
-            Self::Uncompressed => "taken without compression by the historian",
+            Self::Uncompressed => "without compression by the historian",
             Self::Finer => "with more digits",
             Self::OffLimits => "at a load where OP and PV stay off their limits",
             Self::AtRest => "with the set point at rest",
@@ -345,14 +342,14 @@ impl Better {
     }
 }
 
-/// What a person said, beside the computed verdict.
+/// The conclusion of a person, to be shown beside the computed verdict.
 pub fn overruled(overruled: &Override) -> String {
     let mut who = overruled.by.clone().map_or("a person".to_owned(), |by| by.trim().to_owned());
     if let Some(day) = &overruled.entered {
         who += &format!(" on {day}");
     }
     format!(
-        "Overruled by {who}: the valve {}, because: {}. This holds for {} ({}).",
+        "Overruled by {who}: the valve {} ({}). This holds for {} ({}).",
         said(overruled.verdict),
         overruled.reason.trim_end_matches('.'),
         overruled.scope,
@@ -367,15 +364,15 @@ fn said(verdict: VerdictClass) -> &'static str {
     }
 }
 
-/// What the recording would have shown, of a valve that is cleared.
+/// The detection limit of a cleared valve.
 fn limit(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict.s_below {
         Some(limit) => format!(
-            "Had it stuck by more than {} %, this recording would have shown it ({:.0} %).",
+            "Stiction with S above {} % would have been detected ({:.0} % confidence).",
             rough(limit.value),
             100.0 * limit.confidence
         ),
-        None => "By how little it could stick without being seen is not known.".to_owned(),
+        None => "The detection limit of S is unknown.".to_owned(),
     }
 }
 

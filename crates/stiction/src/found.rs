@@ -1,4 +1,4 @@
-//! What was found out about a loop, and where its recording comes from.
+//! The diagnosis of a loop together with its source file.
 
 use crate::diagnose::Diagnosis;
 use std::fmt;
@@ -10,14 +10,14 @@ use stiction_report::{
     report::html,
 };
 
-/// What was found out about one loop of a file: a [`Diagnosis`], whose fields are seen through it, and the file.
+/// The [`Diagnosis`] of one loop of a file, whose fields can be read directly, and the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// The file, as it is named in messages.
+    /// Name of the file, as messages show it.
     pub origin: String,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
-    /// What was found out.
+    /// The diagnosis.
     pub diagnosis: Diagnosis,
 }
 
@@ -29,7 +29,7 @@ impl Deref for Found {
     }
 }
 
-/// The diagnosis in a line.
+/// The diagnosis in one line.
 impl fmt::Display for Found {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.diagnosis.fmt(f)
@@ -44,11 +44,11 @@ impl Found {
     }
 }
 
-/// This library with its version, as reports and documents name it.
+/// Name and version of this library, as reports and documents show them.
 #[cfg(feature = "report")]
 const TOOL: &str = concat!("stiction ", env!("CARGO_PKG_VERSION"));
 
-/// The report on some loops: a self-contained page, or a document for programs.
+/// The report on some loops, as a self-contained page or as a document for programs.
 #[cfg(feature = "report")]
 #[derive(Debug, Clone)]
 pub struct Report<'a> {
@@ -58,7 +58,7 @@ pub struct Report<'a> {
 
 #[cfg(feature = "report")]
 impl<'a> Report<'a> {
-    /// The report on all of `found`, the worst first.
+    /// The report on all of `found`, worst first.
     pub fn of(found: &'a [Found]) -> Self {
         let source = |f: &Found| Source { file: f.origin.clone(), sha256: f.sha256.clone() };
         Self { found, sources: found.iter().map(source).collect() }
@@ -69,7 +69,7 @@ impl<'a> Report<'a> {
         loops.map(|(found, source)| Loop { source, diagnosis: &found.diagnosis }).collect()
     }
 
-    /// The page: HTML that needs no other file and no network.
+    /// The page, as HTML that needs no other file and no network.
     ///
     /// # Errors
     /// If a figure cannot be drawn, which is not expected.
@@ -82,7 +82,7 @@ impl<'a> Report<'a> {
         Document::new(TOOL, self.loops())
     }
 
-    /// Writes the page to the file at `path`, whole or not at all: see [`stiction_io::whole`].
+    /// Writes the page to the file at `path`, either whole or not at all (see [`stiction_io::whole`]).
     ///
     /// # Errors
     /// If a figure cannot be drawn or the file cannot be written.

@@ -6,12 +6,12 @@ mod found;
 #[cfg(feature = "csv")]
 mod read;
 
-/// Recipes that run: how to do what is done most often.
+/// Recipes that run, for the most frequent tasks.
 #[cfg(all(feature = "csv", feature = "report", feature = "population"))]
 #[doc = include_str!("../COOKBOOK.md")]
 pub mod _cookbook {}
 
-// The guide for Rust programmers, a page outside this crate: its examples are tested here.
+// The guide for Rust programmers is a page outside this crate. Its examples are tested here.
 #[cfg(all(doctest, feature = "csv", feature = "report"))]
 #[doc = include_str!("../../../docs/guides/rust.md")]
 mod _guide {}

@@ -1,4 +1,4 @@
-//! From a file to recordings, and from those to findings.
+//! Reads files to recordings and diagnoses them.
 
 use crate::Found;
 use crate::diagnose::DiagnoseOptions;
@@ -6,8 +6,7 @@ use std::ops::Deref;
 use std::path::Path;
 use stiction_io::{ReadOptions, Reading, reading};
 
-/// The recordings in the file at `path`: CSV, Parquet or MATLAB, whichever it is; columns, time stamps and
-/// units are recognised.
+/// The recordings in the CSV, Parquet or MATLAB file at `path`. Columns, time stamps and units are recognised.
 ///
 /// # Errors
 /// If the file cannot be read or understood; the message names file, row, column and remedy.
@@ -15,15 +14,15 @@ pub fn read(path: impl AsRef<Path>) -> stiction_io::Result<Recordings> {
     read_with(path, &ReadOptions::default())
 }
 
-/// As [`read`], told what cannot be recognised.
+/// Like [`read`], with options for what cannot be recognised.
 ///
 /// # Errors
-/// As for [`read`], and if `options` name what is not there.
+/// As for [`read`], and if `options` name something that the file lacks.
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> stiction_io::Result<Recordings> {
     reading::read(path.as_ref(), options).map(Recordings::from)
 }
 
-/// What was read from a file: a [`Reading`], whose fields are seen through it, that can be diagnosed.
+/// The [`Reading`] of a file, whose fields can be read directly and whose recordings can be diagnosed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recordings {
     reading: Reading,
@@ -44,15 +43,15 @@ impl Deref for Recordings {
 }
 
 impl Recordings {
-    /// What each of them says about its valve, in their order; on all threads, with the feature `rayon`.
+    /// Diagnoses each recording, in their order. The feature `rayon` uses all threads.
     ///
     /// # Errors
-    /// As for [`diagnose`](crate::diagnose::diagnose); of several, the first.
+    /// As for [`diagnose`](crate::diagnose::diagnose); if several fail, the first error is returned.
     pub fn diagnose(&self) -> crate::Result<Vec<Found>> {
         self.diagnose_with(&DiagnoseOptions::default())
     }
 
-    /// As [`diagnose`](Self::diagnose), with options.
+    /// Like [`diagnose`](Self::diagnose), with options.
     ///
     /// # Errors
     /// As for [`diagnose`](Self::diagnose), and if an option is out of range.

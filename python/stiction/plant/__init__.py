@@ -1,6 +1,6 @@
-"""Plants of many loops, judged day by day: folders with a ``plant.toml``, and tables that other engines bring.
+"""Plants of many loops, judged day by day, from folders with a ``plant.toml`` or from tables of other engines.
 
-`stiction.plant.spark` does the same on Apache Spark; the package does not import it by itself.
+`stiction.plant.spark` does the same on Apache Spark. The package does not import it by itself.
 """
 
 from __future__ import annotations
@@ -42,68 +42,68 @@ __all__ = [
 
 Folder: TypeAlias = "str | os.PathLike[str]"
 Settings: TypeAlias = "str | os.PathLike[str] | None"
-"""The text of a ``plant.toml``, or, as a path, the folder that holds one."""
+"""The text of a ``plant.toml``, or the path of its folder."""
 
 
 @result
 class Problem(Result):
-    """Something that could not be read."""
+    """A file or loop that could not be read."""
 
-    file: str | None = about("The file; None if it is about all of them.")
-    loop: str | None = about("The loop; None if it is about the whole file.")
-    message: str = about("What is wrong, and what would help.")
+    file: str | None = about("The file; None if it concerns all of them.")
+    loop: str | None = about("The loop; None if it concerns the whole file.")
+    message: str = about("The fault and the remedy.")
 
 
 @result
 class Scanned(Result):
-    """What a scan did."""
+    """The result of a scan."""
 
     plant: str = about("Name of the plant.")
-    run: str | None = about("Name of the run; None if nothing was new.")
+    run: str | None = about("Name of the run; None if there was nothing new.")
     engine_version: str = about("Version of the program.")
-    model_version: str = about("What the verdict was trained on.")
-    files: int = about("Files that were looked at.")
+    model_version: str = about("Version of the verdict's training.")
+    files: int = about("Files that were checked.")
     loops: int = about("Loops in them.")
     windows: int = about("Windows that were judged in this run.")
-    errors: int = about("Of these, windows that could not be judged.")
-    parts: int = about("Parts in which they are kept.")
-    problems: list[Problem] = about("What could not be read.")
-    no_recordings: list[str] = about("Files that are no recordings, as they have no OP, a sentence each.")
-    damaged: list[str] = about("Files of earlier runs that were found damaged, a sentence each.")
+    errors: int = about("Number of these that could not be judged.")
+    parts: int = about("Parts of the stored result.")
+    problems: list[Problem] = about("Files and loops that could not be read.")
+    no_recordings: list[str] = about("Files that are not recordings because they lack an OP, a sentence each.")
+    damaged: list[str] = about("Damaged files of earlier runs, a sentence each.")
 
 
 @result
 class LoopThere(Result):
-    """A loop that the data of a plant hold."""
+    """A loop in the data of a plant."""
 
     loop: str = about("Its tag.")
     days: int = about("Days with samples.")
     first_day: str | None
-    last_day: str | None = about("The first and the last of them.")
-    in_plant_file: bool = about("Whether the plant's file knows it.")
+    last_day: str | None = about("The first and the last of these days.")
+    in_plant_file: bool = about("Whether the plant's file lists it.")
     tags: list[str] = about(
-        "What its last file says of it, or the beginning of that: the tags of its signals, such as ``op = "
+        "Information from the beginning of its last file, which is the tags of its signals, such as ``op = "
         '"FIC101.OP"``.'
     )
-    op_range: list[float] | None = about("The values of OP that are 0 % and 100 %.", kind="list of two floats or None")
-    modes: list[str] = about("The modes it is in; none of a loop whose mode is not recorded.")
-    notes: list[str] = about("What to confirm, and what was assumed.")
+    op_range: list[float] | None = about("The values of OP at 0 % and 100 %.", kind="list of two floats or None")
+    modes: list[str] = about("Its modes; empty if its mode is not recorded.")
+    notes: list[str] = about("Assumptions, and points to confirm.")
 
 
 @result
 class Checked(Result):
-    """What the data of a plant hold."""
+    """The contents of a plant's data."""
 
     plant: str = about("Name of the plant.")
-    files: int = about("Files that the plant's file names.")
+    files: int = about("Files in the plant's file.")
     loops: list[LoopThere] = about("Loops in them.")
-    problems: list[Problem] = about("What is wrong.")
-    no_recordings: list[str] = about("Files that are no recordings, as they have no OP, a sentence each.")
+    problems: list[Problem] = about("Problems with the data.")
+    no_recordings: list[str] = about("Files that are not recordings because they lack an OP, a sentence each.")
 
 
 @result
 class Graded(Result):
-    """How many windows have a grade."""
+    """The number of windows with a grade."""
 
     grade: str = about("The grade.")
     windows: int = about("Windows.")
@@ -111,19 +111,19 @@ class Graded(Result):
 
 @result
 class Status(Result):
-    """What was judged of a plant so far."""
+    """The results of a plant so far."""
 
     plant: str = about("Name of the plant.")
     loops: int = about("Loops with a window.")
     days: int = about("Days of the plant with a window.")
     first_day: str | None
-    last_day: str | None = about("The first and the last of them.")
+    last_day: str | None = about("The first and the last of these days.")
     windows: int = about("Windows that count.")
-    errors: int = about("Of these, windows that could not be judged.")
+    errors: int = about("Number of these that could not be judged.")
     grades: list[Graded] = about("Windows by grade, the worst first.")
     runs: int = about("Runs.")
-    cut_short: int = about("Runs that did not come to their end since the last scan of all loops and days that did.")
-    damaged: list[str] = about("Files of what was judged that were found damaged, a sentence each.")
+    cut_short: int = about("Unfinished runs since the last complete scan of all loops and days.")
+    damaged: list[str] = about("Damaged files of results, a sentence each.")
 
 
 @result
@@ -132,23 +132,23 @@ class Member(Result):
 
     loop: str = about("Its tag.")
     coherence: float = about(
-        "How much of its swing at the period is that of the group: squared coherence with the common swing, 0 to 1."
+        "Share of the group in its swing at the period, as squared coherence with the common swing, 0 to 1."
     )
     candidate_rank: int | None = about(
-        "Its place among the candidates for the source, from one; None if it is no candidate."
+        "Its place among the candidates for the source, from one; None if it is not a candidate."
     )
-    reasons: list[str] = about("What speaks for and against it as the source, sentences.")
+    reasons: list[str] = about("Evidence for and against it as the source, in sentences.")
 
 
 @result
 class Group(Result):
-    """Loops that swing together, and who of them may be the source."""
+    """Loops that swing together, and candidates for the source."""
 
     id: int = about("Its number, from one.")
     period_s: float = about("Period of the swing, s.")
     members: list[Member] = about("The loops: candidates for the source in their order, then the others by coherence.")
     source: str = about('Whether one of them may be the source: ``"candidates"`` or ``"not-recorded"``.')
-    reasons: list[str] = about("What the group rests on, sentences.")
+    reasons: list[str] = about("Evidence for the group, in sentences.")
 
 
 @documented
@@ -162,30 +162,30 @@ def scan(
     again: bool = False,
     progress: Callable[[int], object] | None = None,
 ) -> Scanned:
-    """Judge what is new of a plant, and keep it in its store.
+    """Judge the new data of a plant, and keep the results in its store.
 
     Parameters
     ----------
     threads : int, optional
-        Threads; as many as the machine has without it. The rows are the same for any number.
+        Number of threads; by default as many as the machine has. The rows do not depend on it.
     memory : float, optional
-        Memory to use, bytes; 500 MB without it.
+        Memory to use, bytes; by default 500 MB.
     again : bool, default False
-        Whether what is done is judged again.
+        Whether existing results are judged again.
     progress : callable, optional
-        Called with the number of days of loops that are on the disk.
+        Called with the number of finished days of loops.
 
     Returns
     -------
     Scanned
-        What was done; `windows` gives the rows.
+        The result of the scan; `windows` returns the rows.
 
     Raises
     ------
     ValueError
-        If ``plant.toml`` says what cannot be, or an argument cannot.
+        If ``plant.toml`` or an argument is invalid.
     OSError
-        If the store cannot be written, or somebody else is scanning.
+        If the store cannot be written, or another scan is running.
 
     Examples
     --------
@@ -211,19 +211,19 @@ def scan(
 
 @documented
 def check(folder: Folder) -> Checked:
-    """Read all data of a plant, and judge nothing.
+    """Read all data of a plant without judging them.
 
     Returns
     -------
     Checked
-        The loops, their days, and what is wrong.
+        The loops, their days, and problems.
     """
     return result_of(Checked, _core.plant_check(os.fspath(folder)))
 
 
 @documented
 def status(folder: Folder) -> Status:
-    """Tell what was judged of a plant so far.
+    """Return the results of a plant so far.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def status(folder: Folder) -> Status:
 
 @documented
 def windows(folder: Folder, *, since: str | None = None, until: str | None = None) -> Table:
-    """Give the rows that count of a plant's windows, by loop and time.
+    """Return the valid rows of a plant's windows, by loop and time.
 
     Parameters
     ----------
@@ -245,14 +245,14 @@ def windows(folder: Folder, *, since: str | None = None, until: str | None = Non
     Returns
     -------
     Table
-        A row a window, in the columns of `schema`; for any library that speaks Arrow.
+        One row per window, in the columns of `schema`, for any library with Arrow support.
     """
     return _core.plant_windows(os.fspath(folder), since, until)
 
 
 @documented
 def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
-    """Find loops that swing together in a week, as its report does.
+    """Find loops that swing together in a week, as in its report.
 
     Returns
     -------
@@ -262,7 +262,7 @@ def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
     Raises
     ------
     ValueError
-        If nothing was judged in or before the week.
+        If there are no results in or before the week.
     """
     found = _core.plant_groups(os.fspath(folder), None if week is None else text("week", week))
     return [result_of(Group, each) for each in found]
@@ -270,14 +270,14 @@ def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
 
 @documented
 def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:
-    """Put rows that were judged elsewhere into the store of a plant, as a run.
+    """Write rows that were judged elsewhere to the store of a plant, as a run.
 
     Parameters
     ----------
     table : table
-        Rows in the columns of `schema`, others are left alone; anything that speaks the Arrow capsule interface.
+        Rows in the columns of `schema`; other columns are ignored. Any object with the Arrow capsule interface.
     traces : table, optional
-        Traces of the windows, as `diagnose_window` gives them: by these a report finds loops that swing together.
+        Traces of the windows from `diagnose_window`, with which a report finds loops that swing together.
 
     Returns
     -------
@@ -287,7 +287,7 @@ def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:
     Raises
     ------
     ValueError
-        If a column is not there, or is of another type.
+        If a column is missing or has a different type.
     """
     return result_of(Scanned, _core.plant_take(os.fspath(folder), table, traces))
 
@@ -298,9 +298,9 @@ def demo(folder: Folder, *, loops: int = 20, days: int = 7, seed: int = 1) -> No
     Parameters
     ----------
     folder : path
-        Where to; files of these names are written over.
+        Output folder. Files of these names are overwritten.
     loops, days : int
-        How many.
+        Number of loops and of days.
     seed : int, default 1
         Seed of the plant.
     """
@@ -310,23 +310,23 @@ def demo(folder: Folder, *, loops: int = 20, days: int = 7, seed: int = 1) -> No
 
 
 def model_version() -> str:
-    """Tell what the verdict was trained on.
+    """Return the version of the verdict's training.
 
     Returns
     -------
     str
-        As rows of windows name it.
+        As in the rows of windows.
     """
     return _core.model_version()
 
 
 def schema() -> Any:
-    """Give the columns of rows of windows, as Arrow declares them.
+    """Return the columns of rows of windows, as an Arrow schema.
 
     Returns
     -------
     pyarrow.Schema
-        Its fields tell unit and meaning in their metadata.
+        The metadata of its fields give unit and meaning.
 
     Raises
     ------
@@ -339,7 +339,7 @@ def schema() -> Any:
 
 
 def ddl() -> str:
-    """Give the columns of rows of windows, as Spark declares them.
+    """Return the columns of rows of windows, as declared in Spark.
 
     Returns
     -------
@@ -355,7 +355,7 @@ def _of_text(words: str, origin: str) -> _core.Plant:
 
 
 def _plant(settings: Settings) -> _core.Plant:
-    """Give what a plant's file says; it is parsed once in a process."""
+    """Return the content of a plant's file, which is parsed once per process."""
     if settings is None:
         return _of_text('name = "table"', "settings")
     if isinstance(settings, str):
@@ -365,28 +365,28 @@ def _plant(settings: Settings) -> _core.Plant:
 
 
 def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None = None) -> Table:
-    """Judge all windows in a table of samples: what other engines call.
+    """Judge all windows in a table of samples, for use by other engines.
 
     Parameters
     ----------
     table : table
-        Long (times, tags, values, and perhaps qualities) or wide, of one loop or of several; anything that speaks the
-        Arrow capsule interface. Times are of a type of times. Tags may be a dictionary. Rows may come in any order.
+        A long table (times, tags, values, and optionally qualities) or a wide one, of one loop or of several, with the Arrow
+        capsule interface. Times have a time type. Tags may be a dictionary. Rows may have any order.
     settings : str or path, optional
-        The text of a ``plant.toml``, or as a path its folder; without it the zone is UTC and all is recognised.
+        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC and everything is recognised.
     threads : int, optional
-        Threads; as many as the machine has without it. 1 where an engine gives each task one core.
+        Number of threads; by default as many as the machine has. Use 1 if an engine gives each task one core.
 
     Returns
     -------
     Table
-        A row a window, in the columns of `schema`. What cannot be judged is a row with ``error``; what cannot be read at
-        all, a row of no window. ``input_fingerprint`` is empty: the caller knows what it read.
+        One row per window, in the columns of `schema`. A window that cannot be judged has a row with ``error``. Unreadable data
+        give a row without a window. ``input_fingerprint`` is empty, because only the caller knows the source.
 
     Raises
     ------
     TypeError, ValueError
-        For misuse: what is no table, a column that holds neither numbers nor text nor times, settings that cannot be.
+        On misuse, such as something that is not a table, a column without numbers, text or times, or invalid settings.
 
     Examples
     --------
@@ -403,12 +403,12 @@ def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None
 def diagnose_window(
     table: Any, settings: Settings, loop: str, day: int, days: int = 1
 ) -> tuple[Table, Table, int]:
-    """Judge one window of one loop: what engines call that spread windows over machines. It takes one thread.
+    """Judge one window of one loop, for engines that distribute windows over machines. It uses one thread.
 
     Parameters
     ----------
     table : table
-        As for `diagnose_table`: the samples of the window, and of the day before at least the last of each tag.
+        The samples of the window, as for `diagnose_table`, and at least the last sample of each tag on the day before.
     settings : str or path or None
         As for `diagnose_table`.
     loop : str
@@ -416,16 +416,16 @@ def diagnose_window(
     day : int
         The day of the plant on which the window begins, days since 1970-01-01.
     days : int, default 1
-        How many days it has.
+        Its number of days.
 
     Returns
     -------
     table : Table
         Its row; none without a sample of the OP.
     trace : Table
-        What is kept of its signal, to be compared with that of other loops; none of a signal that does not move.
+        The trace of its signal, for comparison with other loops; none for a signal that does not move.
     days : int
-        How many days the window should have that begins there. If it is more than one, judge it again with as many.
+        Number of days that the window beginning there should have. If it is more than one, judge it again with this number.
     """
     return _plant(settings).window(
         table, text("loop", loop), integer("day", day, least=-100_000_000), integer("days", days, least=1)

@@ -1,10 +1,10 @@
-"""The scan of a plant on Apache Spark: the same windows, the same rows, by the same compiled code.
+"""The scan of a plant on Apache Spark, with the same windows, rows and compiled code as the local scan.
 
 ``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs it; `scan` takes a data frame.
 
-A window is judged by one task on one core, from the samples of its days and, of the day before, the last of each tag.
-So the memory of a task is that of a window, whatever the plant. A window is a day; where ten periods of the loop's swing
-take longer, it is judged again with as many days as they take, in a second round: that is what the local scan does, too.
+One task on one core judges a window, from the samples of its days and the last sample of each tag on the day before. So a task
+needs memory only for a window, in a plant of any size. A window is a day. If ten periods of the loop's swing take longer, a
+second round judges a window of as many days as they take. The local scan does the same.
 """
 
 from __future__ import annotations
@@ -34,66 +34,66 @@ except ImportError:
 __all__ = ["MOST_ERRORS", "Pairs", "Plan", "Scan", "explain", "main", "pairs", "probe", "scan"]
 
 MOST_ERRORS = 0.05
-"""Share of the loops that may have an error before a job ends with one, after writing."""
+"""Maximum share of loops with an error. Above it, a job ends with an error after writing."""
 TAKEN_TOGETHER = 20_000
-"""Rows that the driver takes into the store of a plant at a time."""
+"""Rows that the driver writes to the store of a plant at a time."""
 WINDOWS_A_TASK = 16
-"""Windows that a task judges, some seconds of work: what a lost worker loses."""
+"""Windows per task, some seconds of work, which is the loss if a worker fails."""
 WINDOWS_A_CORE = 4_000
-"""Windows for each core that the command judges before it writes them, some minutes of work: what a lost driver loses."""
+"""Windows per core between two writes of the command, some minutes of work, which is the loss if the driver fails."""
 LOOPS_A_BLOCK = 200
-"""Loops that a task compares with as many others: their week of traces are some hundred megabytes."""
+"""Loops that a task compares with as many others. Their traces of a week take some hundred megabytes."""
 ROWS_A_BATCH = "spark.sql.execution.arrow.maxRecordsPerBatch"
 PAIRS_TOGETHER = 200_000
-"""Pairs of loops that the driver may take without asking whether fewer can count."""
+"""Pairs of loops that the driver may collect without first reducing them."""
 DAY_US = 86_400_000_000
 DAY_BITS, LENGTH_BITS = 28, 4
-"""A window is one number, of its loop, first day, and length: Spark sorts numbers in the time of a few looks at each."""
+"""A window is one number, made of its loop, first day, and length, because Spark sorts numbers fast."""
 TRACE = ["trace_start", "trace_signal", "trace_unit", "trace_values"]
-"""What is kept of a window's signal, behind the columns of its row."""
+"""The trace of a window's signal, in columns after those of its row."""
 TRACE_DDL = "trace_start BIGINT, trace_signal STRING, trace_unit DOUBLE, trace_values BINARY"
 UNKNOWN = -32_768
-"""What stands for a value of a trace that is not known; values are whole numbers of two bytes, the low one first."""
+"""The value for unknown samples of a trace. Values are whole numbers of two bytes, low byte first."""
 
 
 @result
 class Plan(Result):
-    """What a scan would do."""
+    """The plan of a scan."""
 
-    loops: int = about("Loops that the data hold.")
+    loops: int = about("Loops in the data.")
     windows: int = about(
-        "Windows that are to be judged, of a day each; a loop that swings slowly has fewer, longer ones."
+        "Windows to judge, of one day each; a loop that swings slowly has fewer, longer ones."
     )
-    done: int = about("Windows that are done.")
-    partitions: int = about("Tasks they are spread over.")
-    samples: int = about("Samples that are sent to them; of a wide table, rows.")
-    bytes: int = about("About what these take on their way.")
+    done: int = about("Windows that are already judged.")
+    partitions: int = about("Number of tasks.")
+    samples: int = about("Samples sent to the tasks; of a wide table, rows.")
+    bytes: int = about("Approximate size of these.")
 
 
 @result
 class Scan(Result):
-    """What a scan did."""
+    """The result of a scan."""
 
     rows: Any = about(
-        "The rows of what was judged, in the columns of `stiction.plant.schema`, and behind them the traces by which "
-        "a report finds loops that swing together; they are kept by Spark until ``unpersist``.",
+        "The rows of the results, in the columns of `stiction.plant.schema`, followed by the traces with which "
+        "a report finds loops that swing together; Spark keeps them until ``unpersist``.",
         kind="pyspark.sql.DataFrame",
     )
-    plan: Plan = about("What was to do.")
+    plan: Plan = about("The plan of the scan.")
     windows: int = about("Rows.")
-    errors: int = about("Of these, windows that could not be judged.")
-    loops_in_error: frozenset[str] = about("Loops that have such windows.")
+    errors: int = about("Number of these that could not be judged.")
+    loops_in_error: frozenset[str] = about("Loops with such windows.")
 
 
 @result
 class Pairs(Result):
-    """Which loops may swing together in a week."""
+    """The pairs of loops that may swing together in a week."""
 
     week: str = about("The week.")
-    loops: int = about("Loops that were compared.")
-    blocks: int = about("Blocks that they were cut into; each was compared with each.")
+    loops: int = about("Loops compared.")
+    blocks: int = about("Blocks of loops; each was compared with each.")
     compared: int = about("Pairs of loops.")
-    kept: int = about("What was kept of them for the report: each pair in each band in which it may swing in step.")
+    kept: int = about("Number of pairs kept for the report, with each band in which they may swing in step.")
 
 
 Window: TypeAlias = tuple[int, int, int]
@@ -115,7 +115,7 @@ def _frame(spark: Any, rows: Sequence[tuple[Any, ...]], columns: str) -> Any:
 
 
 def probe(spark: Any) -> None:
-    """Ask the executors whether they have this version of the wheel, before any work.
+    """Check before any work that the executors have this version of the wheel.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def probe(spark: Any) -> None:
     Raises
     ------
     RuntimeError
-        If one has none, or another version or model; it says which, and what to do.
+        If an executor has none, or another version or model; the message names it, and the remedy.
     """
     expected = _made_by()
 
@@ -145,7 +145,7 @@ def probe(spark: Any) -> None:
         row = {"host": [host], "version": [version], "model": [model], "problem": [problem]}
         yield pyarrow.RecordBatch.from_pydict(row)
 
-    # Sent as its code: the module it is in may be what is missing.
+    # Sent as code, because its module may be missing there.
     asked.__module__ = "__main__"
     count = 2 * _cores(spark)
     try:
@@ -171,7 +171,7 @@ def _made_by() -> tuple[str, str]:
 
 
 def _same(expected: tuple[str, str]) -> None:
-    """Ends a task on an executor that came later, and has another version or model than the driver."""
+    """Ends a task on an executor that joined later with another version or model than the driver."""
     found = _made_by()
     if found != expected:
         raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
@@ -185,12 +185,12 @@ def _cores(spark: Any) -> int:
 
 
 class _Input:
-    """A data frame of samples: which loops it holds, and its rows with loop and day."""
+    """A data frame of samples, with its loops, and its rows with loop and day."""
 
     def __init__(self, df: Any, plant: _core.Plant, pattern: str | None) -> None:
         shape = plant.shape(df.columns)
         if shape is None:
-            raise ValueError(f"the columns {df.columns} tell no times; a long table has times, tags and values")
+            raise ValueError(f"the columns {df.columns} include no times; a long table has times, tags and values")
         time, long, about = shape
         self.time = df.columns[time]
         kind = df.schema[self.time].dataType.typeName()
@@ -205,7 +205,7 @@ class _Input:
         known = plant.loops(names, rows)
         fits = [each for each in known if pattern is None or fnmatch.fnmatch(each[0].lower(), pattern.lower())]
         if not fits:
-            raise ValueError(f"the data hold no loop that can be told by its tags{'' if known else ': ' + _some(names)}")
+            raise ValueError(f"no loop is recognised by the tags of the data{'' if known else ': ' + _some(names)}")
         self.names = [name for name, _, _ in fits]
         self.tags = [[names[k] for k in tags] for _, tags, _ in fits]
         self.about = [df.columns[k] for k in about if df.columns[k] not in {self.time, self.tag}]
@@ -229,14 +229,14 @@ class _Input:
         self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
 
     def samples_of(self, loops: set[int]) -> Any:
-        """The samples of some loops at least: where they are few, of no others."""
+        """The samples of these loops, and of other loops only if these are many."""
         if self.tag is None or 2 * len(loops) > len(self.names):
             return self.samples
         tags = sorted({tag for loop in loops for tag in self.tags[loop]})
         return self._cut(self._df.where(F.col(f"`{self.tag}`").isin(tags)))
 
     def _long(self, df: Any, moment: Any, day: Any, ops: list[int], names: list[str]) -> Any:
-        """The samples of a long table: loop, number of the tag within it, time, and what else is said."""
+        """The samples of a long table: loop, number of the tag within it, time, and other columns."""
         places = [
             (tag, loop, k, tag == names[ops[loop]])
             for loop, own in enumerate(self.tags)
@@ -249,7 +249,7 @@ class _Input:
         return rows.join(F.broadcast(of), "of").drop("of")
 
     def _wide(self, df: Any, moment: Any, day: Any, ops: list[int], names: list[str]) -> Any:
-        """The rows of a wide table, cut into the columns of each loop: numbers, and texts such as modes."""
+        """The rows of a wide table, split into the columns of each loop, with numbers, and texts such as modes."""
 
         def cells(own: list[str], numeric: bool, kind: str) -> Any:
             chosen = [F.col(f"`{name}`").cast(kind) for name in own if self.numeric[name] == numeric]
@@ -269,7 +269,7 @@ class _Input:
         return rows.select("own.*", "time", "day", *[f"of_{k}" for k in range(len(rest))], F.lit(True).alias("is_op"))
 
     def marks(self) -> Any:
-        """Of each loop, tag and day: how many samples there are, a digest of them, and the last."""
+        """The number of samples of each loop, tag and day, a digest of them, and the last one."""
         keys = ["loop_id", "day", *(["tag"] if self.tag else [])]
         digest = F.xxhash64("time", *(["tag"] if self.tag else []), *self.payload)
         last = [F.max_by(name, "time").alias(name) for name in self.payload]
@@ -282,7 +282,7 @@ class _Input:
         )
 
     def table_of(self) -> Callable[[int, Any], Any]:
-        """What makes of the rows of a group the table that was read, on an executor."""
+        """Rebuilds, on an executor, the source table from the rows of a group."""
         time, tag, about, tags, numeric = self.time, self.tag, self.about, self.tags, self.numeric
 
         def table(loop: int, group: Any) -> Any:
@@ -297,7 +297,7 @@ class _Input:
                     ("numbers", [name for name in own if numeric[name]]),
                     ("texts", [name for name in own if not numeric[name]]),
                 ]:
-                    # A row after the other, all of one length.
+                    # Row by row, all of one length.
                     cells = group[kind].combine_chunks().flatten()
                     for k, name in enumerate(names):
                         columns[name] = cells.take(pa.array(range(k, len(cells), len(names)), pa.int64()))
@@ -312,12 +312,12 @@ def _some(names: Sequence[str]) -> str:
 
 
 class _Chain:
-    """Which windows there are, as far as that is known: each begins where the one before ends."""
+    """The windows, as far as they are known. Each begins where the one before ends."""
 
     def __init__(self, plant: _core.Plant, of: _Input, marks: Any, known: Any, since: int | None) -> None:
         self.plant, self.names = plant, of.names
         self.since = -(1 << 62) if since is None else since
-        # Of each loop and day how many samples there are, their digest, and whether there is an OP.
+        # The number of samples of each loop and day, their digest, and whether there is an OP.
         self.days: list[dict[int, tuple[int, int, bool]]] = [{} for _ in of.names]
         per_day = marks.groupBy("loop_id", "day").agg(
             F.sum("samples").alias("samples"), F.bit_xor("digest").alias("digest"), F.max("is_op").alias("is_op")
@@ -333,18 +333,18 @@ class _Chain:
             rows = known.orderBy(F.col("run").cast("bigint")) if newest else known
             for row in rows.select(*columns).collect():
                 self.kept[row[0], row[1]] = (row[2], row[3], row[4])
-        # How many days the window should have that begins on a day, of those that were judged.
+        # The number of days that a window beginning on a day should have, from those judged.
         self.wanted: dict[tuple[int, int], int] = {}
         self.judged: set[Window] = set()
 
     def fingerprint(self, loop: int, day: int, days: int) -> str:
-        """SHA-256 of what a window is made of: the digests of its days and of the one before."""
+        """SHA-256 of the data of a window, from the digests of its days and of the day before."""
         own = self.days[loop]
         lines = [f"{d} {own[d][0]} {own[d][1]}" for d in range(day - 1, day + days) if d in own]
         return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
     def done(self, loop: int, day: int) -> int:
-        """How many days the window has that begins on `day`, if it is done; else 0."""
+        """The number of days of the window that begins on `day`, if it is judged; else 0."""
         start = self.begin(day)
         kept = self.kept.get((self.names[loop], start))
         if kept is None:
@@ -354,7 +354,7 @@ class _Chain:
         return days if settings == self.hashes[loop] and made_of == self.fingerprint(loop, day, days) else 0
 
     def until(self, most: int | None) -> int:
-        """The day before which some `most` windows are still to be judged, or all."""
+        """The day before which about `most` windows remain to be judged, or all."""
         per_day: dict[int, int] = {}
         for _, day, _ in self.walk()[1]:
             per_day[day] = per_day.get(day, 0) + 1
@@ -366,7 +366,7 @@ class _Chain:
         return 1 << 62
 
     def walk(self) -> tuple[list[Window], list[Window], int]:
-        """Windows that are judged and count, those still to be judged, and how many were done before."""
+        """Windows that are judged and valid, windows to judge, and the number judged before."""
         there: list[Window] = []
         open_: list[Window] = []
         done = 0
@@ -386,21 +386,21 @@ class _Chain:
 
 
 def _partitions(windows: int, cores: int) -> int:
-    """So many tasks that all cores have work, and that each loses little."""
+    """The number of tasks that keeps all cores busy and limits the loss of each task."""
     return max(1, min(windows, max(3 * cores, -(-windows // WINDOWS_A_TASK))))
 
 
 def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Window]) -> Any:
-    """The rows of windows, with how many days each should have."""
+    """The rows of windows, with the number of days that each should have."""
     words = chain.plant.text
     spread = [(loop, day + k, _number((loop, day, days))) for loop, day, days in windows for k in range(days)]
     held_from = [(loop, day - 1, _number((loop, day, days))) for loop, day, days in windows]
-    # Both numbers of 4 bytes, so that Spark looks them up as one of 8.
+    # Both are numbers of 4 bytes, so that Spark looks them up as one of 8.
     of_days = "loop_id INT, day INT, window BIGINT"
     columns = ["window", "time", *(["tag"] if of.tag else []), *of.payload]
     samples = of.samples_of({loop for loop, _, _ in windows})
     if of.kind == "timestamp":
-        # What no window needs is not read, where files tell the times of their rows.
+        # Rows that no window needs are not read, if files show the times of their rows.
         begin = chain.begin(min(day for _, day, _ in windows))
         end = chain.begin(max(day + days for _, day, days in windows))
         time = F.col("time")
@@ -421,7 +421,7 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
             row, trace, wanted = diagnose_window(table_of(loop, group), words, names[loop], day, days)
             table = pa.table(row)
             if len(table) == 0:
-                # The driver must hear that it was judged.
+                # The driver must learn that it was judged.
                 table = pa.table([pa.nulls(1, field.type) for field in table.schema], names=table.column_names)
             kept = pa.table(trace)
             start, signal, unit = (column.to_pylist() for column in kept.columns[1:4])
@@ -438,12 +438,12 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
                 table = table.append_column(name, pa.array([value], kind))
             yield from table.to_batches()
 
-    # Spark 3.5 has no groupBy().applyInArrow(); this is the same, and a group is never in Java's memory whole.
+    # Spark 3.5 lacks groupBy().applyInArrow(). This is equivalent, and never holds a whole group in Java's memory.
     return rows.sortWithinPartitions("window").mapInArrow(judge, f"{ddl()}, {TRACE_DDL}, window BIGINT, wanted BIGINT")
 
 
 def _groups(batches: Iterator[Any], key: str) -> Iterator[tuple[int, Any]]:
-    """Tables of the rows of one number in the column `key` each, from batches that are sorted by it."""
+    """Tables of the rows with one number in the column `key` each, from batches sorted by it."""
     import numpy as np
     import pyarrow as pa
 
@@ -470,7 +470,7 @@ def _begun(
 ) -> tuple[_Input, Any, _Chain]:
     plant = _plant(settings)
     of = _Input(df, plant, loops)
-    # Of few loops they are few, and tasks without work cost more than it.
+    # A few loops have few rows, and tasks without work would cost more.
     marks = of.marks().coalesce(max(_cores(df.sparkSession), len(of.names) // 50)).persist()
     first = None if since is None else (date.fromisoformat(since) - date(1970, 1, 1)).days
     return of, marks, _Chain(plant, of, marks, known, first)
@@ -479,7 +479,7 @@ def _begun(
 def _plan(spark: Any, of: _Input, chain: _Chain) -> Plan:
     _, windows, done = chain.walk()
     samples = sum(chain.days[loop].get(day, (0,))[0] for loop, day, _ in windows)
-    # Keys and time, then what a sample holds, as Spark's rows have it: words of 8 bytes.
+    # Keys and time, then the contents of a sample in Spark's rows, in words of 8 bytes.
     width = 8 * (6 + len(of.payload)) if of.tag else 8 * (10 + sum(map(len, of.tags)) // len(of.tags))
     return Plan(
         loops=len(of.names),
@@ -494,7 +494,7 @@ def _plan(spark: Any, of: _Input, chain: _Chain) -> Plan:
 def explain(
     df: Any, settings: Settings = None, *, since: str | None = None, loops: str | None = None, known: Any = None
 ) -> Plan:
-    """Tell what `scan` would do; it reads the data once, to know loops and days.
+    """Return the plan of `scan`, after reading the data once for loops and days.
 
     Parameters
     ----------
@@ -522,30 +522,30 @@ def explain(
 def scan(
     df: Any, settings: Settings = None, *, since: str | None = None, loops: str | None = None, known: Any = None
 ) -> Scan:
-    """Judge what is new of a plant whose samples are a data frame.
+    """Judge the new data of a plant whose samples are a data frame.
 
     Parameters
     ----------
     df : pyspark.sql.DataFrame
-        Samples, long or wide, from Parquet, Delta or a table. The columns are recognised by their names as those of files
-        are; that of times is a timestamp.
+        Samples, long or wide, from Parquet, Delta or a table. The columns are recognised by their names, as in files. The column
+        of times is a timestamp.
     settings : str or path, optional
-        The text of a ``plant.toml``, or as a path its folder; without it the zone is UTC and all is recognised.
+        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC and everything is recognised.
     known : pyspark.sql.DataFrame, optional
-        Rows of scans before; with a column ``run``, the last run counts. What is among them, made of the same samples by
-        the same settings, is not judged again.
+        Rows of earlier scans. With a column ``run``, the last run counts. Windows among them with the same samples and settings
+        are not judged again.
 
     Returns
     -------
     Scan
-        The rows, and how many.
+        The rows, and their numbers.
 
     Raises
     ------
     RuntimeError
-        If an executor has no wheel, or that of another version or model.
+        If an executor has no wheel, or a wheel of another version or model.
     ValueError
-        If the columns tell no times or loops, or the settings cannot be.
+        If the columns include no times or loops, or the settings are invalid.
     """
     (done,) = _scans(df, settings, since, loops, known, None)
     return done
@@ -554,7 +554,8 @@ def scan(
 def _scans(
     df: Any, settings: Settings, since: str | None, loops: str | None, known: Any, most: int | None
 ) -> Iterator[Scan]:
-    """Scans of some `most` windows each, of one day after the other; one scan if nothing is new. Its rows hold until the next."""
+    """Scans of about `most` windows each, one day after the other; one scan if nothing is new. Rows are valid until the next
+    scan."""
     spark = df.sparkSession
     probe(spark)
     of, marks, chain = _begun(df, settings, since, loops, known)
@@ -596,12 +597,12 @@ def _scans(
 
 
 def _known(spark: Any, output: str) -> Any:
-    """Rows of runs before, with the number of their run; None if there are none."""
+    """Rows of earlier runs, with the number of their run; None if there are none."""
     from pyspark.errors import AnalysisException
 
     try:
         found = spark.read.parquet(output)
-        # Spark Connect looks only when something is asked of it.
+        # Spark Connect checks only when a result is requested.
         _ = found.schema
         return found
     except AnalysisException as error:
@@ -611,14 +612,14 @@ def _known(spark: Any, output: str) -> Any:
 
 
 def _trace_fields() -> list[Any]:
-    """The columns of `TRACE`, as Arrow declares them."""
+    """The columns of `TRACE`, as an Arrow schema."""
     import pyarrow as pa
 
     return list(map(pa.field, TRACE, [pa.int64(), pa.string(), pa.float64(), pa.binary()]))
 
 
 def _traces(rows: Any) -> Any:
-    """Traces as the library reads them, of a table of rows that have one."""
+    """Traces as the library reads them, from a table of rows that have one."""
     return rows.select(["loop", *TRACE]).rename_columns(["loop", *(name.removeprefix("trace_") for name in TRACE)])
 
 
@@ -626,26 +627,26 @@ def _traces(rows: Any) -> Any:
 def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
     """Find pairs of loops that may swing together, in blocks, and keep them in the store of the plant.
 
-    The report of the week takes them from there, and tells the same groups as without them; of thousands of loops this is what
-    takes it long.
+    The report of the week uses these pairs and finds the same groups as without them. For thousands of loops this is the slow
+    part of a report.
 
     Parameters
     ----------
     rows : pyspark.sql.DataFrame
-        Rows with their traces, as `scan` gives them; with a column ``run``, the last run counts. The plant's store must have
-        taken them.
+        Rows with their traces, as returned by `scan`. With a column ``run``, the last run counts. The plant's store must already
+        contain them.
 
     Returns
     -------
     Pairs
-        How many.
+        The numbers of loops and pairs.
 
     Raises
     ------
     RuntimeError
-        If an executor has no wheel, or that of another version or model.
+        If an executor has no wheel, or a wheel of another version or model.
     ValueError
-        If nothing was judged in the week, or the rows are not those of the store.
+        If nothing was judged in the week, or the rows differ from those of the store.
     """
     import pyarrow as pa
 
@@ -695,13 +696,13 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     sent = sent.select("pair", "loop", *TRACE).repartition(tasks, "pair").sortWithinPartitions("pair")
     edges = sent.mapInArrow(compare, _core.plant_pairs_ddl()).persist()
     before = spark.conf.get(ROWS_A_BATCH)
-    # A row is 17 kB, and a batch would come whole.
+    # A row has 17 kB, and a batch is transferred whole.
     spark.conf.set(ROWS_A_BATCH, "500")
     try:
         count = edges.count()
     finally:
         spark.conf.set(ROWS_A_BATCH, before)
-    # Of all pairs few can count, and which these are at most is known of their number.
+    # Only a few of all pairs can count. Their maximum number follows from the number of pairs.
     while count > PAIRS_TOGETHER:
         edges_left = edges.where(F.col("p") <= _core.plant_most_that_counts(count, len(loops)))
         fewer = edges_left.count()
@@ -720,7 +721,7 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
 
 
 def _blocks(loops: int, cores: int) -> int:
-    """So many blocks that none is too large, and that many loops give work to all cores."""
+    """The number of blocks that limits the size of each and keeps all cores busy."""
     blocks = -(-loops // LOOPS_A_BLOCK)
     while loops > LOOPS_A_BLOCK // 2 and blocks * (blocks + 1) < 4 * cores:
         blocks += 1
@@ -728,7 +729,7 @@ def _blocks(loops: int, cores: int) -> int:
 
 
 def _taken(folder: str, rows: Any) -> None:
-    """Takes rows and their traces into the store of a plant."""
+    """Writes rows and their traces to the store of a plant."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -757,14 +758,14 @@ def _session(of: argparse.Namespace) -> Any:
     elif of.master:
         builder = builder.master(of.master)
         if of.master.startswith("local"):
-            # Else Spark takes the first Python of the path, which need not be this one.
+            # Otherwise Spark uses the first Python of the path, which may be a different one.
             os.environ.setdefault("PYSPARK_PYTHON", sys.executable)
     if of.wheel:
         builder = builder.config("spark.archives", f"{of.wheel}#deps").config("spark.executorEnv.PYTHONPATH", "./deps")
     for setting in of.conf:
         name, _, value = setting.partition("=")
         builder = builder.config(name, value)
-    # No pandas is on the way.
+    # Pandas is not used here.
     warnings.filterwarnings("ignore", message="PySpark does not yet fully support pandas")
     spark = builder.getOrCreate()
     _quiet(spark)
@@ -772,7 +773,7 @@ def _session(of: argparse.Namespace) -> Any:
 
 
 def _quiet(spark: Any) -> None:
-    """Keeps Spark 4 from logging a stack trace for each path that is a pattern, or that is not there yet: neither is a fault."""
+    """Keeps Spark 4 from logging a stack trace for each path that is a pattern or does not exist yet, which is not a fault."""
     jvm = getattr(spark, "_jvm", None)
     if jvm is not None:
         log4j = jvm.org.apache.logging.log4j
@@ -783,17 +784,17 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m stiction.plant.spark", description="Judge all loops of a plant, day by day, on Apache Spark."
     )
-    parser.add_argument("--plant", required=True, metavar="DIR", help="the folder of plant.toml; its store takes the rows")
+    parser.add_argument("--plant", required=True, metavar="DIR", help="the folder of plant.toml, whose store gets the rows")
     parser.add_argument("--output", required=True, metavar="PATH", help="where rows are written, by run, as Parquet")
-    parser.add_argument("--input", nargs="*", metavar="PATH", help="data; by default what plant.toml names")
+    parser.add_argument("--input", nargs="*", metavar="PATH", help="data; by default those named in plant.toml")
     parser.add_argument("--format", default="parquet", help="their format, such as delta [default: parquet]")
-    parser.add_argument("--table", metavar="NAME", help="a table of the catalog in place of data")
+    parser.add_argument("--table", metavar="NAME", help="a table of the catalog instead of data")
     parser.add_argument("--since", metavar="DAY", help="judge windows from this day on, such as 2026-03-01")
-    parser.add_argument("--loops", metavar="GLOB", help='judge loops whose names fit this pattern, such as "FIC*"')
+    parser.add_argument("--loops", metavar="GLOB", help='judge only loops whose names match this pattern, such as "FIC*"')
     parser.add_argument(
         "--windows", type=int, metavar="N", help=f"write after some N windows [default: {WINDOWS_A_CORE} a core]"
     )
-    parser.add_argument("--again", action="store_true", help="judge all again, not only what is new")
+    parser.add_argument("--again", action="store_true", help="judge everything again, not only new data")
     parser.add_argument(
         "--groups",
         nargs="?",
@@ -801,9 +802,11 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
         metavar="WEEK",
         help="then compare all loops of a week, such as 2026-W10 [default: the last], for the groups of its report",
     )
-    parser.add_argument("--explain", action="store_true", help="tell windows, partitions and bytes, and judge nothing")
+    parser.add_argument("--explain", action="store_true", help="show windows, partitions and bytes, without judging")
     parser.add_argument("--most-errors", type=float, default=MOST_ERRORS, metavar="SHARE", help="of loops [default: 0.05]")
-    parser.add_argument("--master", metavar="URL", help="the cluster, where spark-submit does not name it; sc://HOST:PORT is Spark Connect")
+    parser.add_argument(
+        "--master", metavar="URL", help="the cluster, unless spark-submit names it; sc://HOST:PORT is Spark Connect"
+    )
     parser.add_argument("--wheel", metavar="FILE.zip", help="the wheel, as a .zip, to be sent to the executors")
     parser.add_argument("--conf", action="append", default=[], metavar="NAME=VALUE", help="a setting of Spark")
     return parser.parse_args(arguments)
@@ -815,12 +818,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Its arguments; those of the process without it.
+        Its arguments; by default those of the process.
 
     Returns
     -------
     int
-        0; 1 if it failed, or if too many loops have an error: then all is written.
+        0, or 1 if it failed or too many loops have an error. In the latter case everything is written.
     """
     of = _arguments(arguments)
     try:
@@ -850,7 +853,7 @@ def _run(of: argparse.Namespace) -> int:
         wrong: frozenset[str] = frozenset()
         for done in _scans(df, folder, of.since, of.loops, known, of.windows or WINDOWS_A_CORE * _cores(spark)):
             if done.windows:
-                # The store first: what is in the output is not judged again, so nothing could put it there later.
+                # The store comes first. Rows in the output are not judged again, so they would never reach the store later.
                 _taken(of.plant, done.rows)
                 done.rows.write.mode("append").parquet(f"{of.output.rstrip('/')}/run={run:04}")
             windows, errors, wrong = windows + done.windows, errors + done.errors, wrong | done.loops_in_error

@@ -13,7 +13,7 @@ use stiction_report::document::Source;
 
 /// A row of the index.
 struct Entry {
-    /// Where it stands, for messages.
+    /// Its place in the index, for messages.
     place: String,
     name: String,
     file: In,
@@ -29,19 +29,19 @@ pub fn measure(index: &In, allow_outside: bool, plan: &Plan<'_>) -> Result<(Abou
     measured.add(&entries, load, plan)?;
     let passed = match unlabelled {
         0 => String::new(),
-        n => format!(" Passed over, without a label: {n}."),
+        n => format!(" Skipped, without a label: {n}."),
     };
     let about = About {
         title: format!("{} labelled recordings", entries.len()),
         origin: format!(
-            "Index: {}.{passed} Labels are the opinion of those who gave them.",
+            "Index: {}.{passed} Labels are opinions of the people who gave them.",
             index.file_name().unwrap_or_default().to_string_lossy()
         ),
     };
     Ok((about, measured.finish(plan)?))
 }
 
-/// The labelled rows, and how many have no label.
+/// The labelled rows, and the number of rows without a label.
 fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
     let table = input::table(index)?;
     let folder = index.parent().unwrap_or(Path::new(""));
@@ -55,11 +55,11 @@ fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
         let sticks = match &labels[k][..] {
             "stiction" => true,
             "no stiction" => false,
-            // A loop without a label teaches nothing.
+            // Loops without a label are skipped.
             "" => continue,
             other => bail!(
-                "{place}: the label of {name} is \"{other}\", but must be stiction or no stiction, or \
-                 empty to pass the loop over"
+                "{place}: the label of {name} is \"{other}\", but must be stiction or no stiction, or empty to skip \
+                 the loop"
             ),
         };
         if name.is_empty() {
@@ -70,15 +70,15 @@ fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
         };
         let loop_type = match (cell(&types), cell(&guesses)) {
             (Some(word), _) => Some(LoopType::by_name(&word).with_context(|| place.clone())?),
-            // What no one has verified may well be a word that no one knows.
+            // An unverified type may be an unknown word.
             (None, Some(word)) => LoopType::by_name(&word).ok(),
             (None, None) => None,
         };
         let file = folder.join(cell(&files).unwrap_or_else(|| format!("{name}.csv")));
         if !allow_outside && is_outside(&file, folder) {
             bail!(
-                "{place}: the recording of {name}, {}, lies outside the folder of the index; give \
-                 --allow-outside if it may",
+                "{place}: the recording of {name}, {}, lies outside the folder of the index; give --allow-outside to \
+                 permit this",
                 file.display()
             );
         }
@@ -98,12 +98,12 @@ fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
     Ok((entries, unlabelled))
 }
 
-/// Whether a file is not in a folder or one of its folders, wherever links lead.
+/// Whether a file lies outside a folder and all its folders, after following links.
 fn is_outside(file: &Path, folder: &Path) -> bool {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (file.canonicalize(), folder.canonicalize()) {
         (Ok(file), Ok(folder)) => !file.starts_with(folder),
-        // What is not there is told by its name alone.
+        // A missing file is judged by its path alone.
         _ => {
             let inside = file.strip_prefix(folder).unwrap_or(file);
             inside
@@ -116,7 +116,7 @@ fn is_outside(file: &Path, folder: &Path) -> bool {
 fn load(entry: &Entry) -> Result<Known> {
     let remedy = || {
         format!(
-            "{}: the recording of {} cannot be read; put it there, or name its file in a column file",
+            "{}: the recording of {} cannot be read; put it there, or give its name in a column file",
             entry.place, entry.name
         )
     };

@@ -1,4 +1,4 @@
-//! Diagnosing many loops one by one, and keeping no more of them than what is counted.
+//! Diagnoses many loops one by one, and keeps only what is counted.
 
 use crate::files::Out;
 use crate::{output, progress};
@@ -21,30 +21,30 @@ pub struct Known {
     pub truth: Truth,
 }
 
-/// How loops are measured.
+/// Settings of a measurement.
 pub struct Plan<'a> {
     pub options: DiagnoseOptions,
-    /// Whether the diagnosis and the methods are timed.
+    /// Whether to time the diagnosis and the methods.
     pub time: bool,
-    /// Where the reports go.
+    /// Folder of the reports.
     pub reports: Option<&'a Out>,
 }
 
-/// What was measured; the lists are in the order of the loops.
+/// The results, with lists in the order of the loops.
 #[derive(Default)]
 pub struct Measured {
     pub loops: Vec<Scored>,
     /// Names of the files of the reports; empty without reports.
     pub reports: Vec<String>,
-    /// Median times, microseconds; empty unless they were asked for.
+    /// Median times in microseconds; empty unless they were requested.
     pub times: Vec<(String, f64)>,
-    /// Whether a verdict rests on a majority of methods, or on their silence.
+    /// Whether any verdict rests on a majority of methods, or on the absence of their votes.
     pub majority: bool,
-    /// Time of each loop: the diagnosis, then each method.
+    /// Times of each loop, first of the diagnosis, then of each method.
     each: Vec<Vec<f64>>,
 }
 
-/// What is kept of one loop.
+/// The result of one loop.
 struct One {
     scored: Scored,
     report: Option<String>,
@@ -53,7 +53,7 @@ struct One {
 }
 
 impl Measured {
-    /// Measures more loops. `load` makes one when its turn comes, so that few are in memory at a time.
+    /// Measures more loops. `load` makes each loop when its turn comes, so that few are in memory at a time.
     pub fn add<J: Sync>(
         &mut self,
         jobs: &[J],
@@ -82,7 +82,7 @@ impl Measured {
         Ok(())
     }
 
-    /// The medians of what was timed.
+    /// Computes the median times.
     pub fn finish(mut self, plan: &Plan<'_>) -> Result<Self> {
         if plan.time {
             let detectors = plan.options.detectors.asked();
@@ -121,7 +121,7 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
         }
         None => None,
     };
-    // Of sound data, an open verdict without evidence is one for want of votes.
+    // With sound data, a verdict that is open without evidence lacks votes.
     let majority = match diagnosis.verdict.basis {
         Basis::Majority => true,
         Basis::None => diagnosis.fitness.class != Class::Unfit,
@@ -130,12 +130,12 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     Ok(One { scored: Scored::new(&diagnosis, truth), report, majority, times })
 }
 
-/// How long each method takes; one that has nothing to look at takes no time worth counting.
+/// The time that each method takes, 0 for a method without data.
 fn times_of_methods(diagnosis: &Diagnosis, detectors: &[Box<dyn Detector>]) -> Vec<f64> {
     let Some(seen) = diagnosis.subject() else { return vec![] };
     let time = |detector: &dyn Detector| {
         let started = Instant::now();
-        // Each looks for itself, so that none is quicker for what another one has worked out.
+        // Each method computes everything itself, so that none profits from the work of another.
         let subject = Subject::new(seen.segment, seen.loop_type, seen.period);
         std::hint::black_box(methods::judge(detector, &subject));
         microseconds(started)

@@ -1,4 +1,4 @@
-//! Networks of loops: which swing together, and whose valve is the source.
+//! Networks of loops, to count groups and sources that are found.
 
 use crate::{output, progress, text};
 use anyhow::Result;
@@ -9,25 +9,25 @@ use stiction_plant::trial::Trial;
 use stiction_report::report::Table;
 use stiction_report::scoreboard::share;
 
-/// Version of what is printed; a change that breaks its readers is a new one.
+/// Version of the document. A change that breaks its readers gets a new one.
 const VERSION: u32 = 1;
 
 /// What `stiction bench --networks --json` prints.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     tool: &'static str,
     /// Version of this form.
     version: u32,
     /// Seed of the networks.
     seed: u64,
-    /// Days of each.
+    /// Days of each network.
     days: u32,
     #[serde(flatten)]
     trial: Trial,
 }
 
-/// Measures groups on the first `n` networks of `seed`, and prints what was counted.
+/// Measures groups on the first `n` networks of `seed`, and prints the counts.
 pub fn run(seed: u64, n: u64, days: u32, json: bool, markdown: bool) -> Result<()> {
     let progress = progress::bar("simulating", n as usize);
     let trial = Trial::run(seed, n, days, || progress.inc(1))?;
@@ -42,8 +42,8 @@ pub fn run(seed: u64, n: u64, days: u32, json: bool, markdown: bool) -> Result<(
 fn table(seed: u64, days: u32, trial: &Trial) -> Table {
     let Trial { networks, loops, .. } = trial;
     let table = Table::new(format!(
-        "Loops that swing together: {networks} simulated networks of {loops} loops, seed {seed}, {days} days each. Pairs of one \
-         network are not independent; their intervals are too narrow."
+        "Loops that swing together: {networks} simulated networks of {loops} loops, seed {seed}, {days} days each. \
+         Pairs of one network are not independent, so their intervals are too narrow."
     ))
     .words("of")
     .words("those")
@@ -52,14 +52,14 @@ fn table(seed: u64, days: u32, trial: &Trial) -> Table {
     let row = |table: Table, of: &str, those: &str, is: Share| {
         table.row([of.to_owned(), those.to_owned(), is.n.to_string(), share(is)])
     };
-    let pairs = "pairs of a sticking valve's loop and one that it makes swing";
+    let pairs = "pairs of a sticking valve's loop and a loop that it makes swing";
     let table = row(table, pairs, "in a group", trial.recall);
-    let table = row(table, "pairs in a group", "that nothing can reach both", trial.false_pairs);
+    let table = row(table, "pairs in a group", "without a common cause", trial.false_pairs);
     let sources = "sticking valves that make another loop swing";
     let table = row(table, sources, "in a group with it", trial.sources);
     let table = row(table, "these", "that are the first candidate", trial.first);
     let table = row(table, "these", "among the first three", trial.first_three);
-    let unknown = "where the source is said not to be recorded";
+    let unknown = "whose source is reported as not recorded";
     let table = row(table, "groups without a sticking valve", unknown, trial.not_recorded);
     let table = row(table, "groups with a source", unknown, trial.wrongly_not_recorded);
     row(table, "networks of unrelated loops", "with any group", trial.unrelated)

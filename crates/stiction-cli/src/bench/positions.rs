@@ -15,8 +15,8 @@ pub fn measure(seed: u64, n: u64, plan: &Plan<'_>) -> Result<(About, Measured)> 
     let about = About {
         title: format!("{n} simulated loops with a recorded valve position"),
         origin: format!(
-            "Loops 0 to {} of the generator of positions, seed {seed}. A sticking valve counts as visible \
-             if it slips ten times and S is three times the noise of OP and of the position.",
+            "Loops 0 to {} of the generator of positions, seed {seed}. A sticking valve counts as visible if it \
+             slips ten times and S is three times the noise of OP and of the position.",
             n - 1
         ),
     };
@@ -35,7 +35,7 @@ fn load(seed: u64, index: u64) -> Result<Known> {
 fn truth(valve: String, truth: &PositionTruth) -> Truth {
     let rounding = truth.transmitter.quantum / 12f64.sqrt();
     let noise = truth.transmitter.noise.max(rounding).max(truth.op_noise);
-    // Healthy valves may have a band, too; it is not stiction.
+    // Healthy valves may have a band, too, which is not stiction.
     let known = |value: f64| truth.sticks.then_some(value);
     let valve_is = if truth.sticks { "sticks" } else { "healthy" };
     let moves = if truth.acts == 1 { "every move recorded" } else { "moves between samples" };

@@ -1,4 +1,4 @@
-//! The results for other programs: every loop as CSV, what was counted as JSON.
+//! The results for other programs, with every loop as CSV and the counts as JSON.
 
 use super::About;
 use super::measure::Measured;
@@ -9,10 +9,10 @@ use serde::Serialize;
 use stiction::diagnose::Estimate;
 use stiction::scoreboard::{Board, Scored, VERDICT};
 
-/// Version of what is printed; a change that breaks its readers is a new one.
+/// Version of the document. A change that breaks its readers gets a new one.
 const VERSION: u32 = 1;
 
-/// One row a loop and method, the verdict first.
+/// One row per loop and method, the verdict first.
 pub fn csv(loops: &[Scored]) -> Result<String> {
     let mut sheet = Sheet::new([
         "loop",
@@ -80,31 +80,31 @@ pub fn csv(loops: &[Scored]) -> Result<String> {
 /// What `stiction bench --json` prints.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     tool: &'static str,
     /// Version of this form.
     version: u32,
-    /// What was measured.
+    /// Title of the measurement.
     title: String,
-    /// Where the loops come from, sentences.
+    /// Where the loops come from, in sentences.
     origin: String,
     #[serde(flatten)]
     board: Board,
-    /// Median times, if they were asked for.
+    /// Median times, if they were requested.
     times: Vec<Time>,
 }
 
-/// How long the diagnosis or a method takes.
+/// The time of the diagnosis or of a method.
 #[derive(Serialize, JsonSchema)]
 struct Time {
     /// The method, or the diagnosis.
     name: String,
-    /// Median time a loop, microseconds.
+    /// Median time per loop, microseconds.
     #[serde(with = "stiction::finite::Finite")]
     median_us: f64,
 }
 
-/// What was counted.
+/// The document of all counts.
 pub fn document(about: About, board: Board, measured: &Measured) -> Document {
     let times = measured.times.iter();
     let times = times.map(|(name, time)| Time { name: name.clone(), median_us: *time });

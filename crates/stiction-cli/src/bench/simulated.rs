@@ -7,16 +7,15 @@ use stiction::population::{self, Invented, Invention, LoopKind, Simulated};
 use stiction::scoreboard::{Member, Truth};
 use stiction_report::document::Source;
 
-/// A loop to be simulated.
+/// A loop to simulate.
 enum Job {
     /// A member of the mixed population.
     Member(u64),
-    /// The loop of a kind with this seed.
+    /// The loop of this kind with this seed.
     Of(LoopKind, u64),
 }
 
-/// Measures `n` members of the mixed population, and more of the kinds of which there are fewer than
-/// `per_kind` among them.
+/// Measures `n` members of the mixed population. Kinds with fewer than `per_kind` members are filled up.
 pub fn measure(
     seed: u64,
     n: u64,
@@ -37,7 +36,7 @@ pub fn measure(
     measured.add(&more, load, plan)?;
     let added = match more.len() {
         0 => String::new(),
-        more => format!(" {more} were added so that there are {per_kind} of each kind at least."),
+        more => format!(" {more} were added, so that each kind has at least {per_kind}."),
     };
     let about = About {
         title: format!("{} simulated loops", measured.loops.len()),
@@ -82,7 +81,7 @@ pub fn invented(
     let about = About {
         title: format!("{} simulated loops", measured.loops.len()),
         origin: format!(
-            "{n} of each kind that no training has seen, half of them healthy, seed {seed}."
+            "{n} of each kind that was not used in training, half of them healthy, seed {seed}."
         ),
     };
     Ok((about, measured.finish(plan)?))
@@ -95,7 +94,7 @@ fn load(seed: u64, job: &Job) -> Result<Known> {
     };
     let Simulated { mut recording, truth } = made.with_context(|| name.clone())?;
     recording.name = name.clone();
-    // A valve that is stuck fast has no S that could be measured, one in the loop below none of this OP.
+    // A valve that is stuck fast has no measurable S. The valve of the inner loop has none for this OP.
     let known = |value: f64| truth.has_bands().then_some(value);
     let member = match job {
         Job::Member(_) => Some(Member { gain: truth.gain, slips: truth.slips }),

@@ -1,4 +1,4 @@
-//! Recordings of one loop that are in several files, as one.
+//! Joins recordings of one loop from several files.
 
 use crate::files::STANDARD_INPUT;
 use crate::output;
@@ -10,11 +10,11 @@ use stiction_io::join::{self, join};
 use stiction_io::overrides::{Override, Scope};
 use stiction_report::document::Source;
 
-/// A recording and where it is from.
+/// A recording and its source.
 pub struct Found {
     pub source: Source,
     pub recording: Recording,
-    /// Whether the file tells what loop it is of; otherwise the file's name does.
+    /// Whether the file gives the tag of the loop. Otherwise the file's name is used.
     pub is_tagged: bool,
 }
 
@@ -24,19 +24,19 @@ impl Found {
     }
 }
 
-/// One recording of those in `files`, of which there are two or more.
+/// Joins the recordings in `files`, two or more.
 fn one(files: &[Found]) -> stiction_io::Result<(Source, Recording)> {
     let parts: Vec<join::Part<'_>> =
         files.iter().map(|each| (&*each.source.file, &each.recording)).collect();
     let mut recording = join(&parts)?;
     recording.notes.extend(not_of_the_whole(files)?);
-    // Of a folder by its first part, as overrides look for theirs.
+    // The folder of the first part, where overrides are looked up.
     let file = format!("{} and {} more", files[0].source.file, files.len() - 1);
     let sha256 = join::sha256(files.iter().map(|each| &*each.source.sha256));
     Ok((Source { file, sha256 }, recording))
 }
 
-/// Notes on what a person concluded of one of `files` alone: it is not said of all together.
+/// Notes on the overrides that apply to one of `files` alone and not to the joined recording.
 fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
     let mut notes = vec![];
     for Found { source, recording, .. } in files {
@@ -52,7 +52,7 @@ fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
         };
         for each in kept.all.iter().filter(of_file) {
             notes.push(format!(
-                "an override in {} says that it {} by {}; it is of that file alone, not of all together",
+                "an override in {} states that it {} by {}; it holds for that file alone, not for all together",
                 kept.origin,
                 each.verdict.name(),
                 source.file
@@ -62,8 +62,7 @@ fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
     Ok(notes)
 }
 
-/// Joins the recordings of each tag, where files tell tags and dates. What cannot be joined stays as it is, and
-/// the user is told.
+/// Joins the recordings of each tag whose files have tags and dates. Others stay separate, with a note to the user.
 pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
     let mut groups: Vec<Vec<Found>> = vec![];
     for each in found {
@@ -83,11 +82,13 @@ pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
         if group.len() > 1 {
             let (tag, files) = (group[0].recording.name.clone(), group.len());
             let apart = |why: String| {
-                output::note(format!("{tag} is in {files} files and judged in each: {why}"));
+                output::note(format!(
+                    "{tag} is in {files} files and judged in each separately: {why}"
+                ));
             };
             if group.iter().all(|each| each.recording.start.is_none()) {
                 apart(format!(
-                    "they tell no dates; if they follow each other, give --join --loop \"{tag}\""
+                    "they have no dates; if they follow each other, give --join --loop \"{tag}\""
                 ));
             } else {
                 match one(&group) {
@@ -104,7 +105,7 @@ pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
     all
 }
 
-/// Joins all recordings, which the user says are of one loop.
+/// Joins all recordings as one loop, at the user's request.
 pub fn all(found: Vec<Found>) -> Result<Vec<(Source, Recording)>> {
     for (k, each) in found.iter().enumerate() {
         let mut own: Vec<&str> = vec![];
@@ -114,7 +115,7 @@ pub fn all(found: Vec<Found>) -> Result<Vec<(Source, Recording)>> {
         own.dedup();
         if own.len() > 1 {
             bail!(
-                "--join: {} holds {} loops, {}; say which with --loop",
+                "--join: {} holds {} loops, {}; choose one with --loop",
                 each.source.file,
                 own.len(),
                 own.join(", ")
@@ -125,7 +126,7 @@ pub fn all(found: Vec<Found>) -> Result<Vec<(Source, Recording)>> {
             && !earlier.recording.name.eq_ignore_ascii_case(&each.recording.name)
         {
             bail!(
-                "--join: {} is of {}, but {} of {}; join the files of one loop only",
+                "--join: {} is of {}, but {} of {}; join only files of one loop",
                 earlier.source.file,
                 earlier.recording.name,
                 each.source.file,
@@ -145,7 +146,7 @@ pub fn all(found: Vec<Found>) -> Result<Vec<(Source, Recording)>> {
     Ok(vec![(source, recording)])
 }
 
-/// Offers --join where names of files without tags begin with the same tag.
+/// Suggests --join where the names of files without tags begin with the same tag.
 pub fn offer(found: &[Found]) {
     let untagged = || found.iter().filter(|each| !each.is_tagged);
     let mut offered: Vec<&str> = vec![];
@@ -158,15 +159,14 @@ pub fn offer(found: &[Found]) {
         }
         offered.push(tag);
         output::note(format!(
-            "{} tell no tag and are taken as {} valves; if they are recordings of {tag}, one after the \
-             other, give --join",
+            "{} have no tag and count as {} valves; if they are successive recordings of {tag}, give --join",
             files.join(", "),
             files.len()
         ));
     }
 }
 
-/// The tag that the name of a file begins with, such as `FIC101` of `FIC101-january` or `FIC101_2026-01-31`.
+/// The tag at the beginning of a file's name, such as `FIC101` of `FIC101-january` or `FIC101_2026-01-31`.
 fn stem(name: &str) -> Option<&str> {
     let is_number = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
     let is_tag = |name: &str| {

@@ -1,4 +1,4 @@
-//! The methods, described by the registry.
+//! Describes the methods from the registry.
 
 use crate::text::number;
 use std::fmt::Write;
@@ -8,8 +8,8 @@ use stiction::methods;
 /// All methods in Markdown.
 pub fn table() -> String {
     let mut out = String::from(
-        "# Methods\n\nMade by `stiction diagnose --methods`; a test compares. Equations, assumptions and \
-         limits are in the library's documentation, module `stiction::detect`.\n",
+        "# Methods\n\nMade by `stiction diagnose --methods` and checked by a test. The library's documentation, \
+         module `stiction::detect`, gives equations, assumptions and limits.\n",
     );
     for detector in methods::all() {
         let method = detector.method();
@@ -21,7 +21,7 @@ pub fn table() -> String {
         let needs = match method.needs {
             Needs::Op => "OP",
             Needs::OpAndPv => "OP and PV",
-            Needs::Error => "OP and PV, and SP where it moves",
+            Needs::Error => "OP and PV, and SP if it changes",
             Needs::OpAndVp => "OP and the valve position",
         };
         let decides = match method.decides {
@@ -38,7 +38,7 @@ pub fn table() -> String {
             method.statistic,
             method.rule,
             method.family.name(),
-            if method.explains_oscillation { ", and an oscillation that was found" } else { "" },
+            if method.explains_oscillation { ", and a detected oscillation" } else { "" },
         );
         let parameters: Vec<String> = detector
             .parameters()

@@ -1,4 +1,4 @@
-//! Diagnoses as text: one screen for one loop, one line each for several, a table of all.
+//! Diagnoses as text: one screen for one loop, one line each for several, or a table of all.
 
 use super::Diagnosed;
 use crate::output::{Sheet, name};
@@ -13,7 +13,7 @@ use stiction_report::document::Loop;
 use stiction_report::table::{COLUMNS, Cells};
 use stiction_report::words;
 
-/// How many reasons of each kind a screen has room for.
+/// Number of reasons of each kind on a screen.
 const REASONS: usize = 3;
 
 /// One loop on one screen.
@@ -52,17 +52,17 @@ pub fn one(loop_: &Diagnosed) -> String {
     out += &methods(&diagnosis.findings);
     out += "\n";
     out += &key_figures(diagnosis);
-    // What was said first has scrolled away.
+    // The beginning has scrolled off the screen.
     let _ = writeln!(out, "\n{}", line(diagnosis));
     out
 }
 
-/// A line a loop, the worst first.
+/// One line per loop, worst first.
 pub fn brief(loops: &[Diagnosed]) -> String {
     ranked(loops).into_iter().map(|each| format!("{}\n", line(&each.diagnosis))).collect()
 }
 
-/// Name, verdict, probability and S in a line.
+/// Name, verdict, probability and S in one line.
 fn line(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let grade = coloured(verdict.grade, verdict.grade.name());
@@ -80,7 +80,7 @@ fn line(diagnosis: &Diagnosis) -> String {
     out
 }
 
-/// The worst first.
+/// The loops, worst first.
 fn ranked(loops: &[Diagnosed]) -> Vec<&Diagnosed> {
     let mut ranked: Vec<&Diagnosed> = loops.iter().collect();
     ranked.sort_by(|a, b| a.found().in_rank(&b.found()));
@@ -99,13 +99,13 @@ fn verdict(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let basis = match verdict.basis {
         Basis::None => String::new(),
-        basis => format!(" Rests on: {}.", basis.name()),
+        basis => format!(" Basis: {}.", basis.name()),
     };
     let grade = coloured(verdict.grade, &verdict.grade.name().to_uppercase());
     format!("{grade}: {}{basis}", words::verdict(diagnosis))
 }
 
-/// What speaks for the verdict and against it, what else it could be, and how to find out.
+/// Evidence for and against the verdict, other possible causes, and how to confirm it.
 fn weighed(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let mut out = String::new();
@@ -118,9 +118,9 @@ fn weighed(diagnosis: &Diagnosis) -> String {
         }
     };
     match verdict.basis {
-        // Those of a majority are the methods' own, which stand in the table.
+        // Reasons of a majority are those of the methods, which the table shows.
         Basis::Majority => {}
-        // The mistake stands in the verdict, what to do about it in what is needed.
+        // The verdict names the mistake, and "needed" says what to do about it.
         _ if diagnosis.mistaken().is_some() => {}
         _ if verdict.class == VerdictClass::CannotTell => list("why", &verdict.reasons),
         _ => list("because", &verdict.reasons),
@@ -178,7 +178,7 @@ fn data(diagnosis: &Diagnosis) -> String {
 
 fn cycle(diagnosis: &Diagnosis) -> String {
     let Some((signal, oscillation)) = diagnosis.oscillation() else {
-        return "there is nothing to look at".to_owned();
+        return "no segment to analyse".to_owned();
     };
     let mut parts = vec![];
     match oscillation.period_s {
@@ -261,7 +261,7 @@ fn key_figures(diagnosis: &Diagnosis) -> String {
     columns(&rows, &[false; 4])
 }
 
-/// Several loops, the worst first.
+/// Several loops, worst first.
 pub fn several(loops: &[Diagnosed]) -> String {
     let header = [
         "loop",
@@ -312,14 +312,14 @@ pub fn several(loops: &[Diagnosed]) -> String {
     }
     let _ = writeln!(
         out,
-        "\n{} loops: {}. Votes are families of methods for and against.",
+        "\n{} loops: {}. Votes are families of methods for and against sticking.",
         loops.len(),
         parts.join(", ")
     );
     out
 }
 
-/// S, or what it is below.
+/// S, or its detection limit.
 fn band(diagnosis: &Diagnosis) -> String {
     match (diagnosis.stiction.s, diagnosis.verdict.s_below) {
         (Some(s), _) => words::rough(s.value),
@@ -328,7 +328,7 @@ fn band(diagnosis: &Diagnosis) -> String {
     }
 }
 
-/// The most important thing to know, short.
+/// The most important reason, shortened.
 fn why(diagnosis: &Diagnosis) -> String {
     let text = match diagnosis.silence() {
         Some(silence) => silence.name().to_owned(),
@@ -341,7 +341,7 @@ fn why(diagnosis: &Diagnosis) -> String {
     short
 }
 
-/// One row a loop: the columns of all tables, then every method's statistic and decision.
+/// One row per loop with the columns of all tables, then the statistic and decision of every method.
 pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
     let methods = stiction::methods::MethodId::ALL;
     let mut header: Vec<String> = COLUMNS.iter().map(|column| column.name.to_owned()).collect();

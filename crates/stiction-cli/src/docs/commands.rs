@@ -1,4 +1,4 @@
-//! The page of all commands, from what their help says.
+//! The page of all commands, made from their help.
 
 use clap::{Arg, Command};
 use std::fmt::Write as _;
@@ -7,13 +7,13 @@ use stiction_docs::{Page, contents};
 
 /// The page.
 pub fn page(mut command: Command) -> Page {
-    // Usages with the name of the program.
+    // Usage lines include the name of the program.
     command.build();
     let mut text = "# Commands\n\n".to_owned();
     text += &told(&command);
     let all: Vec<&Command> =
         command.get_subcommands().filter(|each| each.get_name() != "help").collect();
-    text += "| command | what it does |\n|---|---|\n";
+    text += "| command | purpose |\n|---|---|\n";
     for each in &all {
         let about = each.get_about().map_or(String::new(), |about| literal(&about.to_string()));
         let name = each.get_name();
@@ -31,20 +31,20 @@ pub fn page(mut command: Command) -> Page {
     Page::new(contents::COMMANDS, "Commands", text)
 }
 
-/// What a command is for, as paragraphs.
+/// The description of a command, as paragraphs.
 fn told(command: &Command) -> String {
     let about = command.get_long_about().or(command.get_about());
     let paragraphs = about.map(ToString::to_string).unwrap_or_default();
     paragraphs.split("\n\n").map(|paragraph| literal(paragraph) + "\n\n").collect()
 }
 
-/// Its arguments and options, a row each.
+/// Its arguments and options, one row each.
 fn options(command: &Command) -> String {
-    let mut text = "| option | what it says |\n|---|---|\n".to_owned();
+    let mut text = "| option | meaning |\n|---|---|\n".to_owned();
     let shown =
         |arg: &&Arg| !arg.is_hide_set() && !matches!(arg.get_id().as_str(), "help" | "version");
     let arguments: Vec<&Arg> = command.get_arguments().filter(shown).collect();
-    // What stands without a name first.
+    // Positional arguments come first.
     let (first, then): (Vec<&Arg>, Vec<&Arg>) =
         arguments.into_iter().partition(|arg| arg.is_positional());
     if first.is_empty() && then.is_empty() {
@@ -78,7 +78,7 @@ fn options(command: &Command) -> String {
     text + "\n"
 }
 
-/// What stands below its help, as commands to copy.
+/// The examples below its help, as commands to copy.
 fn examples(command: &Command) -> String {
     let below = command.get_after_help().map(ToString::to_string).unwrap_or_default();
     let Some((_, lines)) = below.split_once(":\n") else { return String::new() };

@@ -1,4 +1,4 @@
-//! The page of the paper's figures, drawn by what `stiction figures` draws them with.
+//! The page of the paper's figures, drawn as `stiction figures` draws them.
 
 use crate::paper;
 use anyhow::Result;
@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use stiction_docs::markdown::literal;
 use stiction_docs::{File, Page, contents};
 
-/// The page and the figures that it shows; `done` hears of each.
+/// The page and its figures. `done` is called after each figure.
 pub fn page(done: impl Fn() + Sync) -> Result<(Page, Vec<File>)> {
     let drawn: Vec<(paper::Drawn, String)> = paper::FIGURES
         .par_iter()

@@ -1,4 +1,4 @@
-//! The gallery: each case simulated, read as a plant's file would be, diagnosed, and held against what is true of it.
+//! The gallery, in which each case is simulated, read like a file of a plant, diagnosed, and compared with the truth.
 
 use super::cases::{Case, Made};
 use crate::{output, population, simulate};
@@ -20,10 +20,10 @@ use stiction_report::words::{interval, percent, rough, verdict};
 
 /// Width of the trends on a card, px.
 const CARD: f64 = 260.0;
-/// Periods of the trend that is drawn large.
+/// Number of periods in the enlarged trend.
 const SHOWN: f64 = 4.0;
 
-/// A case with what came of it.
+/// A case with its results.
 pub struct Shown {
     pub case: &'static Case,
     csv: String,
@@ -32,7 +32,7 @@ pub struct Shown {
     truth: Truth,
 }
 
-/// What is true of a valve.
+/// The truth about a valve.
 struct Truth {
     sticks: bool,
     responds: bool,
@@ -40,11 +40,11 @@ struct Truth {
     j: f64,
 }
 
-/// What a verdict is worth beside the truth.
+/// The quality of a verdict, given the truth.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Worth {
     Right,
-    /// It was cleared, and sticks by less than its limit says would have shown.
+    /// The verdict cleared the valve, and its true S is below the detection limit.
     WithinLimit,
     Open,
     Wrong,
@@ -77,7 +77,7 @@ impl Shown {
         let mut options = ReadOptions::default();
         options.all.loop_type = Some(kind);
         let reading = parse(csv.as_bytes(), &format!("{}.csv", case.tag), &options)?;
-        let recording = reading.recordings.first().context("no loop is in it")?;
+        let recording = reading.recordings.first().context("the file has no loop")?;
         let source = Source { file: reading.origin.clone(), sha256: reading.sha256.clone() };
         let wanted = DiagnoseOptions { evidence: true, ..DiagnoseOptions::default() };
         let diagnosis = diagnose(recording, &wanted)?;
@@ -110,31 +110,31 @@ impl Shown {
         if right { Worth::Right } else { Worth::Wrong }
     }
 
-    /// S as it is told, with its interval or its limit.
+    /// S as reported, with its interval or its detection limit.
     fn s(&self) -> String {
         match (self.diagnosis.stiction.s, self.diagnosis.verdict.s_below) {
             (Some(s), _) => interval(s),
             (None, Some(limit)) => format!(
-                "below {} %; of valves that stick by more, {:.0} % would have shown",
+                "detection limit {} % ({:.0} %)",
                 rough(limit.value),
                 100.0 * limit.confidence
             ),
-            (None, None) => "not told".to_owned(),
+            (None, None) => "not reported".to_owned(),
         }
     }
 
-    /// The probability that it sticks, in words.
+    /// The probability that the valve sticks, in words.
     fn probability(&self) -> String {
         let verdict = &self.diagnosis.verdict;
         match (verdict.basis, verdict.probability.map(percent)) {
-            (Basis::ValvePosition, _) => "none: the position was measured".to_owned(),
-            (_, None) => "none is told".to_owned(),
-            (Basis::OpAlone, Some(told)) => format!("{told}, by the pattern of the OP alone"),
+            (Basis::ValvePosition, _) => "none, because the position was measured".to_owned(),
+            (_, None) => "not reported".to_owned(),
+            (Basis::OpAlone, Some(told)) => format!("{told}, from the pattern of the OP alone"),
             (_, Some(told)) => told,
         }
     }
 
-    /// Whether the true S lies in the interval that was told.
+    /// Whether the true S lies in the reported interval.
     fn caught(&self) -> Option<bool> {
         let told =
             self.diagnosis.stiction.s.filter(|_| self.truth.sticks && self.truth.responds)?;
@@ -157,7 +157,7 @@ impl Shown {
         }
     }
 
-    /// Files of its page, its data and its report.
+    /// Names of its page, its data file and its report.
     fn names(&self) -> [String; 3] {
         let tag = self.case.tag;
         [
@@ -174,11 +174,11 @@ impl Shown {
         let facts = html! {
             dl.facts {
                 div { dt { "Verdict" } dd { (self.badge()) } }
-                div { dt { "Probability that it sticks" } dd { (self.probability()) } }
-                div { dt { "S, stick band plus dead band" } dd { (self.s()) } }
+                div { dt { "Probability of sticking" } dd { (self.probability()) } }
+                div { dt { "S (stick band plus dead band)" } dd { (self.s()) } }
                 div { dt { "True" } dd { (self.truth.words()) } }
-                div { dt { "So the verdict is" } dd { (self.worth().word()) @if let Some(caught) = self.caught() {
-                    @if caught { ", and the true S lies in the interval" } @else { ", but the true S lies outside of the interval" }
+                div { dt { "Verdict is" } dd { (self.worth().word()) @if let Some(caught) = self.caught() {
+                    @if caught { ", and the true S lies in the interval" } @else { ", but the true S lies outside the interval" }
                 } } }
             }
         };
@@ -197,7 +197,7 @@ impl Shown {
         let _ = write!(
             text,
             "> {verdict_told}\n\n## What to learn from it\n\n{}\n\n## Do it yourself\n\n```sh\n{}\n```\n\n\
-            The [recording]({tag}.csv) is in this folder, and so is the [whole report]({tag}-report.html).\n",
+             The [recording]({tag}.csv) and the [whole report]({tag}-report.html) are in this folder.\n",
             case.learn,
             self.commands(),
         );
@@ -226,7 +226,7 @@ impl Shown {
         format!("{make}\nstiction diagnose {file} --type {loop_type} --report {tag}-report.html")
     }
 
-    /// What was recorded, its last periods, and PV over OP, each with the name of its file.
+    /// The whole record, its last periods, and PV over OP, each with the name of its file.
     fn figures(&self) -> Vec<(&'static str, Figure)> {
         let context = Context::of(&self.diagnosis);
         let judged = self.diagnosis.judged.as_ref().map_or(0, |judged| judged.segment);
@@ -236,7 +236,7 @@ impl Shown {
         }
         let Some(segment) = self.diagnosis.segment() else { return figures };
         let samples = context.period_s.map(|p| (SHOWN * p / segment.sample_time).ceil() as usize);
-        // Of a record that is hardly longer it would show the same again.
+        // For a record that is hardly longer, this would be the same figure again.
         if let Some(samples) = samples.filter(|samples| 2 * samples < segment.len()) {
             let last = segment.part(segment.len() - samples, samples);
             if let Some(mut close) = trends(&[last], 0, &context) {
@@ -264,7 +264,7 @@ impl Shown {
 }
 
 impl Truth {
-    /// What a scenario says of its valve.
+    /// The truth about the valve of a scenario.
     fn of_scenario(scenario: &Scenario) -> Result<Self> {
         let settings = scenario.settings();
         let value = |key: &str| {
@@ -308,7 +308,7 @@ impl Worth {
         match self {
             Self::Right => "right",
             Self::WithinLimit => {
-                "right about its limit: the valve sticks by less than would have shown"
+                "right about its limit, because the true S is below the detection limit"
             }
             Self::Open => "left open",
             Self::Wrong => "wrong",
@@ -316,7 +316,7 @@ impl Worth {
     }
 }
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 fn quoted(word: &str) -> String {
     if word.contains(['"', ' ', '[']) { format!("'{word}'") } else { word.to_owned() }
 }
@@ -327,12 +327,13 @@ pub fn page(shown: &[Shown]) -> Page {
     let cards = html! { div.cases { @for each in shown { (each.card()) } } };
     let text = format!(
         "# Twelve loops\n\n\
-        Control valves that stick, and loops that look as if. Each was simulated, so what is true is known; written as \
-        a file, as a plant would have recorded it; and diagnosed from that file. Of these {} verdicts {} are right, {} \
-        clears a valve that sticks by less than its limit, {} leave open what is true, and {} are wrong. They were chosen to show what is easy and what is not: how often the \
-        verdict is right is counted on thousands of loops, in [accuracy](accuracy.html).\n\n\
-        A card shows the last six periods, PV in green and OP in blue; its percentage is the probability that the valve \
-        sticks.\n\n{}\n",
+         Some of these valves stick, and other loops only look as if theirs did. Each loop was simulated, so the \
+         truth is known. It was written to a file like that of a plant, and diagnosed from that file. Of these {} \
+         verdicts {} are right, {} clears a valve whose true S is below the detection limit, {} leave the answer \
+         open, and {} are wrong. The loops were chosen to show easy and difficult cases. The page \
+         [accuracy](accuracy.html) counts correct verdicts on thousands of loops.\n\n\
+         A card shows the last six periods, PV in green and OP in blue. Its percentage is the probability that the \
+         valve sticks.\n\n{}\n",
         shown.len(),
         count(Worth::Right),
         count(Worth::WithinLimit),

@@ -1,4 +1,4 @@
-//! What `stiction limit-cycle` is asked.
+//! The arguments of `stiction limit-cycle`.
 
 use crate::files::Out;
 use crate::valve;
@@ -13,9 +13,9 @@ use stiction_figure::limit_cycle::Quantity;
 
 /// Predict the limit cycle of a loop with a sticking valve, exactly and by describing function.
 ///
-/// The loop is a scenario or given by flags. It is looked at in continuous time, at its last set point and
-/// load, without noise and far from the limits of the OP. That it does not cycle is a result, with its
-/// reason. docs/limit-cycles.md says what the numbers mean.
+/// The loop is a scenario or given by flags. The prediction holds in continuous time, at the last set point and load,
+/// without noise and far from the limits of the OP. If the loop does not cycle, this is reported with the reason.
+/// docs/limit-cycles.md explains the numbers.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction limit-cycle paper/closed-loop --set valve.J=2 --plot cycle.svg
@@ -31,20 +31,20 @@ pub struct Args {
     pub set: Vec<String>,
     #[command(flatten)]
     pub flags: Flags,
-    /// Only the exact method
+    /// Use only the exact method
     #[arg(long)]
     exact: bool,
-    /// Only the describing function; with --exact, both, as without either
+    /// Use only the describing function; with --exact, both are used, as by default
     #[arg(long)]
     describing_function: bool,
-    /// Every cycle that is found, also those that do not attract, and other ends of the loop
+    /// Show every cycle found, also those that do not attract, and other final states of the loop
     #[arg(long)]
     pub all: bool,
     /// Map the cycles over two of S, J, J/S, Kc, Ti, Kp, theta, tau, theta/tau, each as
     /// NAME=FROM:TO or NAME=FROM:TO:POINTS
     #[arg(long, num_args = 2, value_names = ["X", "Y"])]
     map: Option<Vec<String>>,
-    /// What the picture of the map shows
+    /// The quantity that the picture of the map shows
     #[arg(long, value_enum, default_value = "pv", requires = "map")]
     pub show: Show,
     /// Write the map, or the exact cycle over one period, to this CSV file; - is standard output
@@ -56,10 +56,10 @@ pub struct Args {
     /// Draw the loop's frequency response and -1/N(X) of its valve to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     pub nyquist: Option<Out>,
-    /// By how many percent the cycle changes with a percent of each parameter
+    /// Compute the change of the cycle in percent per percent of each parameter
     #[arg(long)]
     pub sensitivity: bool,
-    /// Find the robust PI tuning with which the PV swings least, and what it costs
+    /// Find the robust PI tuning with the smallest swing of the PV, and its cost
     #[arg(long)]
     pub retune: bool,
     /// Largest peak of the sensitivity function that --retune allows
@@ -70,11 +70,11 @@ pub struct Args {
     pub json: bool,
 }
 
-/// A loop by flags.
+/// A loop given by flags.
 #[derive(clap::Args)]
 #[group(id = "loop", multiple = true, conflicts_with = "scenario")]
 pub struct Flags {
-    /// Gain of the process, PV units per percent; of an integrating one, per percent and second
+    /// Gain of the process, PV units per percent; of an integrating process, per percent and second
     #[arg(long, value_name = "GAIN", allow_negative_numbers = true)]
     gain: Option<f64>,
     /// Time constant of the process, s
@@ -95,7 +95,7 @@ pub struct Flags {
     /// Integral time, s [default: no integral action]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     ti: Option<f64>,
-    /// Derivative time, s; it is filtered with a tenth of it
+    /// Derivative time, s; its filter has a tenth of it as time constant
     #[arg(long, value_name = "S", requires = "ti", allow_negative_numbers = true)]
     td: Option<f64>,
     /// Name of the valve model [default: two-phase]
@@ -118,7 +118,7 @@ pub enum Show {
 }
 
 impl Show {
-    /// As the picture knows it.
+    /// The quantity as the picture names it.
     pub fn quantity(self) -> Quantity {
         match self {
             Self::Period => Quantity::Period,
@@ -139,7 +139,7 @@ impl Args {
         }
     }
 
-    /// The axes of the map, if there is to be one.
+    /// The axes of the map, if one is requested.
     pub fn axes(&self) -> Result<Option<(Axis, Axis)>> {
         let axes = self.map.as_deref().map(|texts| Ok((axis(&texts[0])?, axis(&texts[1])?)));
         axes.transpose()
@@ -149,7 +149,7 @@ impl Args {
 impl Flags {
     /// The loop.
     pub fn continuous(&self) -> Result<ContinuousLoop> {
-        let gain = self.gain.context("the loop lacks --gain, that of the process")?;
+        let gain = self.gain.context("the loop lacks --gain, the gain of the process")?;
         let kc = self.kc.context("the loop lacks --kc, the gain of the controller")?;
         let dead_time = self.dead_time.unwrap_or(0.0);
         let process = match (self.integrating, self.tau, self.tau2) {

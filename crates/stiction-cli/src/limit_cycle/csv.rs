@@ -11,7 +11,7 @@ pub fn orbit(orbit: &Trajectory) -> String {
     table::write(&columns.map(|(name, values)| (name, Some(&values[..]))))
 }
 
-/// A row for each point of a map.
+/// One row for each point of a map.
 pub fn map(map: &Map) -> Result<String> {
     let mut writer = csv::Writer::from_writer(vec![]);
     let names = [map.x.parameter.name(), map.y.parameter.name()];

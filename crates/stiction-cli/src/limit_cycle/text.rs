@@ -23,7 +23,7 @@ fn description(l: &ContinuousLoop) -> String {
 }
 
 impl Report {
-    /// All there is to tell, for people.
+    /// All results as text.
     pub fn text(&self, l: &ContinuousLoop, all: bool) -> String {
         let mut out = format!("{}\n{}\n\n", self.title, description(l));
         out += &if all { every(&self.found) } else { side_by_side(&self.found) };
@@ -34,7 +34,7 @@ impl Report {
                 State::Cycle if notes.is_empty() => String::new(),
                 State::Cycle => paragraph(&format!("Other motions ({name}): {notes}.")),
                 State::NoCycle => paragraph(&format!("No cycle ({name}): {notes}.")),
-                State::Unknown => paragraph(&format!("Not known ({name}): {notes}.")),
+                State::Unknown => paragraph(&format!("Unknown ({name}): {notes}.")),
             };
         }
         out += &missed(&self.found);
@@ -104,7 +104,7 @@ fn yes_no(value: bool) -> String {
     if value { "yes" } else { "no" }.to_owned()
 }
 
-/// The size of the largest multiplier beside that of a family, which is 1.
+/// The size of the largest multiplier, apart from the multiplier 1 of a family of cycles.
 fn left_after_a_period(cycle: &Cycle) -> String {
     let mut multipliers = cycle.multipliers.iter().map(|m| m.norm());
     let is_family = |m: &f64| cycle.stable && (m - 1.0).abs() < 1e-7;
@@ -149,14 +149,14 @@ fn side_by_side(ends: &[Found]) -> String {
         rows.push(row);
     };
     more("attracts", &|cycle| yes_no(cycle.stable));
-    more("slips a period", &|cycle| cycle.slips.to_string());
-    more("left of a deviation after a period", &left_after_a_period);
+    more("slips per period", &|cycle| cycle.slips.to_string());
+    more("deviation left after a period", &left_after_a_period);
     let mut right = vec![true; rows[0].len()];
     right[0] = false;
     text::columns(&rows, &right)
 }
 
-/// A row for every cycle.
+/// One row per cycle.
 fn every(ends: &[Found]) -> String {
     let head = [
         "method",
@@ -189,10 +189,10 @@ fn every(ends: &[Found]) -> String {
         return String::new();
     }
     text::columns(&rows, &[false, true, true, true, true, true, true, true, true])
-        + "Half peak-to-peak values; left: of a deviation after a period.\n"
+        + "Half peak-to-peak values. Left is the share of a deviation that remains after a period.\n"
 }
 
-/// A word of warning where the describing function sees no cycle and there is one.
+/// A warning if the describing function misses an existing cycle.
 fn missed(ends: &[Found]) -> String {
     let of = |method| ends.iter().find(|end| end.method == method);
     match (of(Method::Exact), of(Method::DescribingFunction)) {
@@ -200,8 +200,8 @@ fn missed(ends: &[Found]) -> String {
             if exact.state == State::Cycle && approximate.state == State::NoCycle =>
         {
             paragraph(
-                "The describing function misses this cycle: it is far from a sine. The exact one is what a \
-                 simulation shows.",
+                "The describing function misses this cycle, which is far from a sine. A simulation shows the exact \
+                 one.",
             )
         }
         _ => String::new(),
@@ -210,7 +210,7 @@ fn missed(ends: &[Found]) -> String {
 
 fn sensitivity_text(found: &[Sensitivity]) -> String {
     if found.is_empty() {
-        return "\nNo cycle, hence no sensitivities.\n".to_owned();
+        return "\nNo cycle, so there are no sensitivities.\n".to_owned();
     }
     let head = ["percent per percent of", "value", "period", "OP", "VP", "PV"];
     let mut rows = vec![head.map(str::to_owned)];
@@ -252,29 +252,32 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
     row("half peak-to-peak PV", &|a| number(a.cycle.as_ref().map(|c| c.half_pp.pv), ""));
     row("IAE of a load step of 1 %", &|a| number(a.load_iae, " s"));
     let mut out = format!(
-        "\nPI tuning with the least swing of the PV, Ms at most {}:\n{}",
+        "\nPI tuning with the smallest swing of the PV, Ms at most {}:\n{}",
         text::number(found.ms_bound),
         text::columns(&rows, &[false, true, true])
     );
     let mut said = match (&found.best.cycle, found.pv_ratio) {
         (None, Some(_)) => "Retuned, the loop does not cycle".to_owned(),
-        (_, Some(ratio)) => format!("Retuned, the PV swings {} times as far", text::number(ratio)),
-        (_, None) => "The loop does not cycle as it is".to_owned(),
+        (_, Some(ratio)) => {
+            format!("Retuned, the PV swing is {} times the present one", text::number(ratio))
+        }
+        (_, None) => "The loop does not cycle at present".to_owned(),
     };
     if let Some(ratio) = found.iae_ratio {
-        said += &format!("; the IAE of a load step is {} times that of today", text::number(ratio));
+        said +=
+            &format!("; the IAE of a load step is {} times the present one", text::number(ratio));
     }
     said += &format!(". {} tunings were within the bound", found.robust_tunings);
     if found.unjudged_tunings > 0 {
-        said += &format!("; of {} the cycle could not be determined", found.unjudged_tunings);
+        said += &format!("; for {} the cycle could not be determined", found.unjudged_tunings);
     }
     said.push('.');
     if found.at_edge {
-        said += " The best lies at the end of what was searched, a fifth to five times the present Kc and Ti; \
-                 beyond it there may be a better one.";
+        said += " The best tuning lies at the limit of the search, a fifth to five times the present Kc and Ti. \
+            There may be a better one beyond.";
     }
     if l.controller.gains().2 != 0.0 {
-        said += " The derivative action was given up.";
+        said += " The derivative action was dropped.";
     }
     out += &paragraph(&said);
     out
@@ -283,7 +286,7 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
 fn map_text(map: &Map) -> String {
     let count = |wanted: State| map.points.iter().filter(|point| point.state() == wanted).count();
     let mut out = paragraph(&format!(
-        "Map over {} and {} ({}): {} points with a cycle, {} without, {} not known.",
+        "Map over {} and {} ({}): {} points with a cycle, {} without, {} unknown.",
         map.x.parameter.name(),
         map.y.parameter.name(),
         map.method.name(),

@@ -141,10 +141,7 @@ fn refusals_name_the_file_and_what_helps() {
     write(&folder, "map.toml", "[columns]\nOUT = \"op\"\n");
     std::fs::create_dir(folder.join("data")).unwrap();
     for (arguments, expected) in [
-        (
-            &["inspect", "a.csv", "--mapping", "map.toml"][..],
-            "which is given as OP (map.toml holds)",
-        ),
+        (&["inspect", "a.csv", "--mapping", "map.toml"][..], "which is given as OP (in map.toml)"),
         (&["inspect", "a.csv", "--mapping", "no.toml"], "; correct the name"),
         (&["inspect", "none.csv"], "; correct the name"),
         #[cfg(unix)]

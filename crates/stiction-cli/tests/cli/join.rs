@@ -138,7 +138,7 @@ fn a_mapping_concerns_the_loops_that_it_names() {
     assert_eq!(done.code, 2, "{}", done.err);
     let (_, found) = rows(&done.out);
     assert_eq!(found.len(), 2, "{}", done.out);
-    let b = "half.csv, loop B: the file has no column \"x2\", which is given as PV (map.toml holds); its columns are";
+    let b = "half.csv, loop B: the file has no column \"x2\", which is given as PV (in map.toml); its columns are";
     let c =
         "loop C: the mapping names its columns or tags, but no file that could be read has them";
     assert!(done.err.contains(b) && done.err.contains(c), "{}", done.err);

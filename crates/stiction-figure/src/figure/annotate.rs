@@ -13,7 +13,7 @@ pub(super) const SIZE: u32 = 12;
 
 const HEAD_LENGTH: f64 = 8.0;
 const HEAD_WIDTH: f64 = 5.6;
-/// Room between a text and what it belongs to, px.
+/// Room between a text and its object, px.
 const GAP: f64 = 4.0;
 
 const THIN: Stroke = Stroke { colour: REFERENCE, width: 0.6, dash: SOLID };
@@ -32,13 +32,13 @@ pub(super) struct Mark {
 /// A block of centred lines of text.
 pub(super) struct Note {
     pub rect: Rect,
-    /// Abscissa of what it belongs to, which moves when a reader zooms along x; `None` if it stays.
+    /// Abscissa of its object, which moves when a reader zooms along x; `None` if it does not move.
     pub anchor: Option<f64>,
     pub lines: Vec<String>,
 }
 
 impl Mark {
-    /// Places `annotation` on the panel; the names of lines and bands avoid the curves if they can.
+    /// Places `annotation` on the panel. Names of lines and bands avoid the curves if possible.
     pub fn new(annotation: &Annotation, view: &View, curves: &[Curve]) -> Self {
         let frame = &view.frame;
         let at_x = |x: f64| view.place((x, view.y.lo)).x;
@@ -96,13 +96,13 @@ impl Mark {
         mark
     }
 
-    /// Whether anything but a band lies in `rect`.
+    /// Whether anything except a band lies in `rect`.
     pub fn touches(&self, rect: &Rect) -> bool {
         self.lines.iter().any(|(a, b, _)| rect.cut(*a, *b).is_some())
             || self.note.as_ref().is_some_and(|note| note.rect.overlaps(rect))
     }
 
-    /// Says what the text belongs to.
+    /// Sets the object of the text.
     fn anchor(&mut self, x: Option<f64>) {
         if let Some(note) = &mut self.note {
             note.anchor = x;
@@ -120,8 +120,7 @@ impl Mark {
         self.note = Some(Note { rect, anchor, lines: text.lines().map(str::to_owned).collect() });
     }
 
-    /// Puts a text at the first of some places that is within the frame and free of curves, else
-    /// at the first.
+    /// Puts a text at the first place that is within the frame and free of curves, else at the first place.
     fn write_free(&mut self, text: &str, places: &[Point], frame: &Rect, curves: &[Curve]) {
         let (w, h) = block(text);
         let free = |place: &&Point| {
@@ -138,7 +137,7 @@ impl Mark {
         let start = match &self.note {
             None => from,
             Some(note) => {
-                // Start where the text ends; a tip inside the text needs no arrow.
+                // The arrow starts at the edge of the text. A tip inside the text needs no arrow.
                 let centre = note.rect.centre();
                 match note.rect.grown(2.0).cut(centre, to) {
                     Some((_, leave)) if leave < 1.0 => {
@@ -181,7 +180,7 @@ impl Mark {
             self.pointer(middle, a);
             self.pointer(middle, b);
         } else {
-            // Too narrow for heads inside: they point inwards from outside.
+            // Too narrow for inner arrowheads, so they point inwards from outside.
             self.pointer(a.along(direction, -2.0 * HEAD_LENGTH), a);
             self.pointer(b.along(direction, 2.0 * HEAD_LENGTH), b);
         }

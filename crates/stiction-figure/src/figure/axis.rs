@@ -2,7 +2,7 @@
 
 use super::{Scale, clock};
 
-/// One axis: its ends, ticks and what the tick labels must be multiplied by or added to.
+/// One axis with its ends, ticks, and the factor or offset of its tick labels.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
     pub lo: f64,
@@ -25,14 +25,14 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)))
 }
 
-/// Whether two ends are too close to be told apart by labels of a sensible length.
+/// Whether two ends are too close for tick labels of a reasonable length.
 pub(super) fn is_constant(lo: f64, hi: f64) -> bool {
     !(hi - lo > 1e-9 * lo.abs().max(hi.abs())) || hi - lo < 1e-290
 }
 
-/// Ends of an axis that shows `lo` to `hi`, with a margin of `pad` of the range on both sides.
+/// Ends of an axis from `lo` to `hi`, with a margin of `pad` of the range on both sides.
 ///
-/// A constant gets an axis of its own size around it.
+/// A constant gets an axis around it with a size like its value.
 pub(super) fn widened((lo, hi): (f64, f64), pad: f64) -> (f64, f64) {
     let margin = if is_constant(lo, hi) {
         let size = lo.abs().max(hi.abs());
@@ -43,8 +43,7 @@ pub(super) fn widened((lo, hi): (f64, f64), pad: f64) -> (f64, f64) {
     (lo - margin, hi + margin)
 }
 
-/// The ends moved outwards to round numbers where those are near: a record of 199.9 s deserves a
-/// tick at 200 s.
+/// The ends, moved outwards to nearby round numbers, so that a record of 199.9 s gets a tick at 200 s.
 pub(super) fn snapped((lo, hi): (f64, f64)) -> (f64, f64) {
     let near = 0.01 * (hi - lo);
     let step = Step::at_least((hi - lo) / 10.0).size();
@@ -65,7 +64,7 @@ impl Axis {
         Self { lo, hi, ticks, note, scale }
     }
 
-    /// Where `value` lies: 0 at the lower end, 1 at the upper.
+    /// The position of `value`, 0 at the lower end and 1 at the upper one.
     pub fn fraction(&self, value: f64) -> f64 {
         if self.scale == Scale::Log {
             return (logarithm(value) - logarithm(self.lo))
@@ -75,7 +74,7 @@ impl Axis {
     }
 }
 
-/// The logarithm of what may have been drawn below the axis.
+/// The logarithm of a value, also of values below the axis.
 pub(super) fn logarithm(value: f64) -> f64 {
     value.max(f64::MIN_POSITIVE).log10()
 }
@@ -86,8 +85,7 @@ fn named_ticks(lo: f64, hi: f64, names: &[&str]) -> Vec<Tick> {
     names.iter().enumerate().map(tick).filter(|tick| (lo..=hi).contains(&tick.at)).collect()
 }
 
-/// Ticks at powers of ten, or at 1, 2 and 5 times those if the range has few. `None` if it has fewer
-/// than two of either.
+/// Ticks at powers of ten, or also at 2 and 5 times those if the range has few. `None` if there are fewer than two.
 fn log_ticks(lo: f64, hi: f64, count: usize) -> Option<Vec<Tick>> {
     let (from, to) = (logarithm(lo) - 1e-9, logarithm(hi) + 1e-9);
     let powers = from.floor() as i32..=to.ceil() as i32;
@@ -149,7 +147,7 @@ fn times_ten_to(value: f64, exponent: i32) -> f64 {
     if exponent < 0 { value / 10f64.powi(-exponent) } else { value * 10f64.powi(exponent) }
 }
 
-/// The ticks between `lo` and `hi`, and the note that goes with their labels.
+/// The ticks between `lo` and `hi`, and the note for their labels.
 fn ticks(lo: f64, hi: f64, count: usize) -> (Vec<Tick>, String) {
     let mut step = Step::at_least((hi - lo) / count.max(1) as f64);
     let (first, last) = loop {
@@ -161,7 +159,7 @@ fn ticks(lo: f64, hi: f64, count: usize) -> (Vec<Tick>, String) {
         step = step.finer();
     };
 
-    // All arithmetic of labels is in whole multiples of 10^exponent, so no rounding shows.
+    // All arithmetic of labels is in whole multiples of 10^exponent, so rounding is invisible.
     let e = step.exponent;
     let units: Vec<i64> = (first..=last).map(|i| i * step.digit).collect();
     let largest = units.iter().map(|u| u.abs()).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! The drawing surface: shapes, made of what SVG and pixels both can do.
+//! The drawing surface, with shapes that both SVG and pixels support.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use super::geometry::{Point, Rect};
 use super::palette::{Dash, Marker, Rgb};
 use super::text;
 
-/// How a line is drawn.
+/// The properties of a line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stroke {
     pub colour: Rgb,
@@ -14,7 +14,7 @@ pub(super) struct Stroke {
     pub dash: Dash,
 }
 
-/// Which part of a text stands at its point.
+/// The part of a text that is at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -22,19 +22,19 @@ pub(super) enum Anchor {
     End,
 }
 
-/// How a text is set.
+/// The properties of a text.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lettering {
     pub size: u32,
     pub anchor: Anchor,
     pub bold: bool,
-    /// Turned to read upwards.
+    /// Rotated to read upwards.
     pub upright: bool,
     pub colour: Rgb,
 }
 
-/// What a drawing becomes. Ends and joints of lines are round: peaks of noise must not grow spikes,
-/// and dots are strokes of no length.
+/// The target of a drawing. Ends and joints of lines are round, so that noise peaks have no spikes. Dots are strokes
+/// of zero length.
 pub(super) trait Surface {
     /// Whether a script can find the parts of the drawing.
     fn is_page(&self) -> bool {
@@ -47,10 +47,10 @@ pub(super) trait Surface {
     /// Fills a polygon.
     fn polygon(&mut self, corners: &[Point], colour: Rgb);
 
-    /// Fills polygons as if they were one, more or less transparently.
+    /// Fills polygons as one shape, with an opacity.
     fn polygons(&mut self, outlines: &[Vec<Point>], colour: Rgb, opacity: f64);
 
-    /// Fills rectangles to which others, in other colours, are joined without a gap.
+    /// Fills rectangles that adjoin others in other colours without a gap.
     fn tiles(&mut self, tiles: &[Rect], colour: Rgb);
 
     /// Fills a rectangle.
@@ -67,7 +67,7 @@ pub(super) trait Surface {
     /// Begins a part of a page.
     fn begin(&mut self, _attributes: &str) {}
 
-    /// Ends it.
+    /// Ends a part of a page.
     fn end(&mut self) {}
 }
 
@@ -96,7 +96,7 @@ impl<'a> Canvas<'a> {
         self.surface.polygon(corners, colour);
     }
 
-    /// Fills a rectangle, more or less transparently.
+    /// Fills a rectangle with an opacity.
     pub fn fill(&mut self, rect: &Rect, colour: Rgb, opacity: f64) {
         self.surface.rect(rect, colour, opacity);
     }
@@ -108,7 +108,7 @@ impl<'a> Canvas<'a> {
         self.lines(&outlines, edge);
     }
 
-    /// Fills rectangles that lie side by side, each in its colour.
+    /// Fills adjacent rectangles, each in its colour.
     pub fn tiles(&mut self, tiles: &[(Rect, Rgb)]) {
         let mut colours: BTreeMap<Rgb, Vec<Rect>> = BTreeMap::new();
         for (rect, colour) in tiles {
@@ -144,7 +144,7 @@ impl<'a> Canvas<'a> {
 
     /// Sets one line of text with its base line at `at`.
     pub fn text(&mut self, at: Point, content: &str, lettering: &Lettering) {
-        // As fine as paths.
+        // With the precision of paths.
         let tenths = |v: f64| (v * 10.0).round() / 10.0;
         let at = Point::new(tenths(at.x), tenths(at.y));
         self.surface.text(at, &text::printable(content), lettering);
@@ -159,18 +159,17 @@ impl<'a> Canvas<'a> {
         self.surface.unclip();
     }
 
-    /// Whether the parts of the drawing can be told apart by a script.
+    /// Whether a script can distinguish the parts of the drawing.
     pub fn is_page(&self) -> bool {
         self.surface.is_page()
     }
 
-    /// Draws what a script can find by its class; elsewhere, just draws.
+    /// Draws a part that a script can find by its class. Without a page, it only draws.
     pub fn part(&mut self, class: &str, draw: impl FnOnce(&mut Self)) {
         self.group(&format!("class=\"{class}\""), draw);
     }
 
-    /// Draws what a script can find by its class, with the abscissa to which it belongs; elsewhere,
-    /// just draws.
+    /// Draws a part that a script can find by its class, with its abscissa. Without a page, it only draws.
     pub fn part_at(&mut self, class: &str, x: f64, draw: impl FnOnce(&mut Self)) {
         self.group(&format!("class=\"{class}\" data-x=\"{x:.1}\""), draw);
     }

@@ -1,4 +1,4 @@
-//! Dates and times along an axis: seconds since 1970-01-01 on the clock that is shown.
+//! Dates and times along an axis, from seconds since 1970-01-01 on the displayed clock.
 
 use super::axis::Tick;
 use jiff::Timestamp;
@@ -7,7 +7,7 @@ const MINUTE: i64 = 60;
 const HOUR: i64 = 60 * MINUTE;
 const DAY: i64 = 24 * HOUR;
 
-/// Distances between ticks that people count in, s.
+/// Usual distances between ticks, s.
 const STEPS: [i64; 19] = [
     1,
     2,
@@ -53,7 +53,7 @@ pub(super) fn ticks(lo: f64, hi: f64, count: usize) -> Option<(Vec<Tick>, String
     Some((places(step).map(tick).collect(), date(lo.floor() as i64)))
 }
 
-/// What is written at a tick: the time, or at midnight the day.
+/// The label of a tick: the time, or at midnight the day.
 fn label(at: i64, step: i64) -> String {
     match (at.rem_euclid(DAY), step) {
         (0, _) => written(at, "%-d %b"),
@@ -62,13 +62,13 @@ fn label(at: i64, step: i64) -> String {
     }
 }
 
-/// The date as ISO 8601 writes it.
+/// The date in ISO 8601.
 fn date(at: i64) -> String {
     written(at, "%Y-%m-%d")
 }
 
-/// Date and time to the second as ISO 8601 writes them but for a blank between, with the name of the clock if it has one;
-/// `None` beyond the calendar. `seconds` are those that the clock shows.
+/// Date and time to the second in ISO 8601 with a blank between, and the name of the clock if it has one; `None`
+/// beyond the calendar. `seconds` are those of the clock.
 pub fn instant(seconds: f64, clock: &str) -> Option<String> {
     let text = CALENDAR
         .contains(&seconds)
@@ -76,7 +76,7 @@ pub fn instant(seconds: f64, clock: &str) -> Option<String> {
     Some(format!("{text} {clock}").trim_end().to_owned())
 }
 
-/// An instant of the [`CALENDAR`] in UTC, as `strftime` writes it.
+/// An instant of the [`CALENDAR`] in UTC, in a format of `strftime`.
 fn written(at: i64, format: &str) -> String {
     Timestamp::from_second(at).map_or_else(|_| String::new(), |at| at.strftime(format).to_string())
 }

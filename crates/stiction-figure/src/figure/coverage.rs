@@ -1,12 +1,12 @@
-//! How much of each pixel a shape covers: what smooth edges are made of.
+//! Computes the covered share of each pixel, for smooth edges.
 //!
-//! Everything here is plain arithmetic and square roots, so that every machine draws the same bytes.
+//! Only plain arithmetic and square roots are used, so that every machine draws the same bytes.
 
 use std::ops::Range;
 
 use super::geometry::Point;
 
-/// Where coordinates end, in pixels: far beyond any sheet, and near enough to compute with.
+/// Limit of coordinates, in pixels, far beyond any sheet and within the precision of the arithmetic.
 const FAR: f64 = 1e6;
 
 /// Covered shares of the pixels of a window, row by row.
@@ -17,9 +17,9 @@ pub(super) struct Coverage {
 }
 
 impl Coverage {
-    /// What lies within `radius` of runs of joined points, a point alone being a dot.
+    /// The coverage of a stroke of `radius` along runs of joined points. A single point is a dot.
     ///
-    /// The edge of a stroke is a pixel wide, centred on where it is; so a level or upright stroke has
+    /// The edge of a stroke is a pixel wide, centred on its true place. So a horizontal or vertical stroke has
     /// exactly the share of each pixel that it covers.
     pub fn of_lines(
         runs: &[Vec<Point>],
@@ -39,7 +39,7 @@ impl Coverage {
         coverage
     }
 
-    /// What is inside of polygons, overlaps counted once.
+    /// The coverage of polygons, with overlaps counted once.
     pub fn of_polygons(outlines: &[Vec<Point>], columns: Range<usize>, rows: Range<usize>) -> Self {
         let mut coverage = Self::window(outlines, 0.0, columns, rows);
         for outline in outlines {
@@ -63,7 +63,7 @@ impl Coverage {
         &self.shares[(row - self.rows.start) * width..][..width]
     }
 
-    /// Nothing yet, where points and all within `margin` of them are, as far as that is wanted.
+    /// An empty window for the points and a `margin` around them, within the requested area.
     fn window(runs: &[Vec<Point>], margin: f64, columns: Range<usize>, rows: Range<usize>) -> Self {
         let reach = |of: fn(&Point) -> f64, wanted: Range<usize>| {
             let (low, high) = (runs.iter().flatten().map(of))
@@ -75,7 +75,7 @@ impl Coverage {
         Self { columns, rows, shares }
     }
 
-    /// Adds what lies within `radius` of a stroke.
+    /// Adds a stroke of `radius`.
     fn add_stroke(&mut self, from: Point, to: Point, radius: f64) {
         let (dx, dy) = (to.x - from.x, to.y - from.y);
         let squared = dx * dx + dy * dy;
@@ -83,7 +83,7 @@ impl Coverage {
         let width = self.columns.len();
         for row in pixels(from.y.min(to.y) - reach, from.y.max(to.y) + reach, &self.rows) {
             let y = row as f64 + 0.5;
-            // Only a piece of the stroke is near this row.
+            // Only a part of the stroke is near this row.
             let at = |y: f64| {
                 let part = if dy == 0.0 { 0.0 } else { ((y - from.y) / dy).clamp(0.0, 1.0) };
                 from.x + part * dx
@@ -102,7 +102,7 @@ impl Coverage {
         }
     }
 
-    /// Adds the edge of a polygon, as what it changes from each pixel to the next in its rows.
+    /// Adds the edge of a polygon, as changes from each pixel to the next in its rows.
     fn add_edge(&mut self, from: Point, to: Point) {
         if from.y == to.y {
             return;
@@ -132,7 +132,7 @@ impl Coverage {
     fn add_crossing(&mut self, row: usize, a: f64, b: f64, height: f64) {
         let width = self.columns.len();
         let start = (row - self.rows.start) * width;
-        // To the right of `x`, this much of the height is inside, summed over all columns so far.
+        // To the right of `x`, this share of the height is inside, summed over all columns so far.
         let mut before = 0.0;
         for column in a as usize..width {
             let x = column as f64 + 1.0;
@@ -159,9 +159,9 @@ fn area(x: f64, a: f64, b: f64) -> f64 {
     }
 }
 
-/// The wanted pixels that lie at least partly between two places.
+/// The requested pixels that lie at least partly between two places.
 fn pixels(from: f64, to: f64, wanted: &Range<usize>) -> Range<usize> {
-    // What is below zero becomes zero, and what is nowhere as well.
+    // Negative values become zero, and so does NaN.
     let start = (from.floor() as usize).max(wanted.start);
     start..(to.ceil() as usize).min(wanted.end).max(start)
 }

@@ -8,7 +8,7 @@ use super::{Series, Style, reduce};
 /// Radius of the markers of a cloud, px.
 pub(super) const RADIUS: f64 = 2.2;
 
-/// What there is to paint of a series.
+/// The shapes of a series.
 pub(super) enum Curve {
     /// Runs of joined points.
     Lines(Vec<Vec<Point>>),
@@ -19,7 +19,7 @@ pub(super) enum Curve {
 }
 
 impl Curve {
-    /// The visible part of `series`, reduced to what can be seen.
+    /// The visible part of `series`, reduced to the visible resolution.
     pub fn new(series: &Series, look: &Look, view: &View) -> Self {
         if series.style == Style::Bars {
             let bars = edges(&series.x).into_iter().zip(&series.y);
@@ -56,7 +56,7 @@ impl Curve {
     }
 }
 
-/// `points`, cut before each index of `breaks`; no run is empty.
+/// `points`, cut before each index of `breaks`. No run is empty.
 fn runs<'a>(points: &'a [Point], breaks: &[usize]) -> Vec<&'a [Point]> {
     let mut runs = Vec::new();
     let mut from = 0;
@@ -69,8 +69,7 @@ fn runs<'a>(points: &'a [Point], breaks: &[usize]) -> Vec<&'a [Point]> {
     runs
 }
 
-/// Where bars at `x` begin and end: half-way to their neighbours, and as far on the other side of
-/// the first and the last.
+/// Beginnings and ends of bars at `x`, half-way to their neighbours. The first and the last bar are symmetric.
 pub(super) fn edges(x: &[f64]) -> Vec<(f64, f64)> {
     let half = |i: usize, j: usize| (x[j] - x[i]).abs() / 2.0;
     let last = x.len().saturating_sub(1);

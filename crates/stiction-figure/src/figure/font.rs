@@ -1,7 +1,7 @@
 //! The outlines of letters, from the TrueType files in `font/`.
 //!
-//! It reads what those two files hold, and no other: letters by the Unicode table of format 4, outlines
-//! of points or of other outlines moved about.
+//! It reads only the contents of those two files, which are letters by the Unicode table of format 4, and outlines of
+//! points or of shifted other outlines.
 
 use super::geometry::Point;
 
@@ -10,14 +10,14 @@ const BOLD: &[u8] = include_bytes!("../../font/DejaVuSans-Bold.ttf");
 
 /// Units to the font size.
 const UNITS: f64 = 2048.0;
-/// Straight strokes to a curve; at the size of a title its chords are nowhere a tenth of a pixel off.
+/// Straight strokes per curve. At the size of a title they deviate by less than a tenth of a pixel.
 const CHORDS: usize = 8;
-/// Outlines that are made of others are made of such at most this often.
+/// Depth limit of outlines made of others.
 const DEPTH: usize = 4;
 
-/// Draws `text` along x from the origin, in units of the font size, y downwards; gives how wide it is.
+/// Draws `text` along x from the origin, in units of the font size, y downwards, and returns its width.
 ///
-/// What the font does not have is the box that stands for it.
+/// A character that the font lacks is drawn as the font's box for missing characters.
 pub(super) fn set(text: &str, bold: bool, draw: &mut impl FnMut(Vec<Point>)) -> f64 {
     let font = Font { data: if bold { BOLD } else { REGULAR } };
     let mut pen = 0.0;
@@ -33,7 +33,7 @@ pub(super) fn set(text: &str, bold: bool, draw: &mut impl FnMut(Vec<Point>)) -> 
     pen
 }
 
-/// A point of an outline, and whether the outline leads through it or only bends towards it.
+/// A point of an outline, and whether the outline passes through it or only bends towards it.
 #[derive(Debug, Clone, Copy)]
 struct Knot {
     at: Point,
@@ -53,7 +53,7 @@ impl Font {
         file.from(file.u32(record + 8)?)
     }
 
-    /// The number of the letter's outline.
+    /// The index of the letter's outline.
     fn glyph(self, c: char) -> Option<u16> {
         let c = u16::try_from(u32::from(c)).ok()?;
         let cmap = self.table(b"cmap")?;
@@ -75,15 +75,15 @@ impl Font {
         }
     }
 
-    /// How far the next letter stands, in units of the font size.
+    /// The distance of the next letter, in units of the font size.
     fn advance(self, glyph: u16) -> Option<f64> {
         let given = self.table(b"hhea")?.u16(34)?;
-        // The last width goes for all that follow.
+        // The last width applies to all that follow.
         let at = 4 * usize::from(glyph.min(given.checked_sub(1)?));
         Some(f64::from(self.table(b"hmtx")?.u16(at)?) / UNITS)
     }
 
-    /// Hands out each closed line of an outline, moved by `by`, y upwards.
+    /// Passes on each closed line of an outline, moved by `by`, y upwards.
     fn outline(
         self,
         glyph: u16,
@@ -107,7 +107,7 @@ impl Font {
         Some(())
     }
 
-    /// Hands out an outline that is made of others.
+    /// Passes on an outline that is made of others.
     fn assembled(
         self,
         mut bytes: Bytes,
@@ -148,7 +148,7 @@ fn knots(mut bytes: Bytes, lines: usize, by: (i32, i32)) -> Option<Vec<Vec<Knot>
         let times = if flag & REPEATED != 0 { usize::from(bytes.next()?) + 1 } else { 1 };
         flags.extend(std::iter::repeat_n(flag, times));
     }
-    // Each coordinate is a step from the one before: a byte and a sign, a word, or nothing.
+    // Each coordinate is a step from the one before, as a byte and a sign, a word, or nothing.
     let mut steps = |short: u8, same: u8, start: i32| {
         let mut at = start;
         let step = |flag: &u8| {
@@ -176,7 +176,7 @@ fn flat(line: &[Knot]) -> Vec<Point> {
             points.push(knot.at);
             continue;
         }
-        // Between two points to bend towards, the line leads through their middle.
+        // Between two control points, the line passes through their midpoint.
         let end = |other: Knot| if other.through { other.at } else { knot.at.middle(other.at) };
         let from = end(line[(i + line.len() - 1) % line.len()]);
         let to = end(line[(i + 1) % line.len()]);

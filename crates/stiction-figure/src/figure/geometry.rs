@@ -21,7 +21,7 @@ impl Point {
         Self::new(self.x + direction.0 * length, self.y + direction.1 * length)
     }
 
-    /// Unit vector towards `other`; rightwards if there is no distance.
+    /// Unit vector towards `other`; to the right if there is no distance.
     pub fn direction(self, other: Self) -> (f64, f64) {
         let length = self.distance(other);
         if length > 0.0 {
@@ -77,7 +77,7 @@ impl Rect {
             && other.y < self.bottom()
     }
 
-    /// This rectangle, shifted so that it lies within `outer` if it fits at all.
+    /// This rectangle, shifted into `outer` if it fits.
     pub fn shifted_into(&self, outer: &Self) -> Self {
         let x = self.x.min(outer.right() - self.w).max(outer.x);
         let y = self.y.min(outer.bottom() - self.h).max(outer.y);

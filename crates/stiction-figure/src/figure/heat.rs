@@ -1,4 +1,4 @@
-//! A map: a quantity over the plane, in colours, with a bar that says which colour is which value.
+//! A map of a quantity over the plane in colours, with a colour bar.
 
 use super::axis::{self, Axis};
 use super::canvas::{Anchor, Canvas, Lettering};
@@ -14,28 +14,28 @@ use super::{Scale, drawable, text};
 pub struct Heat {
     /// Quantity and unit, such as `period (s)`.
     pub label: String,
-    /// Middles of the columns, ascending; each column reaches halfway to its neighbours.
+    /// Centres of the columns, ascending. Each column extends halfway to its neighbours.
     pub x: Vec<f64>,
-    /// Middles of the rows, ascending.
+    /// Centres of the rows, ascending.
     pub y: Vec<f64>,
-    /// Row by row, that of the lowest `y` first.
+    /// The tiles, row by row, beginning with the smallest `y`.
     pub tiles: Vec<Tile>,
-    /// How colours divide the range of the values: [`Scale::Linear`] or [`Scale::Log`].
+    /// The scale of the colours, [`Scale::Linear`] or [`Scale::Log`].
     pub scale: Scale,
-    /// What an empty tile means.
+    /// The meaning of an empty tile.
     pub empty: String,
-    /// What an unknown tile means.
+    /// The meaning of an unknown tile.
     pub unknown: String,
 }
 
-/// What is to be told at a place.
+/// The content of a tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tile {
     /// The value.
     Value(f64),
-    /// There is none.
+    /// There is no value.
     Empty,
-    /// It is not known.
+    /// The value is unknown.
     Unknown,
 }
 
@@ -45,7 +45,7 @@ const ASIDE: f64 = 14.0;
 const BAR: f64 = 14.0;
 /// Side of the key of a tile without value, px.
 const KEY: f64 = 10.0;
-/// Lines of the keys are this far apart, px.
+/// Distance between the lines of the keys, px.
 const KEY_LINE: f64 = 17.0;
 
 impl Heat {
@@ -55,7 +55,7 @@ impl Heat {
                 return Err(format!("has no {axis} values"));
             }
             if let Some(value) = values.iter().find(|v| !drawable(**v)) {
-                return Err(format!("has the {axis} value {value}, which has no place on paper"));
+                return Err(format!("has the {axis} value {value}, which cannot be drawn"));
             }
             if let Some(pair) = values.windows(2).find(|pair| !(pair[0] < pair[1])) {
                 return Err(format!(
@@ -109,7 +109,7 @@ impl Heat {
         ends(&self.y)
     }
 
-    /// Meanings and colours of tiles without value, as far as there are such.
+    /// Meanings and colours of tiles without value, if there are any.
     fn keys(&self) -> Vec<(&str, Rgb)> {
         [(Tile::Empty, &self.empty, EMPTY), (Tile::Unknown, &self.unknown, UNKNOWN)]
             .into_iter()
@@ -118,13 +118,13 @@ impl Heat {
             .collect()
     }
 
-    /// Width of all that stands to the right of the frame.
+    /// Width of the area to the right of the frame.
     pub(super) fn room(&self) -> f64 {
         let small = f64::from(TICK_LABEL);
         let widest = |axis: &Axis| {
             axis.ticks.iter().map(|t| text::width(&t.label, small)).fold(0.0, f64::max)
         };
-        // The height is not known yet; as many ticks as there may be have the widest labels.
+        // The height is not known yet. The largest number of ticks has the widest labels.
         let bar = self.axis(f64::INFINITY).map_or(0.0, |axis| {
             let note = text::width(&axis.note, small);
             (BAR + TICK + GAP + widest(&axis) + 2.0 * GAP + f64::from(LABEL)).max(note)
@@ -177,7 +177,7 @@ impl Heat {
         let Some(axis) = self.axis(bar.h) else { return };
         let shades: Vec<(Rect, Rgb)> = (0..=STEPS)
             .map(|k| {
-                // A value shows the shade next to it, so that the first and the last are half as high.
+                // A value has the nearest shade, so that the first and the last are half as high.
                 let fraction = |k: f64| (k / STEPS as f64).clamp(0.0, 1.0);
                 let at = |k: f64| bar.bottom() - bar.h * fraction(k);
                 let k = k as f64;
@@ -205,7 +205,7 @@ impl Heat {
     }
 }
 
-/// Where tiles with these middles begin and end.
+/// Edges of tiles with these centres.
 fn ends(values: &[f64]) -> (f64, f64) {
     let edges = edges(values);
     (edges[0].0, edges[edges.len() - 1].1)

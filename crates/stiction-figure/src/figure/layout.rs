@@ -1,4 +1,4 @@
-//! Where everything goes on the sheet.
+//! Arranges everything on the sheet.
 
 use super::annotate::Mark;
 use super::axis::{self, Axis};
@@ -31,10 +31,10 @@ const OVERHANG: f64 = 16.0;
 const COLUMN_GAP: f64 = 14.0;
 /// Between panels above each other.
 const ROW_GAP: f64 = 12.0;
-/// Coordinates further off the sheet than this are drawn at this distance; renderers overflow.
+/// Coordinates further off the sheet than this are drawn at this distance, because renderers overflow.
 const FAR: f64 = 20_000.0;
 
-/// The sheet with all that is on it.
+/// The sheet with its contents.
 pub(super) struct Sheet {
     pub width: f64,
     pub height: f64,
@@ -52,12 +52,12 @@ pub(super) struct Cell {
     pub y_label: Vec<String>,
     /// Left edge of the column, where the y label begins.
     pub left: f64,
-    /// Whether the x axis is lettered; if not, the panel below has the same axis.
+    /// Whether the x axis has labels. If not, the panel below has the same axis.
     pub lettered: bool,
     has_strip: bool,
 }
 
-/// A frame with its axes: from data to paper.
+/// A frame with its axes, which converts data to paper.
 pub(super) struct View {
     pub frame: Rect,
     pub x: Axis,
@@ -65,7 +65,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// Where a point in data coordinates lies on paper.
+    /// The position on paper of a point in data coordinates.
     pub fn place(&self, (x, y): (f64, f64)) -> Point {
         let px = self.frame.x + self.x.fraction(x) * self.frame.w;
         let py = self.frame.bottom() - self.y.fraction(y) * self.frame.h;
@@ -73,7 +73,7 @@ impl View {
     }
 }
 
-/// Ends of one panel's axes, and whether it letters its x axis.
+/// Ends of one panel's axes, and whether its x axis has labels.
 #[derive(Clone, Copy)]
 struct Ends {
     x: (f64, f64),
@@ -82,7 +82,7 @@ struct Ends {
 }
 
 impl Sheet {
-    /// Lays out a sound figure.
+    /// Lays out a checked figure.
     pub fn new(figure: &Figure) -> Self {
         let columns = figure.columns.min(figure.panels.len());
         let rows = figure.panels.len().div_ceil(columns);
@@ -95,7 +95,7 @@ impl Sheet {
             (figure.width - 2.0 * EDGE - (columns - 1) as f64 * COLUMN_GAP) / columns as f64;
         let ends = ends(&figure.panels, columns);
 
-        // Columns: equal left margins, so that frames above each other align.
+        // Columns have equal left margins, so that frames above each other align.
         let mut cells: Vec<Cell> = Vec::with_capacity(figure.panels.len());
         let mut margins = vec![0.0_f64; columns];
         for (i, (panel, ends)) in figure.panels.iter().zip(&ends).enumerate() {
@@ -132,7 +132,7 @@ impl Sheet {
         let width = left - COLUMN_GAP + EDGE;
         let title = text::wrap(&figure.title, f64::from(TITLE) * text::BOLD, width - 2.0 * EDGE);
 
-        // Rows: frames side by side align at the top.
+        // Rows align frames side by side at the top.
         let mut top = EDGE + title.len() as f64 * f64::from(TITLE) * text::LINE;
         top += if title.is_empty() { 0.0 } else { GAP };
         for row in cells.chunks_mut(columns) {
@@ -168,7 +168,7 @@ impl Cell {
         if self.has_strip { STRIP + GAP } else { 0.0 }
     }
 
-    /// Where the strip is.
+    /// The rectangle of the strip.
     pub fn strip_rect(&self) -> Rect {
         let frame = &self.view.frame;
         let bottom = frame.y - self.note_height() - GAP;
@@ -198,7 +198,7 @@ impl Cell {
     }
 }
 
-/// A panel whose frame has its size, but not yet its place.
+/// A panel whose frame has its size, but not yet its position.
 fn cell(panel: &Panel, ends: &Ends, room: f64, height: f64) -> Cell {
     let (mut w, mut h) = (room, height);
     if panel.equal_aspect {
@@ -227,7 +227,7 @@ fn cell(panel: &Panel, ends: &Ends, room: f64, height: f64) -> Cell {
     }
 }
 
-/// An x axis with as many ticks as have room for their labels.
+/// An x axis with as many ticks as its labels leave room for.
 fn x_axis(ends: (f64, f64), width: f64, scale: Scale) -> Axis {
     let fits = |axis: &Axis| {
         let apart = axis.ticks.windows(2).map(|t| axis.fraction(t[1].at) - axis.fraction(t[0].at));
@@ -248,7 +248,7 @@ fn widest(axis: &Axis) -> f64 {
     axis.ticks.iter().map(|t| text::width(&t.label, f64::from(TICK_LABEL))).fold(0.0, f64::max)
 }
 
-/// Ends of all axes; panels above each other that share an x axis get the same ends.
+/// Ends of all axes. Panels above each other that share an x axis get the same ends.
 fn ends(panels: &[Panel], columns: usize) -> Vec<Ends> {
     let mut all: Vec<Ends> = panels
         .iter()
@@ -267,7 +267,7 @@ fn ends(panels: &[Panel], columns: usize) -> Vec<Ends> {
     }
     for (panel, ends) in panels.iter().zip(&mut all) {
         if panel.equal_aspect {
-            // A strip would be too thin to see anything.
+            // A frame would become too thin.
             let (xs, ys) = (ends.x.1 - ends.x.0, ends.y.1 - ends.y.0);
             ends.x = at_least(ends.x, ys / 4.0);
             ends.y = at_least(ends.y, xs / 4.0);
@@ -276,7 +276,7 @@ fn ends(panels: &[Panel], columns: usize) -> Vec<Ends> {
     all
 }
 
-/// Whether two panels above each other can have one x axis: the same quantity over about the same
+/// Whether two panels above each other can share one x axis, because they have the same quantity over about the same
 /// range.
 fn share_x(a: &Panel, b: &Panel) -> bool {
     let same = a.x_label == b.x_label && a.x_range == b.x_range && a.x_scale == b.x_scale;
@@ -303,7 +303,7 @@ fn x_ends(panels: &[&Panel]) -> (f64, f64) {
     let marks = panels.iter().flat_map(|p| &p.annotations).flat_map(|a| points(a).0);
     let bars = series().filter(|s| s.style == Style::Bars);
     let bars = bars.flat_map(|s| edges(&s.x)).flat_map(|(from, to)| [from, to]);
-    // Time runs from edge to edge; maps and markers need a margin.
+    // Time runs from edge to edge. Maps and markers need a margin.
     let line = |s: &Series| s.is_trend() && !matches!(s.style, Style::Points | Style::Bars);
     let edge_to_edge = series().all(line);
     let extent = axis::extent(samples.chain(marks).chain(bars));
@@ -331,7 +331,7 @@ fn y_ends(panel: &Panel) -> (f64, f64) {
     })
 }
 
-/// As [`axis::widened`], in decades.
+/// Like [`axis::widened`], in decades.
 fn log_widened((lo, hi): (f64, f64), pad: f64) -> (f64, f64) {
     let (lo, hi) = (axis::logarithm(lo), axis::logarithm(hi));
     let margin = if hi - lo < 1e-6 { 0.5 } else { pad * (hi - lo) };
@@ -351,7 +351,7 @@ fn points(annotation: &Annotation) -> (Vec<f64>, Vec<f64>) {
     }
 }
 
-/// `ends`, widened about their middle to a range of `span` if they are closer.
+/// `ends`, widened around their middle to a range of `span` if they are closer.
 fn at_least((lo, hi): (f64, f64), span: f64) -> (f64, f64) {
     let missing = (span - (hi - lo)).max(0.0);
     (lo - missing / 2.0, hi + missing / 2.0)

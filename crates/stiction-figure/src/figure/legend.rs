@@ -1,4 +1,4 @@
-//! What the legend of a panel says, and where it is in nobody's way.
+//! The content of a panel's legend, and its position.
 
 use super::annotate::Mark;
 use super::curve::Curve;
@@ -13,7 +13,7 @@ pub(super) const KEY: f64 = 30.0;
 pub(super) const KEY_GAP: f64 = 6.0;
 
 const LINE: f64 = SIZE as f64 * 1.3;
-/// Between the box and what it holds.
+/// Between the box and its content.
 const PAD: f64 = 5.0;
 /// Between the box and the frame.
 const MARGIN: f64 = 7.0;

@@ -1,9 +1,8 @@
-//! What a script needs to read values from a picture and to zoom: frames, axes, samples, as JSON.
+//! Data for a script that reads values from a picture and zooms: frames, axes and samples, as JSON.
 //!
-//! Numbers are written compactly. A list of values is `{"from", "step", "d"}`: value `i` is
-//! `from + step * (d[0] + ... + d[i])` with whole `d`. The step resolves a part in 1,000 to 10,000
-//! of the range of the list, or is the distance of its values if they are equally far apart. On
-//! logarithmic axes the list is of the decimal logarithms, as its scale says.
+//! Numbers are written compactly. A list of values is `{"from", "step", "d"}`, where value `i` is `from + step *
+//! (d[0] + ... + d[i])` with whole `d`. The step is 1/1,000 to 1/10,000 of the range of the list, or the distance of
+//! equally spaced values. On logarithmic axes the list contains the decimal logarithms, as its scale shows.
 
 use std::fmt::Write;
 
@@ -13,22 +12,22 @@ use super::layout::{Cell, Sheet};
 use super::palette::Look;
 use super::{Figure, Panel, Scale, Series, Style, reduce};
 
-/// Most samples of a series of which every one can be read.
+/// Maximum number of samples of a series that are all readable.
 const MOST: usize = 2_000;
 /// Finest detail of a longer trend, px.
 const COLUMN: f64 = 1.0;
 
-/// A picture with what a script needs beside it.
+/// A picture with the data for a script.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Live {
     /// The picture.
     pub svg: String,
-    /// Its frames, axes and samples as JSON that may stand in a `script` element. Long series are
-    /// reduced; their extremes are kept.
+    /// Its frames, axes and samples as JSON for a `script` element. Long series are reduced, but their extremes are
+    /// kept.
     pub data: String,
 }
 
-/// The data of a sound figure.
+/// The data of a checked figure.
 pub(super) fn data(figure: &Figure) -> String {
     let sheet = Sheet::new(figure);
     let panels =
@@ -72,7 +71,7 @@ fn axis_data(axis: &Axis, label: &str) -> String {
     format!("{{\"lo\":{:e},\"hi\":{:e},{}}}", axis.lo, axis.hi, quantity_data(label, axis.scale))
 }
 
-/// What a quantity is called, and how its values are written.
+/// The name of a quantity, and the scale of its values.
 fn quantity_data(label: &str, scale: Scale) -> String {
     let (kind, names) = match scale {
         Scale::Linear => ("linear", None),
@@ -134,7 +133,7 @@ fn quantity(label: &str) -> (&str, &str) {
     }
 }
 
-/// The values at some indices, as described at the head of this file.
+/// The values at some indices, in the format described at the top of this file.
 fn packed(values: &[f64], indices: &[usize], scale: Scale) -> String {
     let logarithms: Vec<f64>;
     let values = if scale == Scale::Log {
@@ -153,7 +152,7 @@ fn packed(values: &[f64], indices: &[usize], scale: Scale) -> String {
             (0.0, step, indices.iter().map(|&i| (values[i] / step).round() as i64).collect())
         }
     };
-    // Recorded with fewer digits, they are told with fewer.
+    // Values recorded with fewer digits are written with fewer.
     let (whole, step) = match distance(values) {
         None => coarser(whole, step),
         Some(_) => (whole, step),
@@ -178,7 +177,7 @@ fn coarser(mut whole: Vec<i64>, mut step: f64) -> (Vec<i64>, f64) {
     (whole, step)
 }
 
-/// How far neighbours are apart if they are equally far, and not equal.
+/// The distance of neighbours if they are equally spaced and not equal.
 fn distance(values: &[f64]) -> Option<f64> {
     let [first, .., last] = values else { return None };
     let step = (last - first) / (values.len() - 1) as f64;

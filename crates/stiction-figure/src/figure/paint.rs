@@ -17,7 +17,7 @@ const GRID_LINE: Stroke = Stroke { colour: GRID, width: 0.7, dash: SOLID };
 
 const THIN: Stroke = Stroke { colour: INK, width: 0.5, dash: SOLID };
 
-/// Classes of the parts that the script of a live page moves, or replaces, when a reader zooms.
+/// Classes of parts that the script of a live page moves or replaces when a reader zooms.
 const MOVING: &str = "moving";
 const NOTE: &str = "note";
 const WORDS: &str = "words";
@@ -27,7 +27,7 @@ const X_TICKS: &str = "x-ticks";
 /// Half the height of a capital letter, in units of the font size.
 pub(super) const MIDDLE: f64 = 0.365;
 
-/// Draws a sound figure on the surface that is made for its width and height.
+/// Draws a checked figure on a surface made for its width and height.
 pub(super) fn paint<S: Surface>(figure: &Figure, surface: impl FnOnce(f64, f64) -> S) -> S {
     let sheet = Sheet::new(figure);
     let mut surface = surface(sheet.width.ceil(), sheet.height.ceil());
@@ -65,18 +65,18 @@ fn paint_panel(canvas: &mut Canvas<'_>, panel: &Panel, cell: &Cell) {
         });
     }
     match &panel.heat {
-        // A grid would be taken for lines of the map.
+        // A grid could be mistaken for lines of the map.
         Some(heat) => heat.paint_tiles(canvas, view),
         None => paint_grid(canvas, cell),
     }
-    // The pen is wider than the edge it may run along.
+    // The pen is wider than the edge it may follow.
     canvas.clip(&frame.grown(PEN / 2.0));
     canvas.part(MOVING, |canvas| {
         for (curve, look) in curves.iter().zip(&cell.looks) {
             paint_curve(canvas, curve, look);
         }
     });
-    // Paper under a text hides curves, but no other annotation.
+    // The background of a text covers curves, but no other annotation.
     let notes: Vec<&annotate::Note> = marks.iter().filter_map(|m| m.note.as_ref()).collect();
     for note in &notes {
         paint_anchored(canvas, note, |canvas| canvas.fill(&note.rect.grown(1.0), PAPER, 0.8));
@@ -120,7 +120,7 @@ fn paint_panel(canvas: &mut Canvas<'_>, panel: &Panel, cell: &Cell) {
     }
 }
 
-/// Paints within `rect` what a reader's zoom moves along x.
+/// Paints within `rect` the parts that a reader's zoom moves along x.
 fn paint_moving(canvas: &mut Canvas<'_>, rect: &Rect, draw: impl FnOnce(&mut Canvas<'_>)) {
     if !canvas.is_page() {
         return draw(canvas);
@@ -130,7 +130,7 @@ fn paint_moving(canvas: &mut Canvas<'_>, rect: &Rect, draw: impl FnOnce(&mut Can
     canvas.unclip();
 }
 
-/// Paints what moves with the anchor of a note.
+/// Paints the parts that move with the anchor of a note.
 fn paint_anchored(
     canvas: &mut Canvas<'_>,
     note: &annotate::Note,
@@ -153,7 +153,7 @@ fn paint_curve(canvas: &mut Canvas<'_>, curve: &Curve, look: &Look) {
     }
 }
 
-/// The strip above the frame, with the words that have room.
+/// The strip above the frame, with the words that fit.
 fn paint_strip(canvas: &mut Canvas<'_>, strip: &Strip, cell: &Cell) {
     let rect = cell.strip_rect();
     let at = |x: f64| {

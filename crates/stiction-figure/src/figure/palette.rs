@@ -1,8 +1,8 @@
-//! How series look: colour, dash pattern, marker.
+//! The look of series: colour, dash pattern and marker.
 
 use super::{Panel, Style};
 
-/// Indices of the colours: those of Okabe and Ito that stand out on white.
+/// Indices of the colours, from Okabe and Ito's set, as far as they stand out on white.
 ///
 /// Higher indices start over.
 pub mod colour {
@@ -25,7 +25,7 @@ pub mod colour {
 /// Red, green, blue.
 pub(super) type Rgb = (u8, u8, u8);
 
-/// In the order of the indices in [`colour`].
+/// The colours, in the order of the indices in [`colour`].
 const COLOURS: [Rgb; 7] = [
     (0x00, 0x72, 0xb2),
     (0xd5, 0x5e, 0x00),
@@ -44,9 +44,9 @@ pub(super) const EMPTY: Rgb = (0xdd, 0xdd, 0xdd);
 pub(super) const UNKNOWN: Rgb = COLOURS[colour::VERMILION];
 pub(super) const PAPER: Rgb = (0xff, 0xff, 0xff);
 
-/// Viridis, from dark to bright, which colour-blind readers can order too: by Nathaniel Smith, Stéfan
-/// van der Walt and Eric Firing, CC0. More shades than an eye tells apart, and few enough that most
-/// neighbouring tiles of a map share one.
+/// Viridis, from dark to bright, which colour-blind readers can order too, by Nathaniel Smith, Stéfan van der Walt
+/// and Eric Firing, CC0. There are more shades than an eye distinguishes, but few enough that most neighbouring tiles
+/// of a map share one.
 #[rustfmt::skip]
 const SHADES: [u32; 129] = [
     0x440154, 0x440357, 0x45065a, 0x46095c, 0x460c5f, 0x470f62, 0x471265, 0x471567, 0x48186a,
@@ -83,7 +83,7 @@ pub(super) const SOLID: Dash = &[];
 pub(super) const DASHED: Dash = &[6.0, 5.0];
 pub(super) const DOTTED: Dash = &[0.0, 4.0];
 
-/// Handed out to lines in this order.
+/// The dash patterns of lines, in this order.
 const DASHES: [Dash; 6] =
     [SOLID, DASHED, &[9.0, 4.5, 0.0, 4.5], DOTTED, &[15.0, 5.0], &[9.0, 4.0, 0.0, 4.0, 0.0, 4.0]];
 
@@ -96,10 +96,10 @@ pub(super) enum Marker {
     Diamond,
 }
 
-/// Handed out to clouds of points in this order.
+/// The markers of clouds of points, in this order.
 const MARKERS: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
 
-/// How one series is drawn.
+/// The look of one series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Look {
     pub colour: Rgb,
@@ -108,7 +108,7 @@ pub(super) struct Look {
     pub marker: Option<Marker>,
 }
 
-/// The looks of a panel's series: no two lines share a dash pattern before all are used up.
+/// The looks of a panel's series. No two lines share a dash pattern before all are used.
 pub(super) fn looks(panel: &Panel) -> Vec<Look> {
     let taken = |dash: Dash| {
         panel.series.iter().any(|s| match s.style {

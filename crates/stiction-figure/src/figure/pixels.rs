@@ -9,18 +9,18 @@ use super::geometry::{Point, Rect};
 use super::palette::{Dash, Rgb};
 use crate::error::Error;
 
-/// Pixels to the px.
+/// Pixels per px.
 const SCALE: f64 = 2.0;
-/// CSS px to the metre: 96 to the inch.
+/// CSS px per metre, from 96 per inch.
 const PX_PER_METRE: f64 = 96.0 / 0.0254;
 
-/// An opaque drawing, at first white.
+/// An opaque drawing, white at first.
 pub(super) struct Pixels {
     width: usize,
     height: usize,
-    /// Three bytes a pixel, row by row.
+    /// Three bytes per pixel, row by row.
     rgb: Vec<u8>,
-    /// Where may be drawn, in pixels: the last of them.
+    /// The clip rectangles, in pixels. The last one applies.
     clips: Vec<Rect>,
 }
 
@@ -58,7 +58,7 @@ impl Pixels {
         self.clips.last().copied().unwrap_or(Rect::new(0.0, 0.0, 0.0, 0.0))
     }
 
-    /// The pixels that may be drawn on, at least in part.
+    /// The pixels that the clip covers at least partly.
     fn window(&self) -> (Range<usize>, Range<usize>) {
         let clip = self.clipped();
         let between = |from: f64, to: f64, count: usize| {
@@ -73,7 +73,7 @@ impl Pixels {
         self.print(&Coverage::of_polygons(outlines, columns, rows), colour, opacity);
     }
 
-    /// Puts a colour on what is covered.
+    /// Applies a colour to the covered pixels.
     fn print(&mut self, coverage: &Coverage, (r, g, b): Rgb, opacity: f64) {
         let clip = self.clipped();
         // How much of a pixel lies within the clip.
@@ -121,7 +121,7 @@ impl Surface for Pixels {
     }
 
     fn tiles(&mut self, tiles: &[Rect], colour: Rgb) {
-        // Paper would shine through where two of them share a pixel.
+        // The background would show where two of them share a pixel.
         let whole = |p: Point| Point::new(p.x.round(), p.y.round());
         let outline = |tile| scaled(&corners(tile, 4)).into_iter().map(whole).collect();
         self.fill(&tiles.iter().map(outline).collect::<Vec<_>>(), colour, 1.0);
@@ -143,7 +143,7 @@ impl Surface for Pixels {
         let (x, y) = (SCALE * at.x, SCALE * at.y);
         for p in outlines.iter_mut().flatten() {
             let (along, below) = ((start + p.x) * size, p.y * size);
-            // Letters stand sharply on a base line between two rows of pixels.
+            // Letters are sharp on a base line between two rows of pixels.
             *p = if lettering.upright {
                 Point::new(x.round() + below, y - along)
             } else {

@@ -1,28 +1,28 @@
-//! Fewer points, same picture.
+//! Reduces points without changing the picture.
 
 use super::geometry::{Point, Rect};
 
-/// Finest detail of a trend, px: the pixel of a picture at twice the nominal resolution.
+/// Finest detail of a trend, px, which is a pixel of a picture at twice the nominal resolution.
 const COLUMN: f64 = 0.5;
 /// Samples of a map closer than this to the last one kept are dropped, px.
 const NEAR: f64 = 0.3;
-/// How far a dropped sample of a map may lie beside the stroke that replaces it, px.
+/// Maximum distance of a dropped sample of a map from the stroke that replaces it, px.
 const STRAIGHT: f64 = 0.08;
 /// Most samples that one stroke of a map replaces.
 const WINDOW: usize = 64;
 /// Side of the cells in which ink is accounted for, px.
 const CELL: f64 = 0.5;
 
-/// The samples of a trend that can be seen: of each half-pixel column the first, the lowest, the
-/// highest and the last, and one neighbour beyond either side of the frame.
+/// The visible samples of a trend: the first, lowest, highest and last sample of each half-pixel column, and one
+/// neighbour beyond either side of the frame.
 ///
-/// Drawn with straight strokes these four cover the same pixels as all samples do (the "M4"
-/// reduction of Jugel et al., 2014).
+/// Drawn with straight strokes, these four cover the same pixels as all samples do (the "M4" reduction of Jugel et
+/// al., 2014).
 pub(super) fn trend(points: &[Point], frame: &Rect) -> Vec<Point> {
     seen(points, frame, COLUMN).into_iter().map(|i| points[i]).collect()
 }
 
-/// Indices of what [`trend`] keeps, with columns of the given width.
+/// Indices of the samples that [`trend`] keeps, with columns of the given width.
 pub(super) fn seen(points: &[Point], frame: &Rect, width: f64) -> Vec<usize> {
     let from = points.partition_point(|p| p.x < frame.x).saturating_sub(1);
     let to = (points.partition_point(|p| p.x <= frame.right()) + 1).min(points.len());
@@ -48,10 +48,10 @@ pub(super) fn seen(points: &[Point], frame: &Rect, width: f64) -> Vec<usize> {
     kept
 }
 
-/// The strokes of a map that can be seen, in runs of joined points.
+/// The visible strokes of a map, in runs of joined points.
 ///
-/// Besides near and collinear samples this drops strokes that the same map has already painted:
-/// a limit cycle of fifty turns is drawn about once.
+/// Besides near and collinear samples this drops strokes that the same map has already painted, so a limit cycle of
+/// fifty turns is drawn about once.
 pub(super) fn map(points: &[Point], frame: &Rect) -> Vec<Vec<Point>> {
     let path = straightened(&spaced(points));
     if path.len() == 1 {
@@ -74,13 +74,13 @@ pub(super) fn map(points: &[Point], frame: &Rect) -> Vec<Vec<Point>> {
     runs
 }
 
-/// The points of a cloud that can be seen: those whose disc is not yet covered by others.
+/// The visible points of a cloud, whose discs are not yet covered by others.
 pub(super) fn cloud(points: &[Point], frame: &Rect, radius: f64) -> Vec<Point> {
     let mut ink = Ink::new(frame);
     points.iter().copied().filter(|p| ink.disc(*p, radius)).collect()
 }
 
-/// Drops points near the last one kept; the end stays.
+/// Drops points near the last one kept. The end is kept.
 fn spaced(points: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::new();
     for &p in points {
@@ -127,7 +127,7 @@ fn beside(p: Point, a: Point, b: Point) -> f64 {
     p.distance(a.along((dx, dy), along))
 }
 
-/// Which cells of the frame a series has painted.
+/// The cells of the frame that a series has painted.
 struct Ink {
     frame: Rect,
     columns: usize,
@@ -142,7 +142,7 @@ impl Ink {
         Self { frame: *frame, columns, rows, cells: vec![false; columns * rows] }
     }
 
-    /// Paints the stroke; says whether that changed anything.
+    /// Paints the stroke, and returns whether that changed anything.
     fn stroke(&mut self, a: Point, b: Point) -> bool {
         let Some((enter, leave)) = self.frame.cut(a, b) else { return false };
         let length = a.distance(b);
@@ -155,7 +155,7 @@ impl Ink {
         changed
     }
 
-    /// Paints the disc; says whether that changed anything.
+    /// Paints the disc, and returns whether that changed anything.
     fn disc(&mut self, centre: Point, radius: f64) -> bool {
         let reach = (radius / CELL).floor() as i32;
         let mut changed = false;

@@ -1,9 +1,9 @@
 //! Drawings as SVG text: small, scaling, with a text alternative.
 //!
 //! * Paths are written in tenths of px, relatively, at half the size.
-//! * Clip paths are named after their geometry: names are the same in every run, and two pictures
-//!   in one HTML document cannot spoil each other.
-//! * On a live page, what moves or is replaced when a reader zooms is grouped and named.
+//! * Clip paths are named after their geometry. So names are the same in every run, and two pictures in one HTML
+//!   document cannot conflict.
+//! * On a live page, parts that move or are replaced when a reader zooms are grouped and named.
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ use super::geometry::{Point, Rect};
 use super::palette::Rgb;
 use super::text;
 
-/// Fonts in the order of preference; layout reserves room for the widest, the first.
+/// Fonts in order of preference. The layout reserves room for the widest, the first.
 const FONTS: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
 /// The size of most texts.
 const SIZE: u32 = 12;
@@ -23,7 +23,7 @@ const SIZE: u32 = 12;
 pub(super) struct Svg {
     width: f64,
     height: f64,
-    /// On a live page, what the names of its clip paths begin with.
+    /// On a live page, the prefix of the names of its clip paths.
     page: Option<String>,
     clips: String,
     body: String,
@@ -108,7 +108,7 @@ impl Surface for Svg {
     }
 
     fn tiles(&mut self, tiles: &[Rect], colour: Rgb) {
-        // As much as paper would otherwise shine through between two of them, px.
+        // Overlap that prevents the background from showing between two of them, px.
         const OVERLAP: f64 = 0.1;
         let outlines: Vec<Vec<Point>> =
             tiles.iter().map(|tile| corners(&tile.grown(OVERLAP), 4)).collect();
@@ -131,7 +131,7 @@ impl Surface for Svg {
             Anchor::End => "end",
         };
         self.put(format_args!(r#"<text x="{x}" y="{y}""#));
-        // What most texts are like is said once, by the document.
+        // The document states the common properties of most texts once.
         let usual = lettering.size == SIZE && lettering.anchor != Anchor::Start;
         if !usual {
             self.put(format_args!(r#" font-size="{}""#, lettering.size));
@@ -187,7 +187,7 @@ fn hex((r, g, b): Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// The number rounded to hundredths, and never `-0`.
+/// The number rounded to hundredths, never `-0`.
 fn hundredths(v: f64) -> f64 {
     (v * 100.0).round() * 0.01 + 0.0
 }
@@ -202,7 +202,7 @@ fn path(runs: &[Vec<Point>]) -> String {
     // Differences of rounded coordinates, so that rounding does not add up.
     let mut pen = (0, 0);
     for run in runs {
-        // The command that goes on without being named again.
+        // The command that continues without being named again.
         let mut command = ' ';
         for (i, p) in run.iter().enumerate() {
             let (x, y) = (tenths(p.x), tenths(p.y));
@@ -215,7 +215,7 @@ fn path(runs: &[Vec<Point>]) -> String {
             };
             let mut separate = command == next;
             if !separate {
-                // The first move of a path is from the corner of the sheet either way.
+                // The first move of a path starts from the corner of the sheet in both notations.
                 d.push(if d.is_empty() { 'M' } else { next });
             }
             if next != 'v' {

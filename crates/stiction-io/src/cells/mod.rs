@@ -1,4 +1,4 @@
-//! What cells mean once it is known what their column holds.
+//! Interprets cells once the role of their column is known.
 
 pub mod mode;
 pub mod number;

@@ -3,7 +3,7 @@
 use crate::cells::number::{self, DecimalMark};
 use stiction_diagnose::recording::Mode;
 
-/// The modes that users name in a mapping file.
+/// The modes that a mapping file can name.
 pub const NAMES: [(&str, Mode); 4] = [
     ("auto", Mode::Automatic),
     ("cascade", Mode::Cascade),
@@ -11,18 +11,18 @@ pub const NAMES: [(&str, Mode); 4] = [
     ("other", Mode::Other),
 ];
 
-/// What a mode column says in one cell.
+/// The content of a mode cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Said {
     /// A mode.
     Mode(Mode),
-    /// A mode by the common code of 0, 1 and 2, which not all systems share.
+    /// A mode by the common code of 0, 1 and 2, which some systems do not use.
     Code(Mode),
     /// Nothing: the cell is empty or bad.
     Nothing,
 }
 
-/// What `cell` says, by the user's own `words` first; `None` if that is not known.
+/// The content of `cell`, where the user's `words` take precedence; `None` if unknown.
 pub fn of_cell(cell: &str, words: &[(String, Mode)], mark: DecimalMark) -> Option<Said> {
     let number = number::parse(cell, mark);
     let same = |word: &str| {
@@ -39,7 +39,7 @@ pub fn of_cell(cell: &str, words: &[(String, Mode)], mark: DecimalMark) -> Optio
         return Some(Said::Nothing);
     }
     let word = cell.to_ascii_uppercase();
-    // Honeywell writes who set the mode before it, Foxboro and others what is possible behind it.
+    // Honeywell writes who set the mode in front of it. Foxboro and others write possible modes behind it.
     let word = word.trim_start_matches("B-").trim_start_matches("P-").trim();
     Some(Said::Mode(match word {
         "AUTO" | "AUT" | "A" | "AUTOMATIC" | "AUTOMATIK" => Mode::Automatic,
@@ -53,7 +53,7 @@ pub fn of_cell(cell: &str, words: &[(String, Mode)], mark: DecimalMark) -> Optio
     }))
 }
 
-/// What the code `number` says.
+/// The mode of the code `number`.
 pub fn of_code(number: f64) -> Option<Said> {
     [(0.0, Mode::Manual), (1.0, Mode::Automatic), (2.0, Mode::Cascade)]
         .into_iter()
@@ -61,25 +61,25 @@ pub fn of_code(number: f64) -> Option<Said> {
         .map(|(_, mode)| Said::Code(mode))
 }
 
-/// The mode that a switch called `word` turns on, without separators and in lower case. Words that could
-/// mean something else count only `behind_a_tag`.
+/// The mode that a switch called `word`, without separators and in lower case, turns on. Ambiguous words count only
+/// `behind_a_tag`.
 pub fn of_switch(word: &str, behind_a_tag: bool) -> Option<Mode> {
     match word {
         "auto" | "aut" | "automatic" | "inauto" | "automatik" => Some(Mode::Automatic),
         "man" | "manual" | "inman" | "hand" => Some(Mode::Manual),
         "cas" | "casc" | "cascade" | "rcas" => Some(Mode::Cascade),
-        // Foxboro's: 1 is automatic.
+        // Foxboro, where 1 is automatic.
         "ma" if behind_a_tag => Some(Mode::Automatic),
         _ => None,
     }
 }
 
-/// The other position of a switch of `mode`.
+/// The mode in the other position of a switch of `mode`.
 pub fn switched_off(mode: Mode) -> Mode {
     if mode == Mode::Manual { Mode::Automatic } else { Mode::Manual }
 }
 
-/// Whether a switch is on, if `cell` is a position of one.
+/// Whether a switch is on, if `cell` is a switch position.
 pub fn is_on(cell: &str) -> Option<bool> {
     match &*cell.to_ascii_lowercase() {
         "true" | "on" => Some(true),

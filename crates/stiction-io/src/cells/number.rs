@@ -1,10 +1,10 @@
-//! Cells that are numbers, and the words that historians write where there is none.
+//! Numeric cells, and the words that historians write instead of numbers.
 
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column};
 use stiction_diagnose::recording::Quality;
 
-/// What separates whole numbers from decimals.
+/// The decimal mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DecimalMark {
     /// As in 1.5.
@@ -24,7 +24,7 @@ impl DecimalMark {
     }
 }
 
-/// The number that `cell` is, written with `mark`; not one that is infinite or NaN.
+/// The finite number in `cell`, written with `mark`.
 pub fn parse(cell: &str, mark: DecimalMark) -> Option<f64> {
     // The standard library also reads "inf" and "nan".
     if !cell.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',')) {
@@ -39,13 +39,13 @@ pub fn parse(cell: &str, mark: DecimalMark) -> Option<f64> {
     number.is_finite().then_some(number)
 }
 
-/// Whether `cell` is a number in any way of writing.
+/// Whether `cell` is a number in any notation.
 pub fn looks_like(cell: &str) -> bool {
     parse(cell, DecimalMark::Point).or_else(|| parse(cell, DecimalMark::Comma)).is_some()
 }
 
-/// The decimal mark of a table: a comma if some cell is a number only with it, and none only with the
-/// point. Where both are, it is the point, and the others are refused as they are met.
+/// The decimal mark of a table. It is a comma if some cell is a number only with a comma, and none only with a point.
+/// If both occur, it is the point, and cells with a comma are refused when they are read.
 pub fn decimal_mark(columns: &[Column]) -> DecimalMark {
     let mut comma = false;
     for column in columns {
@@ -60,7 +60,7 @@ pub fn decimal_mark(columns: &[Column]) -> DecimalMark {
     if comma { DecimalMark::Comma } else { DecimalMark::Point }
 }
 
-/// Words for a value that is not there, in lower case.
+/// Words for a missing value, in lower case.
 const MISSING: [&str; 27] = [
     "",
     "null",
@@ -91,7 +91,7 @@ const MISSING: [&str; 27] = [
     "#ref!",
 ];
 
-/// Words for a value that must not be used, in lower case.
+/// Words for a bad value, in lower case.
 const BAD: [&str; 29] = [
     "bad",
     "bad input",
@@ -124,8 +124,8 @@ const BAD: [&str; 29] = [
     "failed",
 ];
 
-/// What a word in the place of a number says, if it is one that historians write. The data archive of
-/// PI writes its errors as `[-11059] No Good Data For Calculation`.
+/// The quality of a word instead of a number, if historians write it. The data archive of PI writes its errors as
+/// `[-11059] No Good Data For Calculation`.
 pub fn word(cell: &str) -> Option<Quality> {
     let word = cell.trim().to_ascii_lowercase();
     let is_code = || {
@@ -141,8 +141,7 @@ pub fn word(cell: &str) -> Option<Quality> {
     }
 }
 
-/// A cell as messages show it: on one line, and not endlessly long, as it is where a quote is not
-/// closed.
+/// A cell for messages, on one line and shortened, because a cell with an unclosed quote may be very long.
 pub fn shown(cell: &str) -> String {
     const MOST: usize = 60;
     let mut shown: String =
@@ -153,7 +152,7 @@ pub fn shown(cell: &str) -> String {
     shown
 }
 
-/// What is wrong with a `cell` that is neither a number nor a known word, and what would be right.
+/// The fault of a `cell` that is neither a number nor a known word, and the remedy.
 pub fn refusal(cell: &str, mark: DecimalMark, wording: Wording) -> String {
     let other = match mark {
         DecimalMark::Point => DecimalMark::Comma,
@@ -163,7 +162,7 @@ pub fn refusal(cell: &str, mark: DecimalMark, wording: Wording) -> String {
     let digits = cell.trim_start_matches(['+', '-', '.', ',']);
     if parse(raw, other).is_some() {
         format!(
-            "\"{cell}\" has a decimal \"{}\" where the file's others have \"{}\"; write all numbers \
+            "\"{cell}\" has a decimal \"{}\", but the other numbers of the file have \"{}\"; write all numbers \
              alike, without thousands separators",
             other.mark(),
             mark.mark()
@@ -177,8 +176,8 @@ pub fn refusal(cell: &str, mark: DecimalMark, wording: Wording) -> String {
     } else {
         let remedy = wording.of(Remedy::BadText(cell.to_owned()));
         format!(
-            "\"{cell}\" is neither a number nor a known word for a bad or missing value; if it is \
-             one, give {remedy}"
+            "\"{cell}\" is neither a number nor a known word for a bad or missing value; if it is such a word, give \
+             {remedy}"
         )
     }
 }

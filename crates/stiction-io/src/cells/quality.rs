@@ -6,10 +6,10 @@ use crate::sheet::Cells;
 use Quality::{Bad, Good, Missing, Uncertain};
 use stiction_diagnose::recording::Quality;
 
-/// The qualities that users name in a mapping file.
+/// The qualities that a mapping file can name.
 pub const NAMES: [(&str, Quality); 3] = [("good", Good), ("uncertain", Uncertain), ("bad", Bad)];
 
-/// How the numbers in a column of qualities are to be read.
+/// The meaning of the numbers in a column of qualities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Code {
     /// OPC DA: the highest two of eight bits are 11 for good, 01 for uncertain, 00 for bad.
@@ -30,7 +30,7 @@ impl Code {
         }
     }
 
-    /// The code of a column, by its name and all its numbers; `None` if they do not decide.
+    /// The code of a column, from its name and all its numbers; `None` if they are ambiguous.
     fn of(name: &str, numbers: &[f64]) -> Option<Self> {
         let name = name.to_lowercase();
         let all = |of: &dyn Fn(f64) -> bool| numbers.iter().all(|number| of(*number));
@@ -72,19 +72,19 @@ impl Code {
     }
 }
 
-/// What a column of qualities says.
+/// The content of a column of qualities.
 #[derive(Debug)]
 pub struct Column {
-    /// One for each row asked for.
+    /// One for each requested row.
     pub qualities: Vec<Quality>,
-    /// How its numbers were read, if it has any.
+    /// The code of its numbers, if it has any.
     pub code: Option<Code>,
 }
 
-/// Reads the `rows` of a column of qualities called `name`, by the user's own `words` first.
+/// Reads the `rows` of a column of qualities called `name`. The user's `words` take precedence.
 ///
 /// # Errors
-/// The row whose cell is not understood, and what is wrong with it.
+/// The first cell that is not understood, with its row and the fault.
 pub fn read(
     name: &str,
     cells: &Cells,
@@ -109,8 +109,8 @@ pub fn read(
         (Said::Number(number), None) => Err((
             *row,
             format!(
-                "{number} is a code of quality whose meaning the column does not decide; say it in a \
-                 mapping file, as in [quality] \"{number}\" = \"good\""
+                "{number} is an ambiguous quality code; define it in a mapping file, as in [quality] \"{number}\" = \
+                 \"good\""
             ),
         )),
         (Said::Unknown, _) => {
@@ -122,8 +122,8 @@ pub fn read(
             Err((
                 *row,
                 format!(
-                    "\"{cell}\" is no known quality; say what it means in a mapping file, as in \
-                     [quality] \"{cell}\" = \"bad\", or leave the column out, as in {}",
+                    "\"{cell}\" is not a known quality; define it in a mapping file, as in [quality] \"{cell}\" = \
+                     \"bad\", or leave the column out, as in {}",
                     wording.of(Remedy::map("ignore", name))
                 ),
             ))
@@ -133,7 +133,7 @@ pub fn read(
     Ok(Column { qualities, code })
 }
 
-/// What one cell says.
+/// The content of one cell.
 enum Said {
     Quality(Quality),
     Number(f64),

@@ -1,14 +1,14 @@
-//! The range of a signal that goes to a valve: given, told by the file, or estimated.
+//! The range of a signal to a valve, from the user, from the file, or estimated.
 
 use crate::remedy::{Remedy, Wording};
 use stiction_diagnose::recording::{Channel, Range, RangeSource};
 
-/// How far, in percent, a signal in percent may go beyond 0 and 100: controllers allow their outputs
-/// a few percent more.
+/// Tolerance, in percent, of a signal in percent below 0 and above 100. Controllers allow a few percent more for
+/// their outputs.
 const SLACK: f64 = 10.0;
 
-/// The range of OP or VP and what the user should know of it. `given` goes before what the file
-/// `told`, and that before what the unit and the values say. A signal in percent needs no range.
+/// The range of OP or VP, with notes for the user. `given` takes precedence over the range in the file, `told`, and
+/// that over unit and values. A signal in percent needs no range.
 pub fn of_valve_signal(
     name: &'static str,
     channel: &Channel,
@@ -40,7 +40,7 @@ pub fn of_valve_signal(
     let between = || usable.clone().any(|value| (0.0..1.0).contains(value) && *value > 0.0);
     if low >= 0.0 && high <= 1.0 && between() {
         let note = format!(
-            "{name} is between 0 and 1 and is taken as a share of 1; if it is percent, give {}",
+            "{name} is between 0 and 1 and is interpreted as a fraction; if it is in percent, give {}",
             give(Some((0.0, 100.0)))
         );
         return Ok((Some(Range::new(0.0, 1.0, RangeSource::Estimated)?), Some(note)));
@@ -49,13 +49,13 @@ pub fn of_valve_signal(
         let negative = usable.clone().filter(|value| **value < 0.0).count();
         let note = if low >= 4.0 && high <= 20.0 {
             Some(format!(
-                "{name} is between 4 and 20 and is taken as percent; if it is mA, give {}",
+                "{name} is between 4 and 20 and is interpreted as percent; if it is in mA, give {}",
                 give(Some((4.0, 20.0)))
             ))
         } else if negative * 10 > usable.count() {
             Some(format!(
-                "{name} is often below 0: it looks like a deviation from its mean, and is taken as percent \
-                 of span; if its scale is another, give {}",
+                "{name} is often below 0, like a deviation from its mean, and is interpreted as percent of span; if \
+                 its scale is different, give {}",
                 give(None)
             ))
         } else {
@@ -65,14 +65,14 @@ pub fn of_valve_signal(
     }
     let (low, high) = outward(low, high);
     let note = format!(
-        "{name} is not in percent; its range is estimated from its values as {low} to {high}; if you \
-         know it, give {}",
+        "{name} is not in percent; its range is estimated from its values as {low} to {high}; if you know the range, \
+         give {}",
         give(None)
     );
     Ok((Some(Range::new(low, high, RangeSource::Estimated)?), Some(note)))
 }
 
-/// Round ends that hold 0 and all values: instruments are rarely ranged to what they happen to show.
+/// Round limits that include 0 and all values, because instruments rarely have a range that fits the data exactly.
 fn outward(low: f64, high: f64) -> (f64, f64) {
     let round = |value: f64| {
         let decade = 10f64.powf(value.abs().log10().floor());
@@ -83,7 +83,7 @@ fn outward(low: f64, high: f64) -> (f64, f64) {
     (if low < 0.0 { round(low) } else { 0.0 }, if high > 0.0 { round(high) } else { 0.0 })
 }
 
-/// The two numbers of a text such as `0..100`, `0 to 100`, `0,100` or `0 - 100`.
+/// The two numbers in a text such as `0..100`, `0 to 100`, `0,100` or `0 - 100`.
 pub fn of_text(text: &str) -> Option<(f64, f64)> {
     let text = text.trim().trim_matches(['[', ']', '(', ')']);
     ["..", " to ", ",", ";", " - ", " "].iter().find_map(|between| {

@@ -1,4 +1,4 @@
-//! Mapping files: what the user says of recordings, in TOML.
+//! Mapping files, the user's information on recordings in TOML.
 
 use crate::bytes;
 use crate::cells::{mode, quality};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use stiction_diagnose::recording::LoopType;
 use toml::de::DeTable;
 
-/// All keys at the top.
+/// All top-level keys.
 const TOP: &[&str] = &[
     "zone",
     "time_format",
@@ -38,11 +38,11 @@ const SIGNAL_KEYS: &[&str] = &["op", "pv", "sp", "vp", "mode"];
 const LOOP_KEYS: &[&str] =
     &["op", "pv", "sp", "vp", "mode", "type", "op_range", "pv_range", "vp_range"];
 
-/// What the name of a file is followed by in that of its own mapping file.
+/// The suffix of the mapping file of a single file.
 const OWN: &str = ".mapping.toml";
 
 impl ReadOptions {
-    /// Where the mapping of one file alone is kept: beside it, `FIC101.csv.mapping.toml` for `FIC101.csv`.
+    /// The mapping file of a single file, beside it: `FIC101.csv.mapping.toml` for `FIC101.csv`.
     pub fn mapping_beside(file: &Path) -> PathBuf {
         let mut name = file.file_name().unwrap_or_default().to_owned();
         name.push(OWN);
@@ -58,10 +58,10 @@ impl ReadOptions {
         Self::parse(&bytes::text(bytes::read(path)?, &origin)?, &origin)
     }
 
-    /// Reads a mapping file from its `text`; `origin` names it in errors.
+    /// Reads a mapping file from its `text`; `origin` is its name in errors.
     ///
     /// # Errors
-    /// If it is not well formed; the error tells the line.
+    /// If it is not well formed; the error gives the line.
     pub fn parse(text: &str, origin: &str) -> Result<Self> {
         let at = |wrong: Wrong| Error::Mapping {
             origin: origin.to_owned(),
@@ -134,7 +134,9 @@ fn range(fields: &Fields<'_, '_>, key: &'static str) -> Built<Option<(f64, f64)>
     match fields.numbers(key)?.as_deref() {
         None => Ok(None),
         Some([low, high]) if high > low => Ok(Some((*low, *high))),
-        Some(_) => Err(fields.wrong(key, "must be two numbers, the lower first, such as [0, 100]")),
+        Some(_) => {
+            Err(fields.wrong(key, "must be two numbers, the lower one first, such as [0, 100]"))
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the columns of a sheet mean: which is which signal of which loop, and what the user says of them.
+//! The roles of a sheet's columns, recognised or given by the user.
 
 pub mod layout;
 mod mapping;

@@ -1,4 +1,4 @@
-//! What the user says of a file of recordings beside the file itself.
+//! The user's information on a file of recordings.
 
 use crate::columns::role::{Pattern, Role, Signal};
 use crate::remedy::Wording;
@@ -6,39 +6,39 @@ use crate::timestamp::{TimeFormat, Zone};
 use std::collections::{HashMap, HashSet};
 use stiction_diagnose::recording::{LoopType, Mode, Quality};
 
-/// What the user says of a file; by default nothing, and all is recognised.
+/// The user's information on a file. By default there is none, and everything is recognised.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Columns, or tags of a long table, whose role is given.
+    /// Columns, or tags of a long table, with a given role.
     pub map: Vec<Mapped>,
-    /// Loops whose settings are given.
+    /// Loops with given settings.
     pub loops: Vec<LoopOptions>,
-    /// How tags are built.
+    /// The pattern of tags.
     pub pattern: Option<Pattern>,
-    /// More words by which signals are known.
+    /// Additional words for signals.
     pub signals: Vec<(Signal, Vec<String>)>,
-    /// More words and codes for modes.
+    /// Additional words and codes for modes.
     pub modes: Vec<(String, Mode)>,
-    /// More words and codes for qualities.
+    /// Additional words and codes for qualities.
     pub qualities: Vec<(String, Quality)>,
-    /// More words for bad values in the place of numbers.
+    /// Additional words for bad values instead of numbers.
     pub bad_text: Vec<String>,
-    /// Zone of local times.
+    /// Time zone of local times.
     pub zone: Option<Zone>,
-    /// How times are written.
+    /// Format of times.
     pub time_format: Option<TimeFormat>,
-    /// Time between rows, s, in place of a column of times.
+    /// Time between rows, s, instead of a column of times.
     pub sample_time: Option<f64>,
-    /// What applies to every loop for which [`ReadOptions::loops`] says nothing else.
+    /// Settings of every loop without its own in [`ReadOptions::loops`].
     pub all: LoopSettings,
-    /// How messages and notes name what would help.
+    /// Wording of remedies in messages and notes.
     pub wording: Wording,
-    /// The mapping file of which this was read, for messages.
+    /// The mapping file behind these options, for messages.
     pub mapping: Option<String>,
 }
 
 impl ReadOptions {
-    /// What of it concerns these loops, in lower case, and what concerns any.
+    /// The options that concern these loops, in lower case, and those for any loop.
     pub fn of_loops(&self, names: &HashSet<String>) -> Self {
         let concerns = |name: &str| names.contains(&name.to_lowercase());
         let mapped = |each: &&Mapped| each.loop_name.as_deref().is_none_or(concerns);
@@ -60,10 +60,10 @@ impl ReadOptions {
     }
 }
 
-/// A column or tag whose role is given.
+/// A column or tag with a given role.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mapped {
-    /// The loop; none leaves that to the name of the column.
+    /// The loop; if none, the name of the column decides.
     pub loop_name: Option<String>,
     /// The role.
     pub role: Role,
@@ -78,13 +78,13 @@ impl std::str::FromStr for Mapped {
     fn from_str(text: &str) -> Result<Self, String> {
         let (role, column) = text
             .split_once('=')
-            .ok_or_else(|| format!("\"{text}\" is no ROLE=COLUMN, such as op=OUT"))?;
+            .ok_or_else(|| format!("\"{text}\" is not ROLE=COLUMN, such as op=OUT"))?;
         Self::of(role.trim(), column.trim())
     }
 }
 
 impl Mapped {
-    /// A column in the role that is written `ROLE` or `LOOP.ROLE`.
+    /// A column with the role `ROLE` or `LOOP.ROLE`.
     ///
     /// # Errors
     /// If there is no such role; the message lists all.
@@ -94,7 +94,7 @@ impl Mapped {
             None => (None, role),
         };
         let known = Role::by_name(role)
-            .ok_or_else(|| format!("\"{role}\" is no role; roles are {}", Role::names()))?;
+            .ok_or_else(|| format!("\"{role}\" is not a role; roles are {}", Role::names()))?;
         Ok(Self { loop_name, role: known, column: column.to_owned() })
     }
 }
@@ -102,13 +102,13 @@ impl Mapped {
 /// Settings of a loop.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LoopSettings {
-    /// What it controls.
+    /// Type of the loop.
     pub loop_type: Option<LoopType>,
-    /// The values of OP that are 0 % and 100 %.
+    /// The values of OP at 0 % and 100 %.
     pub op_range: Option<(f64, f64)>,
-    /// The values of PV that are 0 % and 100 %.
+    /// The values of PV at 0 % and 100 %.
     pub pv_range: Option<(f64, f64)>,
-    /// The values of VP that are 0 % and 100 %.
+    /// The values of VP at 0 % and 100 %.
     pub vp_range: Option<(f64, f64)>,
 }
 
@@ -132,7 +132,7 @@ impl<'o> SettingsByName<'o> {
     pub(crate) fn of(options: &'o ReadOptions) -> Self {
         let mut own = HashMap::with_capacity(options.loops.len());
         for each in &options.loops {
-            // Of several the first counts.
+            // The first of several counts.
             own.entry(each.name.to_lowercase()).or_insert(&each.settings);
         }
         Self { all: options.all, own }

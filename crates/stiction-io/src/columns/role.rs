@@ -1,4 +1,4 @@
-//! What a column is, by its name.
+//! Recognises the role of a column by its name.
 
 use crate::cells::mode;
 use std::fmt;
@@ -34,7 +34,7 @@ impl Signal {
         }
     }
 
-    /// How columns that hold it are called, without separators and in lower case.
+    /// Names of columns with this signal, without separators and in lower case.
     fn words(self) -> &'static [&'static str] {
         match self {
             Self::Op => &[
@@ -129,16 +129,16 @@ impl Signal {
         }
     }
 
-    /// The signal of a word without separators and in lower case.
+    /// The signal of a word, without separators and in lower case.
     fn of_word(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|signal| signal.words().contains(&word))
     }
 }
 
-/// What a column, or in a long table a tag, is.
+/// The role of a column or, in a long table, of a tag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// When the row was sampled.
+    /// The time of the row.
     Time,
     /// The day, beside a time of day.
     Date,
@@ -146,16 +146,16 @@ pub enum Role {
     Signal(Signal),
     /// The quality of a signal, or of all signals.
     Quality(Option<Signal>),
-    /// In a long table, which tag the row is of.
+    /// The tag of the row, in a long table.
     Tag,
-    /// In a long table, the value.
+    /// The value, in a long table.
     Value,
-    /// Nothing that is read.
+    /// Not read.
     Ignored,
 }
 
 impl Role {
-    /// The names of roles that users give, in lower case.
+    /// The names of roles for users, in lower case.
     const NAMES: [(&'static str, Self); 16] = [
         ("time", Self::Time),
         ("date", Self::Date),
@@ -181,12 +181,12 @@ impl Role {
         Self::NAMES.iter().find(|(known, _)| *known == lower).map(|(_, role)| *role)
     }
 
-    /// The names there are, for messages.
+    /// The names of all roles, for messages.
     pub fn names() -> String {
         Self::NAMES.map(|(name, _)| name).join(", ")
     }
 
-    /// The name by which the user gives it.
+    /// The name that a user gives for it.
     pub fn option_name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, role)| *role == self).map_or("ignore", |(name, _)| name)
     }
@@ -207,13 +207,13 @@ impl fmt::Display for Role {
     }
 }
 
-/// What separates the parts of a tag.
+/// Separators between the parts of a tag.
 pub(crate) const SEPARATORS: [char; 9] = ['.', '_', '/', ':', '\\', ' ', '-', '|', '#'];
-/// Words for signals that, behind a tag, could mean much else: they count as a whole name only.
+/// Words for signals that are ambiguous behind a tag. They count only as a whole name.
 const WHOLE: [(&str, Signal); 1] = [("set", Signal::Sp)];
 /// Signals that may stand before their tag, as in `PV_FIC101`.
 const PREFIXES: [&str; 7] = ["pv", "sp", "op", "vp", "mv", "sv", "mode"];
-/// What a process value measures, as a whole name.
+/// Names of quantities that a process value measures, as a whole name.
 const QUANTITIES: [&str; 10] = [
     "flow",
     "flowrate",
@@ -273,15 +273,15 @@ const QUALITIES: [&str; 9] = [
 /// Ends of tags that name the value of a parameter, not another signal.
 const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "fcv"];
 
-/// The words by which signals are known beside the common ones: `(signal, words)`.
+/// Words for signals in addition to the common ones: `(signal, words)`.
 pub type Words = [(Signal, Vec<String>)];
 
-/// A name without separators, in lower case; ß, which has no common capital, is ss.
+/// A name without separators, in lower case. ß, which has no common capital, becomes ss.
 fn plain(name: &str) -> String {
     name.to_lowercase().replace(SEPARATORS, "").replace('ß', "ss")
 }
 
-/// A name and the unit in brackets at its end.
+/// A name, and the unit in brackets at its end.
 pub fn without_unit(name: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         let split = name.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
@@ -294,7 +294,7 @@ pub fn without_unit(name: &str) -> (&str, Option<&str>) {
     (name, None)
 }
 
-/// What a name as a whole says of the rows: time, tag, value or quality.
+/// The role of a whole name that describes rows: time, tag, value or quality.
 pub fn of_rows(name: &str) -> Option<Role> {
     let word = plain(without_unit(name).0);
     let is_time = || {
@@ -317,18 +317,18 @@ pub fn of_rows(name: &str) -> Option<Role> {
     .map(|(_, role)| role)
 }
 
-/// A name taken apart.
+/// A name split into its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Split {
     /// The loop; none if the name is that of a signal alone.
     pub loop_name: Option<String>,
     /// The signal or quality.
     pub role: Role,
-    /// The part of the name that tells.
+    /// The part of the name that shows the role.
     pub word: String,
 }
 
-/// Takes a name such as `FIC101.PV`, `UNIT/FIC101/PID1/PV.CV` or `pv_quality` apart.
+/// Splits a name such as `FIC101.PV`, `UNIT/FIC101/PID1/PV.CV` or `pv_quality`.
 pub fn split(name: &str, more: &Words) -> Option<Split> {
     let name = without_unit(name).0;
     let last = name.rfind(SEPARATORS).map(|at| (&name[..at], plain(&name[at + 1..])));
@@ -337,7 +337,7 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
         let role = Role::Signal(*signal);
         return Some(Split { loop_name: None, role, word: name.to_owned() });
     }
-    // The longest end that only says that it is a value, such as F_CV.
+    // The longest suffix that only marks a value, such as F_CV.
     let mut ends = name.match_indices(SEPARATORS).map(|(at, _)| (&name[..at], &name[at + 1..]));
     let value = ends.find(|(_, end)| VALUE_ENDS.contains(&&*plain(end)));
     if let Some((before, end)) = &last
@@ -353,7 +353,7 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
         return Some(split);
     }
     if let Some(split) = split_end(name, more) {
-        // F_CV is the value of whatever stands before it, not a CV.
+        // F_CV is the value of the parameter before it, not a CV.
         return Some(split).filter(|s| value.is_none_or(|(_, end)| end.len() <= s.word.len()));
     }
     if let Some(split) = split_start(name, more) {
@@ -367,7 +367,7 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
     })
 }
 
-/// Takes a name whose end is a signal apart; the longest end counts.
+/// Splits a name that ends with a signal. The longest suffix counts.
 fn split_end(name: &str, more: &Words) -> Option<Split> {
     let starts = std::iter::once(0).chain(name.match_indices(SEPARATORS).map(|(at, _)| at + 1));
     for start in starts {
@@ -382,7 +382,7 @@ fn split_end(name: &str, more: &Words) -> Option<Split> {
     None
 }
 
-/// Takes a name such as `PV_FIC101` apart: a signal before a tag, which has letters and then a number.
+/// Splits a name such as `PV_FIC101`, where a signal precedes a tag with letters and a number.
 fn split_start(name: &str, more: &Words) -> Option<Split> {
     let (word, tag) = name.split_once(SEPARATORS)?;
     let signal = signal_of(word, more).filter(|_| PREFIXES.contains(&&*plain(word)))?;
@@ -394,18 +394,18 @@ fn split_start(name: &str, more: &Words) -> Option<Split> {
     })
 }
 
-/// Whether a name as a whole says what is measured, such as `Flow (m3/h)`.
+/// Whether a name as a whole is a measured quantity, such as `Flow (m3/h)`.
 pub fn is_quantity(name: &str) -> bool {
     QUANTITIES.contains(&&*plain(without_unit(name).0))
 }
 
-/// Whether a name speaks of what is measured, as `Flow 2` does.
+/// Whether a name mentions a measured quantity, such as `Flow 2`.
 pub fn has_quantity(name: &str) -> bool {
     let name = plain(name);
     QUANTITIES.iter().any(|word| name.contains(word))
 }
 
-/// Takes a name such as `FIC101.AUTO` apart: one that tells, by 0 and 1, whether a mode is on.
+/// Splits a name such as `FIC101.AUTO`, whose 0 and 1 show whether a mode is on.
 pub fn split_switch(name: &str) -> Option<(Split, Mode)> {
     let name = without_unit(name).0;
     let (loop_name, word) = match name.rfind(SEPARATORS) {
@@ -424,19 +424,19 @@ fn signal_of(word: &str, more: &Words) -> Option<Signal> {
     given.map(|(signal, _)| *signal).or_else(|| Signal::of_word(&word))
 }
 
-/// Whether a word for OP has two meanings: MV is the manipulated variable, or a measured valve.
+/// Whether a word for OP is ambiguous. MV is the manipulated variable or the measured valve position.
 pub fn is_mv(word: &str) -> bool {
     plain(word) == "mv"
 }
 
-/// What a loop controls, by its tag: in a path the last part that tells counts, so that `[PLC1]FIC101` is a
-/// flow, not what the letters of the PLC would be.
+/// The type of a loop by its tag. In a path the last part with a type counts, so that `[PLC1]FIC101` is a flow and
+/// the letters of the PLC do not count.
 pub fn loop_type(name: &str) -> LoopType {
     let parts = name.rsplit(['/', '\\', ':', ']', '|', '#']).map(LoopType::of_tag);
     parts.into_iter().find(|kind| *kind != LoopType::Unknown).unwrap_or(LoopType::Unknown)
 }
 
-/// How tags are built, such as `{loop}.{signal}`.
+/// The pattern of tags, such as `{loop}.{signal}`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pattern {
     text: String,
@@ -452,8 +452,8 @@ impl std::str::FromStr for Pattern {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
-                "\"{text}\" is no pattern of tags; write {{loop}} and {{signal}} once each with \
-                 something between them, as in \"{{loop}}.{{signal}}\""
+                "\"{text}\" is not a pattern of tags; write {{loop}} and {{signal}} once each with something between \
+                 them, as in \"{{loop}}.{{signal}}\""
             )
         };
         let (l, s) =
@@ -471,7 +471,7 @@ impl std::str::FromStr for Pattern {
 }
 
 impl Pattern {
-    /// Takes `name` apart, if it is built so and its signal is known.
+    /// Splits `name`, if it matches the pattern and its signal is known.
     pub fn split(&self, name: &str, more: &Words) -> Option<Split> {
         let name = without_unit(name).0;
         let inner = name.strip_prefix(&*self.before)?.strip_suffix(&*self.after)?;

@@ -1,25 +1,25 @@
-//! From the bytes of a text file to its characters.
+//! Decodes the bytes of a text file.
 
 use crate::error::{Error, Result};
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use std::borrow::Cow;
 
-/// A text and how it was written.
+/// A text and its encoding.
 #[derive(Debug)]
 pub struct Decoded<'b> {
     /// The characters, without a byte order mark.
     pub text: Cow<'b, str>,
     /// Name of the encoding, such as `UTF-8`.
     pub encoding: &'static str,
-    /// What the user should know of it.
+    /// A note for the user on it.
     pub note: Option<String>,
 }
 
-/// The text that `bytes` are: UTF-8, UTF-16 with or without a byte order mark, or else Windows-1252,
-/// the common superset of Latin-1.
+/// The text in `bytes`, in UTF-8, in UTF-16 with or without a byte order mark, or else in Windows-1252, the common
+/// superset of Latin-1.
 ///
 /// # Errors
-/// If it says to be one of the Unicode encodings and is not, or is no text at all.
+/// If it begins like a Unicode encoding but is not valid, or is not text.
 pub fn decode<'b>(bytes: &'b [u8], origin: &str) -> Result<Decoded<'b>> {
     let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
     let marked = Encoding::for_bom(bytes);
@@ -40,7 +40,7 @@ pub fn decode<'b>(bytes: &'b [u8], origin: &str) -> Result<Decoded<'b>> {
     if let Some(at) = text.find('\0') {
         let line = text[..at].matches('\n').count() + 1;
         return Err(wrong(format!(
-            "line {line} holds a zero byte, so this is no text; give a CSV file"
+            "line {line} holds a zero byte, so this is not text; give a CSV file"
         )));
     }
     let note = (encoding == WINDOWS_1252).then(|| {
@@ -51,8 +51,8 @@ pub fn decode<'b>(bytes: &'b [u8], origin: &str) -> Result<Decoded<'b>> {
     Ok(Decoded { text, encoding: encoding.name(), note })
 }
 
-/// UTF-16 without a byte order mark: of the first characters, which are those of a header and so
-/// mostly ASCII, every other byte is zero.
+/// Detects UTF-16 without a byte order mark. Its first characters are those of a header and so mostly ASCII, and then
+/// every other byte is zero.
 fn utf_16(bytes: &[u8]) -> Option<&'static Encoding> {
     let start = &bytes[..bytes.len().min(64) & !1];
     let zeros = |offset| start.iter().skip(offset).step_by(2).filter(|b| **b == 0).count();

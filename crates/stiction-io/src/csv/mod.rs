@@ -12,35 +12,35 @@ use encoding::decode;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// How a CSV file is written.
+/// The notation of a CSV file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dialect {
     /// Name of the encoding, such as `UTF-8`.
     pub encoding: &'static str,
-    /// What separates cells.
+    /// The separator of cells.
     pub delimiter: char,
-    /// What separates whole numbers from decimals.
+    /// The decimal mark.
     pub decimal_mark: DecimalMark,
 }
 
-/// A CSV file: its cells, how it is written, and what the user should know of it.
+/// A CSV file with its cells, its notation, and notes for the user.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CsvSheet {
     /// The cells.
     pub sheet: Sheet,
-    /// How it is written.
+    /// Its notation.
     pub dialect: Dialect,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// How many records tell the delimiter and the width of the table.
+/// Number of records used to detect the delimiter and the width of the table.
 const LOOKED_AT: usize = 200;
 
-/// Reads a CSV file from `bytes`; `origin` names it in errors.
+/// Reads a CSV file from `bytes`; `origin` is its name in errors.
 ///
-/// The delimiter is the comma, semicolon, tab or bar that divides most lines alike. Lines above the
-/// header, and those that begin with `#`, are metadata; a row of units may follow the header.
+/// The delimiter is the comma, semicolon, tab or bar that divides most lines alike. Lines above the header, and those
+/// that begin with `#`, are metadata; a row of units may follow the header.
 ///
 /// # Errors
 /// If it is not text, names no columns, or has a row with more or fewer cells than the header.
@@ -130,12 +130,12 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
     Ok(CsvSheet { sheet, dialect, notes })
 }
 
-/// That a file seems to be cut within its last value: no line ends after it, and it is shorter than most of those above, or
-/// its decimals end as none of theirs do.
+/// Checks whether a file seems to be cut within its last value. No line break follows that value, and it is shorter
+/// than most of the values above, or its decimals end differently.
 fn cut(text: &str, columns: &[Vec<Arc<str>>], rows: &[usize]) -> Option<String> {
-    /// So many values above are compared.
+    /// Number of values above that are compared.
     const ABOVE: usize = 10;
-    /// So many of them are most.
+    /// Number of them that counts as most.
     const MOST: usize = 8;
     let (last, above) = columns.last()?.split_last()?;
     if text.ends_with(['\r', '\n']) || above.len() < ABOVE {
@@ -149,14 +149,14 @@ fn cut(text: &str, columns: &[Vec<Arc<str>>], rows: &[usize]) -> Option<String> 
         || ends_in_zero(last) && !above.iter().any(ends_in_zero);
     is_cut.then(|| {
         format!(
-            "the file seems to be cut in row {}, for no line ends there and the last value, \"{last}\", is not as long as \
-             those above; copy it again, or remove the row",
+            "the file seems to be cut in row {}, because it does not end with a line break and the last value, \
+             \"{last}\", is shorter than those above; copy it again, or remove the row",
             rows.last().unwrap_or(&0)
         )
     })
 }
 
-/// The delimiter that Excel's line `sep=;` tells.
+/// The delimiter in Excel's line `sep=;`.
 fn told_delimiter(text: &str) -> Option<u8> {
     match *lines(text).next()?.trim_ascii_end().as_bytes() {
         [b's' | b'S', b'e' | b'E', b'p' | b'P', b'=', delimiter] => Some(delimiter),
@@ -164,7 +164,7 @@ fn told_delimiter(text: &str) -> Option<u8> {
     }
 }
 
-/// What separates the cells: the candidate that divides most lines into equally many parts.
+/// The delimiter, the candidate that divides most lines into equally many parts.
 fn delimiter(text: &str) -> u8 {
     let bare = |line: &str, delimiter: u8| {
         line.split('"').step_by(2).flat_map(str::bytes).filter(|b| *b == delimiter).count()
@@ -179,7 +179,7 @@ fn delimiter(text: &str) -> u8 {
         counts.sort_unstable();
         counts.chunk_by(|a, b| a == b).map(<[usize]>::len).max().unwrap_or(0)
     };
-    // max_by_key keeps the last of equals; a comma may be a decimal mark.
+    // max_by_key keeps the last of equals. A comma may be a decimal mark.
     *[b',', b'|', b';', b'\t']
         .iter()
         .max_by_key(|d| alike(d))
@@ -192,8 +192,8 @@ fn lines(text: &str) -> impl Iterator<Item = &str> {
     text.split(['\r', '\n']).filter(|line| !line.is_empty())
 }
 
-/// The records of a text and the lines they begin on. The reader's own count knows only `\n`, and
-/// stops before blank lines.
+/// The records of a text, and the lines on which they begin. The reader's own count knows only `\n`, and stops before
+/// blank lines.
 struct Records<'t> {
     text: &'t [u8],
     reader: csv::Reader<&'t [u8]>,
@@ -233,7 +233,7 @@ impl<'t> Records<'t> {
     }
 }
 
-/// What stands above the samples.
+/// The part above the samples.
 struct Top {
     names: Vec<String>,
     /// Line of the header.
@@ -242,8 +242,8 @@ struct Top {
 }
 
 impl Top {
-    /// Finds the header: the first record as wide as the table that is no comment. Where that one is
-    /// a row of samples, the comment above it may be the header.
+    /// Finds the header, which is the first record as wide as the table that is not a comment. If that is a row of
+    /// samples, the comment above it may be the header.
     fn find(
         records: &mut Records<'_>,
         width: usize,
@@ -272,7 +272,7 @@ impl Top {
                         number::shown(&record.iter().collect::<Vec<_>>().join(","))
                     ));
                 };
-                notes.push(format!("the comment in row {line} is taken as the header"));
+                notes.push(format!("the comment in row {line} is used as the header"));
                 let mut names: Vec<String> = header.iter().map(trimmed).collect();
                 names[0] = names[0].trim_start_matches(['#', ' ']).to_owned();
                 return Ok(Self { names, line, attributes });
@@ -287,7 +287,7 @@ fn trimmed(cell: &str) -> String {
     cell.trim().to_owned()
 }
 
-/// The commonest number of filled cells of the records that are no comment; the larger of equals.
+/// The most frequent number of filled cells of the records that are not comments; the larger of equals.
 fn width(text: &str, delimiter: u8) -> usize {
     let mut records = Records::new(text, delimiter);
     let mut widths = vec![];
@@ -302,24 +302,24 @@ fn width(text: &str, delimiter: u8) -> usize {
     widths.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).map_or(1, |same| same[0])
 }
 
-/// How many cells a record has, without the empty ones at its end.
+/// Number of cells of a record, without empty ones at its end.
 fn filled(record: &StringRecord) -> usize {
     (0..record.len()).rfind(|i| !record[*i].trim().is_empty()).map_or(0, |last| last + 1)
 }
 
-/// Whether a record is a comment. `#N/A` is not one, but what Excel writes for a missing value.
+/// Whether a record is a comment. `#N/A` is not one, because Excel writes it for a missing value.
 fn is_comment(record: &StringRecord) -> bool {
     let first = record[0].trim();
     first.starts_with('#') && number::word(first).is_none()
 }
 
-/// Whether a record holds samples, not names: numbers only, or a date and time.
+/// Whether a record holds samples and not names, that is only numbers, or a date and time.
 fn is_samples(record: &StringRecord) -> bool {
     let cells = || record.iter().map(str::trim).filter(|cell| !cell.is_empty());
     cells().all(number::looks_like) || cells().any(timestamp::looks_like)
 }
 
-/// What a comment or a line above the table says, as `key: value`, `key = value` or in two cells.
+/// The content of a comment or a line above the table, such as `key: value`, `key = value` or two cells.
 fn attribute(record: &StringRecord) -> Option<(String, String)> {
     let key_of =
         |key: &str| key.trim().trim_start_matches(['#', ' ']).trim_end_matches(':').to_owned();
@@ -338,8 +338,7 @@ fn attribute(record: &StringRecord) -> Option<(String, String)> {
     (!key.is_empty() && !value.is_empty()).then_some((key, value))
 }
 
-/// Whether a record below the header holds units: no sample in it, and something that is surely a
-/// unit.
+/// Whether a record below the header holds units. It has no sample, and something that is certainly a unit.
 fn is_units(record: &StringRecord) -> bool {
     const UNITS: [&str; 44] = [
         "%", "s", "sec", "ms", "min", "h", "hr", "°c", "°f", "k", "degc", "deg c", "degf", "deg f",
@@ -359,7 +358,7 @@ fn is_units(record: &StringRecord) -> bool {
         && !cells().any(|cell| number::looks_like(cell) || timestamp::looks_like(cell))
 }
 
-/// That a row has as many cells as the header, save empty ones at its end.
+/// Checks that a row has as many cells as the header, except for empty ones at its end.
 fn check_width(
     record: &StringRecord,
     columns: usize,
@@ -367,15 +366,15 @@ fn check_width(
 ) -> std::result::Result<(), String> {
     if record.len() < columns || filled(record) > columns {
         return Err(format!(
-            "row {line} has {} cells, but the header has {columns} columns; give every row as many \
-             cells, and put cells that hold the delimiter in quotes",
+            "row {line} has {} cells, but the header has {columns} columns; give every row the same number of cells, \
+             and put cells that contain the delimiter in quotes",
             record.len()
         ));
     }
     Ok(())
 }
 
-/// The columns, those without a name named after their place.
+/// The columns. A column without a name is named after its place.
 ///
 /// # Errors
 /// If two have the same name.
@@ -393,7 +392,7 @@ fn named(mut columns: Vec<Column>, origin: &str) -> Result<Vec<Column>> {
     Ok(columns)
 }
 
-/// The sample time that the lines above the table tell, s.
+/// The sample time in s, from the lines above the table.
 fn sample_time(attributes: &[(String, String)], origin: &str) -> Result<Option<f64>> {
     let is_it = |key: &str| {
         let key = key.to_ascii_lowercase().replace([' ', '-'], "_");
@@ -406,8 +405,8 @@ fn sample_time(attributes: &[(String, String)], origin: &str) -> Result<Option<f
         _ => Err(Error::Table {
             origin: origin.to_owned(),
             message: format!(
-                "says \"{key}: {value}\" above the table, which is no time above 0 s; write it in \
-                 seconds, such as \"{key}: 1.5\""
+                "has \"{key}: {value}\" above the table, which is not a time above 0 s; write it in seconds, such as \
+                 \"{key}: 1.5\""
             ),
         }),
     }

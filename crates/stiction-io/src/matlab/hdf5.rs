@@ -1,8 +1,8 @@
 //! MATLAB's files of version 7.3, which are HDF5.
 //!
-//! A struct is a group, an array a dataset with its dimensions in reverse, whose attribute
-//! `MATLAB_class` tells its class; cells, and the fields of arrays of structs, are references to
-//! objects in the hidden group `#refs#`.
+//! A struct is a group. An array is a dataset with its dimensions reversed and its class in the attribute
+//! `MATLAB_class`. Cells, and the fields of arrays of structs, are references to objects in the hidden group
+//! `#refs#`.
 
 use super::links;
 use super::value::{Fields, MAX_DEPTH, Message, Value, utf16};
@@ -10,7 +10,7 @@ use crate::budget::{Budget, guarded};
 use hdf5_pure::{AttrValue, DType, Dataset, File, Group, Object};
 use std::collections::HashMap;
 
-/// What is said of a link to another file.
+/// The reason for leaving out a link to another file.
 const LINK: &str = "a link to another file, which is not followed";
 
 type Attributes = HashMap<String, AttrValue>;
@@ -28,7 +28,7 @@ pub(super) fn variables(bytes: &[u8]) -> Result<Fields, Message> {
     guarded(read).unwrap_or_else(|| Err(unread("its bytes contradict each other")))
 }
 
-/// What to say of an error of HDF5.
+/// The message for an error of HDF5.
 fn unread(error: impl std::fmt::Display) -> Message {
     format!(
         "is of MATLAB's version 7.3 and cannot be read ({error}); save it with save(..., '-v7')"
@@ -40,13 +40,13 @@ struct Reader {
 }
 
 impl Reader {
-    /// What a group holds, but for what MATLAB hides in it.
+    /// The content of a group, without MATLAB's hidden objects.
     fn fields(&mut self, group: &Group, depth: usize) -> Result<Fields, Message> {
         if depth > MAX_DEPTH {
             return Err(format!("has structs or cells nested deeper than {MAX_DEPTH}; flatten it"));
         }
         let mut fields = vec![];
-        // A walk, for to look up each name would be to walk for each.
+        // All fields are visited in one pass, because looking up each name would need a pass of its own.
         for (name, dataset) in group.iter_datasets().map_err(unread)? {
             if !name.starts_with('#') {
                 self.budget.spend(name.len() + size_of::<(String, Value)>())?;
@@ -110,7 +110,7 @@ impl Reader {
         self.shape(dataset)?;
         let mut values = vec![];
         for object in dataset.dereference().map_err(unread)? {
-            // References may lead to one object many times over.
+            // Several references may lead to one object.
             self.budget.spend(size_of::<Value>())?;
             values.push(match object {
                 Object::Group(group) => self.group(&group, depth + 1)?,
@@ -121,7 +121,7 @@ impl Reader {
         Ok(values)
     }
 
-    /// How many rows a dataset has in MATLAB, and cells; refuses what is too large to be read.
+    /// The number of rows of a dataset in MATLAB, and its number of cells. Refuses datasets that are too large.
     fn shape(&mut self, dataset: &Dataset) -> Result<(usize, usize), Message> {
         let shape = dataset.shape().map_err(unread)?;
         let count = shape.iter().try_fold(1u64, |product, n| product.checked_mul(*n));
@@ -186,12 +186,12 @@ impl Reader {
     }
 }
 
-/// The class that MATLAB gave an object.
+/// The MATLAB class of an object.
 fn class(attributes: &Attributes) -> &str {
     attributes.get("MATLAB_class").and_then(AttrValue::as_str).unwrap_or("")
 }
 
-/// What is not read: an object or function, if that is what it is.
+/// An object or function, which is not read, if it is one.
 fn object(attributes: &Attributes) -> Option<Value> {
     let class = class(attributes);
     let decode = attributes.get("MATLAB_object_decode").and_then(AttrValue::as_i64);

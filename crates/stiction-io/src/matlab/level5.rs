@@ -1,7 +1,7 @@
 //! MATLAB's level 5 files (`save` with `-v6` or `-v7`), little and big endian.
 //!
-//! After "MAT-File Format", The MathWorks: a header of 128 bytes, then data elements, each with a tag
-//! that tells type and size; variables may be compressed with zlib.
+//! After "MAT-File Format", The MathWorks. A header of 128 bytes precedes data elements, each with a tag for its type
+//! and size. Variables may be compressed with zlib.
 
 use super::value::{Fields, MAX_DEPTH, Message, Value, utf16};
 use crate::budget::Budget;
@@ -29,10 +29,10 @@ const UTF32: u32 = 18;
 /// A flag of an array.
 const COMPLEX: u32 = 0x0800;
 
-/// Messages name the fields that lead to an error down to this depth.
+/// Depth to which messages name the fields that lead to an error.
 const MAX_NAMED: usize = 4;
 
-/// Longer names of fields are not MATLAB's, which end at 63.
+/// Limit for names of fields. MATLAB's have at most 63 characters.
 const MAX_NAME: usize = 1024;
 
 /// The variables of a file.
@@ -69,8 +69,7 @@ pub(super) fn variables(bytes: &[u8]) -> Result<Fields, Message> {
     Ok(variables)
 }
 
-/// Whether a file begins with a header of version 4: type, rows, columns, complex or not, length of
-/// the name.
+/// Whether a file begins with a header of version 4: type, rows, columns, complex or not, length of the name.
 fn is_version_4(bytes: &[u8]) -> bool {
     let Some((head, _)) = bytes.split_first_chunk::<20>() else { return false };
     let word = |at: usize, big: bool| {
@@ -109,7 +108,7 @@ fn variable(
     }
 }
 
-/// Bytes of which elements are read.
+/// Bytes from which elements are read.
 #[derive(Clone, Copy)]
 struct Input<'b> {
     bytes: &'b [u8],
@@ -129,7 +128,7 @@ impl<'b> Input<'b> {
         Some(if self.big_endian { u32::from_be_bytes(*word) } else { u32::from_le_bytes(*word) })
     }
 
-    /// The next element, which must be there.
+    /// The next element, which must exist.
     fn element(&mut self) -> Result<Element<'b>, Message> {
         let short = || "is cut short; copy or save it again".to_owned();
         let (word, before) = (self.u32().ok_or_else(short)?, self.bytes);
@@ -142,13 +141,17 @@ impl<'b> Input<'b> {
                 (word, size, padded)
             }
             size if size <= 4 => (word & 0xffff, size as usize, 4),
-            _ => return Err("is damaged: an element is of no known kind; save it again".to_owned()),
+            _ => {
+                return Err(
+                    "is damaged: an element is of an unknown kind; save it again".to_owned()
+                );
+            }
         };
         let data = self.bytes.get(..size).ok_or_else(|| {
             let left = before.len();
             format!("is cut short: {size} bytes should follow, but {left} are left; copy it again")
         })?;
-        // The padding of the last element is missing in some files.
+        // Some files lack the padding of the last element.
         self.bytes = self.bytes.get(padded..).unwrap_or_default();
         Ok(Element { kind, data: Input { bytes: data, ..*self } })
     }
@@ -221,7 +224,7 @@ fn matrix(
     let flags = input.element()?.data.u32().ok_or("is damaged: an array has no class")?;
     let class = flags & 0xff;
     if class == 17 {
-        // An opaque object has no dimensions, but the system and the class it is of.
+        // An opaque object has no dimensions, only its system and its class.
         let (name, _system, class) = (input.element()?, input.element()?, input.element()?);
         return Ok((name.name(), Value::object(&class.name())));
     }
@@ -233,7 +236,7 @@ fn matrix(
         _ => return Err("is damaged: an array has impossible dimensions; save it again".to_owned()),
     };
     let name = input.element()?.name();
-    // What is nested has no name of its own, and is found in its variable.
+    // Nested arrays have no names of their own, and are identified by their variable.
     let within = |message: Message| match depth {
         0 => format!("{message}, in \"{name}\""),
         _ => message,
@@ -273,7 +276,7 @@ fn nested(input: &mut Input<'_>, depth: usize, budget: &mut Budget) -> Result<Va
     let element = input.element()?;
     match element.kind {
         MATRIX => matrix(element.data, depth + 1, budget).map(|(_, value)| value),
-        _ => Err("is damaged: a cell or field is no array; save it again".to_owned()),
+        _ => Err("is damaged: a cell or field is not an array; save it again".to_owned()),
     }
 }
 

@@ -1,14 +1,14 @@
-//! Links from an HDF5 file to others, which no reader should follow and none should pass over without a word.
+//! Links from an HDF5 file to other files, which a reader should neither follow nor silently skip.
 //!
-//! The library that reads HDF5 lists what links lead to, and so leaves out those that lead elsewhere. They are found
-//! by the form of their messages, after "HDF5 File Format Specification", section IV.A.2.g: version 1, flags, type 64,
-//! the name with its length, then the length of what follows: a zero, the file and the path in it, each ended by a
-//! zero. Groups of the old form have no such links.
+//! The HDF5 library lists the targets of links, and so omits links to other files. They are found by the form of
+//! their messages, after "HDF5 File Format Specification", section IV.A.2.g. A message has version 1, flags, type 64,
+//! the name with its length, and the length of the rest. The rest is a zero, the file and the path in it, each ended
+//! by a zero. Groups of the old form have no such links.
 
 /// The type of an external link.
 const EXTERNAL: u8 = 64;
 
-/// Flags: how many bytes the length of the name has, and which fields there are.
+/// Flags for the number of bytes in the length of the name, and for optional fields.
 const SIZE_OF_LENGTH: u8 = 0b11;
 const HAS_ORDER: u8 = 0b100;
 const HAS_TYPE: u8 = 0b1000;
@@ -21,7 +21,7 @@ pub fn external(bytes: &[u8]) -> Vec<String> {
     (0..bytes.len()).filter(begins).filter_map(|at| link(&bytes[at + 1..])).collect()
 }
 
-/// The name of the link whose flags `message` begins with, if it is one.
+/// The name of the link whose flags are at the beginning of `message`, if it is one.
 fn link(message: &[u8]) -> Option<String> {
     let (flags, rest) = message.split_first()?;
     let order = if flags & HAS_ORDER == 0 { 0 } else { 8 };

@@ -1,7 +1,7 @@
 //! Sheets from MATLAB files.
 //!
-//! A file is read into a tree of values first, whichever version it is of: level 5 (`-v6`, `-v7`) by
-//! `level5`, version 7.3, which is HDF5, by `hdf5`. Then `sheets` finds the sheets in the tree.
+//! A file is first read into a tree of values, level 5 (`-v6`, `-v7`) by `level5` and version 7.3, which is HDF5, by
+//! `hdf5`. Then `sheets` finds the sheets in the tree.
 
 #[cfg(feature = "matlab73")]
 mod hdf5;
@@ -15,46 +15,45 @@ use crate::error::{Error, Result};
 use crate::sheet::Sheet;
 use value::{Fields, Message};
 
-/// What every HDF5 file has at its beginning, or after a block of 512 bytes that MATLAB writes.
+/// The first bytes of every HDF5 file, or the bytes after a block of 512 bytes that MATLAB writes.
 const HDF5_SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 const HDF5_OFFSETS: [usize; 3] = [0, 512, 1024];
 
-/// The sheets in a MATLAB file; `origin` names the file in errors.
+/// The sheets in a MATLAB file. `origin` is the name of the file in errors.
 ///
-/// Every struct, at any depth, with vectors of equal length is a sheet whose `part` is the path to it,
-/// such as `cdata.chemicals.loop2`; vectors that are variables of their own form one without a part.
-/// Vectors become columns, rows of text and cell arrays of text too, and a matrix of at most 64
-/// columns `data(:,1)`, `data(:,2)`, ..., or what `colheaders`, `names` or `tags` beside it call them.
-/// A number `Ts`, `dt` or the like is the sampling time, other numbers and text are attributes. A set
-/// point `SP` that is a single number is both: an attribute, and a column that holds it. Vectors of
-/// another length than most, and everything else that makes no column, are `left_out` with the reason.
-/// Where there are no vectors of equal length, single vectors count.
+/// Every struct, at any depth, with vectors of equal length is a sheet. Its `part` is the path to the struct, such as
+/// `cdata.chemicals.loop2`. Vectors that are variables form a sheet without a part. Vectors, rows of text and cell
+/// arrays of text become columns. A matrix of at most 64 columns becomes `data(:,1)`, `data(:,2)`, ..., or has the
+/// names in `colheaders`, `names` or `tags` beside it. A number `Ts`, `dt` or similar is the sampling time. Other
+/// numbers and text are attributes. A set point `SP` that is a single number is both an attribute and a constant
+/// column. Vectors of unusual length, and other data that make no column, are `left_out` with the reason. If no
+/// vectors have equal length, single vectors count.
 ///
-/// Dates that are MATLAB's (days since the year 0) are left as they are; the attribute `datenum` names
-/// the column that looks like that.
+/// MATLAB dates (days since the year 0) are left unchanged. The attribute `datenum` names the column that looks like
+/// such dates.
 ///
 /// # Errors
-/// If the file is cut short, damaged, of version 4, or has no vectors; if it is of version 7.3 and this was built
-/// without the feature `matlab73`.
+/// If the file is cut short, damaged, of version 4, or has no vectors. If it is of version 7.3 and this library was
+/// built without the feature `matlab73`.
 ///
 /// # Limits
-/// Sparse and complex arrays, function handles and objects, among them tables and timetables, are left
-/// out, and so are links to other files, which are never followed. In files of version 7.3 fields come in the order of their names.
+/// Sparse and complex arrays, function handles and objects, including tables and timetables, are left out. Links to
+/// other files are also left out and never followed. In files of version 7.3 fields come in the order of their names.
 pub fn matlab_sheets(bytes: &[u8], origin: &str) -> Result<Vec<Sheet>> {
     variables(bytes)
         .and_then(|variables| sheets::find(&variables, origin))
         .map_err(|message| Error::Table { origin: origin.to_owned(), message })
 }
 
-/// The variables of a file, whatever its version.
+/// The variables of a file of any version.
 fn variables(bytes: &[u8]) -> std::result::Result<Fields, Message> {
     let is_hdf5 = |at: usize| bytes.get(at..).is_some_and(|b| b.starts_with(HDF5_SIGNATURE));
     if HDF5_OFFSETS.into_iter().any(is_hdf5) {
         #[cfg(feature = "matlab73")]
         return hdf5::variables(bytes);
         #[cfg(not(feature = "matlab73"))]
-        return Err("is of MATLAB's version 7.3, which this was built without (feature \"matlab73\"); save it with \
-                    save(..., '-v7')"
+        return Err("is of MATLAB's version 7.3, which this program was built without (feature \"matlab73\"); save it \
+            with save(..., '-v7')"
             .to_owned());
     }
     level5::variables(bytes)

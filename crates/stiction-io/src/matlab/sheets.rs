@@ -1,4 +1,4 @@
-//! Finds the sheets in what a MATLAB file holds.
+//! Finds the sheets in the content of a MATLAB file.
 
 use super::value::{Fields, Message, Value};
 use crate::columns::role::{self, Role};
@@ -12,20 +12,20 @@ const SAMPLE_TIMES: [&str; 6] = ["ts", "dt", "tsamp", "sampling_time", "sample_t
 /// Names of a column of times.
 const TIMES: [&str; 5] = ["t", "time", "datenum", "date", "timestamp"];
 
-/// MATLAB's days since the year 0 are about so many in 1642 to 2464.
+/// Range of MATLAB's days since the year 0, from 1642 to 2464.
 const DATENUMS: std::ops::RangeInclusive<f64> = 6e5..=9e5;
 
 /// Names of a cell array of the names of a matrix's columns.
 const HEADERS: [&str; 6] = ["colheaders", "names", "tags", "columns", "headers", "varnames"];
 
-/// Why something that holds no samples is no column.
+/// Reasons why data without samples are not a column.
 const EMPTY: &str = "is empty";
 const SINGLE: &str = "is a single number";
 
-/// How many of the reasons why nothing could be read are told.
+/// Number of reasons in the message that nothing could be read.
 const MOST_TOLD: usize = 20;
 
-/// A matrix with more columns is no table of signals.
+/// A matrix with more columns is not a table of signals.
 const MAX_MATRIX_COLUMNS: usize = 64;
 
 /// The sheets among `variables`.
@@ -33,7 +33,7 @@ pub(super) fn find(variables: &Fields, origin: &str) -> Result<Vec<Sheet>, Messa
     let mut found = Found { origin, sheets: vec![], loose: vec![] };
     found.search(variables, String::new());
     let Found { mut sheets, mut loose, .. } = found;
-    // A struct with a single vector may be one of settings, such as a pair of limits.
+    // A struct with a single vector may hold settings, such as a pair of limits.
     if sheets.iter().any(|sheet| sheet.columns.len() > 1) {
         for sheet in sheets.extract_if(.., |sheet| sheet.columns.len() < 2) {
             loose.push((sheet.part, "is a struct with a single vector".to_owned()));
@@ -56,16 +56,16 @@ pub(super) fn find(variables: &Fields, origin: &str) -> Result<Vec<Sheet>, Messa
     Err(message)
 }
 
-/// What is found in a file.
+/// The sheets found in a file.
 struct Found<'o> {
     origin: &'o str,
     sheets: Vec<Sheet>,
-    /// What was left out where there is no sheet: its path, and why.
+    /// Data left out where there is no sheet, as paths with reasons.
     loose: Vec<(String, String)>,
 }
 
 impl Found<'_> {
-    /// Appends the sheet that `fields` are, if they are one, and those within them.
+    /// Appends the sheet of `fields`, if they form one, and those within them.
     fn search(&mut self, fields: &Fields, part: String) {
         let path = |name: &str| match &*part {
             "" => name.to_owned(),
@@ -109,7 +109,7 @@ impl Found<'_> {
     }
 }
 
-/// The sheet that a struct is, if it has vectors.
+/// The sheet of a struct, if it has vectors.
 fn sheet(fields: &Fields, part: &str, origin: &str) -> Option<Sheet> {
     let rows = usual_length(fields)?;
     let mut sheet = Sheet { origin: origin.to_owned(), part: part.to_owned(), ..Sheet::default() };
@@ -132,11 +132,11 @@ fn sheet(fields: &Fields, part: &str, origin: &str) -> Option<Sheet> {
                     leave_out(&mut sheet, name, &why);
                 }
                 None => {
-                    let why = format!("is a matrix of {r} rows and {cols} columns, no vector");
+                    let why = format!("is a matrix of {r} rows and {cols} columns, not a vector");
                     leave_out(&mut sheet, name, &why);
                 }
             },
-            // A remark that is empty was never a signal, unless it is called so.
+            // An empty comment was never a signal, unless it has the name of one.
             Value::Text(text) if text.is_empty() => leave_out_signal(&mut sheet, name, EMPTY),
             Value::Text(text) => sheet.attributes.push((name.clone(), text.clone())),
             Value::Cell(cells) if cells.is_empty() => leave_out_signal(&mut sheet, name, EMPTY),
@@ -165,8 +165,8 @@ fn sheet(fields: &Fields, part: &str, origin: &str) -> Option<Sheet> {
     Some(sheet)
 }
 
-/// How many values the columns of a matrix have: a vector is one, whether it stands or lies. None if
-/// the matrix is no table of signals.
+/// The number of values in the columns of a matrix. A row vector counts as a column. None if the matrix is not a
+/// table of signals.
 fn length(rows: usize, cols: usize) -> Option<usize> {
     match (rows, cols) {
         (1, length) | (length, 1) => Some(length),
@@ -174,13 +174,13 @@ fn length(rows: usize, cols: usize) -> Option<usize> {
     }
 }
 
-/// The length that most columns of numbers have; the greater of equally frequent ones, and two only
-/// if there is no other, for pairs are limits and ranges.
+/// The length of most columns of numbers; the greater of equally frequent ones. The length two counts only if there
+/// is no other, because pairs are limits and ranges.
 fn usual_length(fields: &Fields) -> Option<usize> {
     let mut counts = BTreeMap::<usize, usize>::new();
     for (_, value) in fields {
         if let Value::Numbers { rows, cols, data } = value
-            // A matrix of many rows and no column has a length, too.
+            // A matrix with many rows and no column has a length, too.
             && !data.is_empty()
             && let Some(length) = length(*rows, *cols).filter(|length| *length >= 2)
         {
@@ -190,7 +190,7 @@ fn usual_length(fields: &Fields) -> Option<usize> {
     counts.into_iter().max_by_key(|(length, count)| (*length > 2, *count, *length)).map(|(n, _)| n)
 }
 
-/// The names of columns that stand beside matrices, by how many they are.
+/// The names of columns beside matrices, by their number.
 fn headers(fields: &Fields) -> HashMap<usize, Vec<String>> {
     let mut headers = HashMap::new();
     for (name, value) in fields {
@@ -204,7 +204,7 @@ fn headers(fields: &Fields) -> HashMap<usize, Vec<String>> {
     headers
 }
 
-/// What the columns of a matrix are called.
+/// The names of the columns of a matrix.
 fn column_names(name: &str, count: usize, headers: &HashMap<usize, Vec<String>>) -> Vec<String> {
     if count == 1 {
         return vec![name.to_owned()];
@@ -213,7 +213,7 @@ fn column_names(name: &str, count: usize, headers: &HashMap<usize, Vec<String>>)
     headers.get(&count).cloned().unwrap_or_else(numbered)
 }
 
-/// The cells as text, if that is what they all are.
+/// The cells as text, if all are text.
 fn texts(cells: &[Value]) -> Option<Vec<String>> {
     let text = |cell: &Value| match cell {
         Value::Text(text) => Some(text.trim().to_owned()),
@@ -224,7 +224,7 @@ fn texts(cells: &[Value]) -> Option<Vec<String>> {
     cells.iter().map(text).collect()
 }
 
-/// Leaves out what would be no signal if it were not called so.
+/// Leaves out data that are unusable but have the name of a signal.
 fn leave_out_signal(sheet: &mut Sheet, name: &str, why: &str) {
     if matches!(role::split(name, &[]), Some(role::Split { role: Role::Signal(_), .. })) {
         leave_out(sheet, name, why);
@@ -255,7 +255,7 @@ fn add_number(sheet: &mut Sheet, name: &str, number: f64, rows: usize) {
     }
     sheet.attributes.push((name.to_owned(), number.to_string()));
     if name.eq_ignore_ascii_case("SP") {
-        sheet.notes.push(format!("{name} is a single number, which is held"));
+        sheet.notes.push(format!("{name} is a single number, used for the whole recording"));
         add_column(sheet, name.to_owned(), Cells::Numbers(vec![number; rows]));
     } else {
         leave_out_signal(sheet, name, SINGLE);

@@ -1,9 +1,9 @@
-//! Values of MATLAB, whichever version of a file they are from.
+//! Values of MATLAB, from a file of any version.
 
-/// What is wrong, in a sentence.
+/// A fault, in a sentence.
 pub type Message = String;
 
-/// Names and what they stand for, in the order of the file.
+/// Names and values, in the order of the file.
 pub type Fields = Vec<(String, Value)>;
 
 /// How deep structs and cells may nest.
@@ -12,8 +12,8 @@ pub const MAX_DEPTH: usize = 48;
 /// A value of MATLAB.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// A matrix of numbers, column by column. Arrays of more dimensions have the product of all but
-    /// the first as columns.
+    /// A matrix of numbers, column by column. An array with more dimensions has the product of all but the first as
+    /// columns.
     Numbers { rows: usize, cols: usize, data: Vec<f64> },
     /// A row of characters.
     Text(String),
@@ -21,17 +21,17 @@ pub enum Value {
     Cell(Vec<Value>),
     /// An array of structs, most often one.
     Structs(Vec<Fields>),
-    /// What is not read: what it is, with an article.
+    /// A value that is not read, described with an article.
     Other(String),
 }
 
 impl Value {
-    /// Nothing: `[]`.
+    /// The empty value `[]`.
     pub fn empty() -> Self {
         Self::Numbers { rows: 0, cols: 0, data: vec![] }
     }
 
-    /// A matrix of `rows` rows, or nothing where `data` do not fill them.
+    /// A matrix of `rows` rows, or an empty value if `data` do not fill them.
     pub fn numbers(rows: usize, data: Vec<f64>) -> Self {
         if rows == 0 || !data.len().is_multiple_of(rows) {
             return Self::empty();
@@ -39,7 +39,7 @@ impl Value {
         Self::Numbers { rows, cols: data.len() / rows, data }
     }
 
-    /// A matrix of characters with `rows` rows, which is text if there is but one.
+    /// A matrix of characters with `rows` rows. A single row is text.
     pub fn characters(rows: usize, characters: &[char]) -> Self {
         if rows <= 1 || characters.is_empty() || !characters.len().is_multiple_of(rows) {
             return Self::Text(characters.iter().collect::<String>().trim_end().to_owned());
@@ -55,8 +55,8 @@ impl Value {
     pub fn object(class: &str) -> Self {
         match class {
             "table" | "timetable" => Self::Other(format!(
-                "a {class}, which only MATLAB reads (use writetable or writetimetable, or save \
-                 table2struct(..., 'ToScalar', true))"
+                "a {class}, which only MATLAB reads (use writetable or writetimetable, or save table2struct(..., \
+                 'ToScalar', true))"
             )),
             "" => Self::Other("an object".to_owned()),
             _ => Self::Other(format!("an object of class {class}")),

@@ -1,4 +1,4 @@
-//! The file of overrides is changed: under a lock, and whole or not at all.
+//! Changes the file of overrides under a lock, whole or not at all.
 
 use super::entry::Override;
 use super::text::{in_toml, pieces};
@@ -7,14 +7,13 @@ use crate::{bytes, whole};
 use std::fs::File;
 use std::path::Path;
 
-/// Name of the empty file beside it that is locked while it is changed. It stays: who removed it could remove one that
-/// somebody has just locked.
+/// Name of the empty lock file beside it. It is not removed, because another process may have just locked it.
 const LOCK_NAME: &str = ".stiction-overrides.lock";
 
-const HEAD: &str = "# What people concluded of valves, kept by `stiction override`.\n\
-                    # The computed verdict is always shown beside it.\n\n";
+const HEAD: &str = "# Conclusions of people about valves, kept by `stiction override`.\n\
+    # The computed verdict is always shown beside them.\n\n";
 
-/// Keeps one more override in the file at `path`, see [`with`], whoever else changes it at the time.
+/// Adds an override to the file at `path`, see [`with`], even if others change the file at the same time.
 ///
 /// # Errors
 /// If the file cannot be locked, read or written, or as for [`with`].
@@ -22,7 +21,7 @@ pub fn enter(path: &Path, one: &Override) -> Result<()> {
     change(path, |bytes, origin| Ok((with(bytes, origin, one)?, ())))
 }
 
-/// Removes the overrides that are `unwanted` from the file at `path`, and tells how many those were.
+/// Removes the overrides that are `unwanted` from the file at `path`, and returns their number.
 ///
 /// # Errors
 /// If the file cannot be locked, read or written, or as for [`without`].
@@ -30,7 +29,7 @@ pub fn remove(path: &Path, unwanted: impl Fn(&Override) -> bool) -> Result<usize
     change(path, |bytes, origin| without(bytes, origin, unwanted))
 }
 
-/// Reads the file, changes it and writes it whole, while nobody else does.
+/// Reads the file, changes it and writes it whole, under a lock.
 fn change<T>(path: &Path, edit: impl FnOnce(&[u8], &str) -> Result<(Vec<u8>, T)>) -> Result<T> {
     let refused = |path: &Path, source| Error::File { path: path.display().to_string(), source };
     let lock_path = whole::end_of_links(path).with_file_name(LOCK_NAME);
@@ -45,7 +44,7 @@ fn change<T>(path: &Path, edit: impl FnOnce(&[u8], &str) -> Result<(Vec<u8>, T)>
     Ok(done)
 }
 
-/// The bytes of the file at `path`; none if there is none.
+/// The bytes of the file at `path`; none if it is missing.
 pub fn read_if_there(path: &Path) -> Result<Vec<u8>> {
     match bytes::read(path) {
         Err(Error::File { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
@@ -55,8 +54,8 @@ pub fn read_if_there(path: &Path) -> Result<Vec<u8>> {
     }
 }
 
-/// The bytes of a file of overrides with one more: in place of those of the same loop and scope whose
-/// days overlap with its own. All else, such as comments and what cannot be understood, stays as it is.
+/// The bytes of a file of overrides with one more, which replaces those of the same loop and scope with overlapping
+/// days. All other content, such as comments and damaged entries, is unchanged.
 ///
 /// # Errors
 /// If an override to be replaced is not a table of its own.
@@ -79,7 +78,7 @@ pub fn with(bytes: &[u8], origin: &str, one: &Override) -> Result<Vec<u8>> {
     Ok(made)
 }
 
-/// The bytes of a file of overrides without those that are `unwanted`, and how many those were.
+/// The bytes of a file of overrides without those that are `unwanted`, and their number.
 ///
 /// # Errors
 /// If one of them is not a table of its own.
@@ -92,7 +91,7 @@ pub fn without(
     Ok((made, removed.len()))
 }
 
-/// The bytes without the overrides that are `unwanted`, and where each of those was. Comments stay.
+/// The bytes without the overrides that are `unwanted`, and their places. Comments stay.
 fn edited(
     bytes: &[u8],
     origin: &str,

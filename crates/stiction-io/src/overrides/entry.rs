@@ -4,22 +4,22 @@ use jiff::civil::Date;
 use jiff::tz::TimeZone;
 use stiction_diagnose::diagnose::{self, VerdictClass};
 
-/// What a person concluded of a valve.
+/// The conclusion of a person about a valve.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
     /// Tag of the loop, exactly.
     pub loop_name: String,
     /// The conclusion.
     pub verdict: VerdictClass,
-    /// Why; not empty.
+    /// The reason; not empty.
     pub reason: String,
-    /// Who says so.
+    /// The person.
     pub by: Option<String>,
-    /// When it was entered.
+    /// The day of the entry.
     pub entered: Option<Date>,
-    /// The program with which it was entered, with its version.
+    /// Name and version of the program that entered it.
     pub tool: Option<String>,
-    /// What it is about.
+    /// Its scope.
     pub scope: Scope,
     /// The first day on which it holds, UTC.
     pub from: Option<Date>,
@@ -27,7 +27,7 @@ pub struct Override {
     pub until: Option<Date>,
 }
 
-/// Which recordings an override is about.
+/// The recordings that an override is about.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Scope {
     /// One recording.
@@ -59,7 +59,7 @@ impl Override {
         words
     }
 
-    /// It as a diagnosis shows it, kept in the file `kept_in`.
+    /// The override as a diagnosis shows it, kept in the file `kept_in`.
     pub fn shown(&self, kept_in: &str) -> diagnose::Override {
         diagnose::Override {
             verdict: self.verdict,
@@ -71,7 +71,7 @@ impl Override {
         }
     }
 
-    /// Whether it is about this loop in the file of that name or, if `in_all` is asked for, in all recordings.
+    /// Whether it is about this loop in the file of that name or, with `in_all`, in all recordings.
     pub fn is_of(&self, loop_name: &str, file_name: &str, in_all: bool) -> bool {
         let scope = match &self.scope {
             Scope::File { name, .. } => !in_all && *name == file_name,
@@ -80,7 +80,7 @@ impl Override {
         scope && self.loop_name == loop_name
     }
 
-    /// Whether both are about one loop and one scope.
+    /// Whether both are about the same loop with the same scope.
     pub(super) fn rivals(&self, other: &Self) -> bool {
         let same_scope = match (&self.scope, &other.scope) {
             (Scope::File { name: a, .. }, Scope::File { name: b, .. }) => a == b,
@@ -90,14 +90,14 @@ impl Override {
         self.loop_name == other.loop_name && same_scope
     }
 
-    /// Whether a day is within the days of both.
+    /// Whether some day belongs to both.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         let ends_before =
             |a: &Self, b: &Self| matches!((a.until, b.from), (Some(a), Some(b)) if a < b);
         !ends_before(self, other) && !ends_before(other, self)
     }
 
-    /// Why it does not hold for what was recorded in `span`; `None` if it does.
+    /// Why it does not hold for a recording of `span`; `None` if it does.
     pub(super) fn outside(&self, span: Option<(f64, f64)>) -> Option<&'static str> {
         if self.from.is_none() && self.until.is_none() {
             return None;
@@ -111,7 +111,6 @@ impl Override {
         let early = self.from.and_then(starts).is_some_and(|from| begin < from);
         let after = |date: Date| date.tomorrow().ok().and_then(starts);
         let late = self.until.and_then(after).is_some_and(|until| end >= until);
-        (early || late)
-            .then_some("it holds for certain days, and what was judged lies outside them")
+        (early || late).then_some("it holds for certain days, and the judged data lie outside them")
     }
 }

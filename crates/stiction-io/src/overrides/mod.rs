@@ -1,6 +1,6 @@
-//! Overrides: what people concluded of a valve against, or beside, the computed verdict.
+//! Overrides, the conclusions of people about a valve, which may differ from the computed verdict.
 //!
-//! They stand in `stiction-overrides.toml` beside the recordings they are about:
+//! They are kept in `stiction-overrides.toml` beside their recordings:
 //!
 //! ```toml
 //! [[override]]
@@ -24,17 +24,17 @@
 //!
 //! An override holds for the loop of exactly that tag, and
 //!
-//! * either for one recording: the file of that name in this folder whose bytes have that SHA-256. A file
-//!   that was written anew is another recording;
-//! * or, with `all_recordings`, for every file of this folder; such an override must end, with `until`.
+//! * either for one recording, the file of that name in this folder whose bytes have that SHA-256. A rewritten file
+//!   is a different recording;
+//! * or, with `all_recordings`, for every file of this folder. Such an override must end, with `until`.
 //!
-//! With `from` or `until` it holds only for what was recorded on those days, both included, in UTC: the
-//! judged segment must lie between them as a whole, so a recording without dates is not covered. An
-//! override of one recording goes before one of all. Two of one loop and one scope whose days overlap
-//! contradict each other, and neither holds.
+//! With `from` or `until` it holds only for data recorded on those days, both included, in UTC. The judged segment
+//! must lie completely between them, so a recording without dates is not covered. An override of one recording takes
+//! precedence over one of all. Two overrides of one loop and scope with overlapping days contradict each other, and
+//! neither holds.
 //!
-//! An entry that cannot be understood does not hide the others: it is named with its line, see [`Damaged`], and stays in
-//! the file as it is. The file is changed under a lock, so that several who enter something at a time lose nothing.
+//! An entry that cannot be understood does not affect the others. It is reported with its line, see [`Damaged`], and
+//! stays unchanged in the file. The file is changed under a lock, so that simultaneous entries are not lost.
 
 mod change;
 mod entry;
@@ -58,15 +58,15 @@ pub const FILE_NAME: &str = "stiction-overrides.toml";
 /// The overrides of a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Overrides {
-    /// The file, as it is named in messages.
+    /// The name of the file in messages.
     pub origin: String,
-    /// All that hold, in the order of the file.
+    /// All valid overrides, in the order of the file.
     pub all: Vec<Override>,
-    /// The entries that do not hold, because they cannot be understood or contradict each other.
+    /// The entries that do not hold, because they are damaged or contradict each other.
     pub damaged: Vec<Damaged>,
 }
 
-/// A recording, as far as overrides are concerned.
+/// The properties of a recording that overrides depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recorded<'a> {
     /// Tag of the loop.
@@ -75,17 +75,17 @@ pub struct Recorded<'a> {
     pub file: &'a Path,
     /// SHA-256 of the file's bytes, hexadecimal.
     pub sha256: &'a str,
-    /// Beginning and end of what was judged, in seconds since 1970-01-01 UTC, if they are known.
+    /// Beginning and end of the judged data, in seconds since 1970-01-01 UTC, if known.
     pub span: Option<(f64, f64)>,
 }
 
 impl Overrides {
-    /// The file of overrides in the folder of `file`, or in that folder if it is one.
+    /// The file of overrides in the folder of `file`, or in `file` itself if it is a folder.
     pub fn path_beside(file: &Path) -> PathBuf {
         if file.is_dir() { file.join(FILE_NAME) } else { file.with_file_name(FILE_NAME) }
     }
 
-    /// Reads the overrides at `path`; none if there is no such file.
+    /// Reads the overrides at `path`; none if the file is missing.
     ///
     /// # Errors
     /// If it cannot be read.
@@ -93,7 +93,7 @@ impl Overrides {
         Ok(Self::parse(&read_if_there(path)?, &path.display().to_string()))
     }
 
-    /// Reads overrides from the bytes of their file; `origin` names it in messages.
+    /// Reads overrides from the bytes of their file. `origin` is its name in messages.
     pub fn parse(bytes: &[u8], origin: &str) -> Self {
         let mut damaged = vec![];
         let mut all: Vec<(usize, Override)> = vec![];
@@ -103,7 +103,7 @@ impl Overrides {
                 Err(wrong) => damaged.push(wrong),
             }
         }
-        // Which of two that contradict each other is meant, nobody but their author knows.
+        // Only the author knows which of two contradicting entries is meant.
         let rival = |place: usize| {
             let (_, one) = &all[place];
             let mut others = all.iter().enumerate().filter(|(other, _)| *other != place);
@@ -118,7 +118,7 @@ impl Overrides {
                 continue;
             };
             let message = format!(
-                "[override]: contradicts that of line {other}, of {} for {}; remove one, or give them days that \
+                "[override]: contradicts the one in line {other}, of {} for {}; remove one, or give them days that \
                  do not overlap",
                 one.loop_name,
                 one.scope_in_words()
@@ -129,8 +129,8 @@ impl Overrides {
         Self { origin: origin.to_owned(), all: kept, damaged }
     }
 
-    /// Puts beside the diagnosis of a recording, from `file` with that SHA-256, what a person concluded of it; what does not
-    /// apply, and why, is noted.
+    /// Adds the conclusion of a person to the diagnosis of a recording, from `file` with that SHA-256. Overrides that
+    /// do not apply are noted with the reason.
     pub fn overrule(&self, diagnosis: &mut Diagnosis, file: &Path, sha256: &str) {
         let span = diagnosis.start.zip(diagnosis.segment()).map(|(start, segment)| {
             let from = start + segment.from;
@@ -141,23 +141,23 @@ impl Overrides {
         diagnosis.notes.extend(notes);
     }
 
-    /// What is wrong with each entry that does not hold, in a sentence with file and line.
+    /// The fault of each invalid entry, in a sentence with file and line.
     pub fn complaints(&self) -> impl Iterator<Item = String> {
         self.damaged.iter().map(|each| self.complaint(each))
     }
 
     fn complaint(&self, of: &Damaged) -> String {
         format!(
-            "{}, line {}: {}; this override does not hold until it is mended or removed, the others do",
+            "{}, line {}: {}; this override does not hold until it is corrected or removed, the others do",
             self.origin, of.line, of.message
         )
     }
 
-    /// The override that holds for a recording, and why others of its tag do not.
+    /// The override that holds for a recording, and the reasons why others of its tag do not.
     pub fn of(&self, recorded: &Recorded<'_>) -> (Option<&Override>, Vec<String>) {
         let file_name = recorded.file.file_name().unwrap_or_default().to_string_lossy();
         let mut found: Option<&Override> = None;
-        // One of a loop that cannot be read may be of this one.
+        // An unreadable loop tag may be this one.
         let of_this =
             |each: &&Damaged| each.loop_name.as_ref().is_none_or(|name| name == recorded.loop_name);
         let mut notes: Vec<String> =
@@ -174,7 +174,7 @@ impl Overrides {
             };
             match why_not {
                 Some(why) => notes.push(format!(
-                    "an override in {} says that it {}, but does not apply: {why}",
+                    "an override in {} states that it {}, but does not apply: {why}",
                     self.origin,
                     each.verdict.name()
                 )),
@@ -186,7 +186,7 @@ impl Overrides {
     }
 }
 
-/// The day of today, UTC.
+/// The date of today, UTC.
 pub fn today() -> Date {
     jiff::Timestamp::now().to_zoned(TimeZone::UTC).date()
 }

@@ -1,4 +1,4 @@
-//! Overrides as text: a file in pieces, so that one that is damaged does not hide the others.
+//! Splits the text of overrides into pieces, so that a damaged one does not affect the others.
 
 use super::entry::{Override, Scope};
 use crate::fields::{Fields, Wrong, line_of};
@@ -27,25 +27,25 @@ const KEYS: &[&str] = &[
 pub struct Damaged {
     /// Its line, from 1.
     pub line: usize,
-    /// Tag of its loop, where that much can be read.
+    /// Tag of its loop, if that is readable.
     pub loop_name: Option<String>,
-    /// What is wrong and what would be right.
+    /// The fault and the remedy.
     pub message: String,
 }
 
-/// A piece of a file of overrides: an entry, or what stands above the first.
+/// A piece of a file of overrides: an entry, or the text above the first one.
 pub struct Piece {
     pub range: Range<usize>,
     /// The overrides in it with their lines.
     pub found: std::result::Result<Vec<(usize, Override)>, Damaged>,
 }
 
-/// The pieces of a file, all of them together the whole of it. Where the file is no TOML, an entry begins with each line
-/// that begins with `[[`.
+/// The pieces of a file, which together are the whole file. If the file is not valid TOML, an entry begins with each
+/// line that begins with `[[`.
 pub fn pieces(bytes: &[u8]) -> Vec<Piece> {
     let known = std::str::from_utf8(bytes).ok().and_then(|text| {
         let document = DeTable::parse(text).ok()?;
-        // Those of other names, which are misspelt, do not belong to the one above them.
+        // Misspelt names do not belong to the entry above them.
         let lists = document.get_ref().values().filter_map(|value| value.get_ref().as_array());
         let mut starts: Vec<usize> =
             lists.flat_map(|list| list.iter().map(|each| each.span().start)).collect();
@@ -103,7 +103,7 @@ fn entries(text: &str) -> std::result::Result<Vec<(usize, Override)>, Wrong> {
     Ok(all)
 }
 
-/// The tag in an entry that is no TOML as a whole, if its line is.
+/// The tag in an entry that is not valid TOML, if its own line is.
 fn tag(text: &str) -> Option<String> {
     text.lines().find_map(|line| {
         let line = DeTable::parse(line).ok()?;
@@ -122,9 +122,9 @@ fn entry(table: &Fields<'_, '_>) -> std::result::Result<Override, Wrong> {
         text(key)?.ok_or_else(|| table.wrong(key, format!("is missing; give {what}")))
     };
     let loop_name = needed("loop", "the tag of the loop")?;
-    let verdict = needed("verdict", "what the valve does, such as \"does not stick\"")?;
+    let verdict = needed("verdict", "the verdict, such as \"does not stick\"")?;
     let verdict = VerdictClass::by_name(&verdict).map_err(|e| table.wrong("verdict", e))?;
-    let reason = needed("reason", "why, in words")?;
+    let reason = needed("reason", "the reason, in words")?;
     let date = |key| -> std::result::Result<Option<Date>, Wrong> {
         let wrong = || table.wrong(key, "must be a date such as 2026-03-01");
         table.text_or_date(key)?.map(|text| text.parse().map_err(|_| wrong())).transpose()
@@ -150,21 +150,20 @@ fn entry(table: &Fields<'_, '_>) -> std::result::Result<Override, Wrong> {
             if sha256.len() != 64 || !sha256.bytes().all(|b| b.is_ascii_hexdigit()) {
                 return Err(table.wrong(
                     "sha256",
-                    "must be 64 hexadecimal digits, as the JSON of a diagnosis tells",
+                    "must be 64 hexadecimal digits, as in the JSON of a diagnosis",
                 ));
             }
             Scope::File { name, sha256 }
         }
         (false, None, _) => {
             return Err(
-                table.wrong("file", "is missing; name the file, or say all_recordings = true")
+                table.wrong("file", "is missing; name the file, or write all_recordings = true")
             );
         }
         (false, Some(_), None) => {
             return Err(table.wrong(
                 "sha256",
-                "is missing; give that of the file's bytes, which \
-                                              the JSON of a diagnosis tells",
+                "is missing; give the SHA-256 of the file's bytes from the JSON of a diagnosis",
             ));
         }
     };
@@ -200,7 +199,7 @@ pub fn in_toml(one: &Override) -> String {
     out
 }
 
-/// A text of TOML on one line, whatever it holds: lines tell where entries begin when a file is damaged.
+/// A TOML text on a single line, because lines show where entries begin when a file is damaged.
 fn quoted(text: &str) -> String {
     let mut out = "\"".to_owned();
     for c in text.chars() {

@@ -1,34 +1,34 @@
-//! What Arrow writes into a Parquet file beside the columns: units, and which numbers are durations.
+//! Arrow's metadata in a Parquet file, with units and the columns of durations.
 //!
-//! The key `ARROW:schema` holds a schema in Arrow's format for messages, a FlatBuffer in base64. What
-//! cannot be followed in it counts as absent, for the columns do not depend on it.
+//! The key `ARROW:schema` holds a schema in Arrow's format for messages, a FlatBuffer in base64. Unreadable parts
+//! count as absent, because the columns do not depend on them.
 
 use std::collections::HashMap;
 
-/// What the schema says of a column.
+/// The schema's information on a column.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Field {
     pub(super) unit: Option<String>,
-    /// How many of its numbers make a second, if the column is one of durations.
+    /// Number of units per second, if the column holds durations.
     pub(super) durations_per_second: Option<i64>,
 }
 
 /// Numbers of Arrow's unions and enumerations.
 const HEADER_SCHEMA: u8 = 1;
 const TYPE_DURATION: u8 = 18;
-/// A damaged schema may tell of the same field and pair over and over; no more than these are read.
+/// A damaged schema may repeat the same field and pair endlessly, so only this many are read.
 const MAX_FIELDS: usize = 4096;
 const MAX_PAIRS: usize = 64;
 
 const PER_SECOND: [i64; 4] = [1, 1_000, 1_000_000, 1_000_000_000];
 
-/// The columns by name; empty where there is nothing to be understood.
+/// The columns by name; empty if the schema cannot be read.
 pub(super) fn fields(base64: &str) -> HashMap<String, Field> {
     decode(base64).and_then(|bytes| message(&bytes)).unwrap_or_default()
 }
 
 fn message(bytes: &[u8]) -> Option<HashMap<String, Field>> {
-    // A continuation mark, missing in old files, and the length of what follows.
+    // A continuation mark, missing in old files, and the length of the rest.
     let start = if bytes.starts_with(&[0xff; 4]) { 8 } else { 4 };
     let buffer = Buffer(bytes.get(start..)?);
     let message = buffer.root()?;
@@ -40,7 +40,7 @@ fn message(bytes: &[u8]) -> Option<HashMap<String, Field>> {
     for field in schema.tables(1, MAX_FIELDS)? {
         let mut known = Field::default();
         if field.byte(2) == Some(TYPE_DURATION) {
-            // Absent is its default, milliseconds.
+            // If absent, it is milliseconds.
             let unit = field.table(3).and_then(|kind| kind.byte(0)).unwrap_or(1);
             known.durations_per_second = PER_SECOND.get(usize::from(unit)).copied();
         }
@@ -75,7 +75,7 @@ impl<'b> Buffer<'b> {
         Some(u32::from_le_bytes(self.bytes(at)?) as usize)
     }
 
-    /// The position that the offset at `at` leads to.
+    /// The position that the offset at `at` points to.
     fn follow(self, at: usize) -> Option<usize> {
         at.checked_add(self.u32(at)?)
     }
@@ -109,7 +109,7 @@ impl<'b> Table<'b> {
         Some(Table(self.0, self.0.follow(self.field(number)?)?))
     }
 
-    /// The position of the first element of a vector, and how many there are.
+    /// The position of the first element of a vector, and the number of elements.
     fn vector(self, number: usize) -> Option<(usize, usize)> {
         let at = self.0.follow(self.field(number)?)?;
         Some((at + 4, self.0.u32(at)?))
@@ -128,7 +128,7 @@ impl<'b> Table<'b> {
     }
 }
 
-/// Decodes base64, as far as it is that.
+/// Decodes the valid part of base64.
 fn decode(text: &str) -> Option<Vec<u8>> {
     let digit = |c: u8| {
         Some(match c {

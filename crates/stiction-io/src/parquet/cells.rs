@@ -12,7 +12,7 @@ use parquet::errors::ParquetError;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// Bytes that every cell takes, and a text at least.
+/// Bytes that every cell takes; texts take at least as many.
 pub const CELL: usize = size_of::<f64>();
 
 /// Rows that are decoded at a time.
@@ -79,7 +79,7 @@ pub fn read_column(
     })
 }
 
-/// Words of a column, each kept once as far as there are not too many.
+/// Words of a column, each stored once unless there are too many.
 #[derive(Default)]
 struct Words {
     known: HashSet<Arc<str>>,
@@ -87,7 +87,7 @@ struct Words {
 }
 
 impl Words {
-    /// A column of more different words is one of texts that hardly come again.
+    /// A column with more different words holds texts that are rarely repeated.
     const MOST: usize = 1 << 16;
 
     fn word(&mut self, text: &str, budget: &mut Budget) -> Result<Arc<str>, String> {
@@ -98,7 +98,7 @@ impl Words {
         let word = match self.known.get(text) {
             Some(word) => Arc::clone(word),
             None => {
-                // Two counts stand before the text.
+                // Two counts precede the text.
                 budget.spend(text.len() + 2 * size_of::<usize>())?;
                 let word: Arc<str> = text.into();
                 if self.known.len() < Self::MOST {
@@ -112,14 +112,14 @@ impl Words {
     }
 }
 
-/// The time in an old timestamp: ns of the day, and the Julian day.
+/// The time in an old timestamp with ns of the day and the Julian day.
 fn int96(value: &Int96) -> f64 {
     let &[low, high, day] = value.data() else { return f64::NAN };
     let nanoseconds = u64::from(high) << 32 | u64::from(low);
     (f64::from(day) - 2_440_588.0) * 86_400.0 + nanoseconds as f64 / 1e9
 }
 
-/// Appends the `rows` cells of `reader` to `out`, each as `number` sees it, NaN where there is none.
+/// Appends the `rows` cells of `reader` to `out`, each converted by `number`, or NaN if there is none.
 fn push<T: DataType>(
     reader: ColumnReaderImpl<T>,
     rows: usize,
@@ -132,7 +132,7 @@ fn push<T: DataType>(
     })
 }
 
-/// Hands the `rows` cells of `reader` to `cell`.
+/// Passes the `rows` cells of `reader` to `cell`.
 fn read<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     rows: usize,

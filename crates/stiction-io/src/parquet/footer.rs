@@ -1,8 +1,8 @@
-//! The footer of a Parquet file, before the parquet crate believes it.
+//! Checks the footer of a Parquet file before the parquet crate reads it.
 
 use super::thrift;
 
-/// What a file begins and ends with.
+/// The mark at the beginning and end of a file.
 pub const MAGIC: &[u8] = b"PAR1";
 
 const MAGIC_ENCRYPTED: &[u8] = b"PARE";
@@ -10,10 +10,11 @@ const MAGIC_ENCRYPTED: &[u8] = b"PARE";
 /// The length of the footer and the mark, which end a file.
 pub const TAIL: usize = 8;
 
-/// How deep columns may nest before the file is refused, which happens for the first level anyway.
+/// Nesting depth at which the file is refused. Nested columns are refused anyway.
 const MAX_SCHEMA_DEPTH: usize = 32;
 
-/// How long the footer is: schema, and where the pages are. `head` and `tail` are the ends of a file of so many bytes.
+/// The length of the footer with schema and places of pages. `head` and `tail` are the ends of a file with this many
+/// bytes.
 pub fn footer_length(head: &[u8], tail: &[u8], bytes: usize) -> Result<usize, String> {
     if bytes == 0 {
         return Err("is empty; a Parquet file is needed".to_owned());
@@ -34,14 +35,13 @@ pub fn footer_length(head: &[u8], tail: &[u8], bytes: usize) -> Result<usize, St
     let length = u32::from_le_bytes(*length) as usize;
     if length > bytes - TAIL - MAGIC.len() {
         return Err(format!(
-            "says its footer has {length} bytes, which is more than it has; write it again"
+            "claims a footer of {length} bytes, which is longer than the file; write it again"
         ));
     }
     Ok(length)
 }
 
-/// Refuses a footer that would make the parquet crate allocate what the file does not back, or
-/// recurse without end.
+/// Refuses a footer that would make the parquet crate allocate more than the file contains, or recurse endlessly.
 pub fn check_footer(footer: &[u8]) -> Result<(), String> {
     let damaged = || "its footer is damaged; write the file again".to_owned();
     let (fields, _) = thrift::Fields::read(footer).ok_or_else(damaged)?;
@@ -50,7 +50,7 @@ pub fn check_footer(footer: &[u8]) -> Result<(), String> {
     }
     for schema in fields.all(2) {
         let mut elements = schema.as_list().iter();
-        // How many children are still to come, on every level.
+        // Number of children still expected on every level.
         let mut open = vec![1usize];
         while let Some(level) = open.last_mut() {
             if *level == 0 {
@@ -59,7 +59,7 @@ pub fn check_footer(footer: &[u8]) -> Result<(), String> {
             }
             *level -= 1;
             let element = elements.next().and_then(thrift::Value::as_fields).ok_or_else(damaged)?;
-            // The crate takes the last of several fields of one number.
+            // The crate uses the last of several fields with one number.
             let children = element.all(5).map(|value| match value {
                 thrift::Value::Int(count) => usize::try_from(*count).unwrap_or(usize::MAX),
                 _ => usize::MAX,

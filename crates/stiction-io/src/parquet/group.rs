@@ -1,4 +1,4 @@
-//! Row groups, as the footer tells them.
+//! Row groups, as described in the footer.
 
 use super::kind::{Described, Kind};
 use parquet::basic::Compression;
@@ -6,14 +6,14 @@ use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
 use parquet::file::statistics::Statistics;
 use std::sync::Arc;
 
-/// A row group, as the footer tells it.
+/// A row group, as described in the footer.
 #[derive(Debug)]
 pub struct Group {
     pub rows: usize,
     pub chunks: Vec<Chunk>,
 }
 
-/// Where the pages of a column of a row group are.
+/// The place of the pages of a column of a row group.
 #[derive(Debug)]
 pub struct Chunk {
     pub start: u64,
@@ -22,14 +22,14 @@ pub struct Chunk {
     pub holds: Holds,
 }
 
-/// What the footer tells of the cells of a column of a row group.
+/// The footer's information on the cells of a column of a row group.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Holds {
-    /// Nothing.
+    /// No information.
     Unknown,
-    /// All are this word.
+    /// All cells are this word.
     Word(Arc<str>),
-    /// All are times from this one to that, s since 1970-01-01.
+    /// All cells are times from the first to the second, s since 1970-01-01.
     Times(f64, f64),
 }
 
@@ -39,7 +39,8 @@ impl Group {
         columns: &[Described],
         bytes: usize,
     ) -> Result<Self, String> {
-        let rows = usize::try_from(group.num_rows()).map_err(|_| "its rows are no number")?;
+        let rows =
+            usize::try_from(group.num_rows()).map_err(|_| "its number of rows is invalid")?;
         let broken = |column: &Described, what: &str| {
             Err(format!("column \"{}\" cannot be read: {what}", column.name))
         };
@@ -83,7 +84,7 @@ impl Holds {
         let is_full =
             chunk.column_descr().max_def_level() == 0 || known.null_count_opt() == Some(0);
         match (kind, known) {
-            // A word that was cut short for the footer is made larger where it stands for the last: then they differ.
+            // A word shortened for the footer is increased as the maximum, so the two then differ.
             (Kind::Text, Statistics::ByteArray(known)) if is_full => {
                 match (known.min_opt(), known.max_opt()) {
                     (Some(min), Some(max)) if min == max => {

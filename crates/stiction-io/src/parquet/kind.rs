@@ -1,4 +1,4 @@
-//! What the values of a column mean.
+//! The meaning of a column's values.
 
 use super::arrow_schema::Field;
 use crate::sheet::Cells;
@@ -6,7 +6,7 @@ use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::errors::ParquetError;
 use parquet::schema::types::{ColumnDescPtr, ColumnDescriptor};
 
-/// A column, as the footer tells it.
+/// A column, as described in the footer.
 #[derive(Debug)]
 pub struct Described {
     pub name: String,
@@ -15,16 +15,16 @@ pub struct Described {
     pub descriptor: ColumnDescPtr,
 }
 
-/// What the values of a column mean.
+/// The meaning of a column's values.
 #[derive(Debug)]
 pub enum Kind {
     /// Numbers, to be divided by this power of ten.
     Number { digits: i32, unsigned: bool },
     /// A half-precision number in two bytes.
     Half,
-    /// Durations or times of day, so many to the second.
+    /// Durations or times of day, in this many units per second.
     Seconds { per_second: i64 },
-    /// Times since 1970, so many to the second.
+    /// Times since 1970, in this many units per second.
     Time { per_second: i64, utc: bool },
     /// Days since 1970.
     Date,
@@ -69,7 +69,7 @@ impl Kind {
                 ConvertedType::DECIMAL => {
                     Self::Number { digits: column.type_scale(), unsigned: false }
                 }
-                // Before it could be said otherwise, timestamps were UTC.
+                // Timestamps were UTC before the format could mark them as local.
                 ConvertedType::TIMESTAMP_MILLIS => Self::Time { per_second: 1_000, utc: true },
                 ConvertedType::TIMESTAMP_MICROS => Self::Time { per_second: 1_000_000, utc: true },
                 ConvertedType::TIME_MILLIS => Self::Seconds { per_second: 1_000 },
@@ -86,13 +86,13 @@ impl Kind {
         })
     }
 
-    /// What an integer of the column means, once it is widened as its sign demands.
+    /// The value of an integer of the column, widened according to its sign.
     pub fn integer(&self, value: i64) -> f64 {
         match *self {
             Self::Number { digits, unsigned: true } => value as u64 as f64 / 10f64.powi(digits),
             Self::Number { digits, .. } => value as f64 / 10f64.powi(digits),
             Self::Seconds { per_second } | Self::Time { per_second, .. } => {
-                // Whole seconds apart: not all nanoseconds since 1970 fit into a number.
+                // Whole seconds are converted separately, because not all nanoseconds since 1970 fit into a number.
                 let (whole, part) = (value.div_euclid(per_second), value.rem_euclid(per_second));
                 whole as f64 + part as f64 / per_second as f64
             }
@@ -105,7 +105,7 @@ impl Kind {
         matches!(self, Self::Number { unsigned: true, .. })
     }
 
-    /// What the bytes of a cell mean, if they are a number.
+    /// The value of the bytes of a cell, if they are a number.
     pub fn bytes(&self, bytes: &[u8]) -> parquet::errors::Result<f64> {
         match (self, bytes) {
             (Self::Half, [low, high]) => Ok(half(u16::from_le_bytes([*low, *high]))),
@@ -119,7 +119,7 @@ impl Kind {
         }
     }
 
-    /// Numbers of the column, as its cells.
+    /// Numbers of the column, as cells.
     pub fn cells(&self, numbers: Vec<f64>) -> Cells {
         match *self {
             Self::Time { utc, .. } => Cells::Times { seconds: numbers, utc },

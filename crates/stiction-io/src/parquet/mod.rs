@@ -1,8 +1,7 @@
 //! Sheets from Parquet files.
 //!
-//! The `parquet` crate knows the schema and the encodings of values. What it would believe without
-//! having seen it, sizes and counts, is checked here first: the footer in `footer`, pages in
-//! `pages`.
+//! The `parquet` crate decodes the schema and the values. Sizes and counts that it would trust unchecked are checked
+//! here first, in `footer` for the footer and in `pages` for pages.
 
 mod arrow_schema;
 mod cells;
@@ -32,23 +31,22 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Keys of a file whose values are for programs, not readers.
+/// Keys of a file with values for programs, not readers.
 const PROGRAMS_KEYS: [&str; 2] = ["ARROW:schema", "pandas"];
 
-/// The table in a Parquet file, as one sheet; `origin` names the file in errors.
+/// The table in a Parquet file, as one sheet; `origin` is the name of the file in errors.
 ///
-/// Numbers of all kinds, and true and false as 1 and 0, are numbers; durations and times of day are
-/// numbers in s. Dates and timestamps are times. Units come from the metadata of Arrow's fields
-/// (`unit` or `units`), attributes from that of the file. Pages may be compressed with Snappy, GZIP,
-/// Brotli, Zstandard or LZ4 (raw).
+/// Numbers of all kinds, and true and false as 1 and 0, are numbers. Durations and times of day are numbers in s.
+/// Dates and timestamps are times. Units come from the metadata of Arrow's fields (`unit` or `units`), and attributes
+/// from the metadata of the file. Pages may be compressed with Snappy, GZIP, Brotli, Zstandard or LZ4 (raw).
 ///
 /// # Errors
-/// If the file is cut short, damaged or encrypted, has no columns, or a column is nested, binary or
-/// in an encoding that is not read.
+/// If the file is cut short, damaged or encrypted, has no columns, or a column is nested, binary or in an encoding
+/// that is not read.
 ///
 /// # Limits
-/// A file that would take more than 64 MiB and 256 times its size, or more than 4 GiB, is refused by what its
-/// footer announces.
+/// A file that would take more than 64 MiB and 256 times its size, or more than 4 GiB, is refused because of the
+/// sizes in its footer.
 pub fn parquet_sheets(bytes: &[u8], origin: &str) -> Result<Vec<Sheet>> {
     let file = ParquetFile::of(Source::Memory(Bytes::copy_from_slice(bytes)), origin)?;
     let groups: Vec<usize> = (0..file.groups.len()).collect();
@@ -56,7 +54,7 @@ pub fn parquet_sheets(bytes: &[u8], origin: &str) -> Result<Vec<Sheet>> {
     Ok(vec![file.sheet(&columns, &groups)?])
 }
 
-/// A Parquet file of which the footer was read: its columns and row groups can be read apart.
+/// A Parquet file with its footer read. Its columns and row groups can be read separately.
 #[derive(Debug)]
 pub struct ParquetFile {
     source: Source,
@@ -68,7 +66,7 @@ pub struct ParquetFile {
 }
 
 impl ParquetFile {
-    /// Whether the file at `path` begins as Parquet does.
+    /// Whether the file at `path` begins like Parquet.
     ///
     /// # Errors
     /// If it cannot be read.
@@ -82,7 +80,7 @@ impl ParquetFile {
     /// Reads the footer of the file at `path`.
     ///
     /// # Errors
-    /// As for [`parquet_sheets`], as far as the footer tells.
+    /// As for [`parquet_sheets`], as far as the footer shows.
     pub fn open(path: &Path) -> Result<Self> {
         Self::of(Source::Disk(path.to_owned()), &path.display().to_string())
     }
@@ -116,7 +114,7 @@ impl ParquetFile {
                 attributes.push((pair.key.clone(), value.clone()));
             }
         }
-        // The footer says how many cells there are: what is too much is refused before any is decoded.
+        // The footer gives the number of cells. Too many are refused before any is decoded.
         let rows = metadata.row_groups().iter().map(|group| group.num_rows().max(0) as usize);
         let width = metadata.file_metadata().schema_descr().num_columns();
         let most = rows.clone().max().unwrap_or(0).saturating_mul(width).saturating_mul(CELL);
@@ -126,8 +124,8 @@ impl ParquetFile {
             let name = column.path().string();
             if column.path().parts().len() > 1 || column.max_rep_level() > 0 {
                 return Err(format!(
-                    "column \"{name}\" is nested or a list; write the file without it, or with one \
-                     number or text a row"
+                    "column \"{name}\" is nested or a list; write the file without it, or with one number or text \
+                     per row"
                 ));
             }
             let field = fields.remove(&name).unwrap_or_default();
@@ -167,18 +165,18 @@ impl ParquetFile {
         self.groups.len()
     }
 
-    /// Rows of a row group; 0 of one that is not there.
+    /// Number of rows of a row group; 0 if there is none.
     pub fn rows(&self, group: usize) -> usize {
         self.groups.get(group).map_or(0, |group| group.rows)
     }
 
-    /// What the footer tells of the cells of a column in a row group.
+    /// The footer's information on the cells of a column in a row group.
     pub fn holds(&self, column: usize, group: usize) -> &Holds {
         let chunk = self.groups.get(group).and_then(|group| group.chunks.get(column));
         chunk.map_or(&Holds::Unknown, |chunk| &chunk.holds)
     }
 
-    /// The stored bytes of a row group, column by column, to tell its content apart from another's.
+    /// The stored bytes of a row group, column by column, to distinguish its content from another's.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -235,7 +233,7 @@ impl ParquetFile {
     }
 }
 
-/// What the parquet crate makes of something.
+/// Decodes with the parquet crate, and turns panics into errors.
 fn decoded<T>(
     decode: impl FnOnce() -> parquet::errors::Result<T>,
 ) -> std::result::Result<T, String> {

@@ -1,8 +1,7 @@
 //! The pages of a column chunk, decompressed.
 //!
-//! The parquet crate has a reader of pages of its own, but that one believes the sizes in page
-//! headers; here they are checked before anything is allocated. It also would need C code to
-//! decompress Zstandard.
+//! The parquet crate has its own reader of pages, but that one trusts the sizes in page headers. Here they are
+//! checked before anything is allocated. That reader would also need C code to decompress Zstandard.
 
 use super::thrift::Fields;
 use bytes::Bytes;
@@ -21,27 +20,27 @@ const MAX_SNAPPY_EXPANSION: usize = 22;
 /// LZ4 copies at most 255 bytes for one.
 const MAX_LZ4_EXPANSION: usize = 255;
 
-/// The pages of a column chunk, in their order.
+/// The pages of a column chunk, in order.
 pub(super) struct Pages {
-    /// The bytes of the pages that are left.
+    /// The bytes of the remaining pages.
     rest: Bytes,
     compression: Compression,
-    /// Whether cells may be null, which is told by levels that precede the values.
+    /// Whether cells may be null. If so, levels precede the values.
     optional: bool,
-    /// A dictionary takes at least so many bytes a value.
+    /// Minimum number of bytes per value of a dictionary.
     value_bytes: usize,
-    /// No page may be larger.
+    /// Limit for the size of a page.
     limit: usize,
 }
 
-/// What the header of a page of cells says.
+/// The header of a page of cells.
 struct DataHeader {
     num_values: u32,
     encoding: Encoding,
     v2: Option<V2>,
 }
 
-/// What it says more in version 2.
+/// Additional fields of version 2.
 struct V2 {
     num_nulls: u32,
     num_rows: u32,
@@ -63,7 +62,7 @@ impl Pages {
         limit: usize,
     ) -> Result<Self> {
         let value_bytes = match (column.physical_type(), column.type_length()) {
-            // There are two of them, so there is no dictionary.
+            // There are two dictionaries, which is invalid.
             (Type::BOOLEAN, _) => usize::MAX,
             (Type::INT32 | Type::FLOAT | Type::BYTE_ARRAY, _) => 4,
             (Type::INT64 | Type::DOUBLE, _) => 8,
@@ -90,7 +89,7 @@ impl Pages {
             }
             if full > self.limit {
                 return Err(broken(format!(
-                    "a page of {full} bytes is more than a file of this size should hold"
+                    "a page of {full} bytes is too large for a file of this size"
                 )));
             }
             let body = rest.slice(length..length + stored);
@@ -99,10 +98,10 @@ impl Pages {
                 Some(0) => header.fields(5).and_then(DataHeader::v1),
                 Some(3) => header.fields(8).and_then(DataHeader::v2),
                 Some(2) => return self.dictionary(&header, &body, full).map(Some),
-                // An index, or of a kind that was not known when this was written.
+                // An index, or an unknown kind.
                 _ => continue,
             };
-            let page = page.ok_or_else(|| broken("a page header lacks what it must have"))?;
+            let page = page.ok_or_else(|| broken("a page header is incomplete"))?;
             if page.num_values > 0 {
                 return self.data(page, &body, full).map(Some);
             }
@@ -120,7 +119,7 @@ impl Pages {
                 encoding: Encoding::PLAIN,
                 is_sorted: false,
             }),
-            _ => Err(broken("its dictionary is shorter than it says")),
+            _ => Err(broken("its dictionary is shorter than stated")),
         }
     }
 
@@ -218,17 +217,17 @@ fn encoding(code: i64) -> Option<Encoding> {
     })
 }
 
-/// What follows the definition levels of a page of version 1.
+/// The bytes after the definition levels of a page of version 1.
 fn after_levels(page: &[u8]) -> Option<&[u8]> {
     let (length, rest) = page.split_first_chunk()?;
     rest.get(u32::from_le_bytes(*length) as usize..)
 }
 
-/// Refuses values by which the parquet crate would allocate more than there is.
+/// Refuses values for which the parquet crate would allocate more than the page contains.
 fn check_encoding(encoding: Encoding, values: &[u8], num_values: u32) -> Result<()> {
     match encoding {
         Encoding::DELTA_BINARY_PACKED | Encoding::DELTA_LENGTH_BYTE_ARRAY => {
-            // Values a block, miniblocks a block, values.
+            // Values per block, miniblocks per block, values.
             let mut rest = values.iter();
             let mut varint = || {
                 let mut value = 0u64;
@@ -252,14 +251,14 @@ fn check_encoding(encoding: Encoding, values: &[u8], num_values: u32) -> Result<
             }
         }
         Encoding::DELTA_BYTE_ARRAY => Err(broken(
-            "its text is stored as differences (DELTA_BYTE_ARRAY), which is not read; write the \
-             file without that encoding",
+            "its text is stored as differences (DELTA_BYTE_ARRAY), which is not read; write the file without that \
+             encoding",
         )),
         _ => Ok(()),
     }
 }
 
-/// `stored` decompressed, which must give `full` bytes.
+/// `stored`, decompressed to exactly `full` bytes.
 fn decompress(stored: &Bytes, compression: Compression, full: usize) -> Result<Bytes> {
     let within = |expansion: usize| full <= stored.len().saturating_mul(expansion) + 64;
     let bytes = match compression {
@@ -269,7 +268,7 @@ fn decompress(stored: &Bytes, compression: Compression, full: usize) -> Result<B
         Compression::LZ4_RAW if within(MAX_LZ4_EXPANSION) => {
             lz4_flex::block::decompress(stored, full).map(Bytes::from).map_err(|e| e.to_string())
         }
-        Compression::SNAPPY | Compression::LZ4_RAW => Err("it is shorter than it says".to_owned()),
+        Compression::SNAPPY | Compression::LZ4_RAW => Err("it is shorter than stated".to_owned()),
         Compression::GZIP(_) => to_end(flate2::read::MultiGzDecoder::new(&stored[..]), full),
         Compression::BROTLI(_) => {
             to_end(brotli_decompressor::Decompressor::new(&stored[..], 4096), full)
@@ -280,7 +279,7 @@ fn decompress(stored: &Bytes, compression: Compression, full: usize) -> Result<B
     let bytes = bytes.map_err(|e| broken(format!("a page cannot be decompressed: {e}")))?;
     match bytes.len() {
         length if length == full => Ok(bytes),
-        length => Err(broken(format!("a page has {length} bytes, but says it has {full}"))),
+        length => Err(broken(format!("a page has {length} bytes instead of the stated {full}"))),
     }
 }
 
@@ -290,19 +289,19 @@ fn snappy(stored: &[u8], full: usize) -> std::result::Result<Bytes, String> {
             let bytes = snap::raw::Decoder::new().decompress_vec(stored);
             bytes.map(Bytes::from).map_err(|e| e.to_string())
         }
-        Ok(length) => Err(format!("it says it has {full} and {length} bytes")),
+        Ok(length) => Err(format!("it states both {full} and {length} bytes")),
         Err(e) => Err(e.to_string()),
     }
 }
 
-/// What `input` gives, but no more than a byte above `full`.
+/// The output of `input`, up to one byte more than `full`.
 fn to_end(input: impl Read, full: usize) -> std::result::Result<Bytes, String> {
     let mut bytes = vec![];
     input.take(full as u64 + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
     Ok(bytes.into())
 }
 
-/// Decompresses block by block: the decoder would else hold as many as its window takes.
+/// Decompresses block by block, because the decoder would otherwise keep as many bytes as its window.
 fn zstandard(mut stored: &[u8], full: usize) -> std::result::Result<Bytes, String> {
     use ruzstd::decoding::{BlockDecodingStrategy::UptoBlocks, FrameDecoder};
     let mut bytes = vec![];
@@ -315,13 +314,13 @@ fn zstandard(mut stored: &[u8], full: usize) -> std::result::Result<Bytes, Strin
         let mut decoder = FrameDecoder::new();
         decoder.init(&mut stored).map_err(|e| e.to_string())?;
         if single_segment && decoder.content_size() > full as u64 {
-            return Err("it is longer than it says".to_owned());
+            return Err("it is longer than stated".to_owned());
         }
         while !decoder.is_finished() {
             decoder.decode_blocks(&mut stored, UptoBlocks(1)).map_err(|e| e.to_string())?;
             bytes.extend(decoder.collect().unwrap_or_default());
             if bytes.len() > full {
-                return Err("it is longer than it says".to_owned());
+                return Err("it is longer than stated".to_owned());
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Where the bytes of a file are.
+//! The source of a file's bytes.
 
 use super::footer::MAGIC;
 use crate::error::{Error, Result};
@@ -7,10 +7,10 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::PathBuf;
 
-/// Bytes that are read from the end at once: most footers are shorter.
+/// Bytes read from the end at once. Most footers are shorter.
 const LIKELY_FOOTER: usize = 64 << 10;
 
-/// Where the bytes of a file are.
+/// The source of a file's bytes.
 #[derive(Debug)]
 pub enum Source {
     Memory(Bytes),
@@ -18,7 +18,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The first bytes, the last, and how many there are.
+    /// The first bytes, the last bytes, and the total number.
     pub fn ends(&self, origin: &str) -> Result<(Bytes, Bytes, usize)> {
         let length = match self {
             Self::Memory(bytes) => bytes.len(),
@@ -34,7 +34,7 @@ impl Source {
 
     pub fn bytes(&self, start: u64, size: usize, origin: &str) -> Result<Bytes> {
         match self {
-            // Chunks were compared with the size of the file.
+            // Chunks were already compared with the size of the file.
             Self::Memory(bytes) => Ok(bytes.slice(start as usize..start as usize + size)),
             Self::Disk(path) => {
                 let mut bytes = vec![0; size];

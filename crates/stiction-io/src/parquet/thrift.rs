@@ -1,7 +1,7 @@
 //! Thrift's compact protocol, in which Parquet writes its footer and page headers.
 //!
-//! Every length is checked against the bytes that are left, so what is read is never more than a
-//! fixed multiple of the file.
+//! Every length is checked against the remaining bytes, so the result is never larger than a fixed multiple of the
+//! file.
 
 /// How deep structs and lists may nest; Parquet needs six levels.
 const MAX_DEPTH: usize = 24;
@@ -11,7 +11,7 @@ const MAX_DEPTH: usize = 24;
 pub(super) enum Value {
     Bool(bool),
     Int(i64),
-    /// Text or a number with a fraction, which nothing here asks for.
+    /// Text or a fractional number, which is not needed here.
     Other,
     List(Vec<Value>),
     Struct(Fields),
@@ -22,14 +22,14 @@ pub(super) enum Value {
 pub(super) struct Fields(Vec<(i16, Value)>);
 
 impl Fields {
-    /// Reads a struct from the beginning of `bytes`, and tells how many bytes it takes.
+    /// Reads a struct from the beginning of `bytes`, and returns its length in bytes.
     pub(super) fn read(bytes: &[u8]) -> Option<(Self, usize)> {
         let mut input = Input { bytes, at: 0 };
         let fields = input.fields(0)?;
         Some((fields, input.at))
     }
 
-    /// The value of every field with this number; a well-formed struct has one at most.
+    /// The values of every field with this number. A well-formed struct has at most one.
     pub(super) fn all(&self, number: i16) -> impl Iterator<Item = &Value> {
         self.0.iter().filter(move |(n, _)| *n == number).map(|(_, value)| value)
     }
@@ -152,7 +152,7 @@ impl Input<'_> {
                     15 => self.varint()?,
                     count => count.into(),
                 };
-                // An element takes a byte at least.
+                // An element takes at least one byte.
                 if count > (self.bytes.len() - self.at) as u64 {
                     return None;
                 }

@@ -1,4 +1,4 @@
-//! Recordings from a sheet of which is known what its columns are.
+//! Makes recordings from a sheet with known columns.
 
 use super::naming::told;
 use super::times::times;
@@ -17,7 +17,7 @@ use stiction_diagnose::recording::{
     Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
 };
 
-/// Makes recordings of a sheet.
+/// Makes recordings from a sheet.
 pub struct Builder<'a> {
     sheet: &'a Sheet,
     plan: &'a Plan,
@@ -27,10 +27,10 @@ pub struct Builder<'a> {
     pub times: Times,
 }
 
-/// The cells of one signal: a column, and which of its rows.
+/// The cells of one signal, as a column and its rows.
 struct Source<'a> {
     column: &'a Column,
-    /// What it is called: the column, or the tag.
+    /// Its name, of the column or the tag.
     name: &'a str,
     rows: Vec<usize>,
 }
@@ -46,7 +46,7 @@ impl<'a> Builder<'a> {
         Ok(Self { sheet, plan, options, settings: SettingsByName::of(options), mark, times })
     }
 
-    /// The cells of the signal or quality that the plan's `name` stands for.
+    /// The cells of the signal or quality with the plan's `name`.
     fn source(&self, name: usize) -> Source<'a> {
         match &self.plan.place {
             Place::Columns => {
@@ -144,7 +144,7 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// The type that the file tells, as a name or as whether the loop integrates.
+    /// The type in the file, as a name or as a flag for an integrating loop.
     fn told_type(&self, notes: &mut Vec<String>) -> Option<LoopType> {
         let told = told(self.sheet, &["type", "loop_type"])?;
         let integrating = number::parse(told, DecimalMark::Point);
@@ -154,9 +154,7 @@ impl<'a> Builder<'a> {
             _ => LoopType::by_name(told).ok(),
         };
         if found.is_none() {
-            notes.push(format!(
-                "the file says the loop's type is \"{told}\", which is no known type"
-            ));
+            notes.push(format!("the file gives the loop type \"{told}\", which is unknown"));
         }
         found
     }
@@ -185,7 +183,7 @@ impl<'a> Builder<'a> {
                     value => (value, Quality::Good),
                 },
                 Cells::Times { .. } => {
-                    let message = format!("holds a time, but is taken as {}", signal.name());
+                    let message = format!("holds a time, but is used as {}", signal.name());
                     return Err(self.wrong(&source, *row, message));
                 }
             };
@@ -203,7 +201,7 @@ impl<'a> Builder<'a> {
         Ok(channel)
     }
 
-    /// The value and quality of a cell whose quality is `said` elsewhere.
+    /// The value and quality of a cell whose quality is given elsewhere.
     fn sample(
         &self,
         source: &Source<'_>,
@@ -224,7 +222,7 @@ impl<'a> Builder<'a> {
         Err(self.wrong(source, row, number::refusal(cell, self.mark, self.options.wording)))
     }
 
-    /// What is said of the quality of the samples of `signal`, if anything is.
+    /// The qualities of the samples of `signal`, if given.
     fn qualities(
         &self,
         plan: &LoopPlan,
@@ -253,7 +251,8 @@ impl<'a> Builder<'a> {
             message,
         })?;
         if let Some(code) = read.code {
-            let note = format!("the numbers in \"{}\" are read as {}", column.name, code.name());
+            let note =
+                format!("the numbers in \"{}\" are interpreted as {}", column.name, code.name());
             if !notes.contains(&note) {
                 notes.push(note);
             }
@@ -261,8 +260,8 @@ impl<'a> Builder<'a> {
         Ok(Some(read.qualities))
     }
 
-    /// The mode that a column of modes turns on, if its name and all its cells say that it is a switch and
-    /// the user does not say what its cells mean.
+    /// The mode that a column of modes turns on, if its name and all its cells show a switch and the user gives no
+    /// meaning of its cells.
     fn switch(&self, place: usize, source: &Source<'_>, notes: &mut Vec<String>) -> Option<Mode> {
         let (_, mode) = role::split_switch(source.name)?;
         let content = Content { sheet: self.sheet, place: &self.plan.place };
@@ -272,11 +271,11 @@ impl<'a> Builder<'a> {
         let (on, off) = match mode {
             Mode::Manual => ("manual", "automatic"),
             Mode::Automatic => ("automatic", "manual"),
-            // What is not in cascade may be in either of the others.
+            // A loop that is not in cascade may be in automatic or manual.
             _ => return None,
         };
         notes.push(format!(
-            "\"{}\" is read as the mode: 1 {on}, 0 {off}; if it is something else, give {}",
+            "\"{}\" is interpreted as the mode, with 1 {on} and 0 {off}; if it is something else, give {}",
             source.name,
             self.options.wording.of(Remedy::map("ignore", source.name))
         ));
@@ -319,8 +318,8 @@ impl<'a> Builder<'a> {
                 None => {
                     let cell = number::shown(cell);
                     let message = format!(
-                        "\"{cell}\" is no known mode; say what it means in a mapping file, as in \
-                         [modes] \"{cell}\" = \"auto\", or leave it out, as in {}",
+                        "\"{cell}\" is not a known mode; define it in a mapping file, as in [modes] \"{cell}\" = \
+                         \"auto\", or leave it out, as in {}",
                         self.options.wording.of(Remedy::map("ignore", source.name))
                     );
                     return Err(self.wrong(&source, *row, message));
@@ -329,8 +328,8 @@ impl<'a> Builder<'a> {
         }
         if codes {
             notes.push(
-                "mode codes are read as 0 manual, 1 automatic, 2 cascade; if they mean something else, \
-                 say so under [modes] in a mapping file"
+                "mode codes are interpreted as 0 manual, 1 automatic, 2 cascade; if they mean something else, define \
+                 them under [modes] in a mapping file"
                     .to_owned(),
             );
         }
@@ -342,14 +341,13 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// The refusal of what has no OP.
+/// The error for a file without an OP.
 pub fn no_op(origin: &str, recognised: &[Recognised], wording: Wording) -> Error {
     let names: Vec<&str> = recognised.iter().map(|each| &*each.column).collect();
     Error::NoOp {
         origin: origin.to_owned(),
         message: format!(
-            "has no column known as the controller output (OP); its columns are {}; say which it is, \
-             as in {}",
+            "has no column known as the controller output (OP); its columns are {}; name the column, as in {}",
             list(&names),
             wording.of(Remedy::map_some("op"))
         ),

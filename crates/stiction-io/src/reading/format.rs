@@ -1,4 +1,4 @@
-//! Which format a file is of, and its sheets.
+//! Detects the format of a file, and reads its sheets.
 
 use crate::csv::{self, Dialect};
 use crate::error::{Error, Result};
@@ -13,7 +13,7 @@ pub enum Format {
     Parquet,
     /// MATLAB, in any of its versions.
     Matlab,
-    /// No file, but a table in memory.
+    /// A table in memory instead of a file.
     Memory,
 }
 
@@ -29,18 +29,18 @@ impl Format {
     }
 }
 
-/// The refusal of a format that this library was built without.
+/// The error for a format that this library was built without.
 #[cfg(not(all(feature = "parquet", feature = "matlab")))]
 fn not_built_in(origin: &str, what: &str, feature: &str) -> Error {
     Error::Table {
         origin: origin.to_owned(),
         message: format!(
-            "is {what}, which this was built without (feature \"{feature}\"); save it as CSV"
+            "is {what}, which this program was built without (feature \"{feature}\"); save it as CSV"
         ),
     }
 }
 
-/// The sheets in `bytes`, by the signature they begin with; what has none is text.
+/// The sheets in `bytes`, by the signature at their beginning. Bytes without a signature are text.
 pub fn sheets(bytes: &[u8], origin: &str) -> Result<(Format, Vec<Sheet>, Vec<String>)> {
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
     if bytes.starts_with(b"PAR1") {

@@ -1,4 +1,4 @@
-//! Recordings of one loop, one after the other in several files, as one.
+//! Joins recordings of one loop from several files.
 
 use crate::error::{Error, Result};
 use crate::names::list;
@@ -6,17 +6,16 @@ use sha2::{Digest, Sha256};
 use std::collections::{HashMap, HashSet};
 use stiction_diagnose::recording::{Channel, Modes, Quality, Recording};
 
-/// A recording and the file it is from, as it is named in messages.
+/// A recording, and the name of its file in messages.
 pub type Part<'a> = (&'a str, &'a Recording);
 
-/// Joins the recordings of one loop. With dates they are put in order by them; without, they follow each other
-/// as given: a clock that goes on does so, and one that begins again is moved on to the next sample. What lies
-/// between two files stays a gap, and samples that are in two of them are taken once. The name is that of the
-/// first.
+/// Joins the recordings of one loop. Recordings with dates are ordered by them. Recordings without dates follow each
+/// other as given. A clock that continues is kept, and a clock that restarts is shifted to the next sample. The time
+/// between two files remains a gap, and samples in both files are used once. The name is that of the first.
 ///
 /// # Errors
-/// If some have dates and others none, if they do not have the same signals, units or ranges, or if they overlap
-/// with different samples; the error names the file. If there are none.
+/// If only some have dates, if their signals, units or ranges differ, or if they overlap with different samples; the
+/// error names the file. Also if there are no recordings.
 pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
     let dated = parts.iter().filter(|(_, recording)| recording.start.is_some()).count();
     if let (Some((with, _)), Some((without, _))) = (
@@ -24,7 +23,8 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
         parts.iter().find(|(_, recording)| recording.start.is_none()),
     ) {
         let message = format!(
-            "has no dates, but {with} has, so they cannot be put in order; give files that all have dates, or none"
+            "has no dates, but {with} has, so they cannot be put in order; give only files with dates, or only files \
+             without"
         );
         return Err(refused(without, message));
     }
@@ -43,7 +43,7 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
         alike((first, &whole), (origin, part))?;
         let shift = clock.shift(part);
         let (from, to) = span(&part.op);
-        // Of several that reach into this one, the last; else the one before it.
+        // The last of several that reach into this one, else the previous one.
         let reaches = taken.iter().rev().find(|(_, end)| *end >= from + shift);
         let before = reaches.or(taken.last()).map_or(*first, |(origin, _)| *origin);
         append(&mut whole, part, shift).map_err(|message| {
@@ -59,19 +59,18 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
     if parts.len() > 1 {
         let files: Vec<&str> = parts.iter().map(|(origin, _)| *origin).collect();
         let follow = if clock.began_again {
-            "; they tell no dates, and are taken one after the other without gaps"
+            "; they have no dates, and follow each other without gaps"
         } else {
             ""
         };
-        whole.notes.insert(
-            0,
-            format!("put together from {} files, {}{follow}", files.len(), list(&files)),
-        );
+        whole
+            .notes
+            .insert(0, format!("joined from {} files, {}{follow}", files.len(), list(&files)));
     }
     Ok(whole)
 }
 
-/// A SHA-256 of several files, by the SHA-256 of each in hexadecimal: that of these, one a line.
+/// A SHA-256 of several files, computed from the SHA-256 of each in hexadecimal, one per line.
 pub fn sha256<'a>(files: impl IntoIterator<Item = &'a str>) -> String {
     let lines: String = files.into_iter().map(|each| format!("{each}\n")).collect();
     format!("{:x}", Sha256::digest(lines))
@@ -81,21 +80,21 @@ fn refused(origin: &str, message: String) -> Error {
     Error::Table { origin: origin.to_owned(), message }
 }
 
-/// The times between which a channel lies.
+/// The first and last time of a channel.
 fn span(channel: &Channel) -> (f64, f64) {
     let times = || channel.time.iter().copied();
     (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Where the clocks of the parts lie on that of the whole.
+/// The position of the clocks of the parts on the clock of the whole.
 struct Clock {
     start: Option<f64>,
-    /// Where the first part begins by its own clock.
+    /// Beginning of the first part on its own clock.
     first: f64,
-    /// Where the part before ends by its own clock, and by how much that is behind the whole's.
+    /// End of the previous part on its own clock, and the delay of that clock behind the clock of the whole.
     last: f64,
     shift: f64,
-    /// The commonest time between samples, s.
+    /// The most frequent time between samples, s.
     step: f64,
     began_again: bool,
 }
@@ -118,7 +117,7 @@ impl Clock {
         }
     }
 
-    /// By how much the clock of the next part is behind.
+    /// The delay of the clock of the next part.
     fn shift(&mut self, part: &Recording) -> f64 {
         if let (Some(start), Some(own)) = (self.start, part.start) {
             return own - start;
@@ -133,7 +132,7 @@ impl Clock {
     }
 }
 
-/// That two parts can be of one recording.
+/// Checks that two parts can belong to one recording.
 fn alike((first, a): Part<'_>, (origin, b): Part<'_>) -> Result<()> {
     for (name, a, b) in [
         ("PV", a.pv.as_ref(), b.pv.as_ref()),
@@ -148,7 +147,7 @@ fn alike((first, a): Part<'_>, (origin, b): Part<'_>) -> Result<()> {
         if a.unit != b.unit {
             let unit = |channel: &Channel| channel.unit.clone().unwrap_or("no unit".to_owned());
             let message = format!(
-                "has its {name} in {}, but {first} in {}; bring them to one",
+                "has its {name} in {}, but {first} in {}; convert both to the same unit",
                 unit(b),
                 unit(a)
             );
@@ -161,7 +160,7 @@ fn alike((first, a): Part<'_>, (origin, b): Part<'_>) -> Result<()> {
             return Err(refused(
                 origin,
                 format!(
-                    "has its {name} within {}, but {first} within {}; give its range for both",
+                    "has the {name} range {}, but {first} has {}; give its range for both",
                     ends(b),
                     ends(a)
                 ),
@@ -182,7 +181,7 @@ fn lacks(signal: &str, first: &str, origin: &str, first_has: bool) -> Error {
     refused(without, message)
 }
 
-/// Puts the samples of `part`, whose clock is `shift` s behind, behind those of `whole`.
+/// Appends the samples of `part`, whose clock is `shift` s behind, to those of `whole`.
 fn append(whole: &mut Recording, part: &Recording, shift: f64) -> std::result::Result<(), String> {
     let channel = |signal: &str, whole: &mut Channel, part: &Channel| {
         let samples = |channel: &Channel, shift: f64| {
@@ -217,7 +216,7 @@ fn append(whole: &mut Recording, part: &Recording, shift: f64) -> std::result::R
     Ok(())
 }
 
-/// A value and its quality; one that is not usable equals another such.
+/// A value and its quality. Two unusable values are equal.
 #[derive(Clone, Copy)]
 struct Value(f64, Quality);
 
@@ -227,11 +226,11 @@ impl PartialEq for Value {
     }
 }
 
-/// How two recordings of one time differ.
+/// How two recordings of the same time differ.
 enum Differ {
     /// In a value.
     Values,
-    /// In when they were sampled.
+    /// In sampling times.
     Times,
 }
 
@@ -244,13 +243,13 @@ impl Differ {
     }
 }
 
-/// The samples of both, in which those that are in both are once. Where they overlap, all samples of one must be
-/// among those of the other: one may begin with a value that the other has only stored as it changed.
+/// The samples of both, with common samples once. Where they overlap, all samples of one must be among those of the
+/// other. One may begin with a value that the other stored only when it changed.
 fn merged<V: PartialEq + Copy>(
     mut old: Vec<(f64, V)>,
     new: Vec<(f64, V)>,
 ) -> std::result::Result<Vec<(f64, V)>, Differ> {
-    // Clocks of different files agree to the microsecond at best.
+    // Clocks of different files agree to a microsecond at best.
     let key = |time: f64| (time * 1e6).round() as i64;
     let keys = |samples: &[(f64, V)]| -> HashSet<i64> {
         samples.iter().map(|(time, _)| key(*time)).collect()

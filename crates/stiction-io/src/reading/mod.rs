@@ -27,19 +27,19 @@ use std::collections::HashSet;
 use std::path::Path;
 use stiction_diagnose::recording::Recording;
 
-/// How the times of a part of a file are written.
+/// The notation of times in a part of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimeColumn {
-    /// Name of the column; none if rows are evenly spaced by a sample time.
+    /// Name of the column; none if rows are evenly spaced.
     pub column: Option<String>,
-    /// How it is written, in words.
+    /// Its notation, in words.
     pub format: String,
-    /// What the clock shows.
+    /// The kind of its clock.
     pub clock: Clock,
 }
 
 impl TimeColumn {
-    /// How the `times` of a sheet are written.
+    /// The notation of the `times` of a sheet.
     fn of(sheet: &Sheet, plan: &Plan, options: &ReadOptions, times: Times) -> Self {
         let used = plan.time.filter(|_| options.sample_time.is_none());
         Self {
@@ -50,29 +50,29 @@ impl TimeColumn {
     }
 }
 
-/// What was read from a file.
+/// The content of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// The file, as it is named in messages.
+    /// The name of the file in messages.
     pub origin: String,
     /// SHA-256 of its bytes, in hexadecimal; empty for a table in memory.
     pub sha256: String,
     /// Its format.
     pub format: Format,
-    /// How its loops lie in it; of several parts, in the first that has a loop.
+    /// The arrangement of its loops; with several parts, in the first that has a loop.
     pub layout: Layout,
-    /// How its times are written; of several parts, in the first that has a loop.
+    /// The notation of its times; with several parts, in the first that has a loop.
     pub time: TimeColumn,
     /// The loops, in the order of the file.
     pub recordings: Vec<Recording>,
-    /// What every column and tag was recognised as.
+    /// The recognised role of every column and tag.
     pub recognised: Vec<Recognised>,
-    /// The loops that are not among the recordings, because the file lacks a column or tag that the mapping names,
-    /// or a signal of theirs could not be made a column; the notes name those of which it has others.
+    /// The loops that are not among the recordings, because the file lacks a column or tag that the mapping names, or
+    /// because one of their signals could not become a column. The notes list those with other signals in the file.
     pub missing: Vec<MissingLoop>,
-    /// Names of recordings that nothing in the file names, so that the file's own name stands in.
+    /// Names of recordings that are named after the file, because nothing in it names them.
     pub untagged: Vec<String>,
-    /// What the user should know of the file as a whole; each recording has notes of its own.
+    /// Notes for the user on the whole file. Each recording has its own notes.
     pub notes: Vec<String>,
 }
 
@@ -84,19 +84,19 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
     parse(&bytes::read(path)?, &path.display().to_string(), options)
 }
 
-/// Reads recordings from `bytes`, whose format their beginning tells; `origin` names them in errors,
-/// and a loop that has no other name.
+/// Reads recordings from `bytes`, whose format is detected from their beginning. `origin` is their name in errors,
+/// and the name of a loop without another one.
 ///
 /// # Errors
-/// If the bytes are of no known format, or no column is known as a controller output; if a cell is
-/// neither what its column holds nor a known word; if the times cannot be told.
+/// If the bytes are of no known format, or no column is known as a controller output; if a cell does not fit its
+/// column and is not a known word; or if the times cannot be read.
 pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Reading> {
     let (format, sheets, notes) = sheets(bytes, origin)?;
     let sha256 = format!("{:x}", Sha256::digest(bytes));
     build(format, &sheets, notes, sha256, origin, options)
 }
 
-/// The names of all columns in `bytes`, whatever they hold: to say what they are where [`parse`] cannot tell.
+/// The names of all columns in `bytes`, so that a user can assign those that [`parse`] does not recognise.
 ///
 /// # Errors
 /// If the bytes are of no known format.
@@ -106,10 +106,11 @@ pub fn columns(bytes: &[u8], origin: &str) -> Result<Vec<String>> {
     Ok(columns.map(|column| column.name).collect())
 }
 
-/// Reads recordings from a table in memory, whose origin names it in errors, and a loop that has no other name.
+/// Reads recordings from a table in memory. Its origin is its name in errors, and the name of a loop without another
+/// one.
 ///
 /// # Errors
-/// As for [`parse`], but for the format.
+/// As for [`parse`], except for the format.
 pub fn of_sheet(sheet: Sheet, options: &ReadOptions) -> Result<Reading> {
     let origin = sheet.origin.clone();
     build(Format::Memory, &[sheet], vec![], String::new(), &origin, options)
@@ -186,7 +187,7 @@ fn build(
             notes.push(format!("{parts} have no column known as OP and are not read"));
         }
     }
-    // What one part of the file lacks another may have.
+    // Another part of the file may have what one part lacks.
     let mut seen: HashSet<String> =
         recordings.iter().map(|read: &Recording| read.name.to_lowercase()).collect();
     missing.sort_by_key(|each| !each.is_partly_here);
@@ -194,7 +195,7 @@ fn build(
     let elsewhere: Vec<&str> =
         missing.iter().filter(|each| !each.is_partly_here).map(|each| &*each.name).collect();
     if !elsewhere.is_empty() {
-        notes.push(format!("of the mapping, this file does not hold {}", list(&elsewhere)));
+        notes.push(format!("the file lacks these loops of the mapping: {}", list(&elsewhere)));
     }
     Ok(Reading {
         origin: origin.to_owned(),

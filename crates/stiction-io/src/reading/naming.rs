@@ -1,19 +1,19 @@
-//! What loops are called, and what else a file says beside its columns.
+//! Names of loops, and other information that a file gives beside its columns.
 
 use crate::columns::layout::LoopPlan;
 use crate::sheet::Sheet;
 use std::path::Path;
 
-/// What loops are called that no column names.
+/// Names of loops that no column names.
 pub struct Names<'a> {
     pub origin: &'a str,
-    /// How much the parts of the file have in common.
+    /// Length of the common beginning of the parts' names.
     pub parts: usize,
     pub several: bool,
 }
 
 impl Names<'_> {
-    /// The name of a loop, and whether the file tells it.
+    /// The name of a loop, and whether the file gives it.
     pub fn of(&self, plan: &LoopPlan, sheet: &Sheet) -> (String, bool) {
         let part = sheet.part.get(self.parts..).unwrap_or("");
         let name = match (&plan.name, part) {
@@ -33,7 +33,7 @@ impl Names<'_> {
     }
 }
 
-/// The beginning, up to a dot, that the parts of all sheets share.
+/// Length of the common beginning of the parts of all sheets, up to a dot.
 pub fn common_start(sheets: &[Sheet]) -> usize {
     let Some((first, others)) = sheets.split_first() else { return 0 };
     let ends = first.part.match_indices('.').map(|(at, _)| at + 1);
@@ -42,7 +42,7 @@ pub fn common_start(sheets: &[Sheet]) -> usize {
         .unwrap_or(0)
 }
 
-/// What the file says beside its columns under one of the `keys`.
+/// The information of a file beside its columns under one of the `keys`.
 pub fn told<'s>(sheet: &'s Sheet, keys: &[&str]) -> Option<&'s str> {
     let same = |key: &str| keys.contains(&&*key.to_lowercase().replace([' ', '-'], "_"));
     sheet.attributes.iter().find(|(key, _)| same(key)).map(|(_, value)| &**value)

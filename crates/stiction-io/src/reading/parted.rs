@@ -1,7 +1,7 @@
-//! Files that can be read loop by loop, so that memory is that of some loops and not of all.
+//! Files that can be read loop by loop, which needs memory only for some loops.
 //!
-//! Wide Parquet by its columns, long Parquet by its row groups. What is read of a loop is what would be read of it in
-//! the whole file.
+//! Wide Parquet is read by columns, long Parquet by row groups. The result for a loop is the same as from reading the
+//! whole file.
 
 use crate::columns::layout::{self, Bundle, Shape};
 use crate::columns::options::ReadOptions;
@@ -14,10 +14,10 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Cells of beginnings that are held at a time.
+/// Number of cells of beginnings held at a time.
 const HEAD: usize = 2_000_000;
 
-/// A file of several loops, of which it is known where they are.
+/// A file of several loops, with the places of each.
 #[derive(Debug)]
 pub struct PartedFile {
     file: ParquetFile,
@@ -32,7 +32,7 @@ pub struct PartedFile {
     names: Vec<Arc<str>>,
 }
 
-/// When a loop has samples of its OP.
+/// The time of samples of a loop's OP.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stamp {
     /// s since 1970-01-01 UTC.
@@ -42,11 +42,11 @@ pub enum Stamp {
 }
 
 impl PartedFile {
-    /// Looks where the loops of the file at `path` are. `None` of a file that can only be read whole: CSV, MATLAB, of one
-    /// loop, or whose times are not of a type of times.
+    /// Finds the places of the loops in the file at `path`. `None` for a file that can only be read whole: CSV,
+    /// MATLAB, a file of one loop, or one whose times are not of a time type.
     ///
     /// # Errors
-    /// If it cannot be read, or is damaged as far as was looked.
+    /// If it cannot be read, or if damage is found.
     pub fn open(path: &Path, options: &ReadOptions) -> Result<Option<Self>> {
         if !ParquetFile::is_one(path)? {
             return Ok(None);
@@ -101,13 +101,13 @@ impl PartedFile {
         Ok(Some(Self { file, shape, bundles, places, tags, groups, names }))
     }
 
-    /// The loops that have an OP by its name.
+    /// The loops that have an OP, by the name of the OP.
     pub fn loops(&self) -> impl Iterator<Item = &str> {
         self.bundles.iter().flat_map(|bundle| &bundle.loops).map(|(name, _)| &**name)
     }
 
-    /// Hands `visit` for each loop the first and the last time of stretches of samples of its OP, as short as `whole`
-    /// wants them: a stretch that is not whole is handed sample by sample.
+    /// Passes to `visit`, for each loop, the first and the last time of stretches of samples of its OP. A stretch
+    /// that `whole` rejects is passed sample by sample.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -123,7 +123,7 @@ impl PartedFile {
             of_tag.entry(*op).or_default().push(name);
         }
         for group in 0..self.file.groups() {
-            // A row of a wide table is one of all loops.
+            // A row of a wide table belongs to all loops.
             let there: Vec<usize> = match self.tags.get(group) {
                 Some(tags) => tags.iter().copied().filter(|tag| of_tag.contains_key(tag)).collect(),
                 None => of_tag.keys().copied().collect(),
@@ -172,7 +172,7 @@ impl PartedFile {
         Ok(())
     }
 
-    /// Rows that are decoded to read these loops, and those of the file.
+    /// Number of rows decoded to read these loops, and of rows in the file.
     pub fn rows<'n>(&self, loops: impl IntoIterator<Item = &'n str>) -> (usize, usize) {
         let of = |groups: &mut dyn Iterator<Item = usize>| {
             groups.map(|group| self.file.rows(group)).sum()
@@ -185,7 +185,7 @@ impl PartedFile {
         }
     }
 
-    /// SHA-256 of what is stored of each loop, of those whose row groups hold nothing else.
+    /// SHA-256 of the stored data of each loop whose row groups hold no other data.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -214,7 +214,7 @@ impl PartedFile {
         Ok(found)
     }
 
-    /// Reads the beginning of the samples of every loop, some loops at a time, and hands each reading to `visit`.
+    /// Reads the first samples of every loop, some loops at a time, and passes each reading to `visit`.
     ///
     /// # Errors
     /// As for [`PartedFile::read`].
@@ -242,7 +242,7 @@ impl PartedFile {
         Ok(())
     }
 
-    /// How many row groups it has.
+    /// Number of row groups.
     pub fn groups(&self) -> usize {
         self.file.groups()
     }
@@ -252,7 +252,7 @@ impl PartedFile {
         self.shape.long.is_some()
     }
 
-    /// The sheets of a long table row group by row group, to be sorted by [loops](Self::tags_of).
+    /// The sheets of a long table, one per row group, to be sorted by [loops](Self::tags_of).
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -261,7 +261,7 @@ impl PartedFile {
         (0..self.file.groups()).map(move |group| self.file.sheet(&columns, &[group]))
     }
 
-    /// A sheet of the file's columns, without a row.
+    /// A sheet of the file's columns, without rows.
     ///
     /// # Errors
     /// None is known.
@@ -270,7 +270,7 @@ impl PartedFile {
         self.file.sheet(&columns, &[])
     }
 
-    /// The tags that are read for these loops.
+    /// The tags read for these loops.
     pub fn tags_of<'n>(&self, loops: impl IntoIterator<Item = &'n str>) -> Vec<&str> {
         self.names_of(loops).into_iter().map(|name| &*self.names[name]).collect()
     }
@@ -296,7 +296,7 @@ impl PartedFile {
         reading::of_sheet(sheet, &self.options_of(&self.names_of(loops), options))
     }
 
-    /// What of the options concerns the loops of these names.
+    /// The options that concern the loops of these names.
     fn options_of(&self, names: &[usize], options: &ReadOptions) -> ReadOptions {
         let names: HashSet<&usize> = names.iter().collect();
         let told =
@@ -305,7 +305,7 @@ impl PartedFile {
         options.of_loops(&told.collect())
     }
 
-    /// The recordings of these loops, and of such as must be read with them.
+    /// The recordings of these loops, and of those that must be read with them.
     ///
     /// # Errors
     /// As for [`reading::parse`].
@@ -323,7 +323,7 @@ impl PartedFile {
         reading::of_sheet(self.part(&names, &groups)?, &options)
     }
 
-    /// What these row groups hold of these names.
+    /// The data of these names in these row groups.
     fn part(&self, names: &[usize], groups: &[usize]) -> Result<Sheet> {
         let Some((tag, _)) = self.shape.long else {
             let mut columns: Vec<usize> =
@@ -345,7 +345,7 @@ impl PartedFile {
         Ok(sheet)
     }
 
-    /// The names that are read for these loops, in order.
+    /// The names read for these loops, in order.
     fn names_of<'n>(&self, loops: impl IntoIterator<Item = &'n str>) -> Vec<usize> {
         let places: HashSet<usize> =
             loops.into_iter().filter_map(|name| self.places.get(name).copied()).collect();
@@ -367,7 +367,7 @@ impl PartedFile {
     }
 }
 
-/// The different words among cells, in order of their first.
+/// The different words among cells, in order of first appearance.
 fn distinct(cells: &[Arc<str>]) -> Vec<&Arc<str>> {
     let mut seen: HashSet<&str> = HashSet::new();
     let mut words: Vec<&Arc<str>> = vec![];

@@ -1,4 +1,4 @@
-//! What a file of recordings holds, in short: what `stiction inspect` shows.
+//! The summary of a file of recordings that `stiction inspect` shows.
 
 use crate::columns::layout::Recognised;
 use crate::reading::{Format, Reading};
@@ -9,63 +9,63 @@ use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, RangeSource, R
 #[cfg(feature = "serde")]
 use {schemars::JsonSchema, serde::Serialize};
 
-/// How many there are of each sort that occurs, by name.
+/// Counts of each occurring kind, by name.
 pub type Counts = Vec<(&'static str, usize)>;
 
-/// What a file holds, as it is understood.
+/// The content of a file, as interpreted.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Summary {
-    /// The file as it was named.
+    /// Name of the file, as given.
     pub file: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
     /// Its format.
     pub format: &'static str,
-    /// Its encoding; `None` but of CSV.
+    /// Its encoding; `None` except for CSV.
     pub encoding: Option<&'static str>,
-    /// What stands between its columns; `None` but of CSV.
+    /// Its delimiter; `None` except for CSV.
     pub delimiter: Option<char>,
-    /// What stands before decimals; `None` but of CSV.
+    /// Its decimal mark; `None` except for CSV.
     pub decimal_mark: Option<char>,
-    /// How loops and signals are laid out.
+    /// The arrangement of loops and signals.
     pub layout: &'static str,
     /// Its times.
     pub times: Times,
-    /// Every column with what it is taken to be.
+    /// Every column with its role.
     pub columns: Vec<Column>,
     /// The loops.
     pub loops: Vec<Loop>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// How times are written.
+/// The notation of times.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Times {
     /// Their column, if they have one.
     pub column: Option<String>,
-    /// Their form.
+    /// Their notation.
     pub format: String,
     /// Their zone.
     pub zone: String,
 }
 
-/// What a column is taken to be.
+/// The role of a column.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Column {
-    /// The part of the file that it stands in, such as a sheet; empty for the only one.
+    /// The part of the file that contains it, such as a sheet; empty if there is only one.
     pub part: String,
     /// Its name.
     pub column: String,
-    /// What it is taken to be.
+    /// Its role.
     pub role: String,
     /// The loop it belongs to.
     #[cfg_attr(feature = "serde", serde(rename = "loop"))]
     pub loop_name: Option<String>,
-    /// Why.
+    /// The reason for this role.
     pub why: String,
 }
 
@@ -75,25 +75,25 @@ pub struct Column {
 pub struct Loop {
     /// Its tag.
     pub name: String,
-    /// What it controls.
+    /// Its type.
     #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: &'static str,
-    /// Where its clock begins, s since 1970 UTC; `None` where that is not known.
+    /// Beginning of its clock, s since 1970 UTC; `None` if unknown.
     pub start_s: Option<f64>,
     /// Its earliest time.
     pub first: String,
     /// Its latest time.
     pub last: String,
-    /// Between them, s.
+    /// Duration between them, s.
     #[cfg_attr(feature = "serde", serde(with = "stiction_model::finite::Finite"))]
     pub duration_s: f64,
-    /// Its signals, `op`, `pv`, `sp` and `vp`, those that there are.
+    /// Its signals among `op`, `pv`, `sp` and `vp`.
     pub signals: BTreeMap<&'static str, Signal>,
-    /// How many samples are in each mode; `None` where modes are not recorded.
+    /// Number of samples in each mode; `None` if modes are not recorded.
     #[cfg_attr(feature = "serde", serde(serialize_with = "option_of_counts"))]
     #[cfg_attr(feature = "serde", schemars(with = "Option<BTreeMap<String, usize>>"))]
     pub modes: Option<Counts>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -101,23 +101,23 @@ pub struct Loop {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Signal {
-    /// How many samples it has.
+    /// Number of samples.
     pub samples: usize,
-    /// How many are of each quality.
+    /// Number of samples of each quality.
     #[cfg_attr(feature = "serde", serde(serialize_with = "counts_as_map"))]
     #[cfg_attr(feature = "serde", schemars(with = "BTreeMap<String, usize>"))]
     pub quality: Counts,
-    /// Its least value; `None` without any.
+    /// Its smallest value; `None` without values.
     pub lowest: Option<f64>,
-    /// Its largest value; `None` without any.
+    /// Its largest value; `None` without values.
     pub highest: Option<f64>,
-    /// Its unit, where it is known.
+    /// Its unit, if known.
     pub unit: Option<String>,
-    /// Its range, where it is known.
+    /// Its range, if known.
     pub range: Option<Span>,
 }
 
-/// A range and where it comes from.
+/// A range and its source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Span {
@@ -125,7 +125,7 @@ pub struct Span {
     pub low: f64,
     /// Its upper end.
     pub high: f64,
-    /// Where it comes from.
+    /// Its source.
     pub source: &'static str,
 }
 
@@ -231,7 +231,7 @@ impl From<&Channel> for Signal {
     }
 }
 
-/// The least and the largest finite value; the wrong way round without any.
+/// The smallest and the largest finite value; in reverse order without values.
 fn ends(values: &[f64]) -> (f64, f64) {
     let known = values.iter().filter(|value| value.is_finite());
     known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))

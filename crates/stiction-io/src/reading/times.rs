@@ -1,4 +1,4 @@
-//! The times of a sheet's rows, by a column or by a sample time.
+//! The times of a sheet's rows, from a column or a sample time.
 
 use crate::cells::number::DecimalMark;
 use crate::columns::layout::{Place, Plan};
@@ -10,10 +10,10 @@ use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{self, Clock, Times, Told};
 use std::sync::Arc;
 
-/// Reads the times of all rows of `sheet`, or makes them of its sample time.
+/// Reads the times of all rows of `sheet`, or computes them from its sample time.
 ///
 /// # Errors
-/// If they cannot be told.
+/// If they are unknown.
 pub fn times(
     sheet: &Sheet,
     plan: &Plan,
@@ -27,7 +27,7 @@ pub fn times(
     let by_rows = matches!(plan.place, Place::Rows { .. });
     if let Some(sample_time) = options.sample_time {
         if by_rows {
-            let message = "holds a row a sample, so a sample time cannot stand for its times";
+            let message = "has one row per sample, so a sample time cannot replace its times";
             return Err(wrong(message.to_owned()));
         }
         check_told(sample_time, Told::ByUser)?;
@@ -45,8 +45,8 @@ pub fn times(
                 Ok(evenly(sheet.len(), sample_time))
             }
             _ => Err(wrong(format!(
-                "has no column of times; its columns are {}; say which it is, as in {}, or tell \
-                 the time between rows, as in {}",
+                "has no column of times; its columns are {}; name the column, as in {}, or give the time between \
+                 rows, as in {}",
                 list(&sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>()),
                 options.wording.of(Remedy::map_some("time")),
                 options.wording.of(Remedy::SampleTime(1.0))
@@ -81,20 +81,20 @@ pub fn times(
     }
     let mut times = timestamp::read(column, &context)?;
     times.notes.push(format!(
-        "\"{}\" is not used, because \"{}\" tells the day too",
+        "\"{}\" is not used, because \"{}\" includes the day",
         sheet.columns[date].name, column.name
     ));
     Ok(times)
 }
 
-/// A column of days and one of times of day as one.
+/// A column of days and one of times of day, combined.
 fn joined(sheet: &Sheet, date: usize, time: &Column, wording: Wording) -> Result<Column> {
     let date = &sheet.columns[date];
     let (Cells::Text(dates), Cells::Text(times)) = (&date.cells, &time.cells) else {
         return Err(Error::Table {
             origin: sheet.origin.clone(),
             message: format!(
-                "\"{}\" and \"{}\" are both times; say which, as in {}",
+                "\"{}\" and \"{}\" are both times; choose one, as in {}",
                 date.name,
                 time.name,
                 wording.of(Remedy::map("ignore", &date.name))

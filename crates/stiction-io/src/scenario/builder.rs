@@ -12,10 +12,10 @@ use stiction_model::valve::{Assembly, Model, ValveSpec};
 
 type Built<T> = std::result::Result<T, Wrong>;
 
-/// Takes a scenario from its fields.
+/// Builds a scenario from its fields.
 pub struct Builder<'p> {
     pub signals: Signals<'p>,
-    /// Of the valve that was read.
+    /// The valve of the scenario.
     pub valve: (Model, Bands),
     pub notes: Vec<String>,
 }
@@ -42,7 +42,7 @@ impl Builder<'_> {
                 Some(master) => System::Cascade(Box::new(self.cascade(master, slave, clock)?)),
             }
         };
-        // What the core still refuses concerns several keys at once.
+        // Remaining refusals of the core concern several keys at once.
         system.check().map_err(|e| top.wrong_table(e))?;
         top.finish()?;
         Ok((title, system))
@@ -85,7 +85,7 @@ impl Builder<'_> {
         Ok(system)
     }
 
-    /// `[noise]` and `[[measurement]]`: what adds to a PV.
+    /// `[noise]` and `[[measurement]]`, which are added to a PV.
     fn measurement(&mut self, top: &Fields<'_, '_>, clock: Clock) -> Built<Vec<Signal>> {
         let mut signals = vec![];
         if let Some(fields) = top.table("noise", keys::NOISE)? {
@@ -113,7 +113,9 @@ impl Builder<'_> {
         };
         let (process, dead_time) = process(section(&master, "process", keys::PROCESS)?)?;
         if dead_time != slave.dead_time {
-            return Err(master.wrong("process", "dead_time must be that of the slave's process"));
+            return Err(
+                master.wrong("process", "dead_time must be the dead time of the slave's process")
+            );
         }
         let cascade = Cascade {
             slave,
@@ -170,7 +172,7 @@ impl Builder<'_> {
     }
 }
 
-/// A table that must be there.
+/// A table that is required.
 fn section<'a, 'i>(
     top: &Fields<'a, 'i>,
     key: &'static str,

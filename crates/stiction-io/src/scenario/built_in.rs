@@ -1,4 +1,4 @@
-//! The scenarios that come with the project.
+//! The built-in scenarios.
 
 macro_rules! built_in {
     ($($name:literal),+ $(,)?) => {

@@ -9,7 +9,7 @@ pub struct Clock {
     pub samples: usize,
 }
 
-/// The longest run a scenario may ask for. One of this length takes gigabytes.
+/// The longest run allowed. A run of this length takes gigabytes.
 const MAX_SAMPLES: f64 = 1e8;
 
 impl Clock {

@@ -62,7 +62,7 @@ pub fn controller(fields: Fields<'_, '_>) -> Result<Controller, Wrong> {
         };
         controller = controller.with_limits(low, high, anti_windup).map_err(refused)?;
     } else if fields.has("anti_windup") || fields.has("tracking_time") {
-        return Err(fields.wrong("limits", "is missing; without limits nothing winds up"));
+        return Err(fields.wrong("limits", "is missing; without limits there is no windup"));
     }
     fields.finish()?;
     Ok(controller)

@@ -1,4 +1,4 @@
-//! A fitted loop as a scenario: what `simulate`, `limit-cycle`, `compensate`, `what-if` and `fmu` take.
+//! A fitted loop as a scenario for `simulate`, `limit-cycle`, `compensate`, `what-if` and `fmu`.
 
 use stiction_diagnose::fit::Fit;
 use stiction_diagnose::fusion::Estimate;
@@ -6,13 +6,14 @@ use stiction_diagnose::identify::controller::FittedController;
 use stiction_diagnose::identify::process::FittedProcess;
 use stiction_model::closed_loop::DerivativeOn;
 
-/// Samples beyond which a scenario of a long recording is cut.
+/// Limit for the number of samples of the scenario.
 const MOST_SAMPLES: f64 = 20_000.0;
 
-/// The scenario of a fitted loop in TOML, with where each value comes from. `duration_s` is that of the recording.
+/// The scenario of a fitted loop in TOML, with the source of each value. `duration_s` is the duration of the
+/// recording.
 ///
 /// # Errors
-/// In words: which part of the loop is missing, and why.
+/// A sentence with the missing part of the loop, and the reason.
 pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String> {
     let missing = |part: &str, why: Option<&str>| {
         format!("{name}: no scenario without a {part}: {}", why.unwrap_or("it is not identified"))
@@ -22,14 +23,14 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     let process = fit.process.known().ok_or_else(|| missing("process", fit.process.why_not()))?;
     let valve = fit.valve.known().ok_or_else(|| missing("valve", fit.valve.why_not()))?;
     let likeliest = process.candidates.first().ok_or_else(|| missing("process", None))?;
-    // Medians of S, J, gain and lag, each for itself, would make a loop that nothing bears out.
+    // Separate medians of S, J, gain and lag would make a loop that the recording does not support.
     let nearest = fit.cycle.known().and_then(|cycle| cycle.nearest.as_ref());
     let (s, j) = nearest.map_or((valve.s.value, valve.j.value.min(valve.s.value)), |draw| {
         (draw.bands.s(), draw.bands.j())
     });
     let [gain, lag_s, dead_time_s] =
         nearest.map_or([likeliest.gain, likeliest.lag_s, likeliest.dead_time_s], |draw| {
-            // First order, or an integrator, whose slope it is.
+            // First order, or an integrator with this slope.
             let (above, below) = draw.process.coefficients();
             let gain = draw.lasting_gain().unwrap_or(above[0] / below[0]);
             [gain, below[0] / below[1], draw.process.dead_time()]
@@ -41,8 +42,8 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     let mut line = |text: String| out.line(text);
     line(format!("title = {:?}", format!("{name}, as fitted to its recording")));
     let known = match controller.execution_s {
-        Some(_) => "the controller executes so often",
-        None => "the controller executes more often than the record shows: half a sample",
+        Some(_) => "execution interval of the controller",
+        None => "half a sample, because the controller executes more often than the record shows",
     };
     line(format!("sample_time = {}  # s; {known}", float(sample)));
     line(format!("duration = {}  # s", float(samples * sample)));
@@ -50,12 +51,12 @@ pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String
     line(format!("op = {}", float(fit.resting.op)));
     let set_point = controller.set_point.map_or(fit.resting.pv, |sp| sp.value);
     line(format!("pv = {}", float(set_point)));
-    // At rest within its stick band it would stay there.
+    // At rest within its stick band the valve would stay there.
     let push = fit.cycle.known().and_then(|cycle| cycle.recorded).map_or_else(
         || (likeliest.gain.abs() * valve.s.value.max(1.0), 0.1 * samples * sample),
         |recorded| (2.0 * recorded.pv, recorded.period_s),
     );
-    line("\n[set_point]  # pushed once, for a valve at rest would stay there".to_owned());
+    line("\n[set_point]  # one step, because a valve at rest would stay there".to_owned());
     line("signal = \"steps\"".to_owned());
     line(format!(
         "steps = [[0.0, {}], [{}, {}]]",
@@ -112,10 +113,7 @@ fn write_controller(out: &mut Lines, controller: &FittedController) {
         line("derivative_on = \"error\"".to_owned());
     }
     if controller.gap > 0.0 {
-        line(format!(
-            "# its gap of {} units of PV either way is not part of a scenario",
-            float(controller.gap)
-        ));
+        line(format!("# the gap of ±{} PV units is not part of a scenario", float(controller.gap)));
     }
     let (low, high) = (controller.low.unwrap_or(0.0), controller.high.unwrap_or(100.0));
     let reached = if controller.low.or(controller.high).is_some() { "as reached" } else { "usual" };
@@ -123,7 +121,7 @@ fn write_controller(out: &mut Lines, controller: &FittedController) {
     line("handover = \"bumpless\"".to_owned());
 }
 
-/// The process with these values, which are those `nearest` to the swing or the likeliest.
+/// The process with these values, which are the values `nearest` to the swing or the likeliest ones.
 fn write_process(
     out: &mut Lines,
     process: &FittedProcess,
@@ -132,29 +130,37 @@ fn write_process(
 ) {
     let mut line = |text: String| out.line(text);
     let which = match nearest {
-        true => "with that valve the nearest to the recorded swing of those that explain the PV",
-        false => "the likeliest of those that explain the PV, behind that valve",
+        true => {
+            "among the values that explain the PV with that valve, those nearest to the recorded swing"
+        }
+        false => "the likeliest values that explain the PV with that valve",
     };
     line(format!("\n[process]  # {which}"));
     if lag_s.is_finite() {
-        let known = process.gain.as_ref().map_or("known with the lag only".to_owned(), between);
-        line(format!("gain = {}  # units of PV per %; {known}", float(gain)));
-        let known = process.lag_s.as_ref().map_or("known with the gain only".to_owned(), between);
+        let known = process
+            .gain
+            .as_ref()
+            .map_or("only the ratio of gain and lag is known".to_owned(), between);
+        line(format!("gain = {}  # PV units per %; {known}", float(gain)));
+        let known = process
+            .lag_s
+            .as_ref()
+            .map_or("only the ratio of gain and lag is known".to_owned(), between);
         line(format!("tau = {}  # s; {known}", float(lag_s)));
     } else {
         line("type = \"integrator\"".to_owned());
         line(format!(
-            "gain = {}  # units of PV per % and s; {}",
+            "gain = {}  # PV units per % and s; {}",
             float(gain),
             between(&process.slope)
         ));
     }
     line(format!("delay = {}  # s; {}", float(dead_time_s), between(&process.dead_time_s)));
-    line("\n[noise]  # what is new in the PV from sample to sample".to_owned());
+    line("\n[noise]  # random change of the PV from sample to sample".to_owned());
     line(format!("sd = {}", float(process.innovation_sd)));
 }
 
-/// Six digits, as TOML wants a number that may be whole.
+/// Six digits, in the notation of TOML for a number that may be whole.
 fn float(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded:?}")

@@ -1,4 +1,4 @@
-//! All keys of each table, whatever its kind.
+//! All keys of each table, for any kind.
 
 type Keys = &'static [&'static str];
 

@@ -1,4 +1,4 @@
-//! Scenarios: what to simulate, in TOML.
+//! Scenarios describe a simulation in TOML.
 //!
 //! ```toml
 //! title = "The paper's loop"
@@ -18,9 +18,8 @@
 //! tau = 5.93                  # s
 //! delay = 1.07                # s
 //! ```
-//! With `[controller]` and `[process]` it is a closed loop, with `[master]` besides a cascade; with
-//! `[input]` in their place it is a valve on a test signal. Every key of every table is listed in
-//! the project's `docs/scenarios.md`.
+//! With `[controller]` and `[process]` it is a closed loop, and with `[master]` in addition a cascade. With `[input]`
+//! instead it is a valve on a test signal. The project's `docs/scenarios.md` lists every key of every table.
 
 mod builder;
 mod built_in;
@@ -46,18 +45,18 @@ use stiction_model::Bands;
 use stiction_model::valve::Model;
 use toml::de::DeTable;
 
-/// A scenario as read.
+/// A scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// What it shows, in one line.
+    /// Its title, one line.
     pub title: String,
-    /// What it simulates.
+    /// The simulated system.
     pub system: System,
     /// The valve's model and bands.
     pub valve: (Model, Bands),
     /// The TOML text, with all settings in it.
     pub text: String,
-    /// What was given but has no effect, in sentences.
+    /// Settings without effect, in sentences.
     pub notes: Vec<String>,
     /// The files that its signals were read from.
     pub files: Vec<PathBuf>,
@@ -71,14 +70,14 @@ pub fn built_in() -> impl Iterator<Item = (&'static str, String)> {
     })
 }
 
-/// The TOML text of a built-in scenario, if there is one of that name.
+/// The TOML text of the built-in scenario of that name, if it exists.
 pub fn built_in_text(name: &str) -> Option<&'static str> {
     SCENARIOS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
 impl Scenario {
-    /// The built-in scenario `name`, or else the one in the file of that path, with `settings` such
-    /// as `valve.S=4` applied.
+    /// The built-in scenario `name`, or else the scenario in the file of that path, with `settings` such as
+    /// `valve.S=4` applied.
     ///
     /// # Errors
     /// If there is no such scenario, it is not well formed, or a setting does not fit it.
@@ -105,7 +104,7 @@ impl Scenario {
         Self::parse_with(&text, name, folder, settings)
     }
 
-    /// As [`parse`](Self::parse), with `settings` such as `valve.S=4` applied.
+    /// Like [`parse`](Self::parse), with `settings` such as `valve.S=4` applied.
     ///
     /// # Errors
     /// If it is not well formed, or a setting does not fit it.
@@ -120,7 +119,7 @@ impl Scenario {
             return Ok(plain);
         }
         let changed = settings::apply(text, settings)?;
-        // The text was well formed before, so what is wrong now came with the settings.
+        // The text was well formed before, so the fault comes from the settings.
         Self::parse(&changed, origin, folder).map_err(|e| match e {
             Error::Scenario { message, .. } => {
                 Error::Setting { settings: settings.to_vec(), message }
@@ -129,11 +128,11 @@ impl Scenario {
         })
     }
 
-    /// Reads a scenario from `text`. `origin` names it in errors; signals are read from files in
-    /// `folder`, or refused without one.
+    /// Reads a scenario from `text`. `origin` is its name in errors. Signals are read from files in `folder`, or
+    /// refused without a folder.
     ///
     /// # Errors
-    /// If it is not well formed; the error tells the line.
+    /// If it is not well formed; the error gives the line.
     pub fn parse(text: &str, origin: &str, folder: Option<&Path>) -> Result<Self> {
         let at = |wrong: Wrong| Error::Scenario {
             origin: origin.to_owned(),
@@ -151,13 +150,13 @@ impl Scenario {
         Ok(Self { title, system, valve, text: text.to_owned(), notes, files })
     }
 
-    /// Every setting: its dotted key, its value as TOML, and its unit where it has one.
+    /// Every setting, with its dotted key, its value as TOML, and its unit if it has one.
     pub fn settings(&self) -> Vec<(String, String, &'static str)> {
         settings::listed(&self.text)
     }
 
-    /// Keys of settings that have no part in a limit cycle as it is predicted, in continuous time, without
-    /// noise and far from the limits.
+    /// Keys of settings that do not affect a predicted limit cycle, which is in continuous time, without noise and
+    /// far from the limits.
     pub fn no_part_in_cycles(&self) -> Vec<String> {
         const KEYS: [&str; 5] =
             ["valve.K", "valve.lag", "valve.limits", "valve.rest_tolerance", "controller.limits"];

@@ -1,8 +1,8 @@
-//! The settings in the text of a scenario: listed, and put in.
+//! Lists and inserts settings in the text of a scenario.
 
 use crate::error::{Error, Result};
 
-/// Every setting of a scenario: its dotted key, its value as TOML, and its unit where it has one.
+/// Every setting of a scenario, with its dotted key, its value as TOML, and its unit if it has one.
 pub fn listed(text: &str) -> Vec<(String, String, &'static str)> {
     let mut settings = vec![];
     if let Ok(document) = text.parse::<toml_edit::DocumentMut>() {
@@ -32,7 +32,7 @@ fn collect(
     }
 }
 
-/// Unit of the setting called `key`, where it has the same in every table.
+/// Unit of the setting called `key`, if it is the same in every table.
 fn unit(key: &str) -> &'static str {
     match key {
         "sample_time" | "duration" | "period" | "tau" | "tau2" | "delay" | "ti" | "td" | "lag"
@@ -44,7 +44,7 @@ fn unit(key: &str) -> &'static str {
     }
 }
 
-/// `text` with each `key=value` of `settings` put in.
+/// `text` with each `key=value` of `settings` inserted.
 pub fn apply(text: &str, settings: &[String]) -> Result<String> {
     let error = |setting: &str, message: String| Error::Setting {
         settings: vec![setting.to_owned()],
@@ -57,7 +57,7 @@ pub fn apply(text: &str, settings: &[String]) -> Result<String> {
         let (path, value) = setting.split_once('=').ok_or_else(|| {
             error(setting, "is not of the form key=value, such as valve.S=4".to_owned())
         })?;
-        // A bare word is a text: no one wants to quote quotes on a command line.
+        // A bare word is a text, because quoting quotes on a command line is awkward.
         let value = value.trim();
         let value = value.parse().unwrap_or_else(|_| toml_edit::Value::from(value));
         let keys: Vec<&str> = path.trim().split('.').collect();
@@ -66,8 +66,7 @@ pub fn apply(text: &str, settings: &[String]) -> Result<String> {
     Ok(document.to_string())
 }
 
-/// Puts `value` at the path `keys` below `table`. A number in the path counts the tables of an
-/// array, from 0.
+/// Inserts `value` at the path `keys` below `table`. A number in the path is the index in an array of tables, from 0.
 fn put(
     table: &mut dyn toml_edit::TableLike,
     keys: &[&str],
@@ -79,7 +78,7 @@ fn put(
     if rest.is_empty() {
         let mut value = value;
         if let Some(old) = table.get(first).and_then(toml_edit::Item::as_value) {
-            // With the comment behind it, which tells its unit.
+            // With the comment behind it, which gives its unit.
             *value.decor_mut() = old.decor().clone();
         }
         table.insert(first, toml_edit::Item::Value(value));
@@ -90,7 +89,7 @@ fn put(
         Some(_) => toml_edit::array(),
         None => toml_edit::table(),
     });
-    // `load = [{ value = 1 }]` is as good as `[[load]]`.
+    // `load = [{ value = 1 }]` is equivalent to `[[load]]`.
     let inline = item.as_array().is_some_and(|list| list.iter().all(|v| v.is_inline_table()));
     if inline && index.is_some() {
         let list = std::mem::take(item).into_array_of_tables();

@@ -1,4 +1,4 @@
-//! Signals: set points, loads, noise, test inputs.
+//! Signals for set points, loads, noise and test inputs.
 
 use super::clock::Clock;
 use super::keys;
@@ -10,11 +10,11 @@ use stiction_model::closed_loop::{Signal, Wave};
 
 type Built<T> = std::result::Result<T, Wrong>;
 
-/// Takes signals from their fields.
+/// Builds signals from their fields.
 pub struct Signals<'p> {
-    /// Where files of signals are, if they can be read.
+    /// Folder of files with signals, if they can be read.
     pub folder: Option<&'p Path>,
-    /// What signals were read from.
+    /// Files from which signals were read.
     pub files: RefCell<Vec<PathBuf>>,
 }
 
@@ -66,14 +66,14 @@ impl Signals<'_> {
         Ok(signal)
     }
 
-    /// The column of a CSV file, one value a sample.
+    /// The column of a CSV file with one value per sample.
     fn file(&self, fields: &Fields<'_, '_>) -> Built<Vec<f64>> {
         let path = fields.text("file")?;
         let path = path.ok_or_else(|| fields.wrong("file", "is missing; name a CSV file"))?;
         let column = fields.text("column")?;
         let column = column.ok_or_else(|| fields.wrong("column", "is missing; name a column"))?;
         let Some(folder) = self.folder else {
-            return Err(fields.wrong("file", "signals can be read by scenarios in files only"));
+            return Err(fields.wrong("file", "only scenarios in files can read signals"));
         };
         let path = folder.join(path);
         self.files.borrow_mut().push(path.clone());
@@ -83,7 +83,7 @@ impl Signals<'_> {
     }
 }
 
-/// Kinds of signal, by the name a scenario gives them.
+/// Kinds of signal, by their names in a scenario.
 #[derive(Clone, Copy)]
 enum Kind {
     Constant,

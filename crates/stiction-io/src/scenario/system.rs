@@ -1,8 +1,8 @@
-//! What a scenario simulates.
+//! The simulated system of a scenario.
 
 use stiction_model::closed_loop::{Cascade, ClosedLoop, OpenLoop};
 
-/// What a scenario simulates.
+/// The simulated system.
 #[derive(Debug, Clone, PartialEq)]
 pub enum System {
     /// A valve on a test signal.
@@ -14,7 +14,7 @@ pub enum System {
 }
 
 impl System {
-    /// Refuses what concerns several of its settings at once.
+    /// Refuses settings that do not fit together.
     pub(super) fn check(&self) -> stiction_model::Result<()> {
         match self {
             Self::OpenLoop(system) => {

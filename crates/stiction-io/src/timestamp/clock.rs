@@ -1,28 +1,28 @@
-//! What the clock of a recording shows.
+//! The kind of a recording's clock.
 
 use super::zone::Zone;
 use jiff::tz::Offset;
 
-/// What a clock shows.
+/// The kind of a clock.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Clock {
     /// UTC, or times with an offset from it.
     Utc,
     /// Local times in the named zone.
     Zone(String),
-    /// Local times in a zone that is not known; taken as if they were UTC.
+    /// Local times in an unknown zone, treated as UTC.
     Local,
-    /// Time since some start that is not known.
+    /// Time since an unknown start.
     Elapsed,
 }
 
 impl Clock {
-    /// The time `seconds` after `start`, as people write it: in UTC or with its offset, without one
-    /// where no zone is known, and as plain seconds where no start is.
+    /// The time `seconds` after `start` as text: in UTC or with its offset, without an offset if the zone is unknown,
+    /// and as plain seconds if the start is unknown.
     pub fn show(&self, start: Option<f64>, seconds: f64) -> String {
         let plain = || format!("{seconds} s");
         let Some(start) = start else { return plain() };
-        // To the millisecond: a start in seconds since 1970 has no more digits than microseconds.
+        // To the millisecond, because a start in seconds since 1970 has only microsecond precision.
         let millis = ((start + seconds) * 1e3).round();
         let Ok(timestamp) = jiff::Timestamp::from_millisecond(millis as i64) else {
             return plain();

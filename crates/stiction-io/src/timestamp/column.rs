@@ -15,7 +15,7 @@ use jiff::fmt::strtime::BrokenDownTime;
 use jiff::tz::{AmbiguousOffset, Offset};
 use std::sync::Arc;
 
-/// Seconds from 1970 to where calendars of the year 9999 end, and back.
+/// Seconds from 1970 to the end of year 9999, and back.
 const CALENDAR: f64 = 2.5e11;
 
 const NANOS: f64 = 1e9;
@@ -23,8 +23,8 @@ const NANOS: f64 = 1e9;
 /// Reads the times of `column`.
 ///
 /// # Errors
-/// If a cell is empty or no time, if the order of day and month cannot be told, if a local time
-/// does not exist in the zone, or if no recording can have such times.
+/// If a cell is empty or not a time, if the order of day and month is ambiguous, if a local time does not exist in
+/// the zone, or if no recording can have such times.
 pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
     let times = match &column.cells {
         Cells::Times { seconds, utc } => {
@@ -50,7 +50,7 @@ pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
 fn check_present(column: &Column, numbers: &[f64], context: &Context<'_>) -> Result<()> {
     match numbers.iter().position(|number| !number.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(context.wrong(column, i, "is no time; every row needs one".to_owned())),
+        Some(i) => Err(context.wrong(column, i, "is not a time; every row needs one".to_owned())),
     }
 }
 
@@ -74,8 +74,8 @@ impl Context<'_> {
         }
     }
 
-    /// Numbers in units of so many seconds as nanoseconds. Whole units go apart, so that an epoch keeps
-    /// its digits.
+    /// Numbers in units of this many seconds, as nanoseconds. Whole units are converted separately, so that an epoch
+    /// keeps its digits.
     fn nanos(&self, column: &Column, numbers: &[f64], unit: f64) -> Result<Vec<i128>> {
         let per_unit = (unit * NANOS).round();
         let nanos = |(i, number): (usize, &f64)| {
@@ -121,8 +121,7 @@ impl Context<'_> {
             let number = |(i, cell): (usize, &Arc<str>)| {
                 number::parse(cell, self.mark).ok_or_else(|| {
                     let message = format!(
-                        "\"{}\" is no number, as times by numbers must be; correct it, or give \
-                         another {}",
+                        "\"{}\" is not a number, as this time format requires; correct it, or give another {}",
                         number::shown(cell),
                         self.wording.of(Remedy::TimeFormat(vec![]))
                     );
@@ -155,7 +154,7 @@ impl Context<'_> {
             read(cell).map_err(|e: jiff::Error| {
                 let cell = number::shown(cell);
                 let given = self.wording.of(Remedy::TimeFormat(vec![pattern.to_owned()]));
-                let message = format!("\"{cell}\" is no time by {given}: {e}");
+                let message = format!("\"{cell}\" is not a time in the format {given}: {e}");
                 self.wrong(column, i, message)
             })
         };
@@ -167,7 +166,7 @@ impl Context<'_> {
             scan(cell).ok_or_else(|| {
                 let cell = number::shown(cell);
                 let message = format!(
-                    "\"{cell}\" is not understood as a time; tell how it is written, as in {}",
+                    "\"{cell}\" is not understood as a time; give the format, as in {}",
                     self.wording.of(Remedy::TimeFormat(vec!["%d/%m/%Y %H:%M:%S".to_owned()]))
                 );
                 self.wrong(column, i, message)
@@ -176,22 +175,21 @@ impl Context<'_> {
         cells.iter().enumerate().map(stamp).collect()
     }
 
-    /// The one order of year, month and day by which every date is a day that exists.
+    /// The only order of year, month and day in which every date exists.
     fn order(&self, column: &Column, cells: &[Arc<str>], stamps: &[Stamp]) -> Result<DateOrder> {
         let mut orders: Vec<DateOrder> = stamps.first().map_or(vec![], |s| s.orders().collect());
         for (i, stamp) in stamps.iter().enumerate() {
-            // Most dates are those of the row above.
+            // Most dates equal those of the row above.
             if i == 0 || stamp.date != stamps[i - 1].date {
                 let possible: Vec<_> = stamp.orders().collect();
                 orders.retain(|order| possible.contains(order));
             }
             if orders.is_empty() {
                 let message = if stamp.orders().next().is_none() {
-                    format!("\"{}\" is no day of the calendar; correct it", cells[i])
+                    format!("\"{}\" is not a day of the calendar; correct it", cells[i])
                 } else {
                     format!(
-                        "\"{}\" is not written in the order of day and month of the rows above; \
-                         write all dates alike",
+                        "\"{}\" has a different order of day and month from the rows above; write all dates alike",
                         cells[i]
                     )
                 };
@@ -203,7 +201,7 @@ impl Context<'_> {
             _ => Err(self.wrong_column(
                 column,
                 format!(
-                    "dates such as \"{}\" can be {}, and no row decides it; give {}",
+                    "dates such as \"{}\" can be {}, and no row decides; give {}",
                     cells.first().map_or("", |cell| &**cell),
                     orders.iter().map(|o| o.name()).collect::<Vec<_>>().join(" or "),
                     self.wording.of(Remedy::TimeFormat(
@@ -223,7 +221,8 @@ impl Context<'_> {
     ) -> Result<Times> {
         let written = |(i, stamp): (usize, &Stamp)| {
             let local = stamp.civil(order).ok_or_else(|| {
-                let message = format!("\"{}\" is no day, written {}", cells[i], order.name());
+                let message =
+                    format!("\"{}\" is not a day when read as {}", cells[i], order.name());
                 self.wrong(column, i, message)
             })?;
             Ok((local, stamp.offset))
@@ -232,7 +231,7 @@ impl Context<'_> {
         self.resolve(column, &written, TimeFormat::Date(order).describe())
     }
 
-    /// Times that are numbers: an epoch or spreadsheet days by their magnitude, else plain seconds.
+    /// Times that are numbers, interpreted by magnitude as an epoch, as spreadsheet days, or as plain seconds.
     fn numbers(&self, column: &Column, numbers: &[f64]) -> Result<Times> {
         let guessed = self.format.is_none();
         let format = match self.format {
@@ -254,7 +253,7 @@ impl Context<'_> {
         let unit = format.unit();
         let mut times = match format.zero() {
             Some(zero) if format.is_local() => {
-                // A day has too many digits for less than some microseconds.
+                // Days have too many digits to resolve a few microseconds.
                 let seconds = |day: &f64| ((day + zero / unit) * unit * 1e3).round() / 1e3;
                 let seconds: Vec<f64> = numbers.iter().map(seconds).collect();
                 let civil = self.civil(column, &seconds)?;
@@ -281,7 +280,7 @@ impl Context<'_> {
         Ok(times)
     }
 
-    /// What `numbers` are taken as, and what else they may be.
+    /// The interpretation of `numbers`, and possible alternatives.
     fn taken(
         &self,
         format: &TimeFormat,
@@ -296,14 +295,14 @@ impl Context<'_> {
             _ => format!(", such as {}", others.join(" or ")),
         };
         format!(
-            "the numbers in \"{}\" are taken as {}{from}; if they are not, give {}{such}",
+            "the numbers in \"{}\" are interpreted as {}{from}; if they are not, give {}{such}",
             column.name,
             format.describe(),
             self.wording.of(Remedy::TimeFormat(vec![]))
         )
     }
 
-    /// From what is written to a clock that runs evenly.
+    /// Converts written times to a clock that runs evenly.
     fn resolve(&self, column: &Column, written: &[Written], format: String) -> Result<Times> {
         let is_of_recording = |(local, _): &Written| plausible::YEARS.contains(&local.year());
         if let Some(i) = written.iter().position(|each| !is_of_recording(each)) {
@@ -335,7 +334,7 @@ impl Context<'_> {
             let jump = self.jump(&nanos);
             let mut times = self.since_start(nanos, &format, Clock::Local);
             times.notes.push(format!(
-                "the times tell no zone and are taken as UTC; if it matters, give {}",
+                "the times have no zone and are interpreted as UTC; if this matters, give {}",
                 self.wording.of(Remedy::Zone(None))
             ));
             times.notes.extend(jump);
@@ -347,7 +346,7 @@ impl Context<'_> {
         Ok(times)
     }
 
-    /// The rows of each series in order of time: reversed where most steps go back.
+    /// The rows of each series in order of time, reversed if most steps go back.
     fn in_order(&self, local: impl Fn(usize) -> i128) -> Vec<Vec<usize>> {
         let mut rows = self.rows_of_series();
         for rows in &mut rows {
@@ -359,8 +358,8 @@ impl Context<'_> {
         rows
     }
 
-    /// Local times in a zone. An hour that comes twice, in autumn, is told apart by the order of the
-    /// rows: it is the first pass until the clock goes back, then the second.
+    /// Local times in a zone. The hour that occurs twice in autumn is resolved by the order of the rows. It is the
+    /// first occurrence until the clock goes back, then the second.
     fn zoned(
         &self,
         column: &Column,
@@ -386,8 +385,8 @@ impl Context<'_> {
                     }
                     AmbiguousOffset::Gap { before, .. } => {
                         let message = format!(
-                            "{} does not exist in {}: clocks were put forward; if this clock was \
-                             not, give its offset, as in {}",
+                            "{} does not exist in {}, because clocks were put forward; if this clock was not, give \
+                             its offset, as in {}",
                             written[row].0,
                             zone.name(),
                             self.wording.of(Remedy::Zone(Some(before.to_string())))
@@ -401,8 +400,8 @@ impl Context<'_> {
         }
         let note = first.map(|row| {
             format!(
-                "from row {} on, the hour that {} has twice in autumn: {} rows are taken as its first \
-                 pass and {} as its second, by the order of the rows",
+                "from row {} on, the hour that {} has twice in autumn: {} rows count as its first pass and {} as its \
+                 second, by the order of the rows",
                 self.sheet.row(row),
                 zone.name(),
                 passes[0],
@@ -412,8 +411,7 @@ impl Context<'_> {
         Ok((nanos, note.into_iter().collect()))
     }
 
-    /// A note where the clock jumps by exactly an hour beside its step, as it does with daylight
-    /// saving.
+    /// A note if the clock jumps by exactly an hour in addition to its step, as with daylight saving.
     fn jump(&self, local: &[i128]) -> Option<String> {
         const HOUR: i128 = 3600 * 1_000_000_000;
         for rows in self.in_order(|row| local[row]) {
@@ -442,19 +440,19 @@ fn is_seconds(name: &str) -> bool {
     is_plain_name(name) || unit_in(name) == Some(1.0)
 }
 
-/// The unit that the name of a column ends with, as `time_ms` or `t [min]`.
+/// The unit at the end of a column's name, such as `time_ms` or `t [min]`.
 fn unit_in(name: &str) -> Option<f64> {
     let word = name.trim_end_matches([']', ')']).rsplit([' ', '_', '[', '(', '.', '/']).next()?;
     unit_of(&word.to_lowercase())
 }
 
-/// The unit that a column tells, s.
+/// The unit that a column gives, s.
 pub(super) fn told_unit(column: &Column) -> Option<f64> {
     let told = column.unit.as_deref().map(str::to_lowercase);
     told.and_then(|unit| unit_of(&unit)).or_else(|| unit_in(&column.name))
 }
 
-/// What numbers are, by the name and unit of their column and by their magnitude.
+/// The kind of numbers, by the name and unit of their column and by their magnitude.
 fn guess(column: &Column, numbers: &[f64]) -> TimeFormat {
     let is_dated = |format: &TimeFormat| plausible::all_within(&PLAUSIBLE, format, numbers);
     if let Some(unit) = told_unit(column) {

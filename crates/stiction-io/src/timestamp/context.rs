@@ -1,4 +1,4 @@
-//! Times, and what is known of a column of them beside its cells.
+//! Times, and the information on a column of times beside its cells.
 
 use super::clock::Clock;
 use super::format::TimeFormat;
@@ -11,33 +11,33 @@ use crate::sheet::{Column, Sheet};
 /// The times of a sheet's rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Times {
-    /// Time zero as seconds since 1970-01-01 UTC, if it is known.
+    /// Time zero as seconds since 1970-01-01 UTC, if known.
     pub start: Option<f64>,
-    /// The times, s since `start`; without one, as the file has them.
+    /// The times, s since `start`; without a start, as in the file.
     pub seconds: Vec<f64>,
-    /// How they are written, in words.
+    /// Their notation, in words.
     pub format: String,
-    /// What the clock shows.
+    /// The kind of clock.
     pub clock: Clock,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// What is known of a column of times beside its cells.
+/// The information on a column of times beside its cells.
 pub struct Context<'a> {
     pub sheet: &'a Sheet,
     pub mark: DecimalMark,
     pub format: Option<&'a TimeFormat>,
     pub zone: Option<&'a Zone>,
-    /// Which series each row belongs to; the rows of a series are in order of time, or its reverse.
+    /// The series of each row. The rows of a series are in order of time or in reverse order.
     pub series: &'a [usize],
-    /// Whether rows are of several tags.
+    /// Whether rows belong to several tags.
     pub is_long: bool,
     pub wording: Wording,
 }
 
 impl Context<'_> {
-    /// An error about the cell of `column` at `index`.
+    /// An error on the cell of `column` at `index`.
     pub fn wrong(&self, column: &Column, index: usize, message: String) -> Error {
         Error::Cell {
             origin: self.sheet.origin.clone(),

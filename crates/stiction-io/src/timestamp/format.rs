@@ -1,8 +1,8 @@
-//! How times can be written.
+//! Formats of times.
 
 use std::str::FromStr;
 
-/// The order in which a date is written.
+/// The order of a date.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DateOrder {
     /// As in 2024-12-31.
@@ -23,12 +23,12 @@ impl DateOrder {
     }
 }
 
-/// How the times of a file are written, where the user says so.
+/// The format of a file's times, if the user gives it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TimeFormat {
     /// Dates in this order, with times of day.
     Date(DateOrder),
-    /// Time since 1970-01-01 UTC in units of so many seconds.
+    /// Time since 1970-01-01 UTC in units of this many seconds.
     Epoch(f64),
     /// Ticks of .NET, which are 100 ns, since 0001-01-01 UTC.
     Ticks,
@@ -36,22 +36,23 @@ pub enum TimeFormat {
     FileTime,
     /// Seconds since 1904-01-01 UTC, as of LabVIEW.
     LabView,
-    /// Seconds of GPS since 1980-01-06, taken as 18 s ahead of UTC: right since 2017, and up to 18 s late before.
+    /// Seconds of GPS since 1980-01-06, treated as 18 s ahead of UTC, which is right since 2017 and up to 18 s late
+    /// before.
     Gps,
-    /// Days as spreadsheets count them, 1 being 1900-01-01.
+    /// Days counted as in spreadsheets, where 1 is 1900-01-01.
     Spreadsheet,
-    /// Days as spreadsheets of the Macintosh counted them, 0 being 1904-01-01.
+    /// Days counted as in old Macintosh spreadsheets, where 0 is 1904-01-01.
     Spreadsheet1904,
-    /// Days as MATLAB's `datenum` counts them, 1 being 0000-01-01.
+    /// Days counted as by MATLAB's `datenum`, where 1 is 0000-01-01.
     Datenum,
-    /// Time since any start in units of so many seconds.
+    /// Time since any start in units of this many seconds.
     Elapsed(f64),
-    /// A pattern as of `strptime`, such as `%d.%m.%Y %H:%M:%S`.
+    /// A pattern as in `strptime`, such as `%d.%m.%Y %H:%M:%S`.
     Pattern(String),
 }
 
 impl TimeFormat {
-    /// The formats that have a name.
+    /// The formats with a name.
     const NAMES: [(&'static str, Self); 21] = [
         ("year-first", Self::Date(DateOrder::YearFirst)),
         ("day-first", Self::Date(DateOrder::DayFirst)),
@@ -76,7 +77,7 @@ impl TimeFormat {
         ("days", Self::Elapsed(86_400.0)),
     ];
 
-    /// Those that tell a date by a number.
+    /// Formats that give a date as a number.
     pub(super) const DATED: [Self; 11] = [
         Self::Epoch(1.0),
         Self::Epoch(1e-3),
@@ -87,12 +88,12 @@ impl TimeFormat {
         Self::LabView,
         Self::Spreadsheet,
         Self::Datenum,
-        // Numbers of these are as large as those of others above, so their size speaks for neither.
+        // The magnitude of these numbers is like that of formats above, so it decides for neither.
         Self::Gps,
         Self::Spreadsheet1904,
     ];
 
-    /// How many seconds a step of 1 is.
+    /// Duration of a step of 1, in seconds.
     pub(super) fn unit(&self) -> f64 {
         match self {
             Self::Epoch(unit) | Self::Elapsed(unit) => *unit,
@@ -102,7 +103,7 @@ impl TimeFormat {
         }
     }
 
-    /// Its zero, s since 1970, of one that tells a date by a number.
+    /// The zero of a format that gives a date as a number, s since 1970.
     pub(super) fn zero(&self) -> Option<f64> {
         match self {
             Self::Epoch(_) => Some(0.0),
@@ -110,7 +111,7 @@ impl TimeFormat {
             Self::FileTime => Some(-11_644_473_600.0),
             Self::LabView => Some(-2_082_844_800.0),
             Self::Gps => Some(315_964_800.0 - 18.0),
-            // They count a 29 February 1900 that never was, so this holds from March 1900 on.
+            // They count a 29 February 1900 that did not exist, so this holds from March 1900 on.
             Self::Spreadsheet => Some(-25_569.0 * 86_400.0),
             Self::Spreadsheet1904 => Some(-24_107.0 * 86_400.0),
             // The first day of the year 0 is 1.
@@ -119,12 +120,12 @@ impl TimeFormat {
         }
     }
 
-    /// Whether it counts days on a clock of the plant, and not of the world.
+    /// Whether it counts days on the clock of the plant instead of UTC.
     pub(super) fn is_local(&self) -> bool {
         matches!(self, Self::Spreadsheet | Self::Spreadsheet1904 | Self::Datenum)
     }
 
-    /// The word by which a user gives it; a pattern is its own.
+    /// The name for users. A pattern is its own name.
     pub(super) fn name(&self) -> &str {
         match self {
             Self::Pattern(pattern) => pattern,
@@ -132,7 +133,7 @@ impl TimeFormat {
         }
     }
 
-    /// A word or two for it.
+    /// A short description.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Date(order) => format!("date and time, {}", order.name()),
@@ -150,7 +151,7 @@ impl TimeFormat {
     }
 }
 
-/// The units of time that columns are in, in s, and what they are called.
+/// The units of time of columns, in s, with their names.
 const UNITS: [(f64, &str, &[&str]); 7] = [
     (1.0, "seconds", &["s", "sec", "secs", "second", "seconds"]),
     (1e-3, "milliseconds", &["ms", "msec", "millis", "millisecond", "milliseconds"]),
@@ -165,12 +166,12 @@ pub(super) fn unit_name(unit: f64) -> &'static str {
     UNITS.iter().find(|(each, _, _)| *each == unit).map_or("units", |(_, name, _)| name)
 }
 
-/// The unit of time, in s, that a word names.
+/// The unit of time, in s, of a word.
 pub(super) fn unit_of(word: &str) -> Option<f64> {
     UNITS.iter().find(|(_, _, words)| words.contains(&word)).map(|(unit, _, _)| *unit)
 }
 
-/// Whether a column of this name holds times of which it tells neither unit nor form.
+/// Whether a column of this name holds times without giving unit or format.
 pub(super) fn is_plain_name(name: &str) -> bool {
     matches!(&*name.to_lowercase(), "t" | "time" | "elapsed")
 }
@@ -185,8 +186,7 @@ impl FromStr for TimeFormat {
         let named = Self::NAMES.into_iter().find(|(name, _)| *name == text);
         named.map(|(_, format)| format).ok_or_else(|| {
             format!(
-                "\"{text}\" is no time format; give a pattern such as \"%d/%m/%Y %H:%M:%S\", or one \
-                 of {}",
+                "\"{text}\" is not a time format; give a pattern such as \"%d/%m/%Y %H:%M:%S\", or one of {}",
                 Self::NAMES.map(|(name, _)| name).join(", ")
             )
         })

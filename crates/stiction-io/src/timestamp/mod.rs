@@ -1,4 +1,4 @@
-//! Columns of times: dates and times of day, epochs, days of spreadsheets and MATLAB, plain seconds.
+//! Columns of times: dates and times of day, epochs, days of spreadsheets and MATLAB, and plain seconds.
 
 mod clock;
 mod column;

@@ -1,7 +1,7 @@
-//! Whether times can be those of a recording, and what else their numbers could mean.
+//! Checks whether times are plausible for a recording, and finds other interpretations of their numbers.
 //!
-//! A reading of the numbers that is off by a factor of 86,400 gives a diagnosis all the same, and a wrong one. So
-//! where nobody says what the numbers are, a sample time that hardly any plant has is a question, not an answer.
+//! Numbers misread by a factor of 86,400 would still give a diagnosis, but a wrong one. So if nobody gives the
+//! meaning of the numbers, an unusual sample time leads to a question to the user.
 
 use super::clock::Clock;
 use super::column::told_unit;
@@ -15,29 +15,29 @@ use jiff::tz::Offset;
 use std::ops::{Range, RangeInclusive};
 use stiction_diagnose::spoken;
 
-/// Sample times of controllers and historians, s: 10 ms, less what rounding takes, to a day. Others have to be told.
+/// Sample times of controllers and historians, s: 10 ms, minus rounding, to a day. Other sample times must be given.
 const USUAL: RangeInclusive<f64> = 0.009_9..=86_400.0;
 
-/// Sample times that are believed if they are told, s: a microsecond to a year.
+/// Sample times that are accepted if given, s: a microsecond to a year.
 const POSSIBLE: RangeInclusive<f64> = 1e-6..=366.0 * 86_400.0;
 
-/// Dates beyond these stand for "none", such as 9999-12-31.
+/// Dates outside these years mean "none", such as 9999-12-31.
 pub const YEARS: RangeInclusive<i16> = 1900..=2200;
 /// The same in s since 1970.
 const OF_RECORDINGS: RangeInclusive<f64> = -2_208_988_800.0..=7_289_654_400.0;
 
-/// Dates that are believed without a question where another reading gives one of them, s since 1970: 1995 to 2050.
+/// Dates accepted without a question if another interpretation also gives a date, s since 1970: 1995 to 2050.
 const RECENT: Range<f64> = 788_918_400.0..2_524_608_000.0;
 
-/// A clock that counts longer than since the ice age does not count in this unit, s.
+/// A clock with more counts than this has a different unit, s, because it would have started in the ice age.
 const LONGEST: f64 = 2.5e11;
 
-/// The share of rows that may have the time of the row before, and other values: a clock that jitters does so now and
-/// then, one that lacks digits in most rows.
+/// Share of rows that may have the time of the row before with other values. A clock with jitter has a few such rows,
+/// a clock with too few digits has many.
 const MOST_COLLAPSED: f64 = 0.1;
 
-/// Refuses `times` that no recording can have: beyond the calendar, all the same, closer or farther apart than is
-/// possible, or with too few digits to tell rows apart.
+/// Refuses `times` that no recording can have: beyond the calendar, all the same, too close or too far apart, or with
+/// too few digits to separate rows.
 pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()> {
     for (i, seconds) in times.seconds.iter().enumerate() {
         let is_possible = match times.start {
@@ -54,7 +54,7 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
     let Some(step) = step(&rows, &times.seconds) else {
         let Some(rows) = rows.iter().find(|rows| rows.len() > 1) else { return Ok(()) };
         let message = format!(
-            "has the time \"{}\" as all rows before it have; write times that differ{remedy}",
+            "has the same time \"{}\" as all rows before; write times that differ{remedy}",
             shown(column, rows[1])
         );
         return Err(context.wrong(column, rows[1], message));
@@ -63,8 +63,8 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
         && collapsed.len() as f64 > MOST_COLLAPSED * times.seconds.len() as f64
     {
         let message = format!(
-            "has the time \"{}\" of the row before but other values, as {} of {} rows do: the times have too few \
-             digits; write them with more{remedy}",
+            "has the time \"{}\" of the row before but other values, like {} of {} rows, because the times have too \
+             few digits; write them with more{remedy}",
             shown(column, first),
             collapsed.len(),
             times.seconds.len()
@@ -73,7 +73,7 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
     }
     if !POSSIBLE.contains(&step) {
         let message = format!(
-            "steps by {}, taken as {}, which no recording does; correct the times{remedy}",
+            "steps by {}, interpreted as {}, which no recording does; correct the times{remedy}",
             span(step),
             times.format
         );
@@ -82,19 +82,19 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
     Ok(())
 }
 
-/// The refusal of a time that, taken as `format`, is of no recording.
+/// The error for a time that, interpreted as `format`, is implausible.
 pub fn beyond(column: &Column, row: usize, format: &str, context: &Context<'_>) -> Error {
     let message = format!(
-        "\"{}\", taken as {format}, is no time of a recording; correct it or remove the row, or say how times are \
-         written with {}",
+        "\"{}\", interpreted as {format}, is not a time of a recording; correct it or remove the row, or give the \
+         format with {}",
         shown(column, row),
         context.wording.of(Remedy::TimeFormat(vec![]))
     );
     context.wrong(column, row, message)
 }
 
-/// Asks what `numbers` are that were taken as `format` by their looks: if the sample time is an unusual one, if days would
-/// do as well as seconds, if they would be dates of another time than ours, or fractions of a minute, hour or day.
+/// Asks for the meaning of `numbers` that were interpreted as `format` by their magnitude. The reasons are an unusual
+/// sample time, days as likely as seconds, dates of another age, or fractions of a minute, hour or day.
 pub fn question(
     format: &TimeFormat,
     numbers: &[f64],
@@ -117,7 +117,7 @@ pub fn question(
     }
     let others: Vec<TimeFormat> =
         candidates(numbers).into_iter().filter(|each| each != format && is_usual(each)).collect();
-    // Which of seconds and days a column called t or time holds its name does not tell.
+    // The names t and time do not distinguish seconds from days.
     let days = [TimeFormat::Spreadsheet, TimeFormat::Datenum];
     let plain = TimeFormat::Elapsed(1.0);
     let is_doubtful = is_plain_name(&column.name)
@@ -132,19 +132,19 @@ pub fn question(
     }
     let other = match others.first() {
         _ if days.contains(format) && is_doubtful => Some(&plain),
-        // What nothing makes possible is no question.
+        // Impossible interpretations are left out.
         None if !POSSIBLE.contains(&(step * format.unit())) => return Ok(()),
         other => other,
     };
     let mut readings: Vec<TimeFormat> = [format].into_iter().chain(other).cloned().collect();
-    // What the size of the numbers speaks for goes first.
+    // Interpretations that fit the magnitude come first.
     if other.is_some_and(|other| !matches!(other, TimeFormat::Elapsed(_))) {
         readings.reverse();
     }
     Err(asked(&readings, step, numbers, column, context))
 }
 
-/// The question which of `readings` it is.
+/// The question which of `readings` applies.
 fn asked(
     readings: &[TimeFormat],
     step: f64,
@@ -152,7 +152,7 @@ fn asked(
     column: &Column,
     context: &Context<'_>,
 ) -> Error {
-    // Where all tell a date it is that by which they are told apart.
+    // If all give a date, the dates distinguish them.
     let dated = readings.iter().all(|each| each.zero().is_some());
     let first = numbers.iter().copied().fold(f64::INFINITY, f64::min);
     let told = readings.iter().enumerate().map(|(i, each)| {
@@ -167,13 +167,13 @@ fn asked(
     let formats: Vec<String> = readings
         .iter()
         .map(|each| each.name().to_owned())
-        // Days since 1970 have no name, as nobody counts them.
+        // Days since 1970 have no name, because nobody uses them.
         .filter(|name| !name.is_empty())
         .collect();
     context.wrong_column(
         column,
         format!(
-            "steps by {}: {told}; say which it is, as in {}{}",
+            "steps by {}: {told}; choose one, as in {}{}",
             digits(step),
             context.wording.of(Remedy::TimeFormat(formats)),
             sample_time(context)
@@ -181,19 +181,19 @@ fn asked(
     )
 }
 
-/// The day of a time, s since 1970.
+/// The date of a time in s since 1970.
 pub fn date(seconds: f64) -> String {
     let at = jiff::Timestamp::from_second(seconds.floor() as i64);
     at.map_or("?".to_owned(), |at| Offset::UTC.to_datetime(at).date().to_string())
 }
 
-/// Whether all `numbers`, read by a format that tells dates, lie within a time, s since 1970.
+/// Whether all `numbers`, read in a format with dates, lie within a period, s since 1970.
 pub fn all_within(time: &Range<f64>, format: &TimeFormat, numbers: &[f64]) -> bool {
     let Some(zero) = format.zero() else { return false };
     numbers.iter().all(|n| time.contains(&(zero + n * format.unit())))
 }
 
-/// The formats by which numbers are dates of our time, where `format` makes them others, such as ticks of .NET that would be
+/// The formats in which numbers are recent dates, if `format` gives other dates, such as .NET ticks that would be
 /// nanoseconds of the year 1990.
 fn better_dates(format: &TimeFormat, numbers: &[f64]) -> Vec<TimeFormat> {
     let is_recent = |format: &TimeFormat| all_within(&RECENT, format, numbers);
@@ -205,7 +205,7 @@ fn better_dates(format: &TimeFormat, numbers: &[f64]) -> Vec<TimeFormat> {
     others.filter(is_recent).collect()
 }
 
-/// The names of formats by which the numbers are dates as plausible as by `format`, some years apart.
+/// The names of formats in which the numbers are equally plausible dates, some years apart.
 pub fn of_the_same_size(format: &TimeFormat, numbers: &[f64]) -> Vec<&'static str> {
     let pairs = [
         (TimeFormat::Epoch(1.0), TimeFormat::Gps, "gps"),
@@ -217,14 +217,14 @@ pub fn of_the_same_size(format: &TimeFormat, numbers: &[f64]) -> Vec<&'static st
     fits.map(|(_, _, name)| *name).collect()
 }
 
-/// The units in which `numbers` are whole seconds, minutes or quarters of an hour, where as seconds they are uneven: minutes,
-/// hours, days. Samples of a clock that counts seconds are even, or jitter, and neither comes out so.
+/// The units in which `numbers` are whole seconds, minutes or quarters of an hour, although as seconds they are
+/// uneven: minutes, hours or days. Samples of a clock in seconds are even or have jitter, and do not match.
 fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
-    /// With fewer rows, chance would do.
+    /// With fewer rows, a match by chance is too likely.
     const LEAST_ROWS: usize = 8;
-    /// The share of a grid by which a time may be off it.
+    /// The share of a grid step by which a time may deviate.
     const OFF: f64 = 0.05;
-    /// Half of what a digit less is, of numbers that were stored in 32 bits.
+    /// Half a unit of the last digit of numbers stored in 32 bits.
     const SINGLE: f64 = 1.2e-7;
     if numbers.len() < LEAST_ROWS {
         return vec![];
@@ -257,7 +257,7 @@ fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
     units.map(TimeFormat::Elapsed).collect()
 }
 
-/// The mean of the steps that are no gaps.
+/// The mean of the steps that are not gaps.
 fn mean_step(numbers: &[f64], step: f64) -> f64 {
     let mut sorted = numbers.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -269,15 +269,15 @@ fn mean_step(numbers: &[f64], step: f64) -> f64 {
     if count > 0.0 { sum / count } else { step }
 }
 
-/// Whether a step is a number of two digits, such as 0.25 or 10, but for the drift of a clock.
+/// Whether a step has at most two digits, such as 0.25 or 10, apart from the drift of a clock.
 fn is_short(step: f64) -> bool {
-    /// A part in so many is drift.
+    /// Relative drift of a clock.
     const DRIFT: f64 = 1e-4;
     let unit = 10f64.powf(step.log10().floor() - 1.0);
     (step / unit - (step / unit).round()).abs() * unit <= DRIFT * step
 }
 
-/// How many decimals all numbers have at most; none if they have more than 9.
+/// The largest number of decimals of all numbers; none above 9.
 fn decimals(numbers: &[f64]) -> Option<i32> {
     let has = |decimals: &i32| {
         let scale = 10f64.powi(*decimals);
@@ -289,16 +289,16 @@ fn decimals(numbers: &[f64]) -> Option<i32> {
     (0..=9).find(has)
 }
 
-/// That the time between rows would help, unless rows are of several tags.
+/// A hint to give the time between rows, unless rows belong to several tags.
 fn sample_time(context: &Context<'_>) -> String {
     if context.is_long {
         return String::new();
     }
     let remedy = context.wording.of(Remedy::SampleTime(1.0));
-    format!(", or tell the time between rows, as in {remedy}")
+    format!(", or give the time between rows, as in {remedy}")
 }
 
-/// What numbers can be, the likelier ones first: those to whose size they fit, then plain units.
+/// The possible formats of numbers, with those that fit their magnitude first, then plain units.
 fn candidates(numbers: &[f64]) -> Vec<TimeFormat> {
     let has_parts = numbers.iter().any(|n| n.fract() != 0.0);
     let dated = TimeFormat::DATED.into_iter().filter(|each| has_parts || !each.is_local());
@@ -307,7 +307,7 @@ fn candidates(numbers: &[f64]) -> Vec<TimeFormat> {
     found
 }
 
-/// The step between neighbours in time that lies in the middle of all steps; none if all times are the same.
+/// The median step between neighbouring times; none if all times are the same.
 fn step(series: &[Vec<usize>], times: &[f64]) -> Option<f64> {
     let mut steps = vec![];
     for rows in series {
@@ -319,7 +319,7 @@ fn step(series: &[Vec<usize>], times: &[f64]) -> Option<f64> {
     Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// The rows that have the time of the row before in their series, but other values.
+/// The rows with the time of the row before in their series, but other values.
 fn collapsed(
     series: &[Vec<usize>],
     times: &Times,
@@ -343,7 +343,7 @@ fn collapsed(
     rows
 }
 
-/// The cell of `column` in a row, as messages show it; of a day and a time of day in two columns both.
+/// The cell of `column` in a row, as messages show it; both cells for a day and a time of day in two columns.
 fn shown(column: &Column, row: usize) -> String {
     match &column.cells {
         Cells::Text(cells) => number::shown(&cells[row]),
@@ -352,7 +352,7 @@ fn shown(column: &Column, row: usize) -> String {
     }
 }
 
-/// A time between rows in words; below a second in ms or µs.
+/// A time between rows in words, below a second in ms or µs.
 fn span(seconds: f64) -> String {
     match seconds {
         0.9995.. => spoken::time(seconds),
@@ -362,7 +362,7 @@ fn span(seconds: f64) -> String {
     }
 }
 
-/// A step as it stands in the file, to three digits.
+/// A step as in the file, with three digits.
 fn digits(step: f64) -> String {
     match step {
         1e-9..1e7 => {
@@ -375,21 +375,22 @@ fn digits(step: f64) -> String {
     }
 }
 
-/// Who says how far apart rows are.
+/// The source of the time between rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Told {
-    /// The user, who is believed as far as it is possible.
+    /// The user, who is trusted as far as possible.
     ByUser,
-    /// The file, which may mean another unit.
+    /// The file, whose unit may be different.
     ByFile,
 }
 
-/// Refuses `seconds` between rows that nobody has, and questions unusual ones of a file.
+/// Refuses an impossible time between rows, in s, and questions an unusual one from a file.
 pub fn check_told(seconds: f64, told: Told, origin: &str, wording: Wording) -> Result<()> {
     let wrong = |message: String| Err(Error::Table { origin: origin.to_owned(), message });
     if !POSSIBLE.contains(&seconds) {
         return wrong(format!(
-            "the sample time is said to be {seconds:e} s, which no recording has; give one from 1 µs to a year, as in {}",
+            "the sample time is given as {seconds:e} s, which no recording has; give one from 1 µs to a year, as in \
+             {}",
             wording.of(Remedy::SampleTime(1.0))
         ));
     }
@@ -398,22 +399,23 @@ pub fn check_told(seconds: f64, told: Told, origin: &str, wording: Wording) -> R
     }
     let other = [86_400.0, 3600.0, 60.0, 1e-3, 1e-6].map(|unit| (unit, seconds * unit));
     let other = other.into_iter().find(|(_, seconds)| USUAL.contains(seconds));
-    let mut readings = format!("taken as seconds, would be {}", span(seconds));
+    let mut readings = format!("interpreted as seconds, would be {}", span(seconds));
     if let Some((unit, other)) = other {
         let remedy = wording.of(Remedy::SampleTime(rounded(other)));
-        readings += &format!(", as {} {}: if so, give {remedy}", unit_name(unit), span(other));
+        readings +=
+            &format!(", as {} {}: if this is right, give {remedy}", unit_name(unit), span(other));
     }
     wrong(format!(
-        "the sample time that it tells, {}, {readings}; if it is right, give {}",
+        "the sample time in the file, {}, {readings}; if it is right, give {}",
         digits(seconds),
         wording.of(Remedy::SampleTime(seconds))
     ))
 }
 
-/// A time to four digits, as one would give it.
+/// A time with four digits, as a user would write it.
 fn rounded(seconds: f64) -> f64 {
     let unit = 10f64.powi(seconds.log10().floor() as i32 - 3);
     let digits = (seconds / unit).round();
-    // A power of ten above 1 divides without leaving a tail.
+    // Dividing by a power of ten above 1 gives a short decimal.
     if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit }
 }

@@ -1,14 +1,14 @@
-//! One cell that holds a date and a time of day, in the ways people and machines write them.
+//! Reads a cell with a date and a time of day in the usual notations.
 
 use super::format::DateOrder;
 use jiff::civil::{Date, DateTime, Time};
 use jiff::tz::Offset;
 
-/// A date and time as written; which number is the day only the whole column tells.
+/// A date and time as written. Only the whole column shows which number is the day.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stamp {
     pub date: [Part; 3],
-    /// Between the parts of the date.
+    /// Separator of the parts of the date.
     separator: u8,
     pub time: Time,
     pub offset: Option<Offset>,
@@ -22,12 +22,12 @@ pub struct Part {
     is_name: bool,
 }
 
-/// Whether `cell` is a date, perhaps with a time.
+/// Whether `cell` is a date, optionally with a time.
 pub fn looks_like(cell: &str) -> bool {
     scan(cell).is_some()
 }
 
-/// Reads a cell; `None` if it is no date and time.
+/// Reads a cell; `None` if it is not a date and time.
 pub fn scan(cell: &str) -> Option<Stamp> {
     let mut at = Cursor { rest: cell.trim().as_bytes() };
     at.weekday();
@@ -47,7 +47,7 @@ pub fn scan(cell: &str) -> Option<Stamp> {
 }
 
 impl Stamp {
-    /// The orders in which its date may be written, those that give a day that exists.
+    /// The possible orders of its date, which give an existing day.
     pub fn orders(&self) -> impl Iterator<Item = DateOrder> + '_ {
         use DateOrder::{DayFirst, MonthFirst, YearFirst};
         let [a, b, c] = self.date;
@@ -81,13 +81,13 @@ impl Stamp {
         Date::new(i16::try_from(year.value + century).ok()?, small(month)?, small(day)?).ok()
     }
 
-    /// The date and time, its date written in this `order`.
+    /// The date and time, with its date in this `order`.
     pub fn civil(&self, order: DateOrder) -> Option<DateTime> {
         Some(self.day(order)?.to_datetime(self.time))
     }
 }
 
-/// What is still to be read.
+/// The remaining characters.
 struct Cursor<'c> {
     rest: &'c [u8],
 }
@@ -105,7 +105,7 @@ impl Cursor<'_> {
         while self.any(b" ").is_some() {}
     }
 
-    /// A number of at most `most` digits.
+    /// A number with at most `most` digits.
     fn number(&mut self, most: usize) -> Option<Part> {
         let digits = self.rest.iter().take(most).take_while(|b| b.is_ascii_digit()).count();
         let (digits, rest) = self.rest.split_at(digits);
@@ -151,7 +151,7 @@ impl Cursor<'_> {
         }
     }
 
-    /// The parts of a date, what separates them, and whether it is written without separators.
+    /// The parts of a date, their separator, and whether it is written without separators.
     fn date(&mut self) -> Option<([Part; 3], u8, bool)> {
         let run = self.rest.iter().take_while(|b| b.is_ascii_digit()).count();
         if run == 8 || run == 14 {
@@ -167,7 +167,7 @@ impl Cursor<'_> {
         }
         self.any(b"-/. ").filter(|s| *s == separator || a.is_name)?;
         let c = self.number(4)?;
-        // Exactly one part may be a name, and the year may not stand between the others.
+        // Exactly one part may be a name, and the year must not stand between the others.
         let fits = !(a.is_name && b.is_name) && b.digits <= 2;
         fits.then_some(([a, b, c], separator, false))
     }
@@ -182,7 +182,7 @@ impl Cursor<'_> {
             if self.any(b".,").is_some() {
                 let part = self.number(9)?;
                 nanos = part.value * 10i32.pow(9 - u32::from(part.digits));
-                // Beyond nanoseconds.
+                // Finer than nanoseconds.
                 while self.number(9).is_some() {}
             }
         }
@@ -196,7 +196,7 @@ impl Cursor<'_> {
         Time::new(small(hour)?, small(minute)?, small(second)?, nanos).ok()
     }
 
-    /// Whether it says p.m.; `None` if neither that nor a.m.
+    /// Whether it is p.m.; `None` without a.m. or p.m.
     fn half_day(&mut self) -> Option<bool> {
         let text = self.rest.to_ascii_lowercase();
         for (word, afternoon) in [("am", false), ("pm", true), ("a.m.", false), ("p.m.", true)] {
@@ -208,7 +208,7 @@ impl Cursor<'_> {
         None
     }
 
-    /// The offset from UTC; `None` inside if there is none, outside if it is not understood.
+    /// The offset from UTC. The inner `None` means no offset, the outer one an unreadable offset.
     #[allow(clippy::option_option)]
     fn offset(&mut self) -> Option<Option<Offset>> {
         if self.rest.is_empty() {

@@ -1,4 +1,4 @@
-//! Time zones by name, from the database that comes with the program.
+//! Time zones by name, from the built-in database.
 
 use jiff::Timestamp;
 use jiff::tz::{Offset, TimeZone, TimeZoneDatabase};
@@ -28,13 +28,13 @@ impl Zone {
     }
 }
 
-/// Reads a date and time such as `2026-03-01T08:00` as seconds since 1970-01-01 UTC. Without an offset of
-/// its own it is taken as local time of `zone`, or as UTC.
+/// Reads a date and time such as `2026-03-01T08:00` as seconds since 1970-01-01 UTC. Without an offset it is
+/// interpreted as local time of `zone`, or as UTC.
 ///
 /// # Errors
-/// If it is no date, or its parts could be taken in several orders, as in `01/02/2026`.
+/// If it is not a date, or its order is ambiguous, as in `01/02/2026`.
 pub fn instant(text: &str, zone: Option<&Zone>) -> Result<f64, String> {
-    let wrong = || format!("\"{text}\" is no date and time such as 2026-03-01T08:00");
+    let wrong = || format!("\"{text}\" is not a date and time such as 2026-03-01T08:00");
     let stamp = super::scan::scan(text).ok_or_else(wrong)?;
     let orders: Vec<_> = stamp.orders().collect();
     let [order] = orders[..] else { return Err(wrong()) };
@@ -66,8 +66,8 @@ impl FromStr for Zone {
         let zone = fixed().or_else(|| TimeZoneDatabase::bundled().get(name).ok());
         zone.map(|zone| Self { name: name.to_owned(), zone }).ok_or_else(|| {
             format!(
-                "\"{name}\" is no time zone; give a name such as Europe/Berlin or America/Chicago, \
-                 or an offset such as +01:00"
+                "\"{name}\" is not a time zone; give a name such as Europe/Berlin or America/Chicago, or an offset \
+                 such as +01:00"
             )
         })
     }

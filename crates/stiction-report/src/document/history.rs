@@ -1,4 +1,4 @@
-//! The history of valves as a document for programs.
+//! The history of valves, as a document for programs.
 
 use super::{Source, VERSION, json};
 use schemars::JsonSchema;
@@ -13,7 +13,7 @@ use stiction_figure::figure::instant;
 /// The histories of some valves.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ValveHistory {
-    /// The program that made it, with its version.
+    /// Name and version of the program.
     pub tool: String,
     /// Version of this form.
     pub version: u32,
@@ -27,34 +27,34 @@ pub struct Valve {
     /// Tag of its loop.
     #[serde(rename = "loop")]
     pub name: String,
-    /// The files it was recorded in.
+    /// The files of its recordings.
     pub sources: Vec<Source>,
-    /// Whether the times count from 1970-01-01 UTC; else they are those of the recording's clock.
+    /// Whether times count from 1970-01-01 UTC. Otherwise they follow the recording's clock.
     pub dated: bool,
-    /// The clock of the plant, in which its times are shown.
+    /// The clock of the plant, for the display of times.
     pub plant_time: PlantTime,
-    /// What each window said, in order of time.
+    /// The results of each window, in order of time.
     pub windows: Vec<Point>,
-    /// What they say together; of a valve that was repaired, those after the repair.
+    /// The combined result of all windows; after a repair, only of the windows since.
     pub combined: History,
-    /// Before and after a repair, if one was named.
+    /// Comparison before and after a repair, if one was given.
     pub repair: Option<Repair>,
 }
 
-/// What one window said of a valve.
+/// The results of one window.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
-    /// The file it is from.
+    /// Its file.
     pub file: String,
     /// Its beginning, s.
     pub from_s: f64,
     /// Its duration, s.
     pub duration_s: f64,
-    /// The verdict on it.
+    /// Its verdict.
     pub class: VerdictClass,
-    /// The same in one graded word.
+    /// The verdict as one graded word.
     pub grade: Grade,
-    /// What that rests on.
+    /// Basis of the verdict.
     pub basis: Basis,
     /// The probability that the valve sticks.
     pub probability: Option<f64>,
@@ -81,14 +81,14 @@ impl ValveHistory {
 }
 
 impl Valve {
-    /// The date and time on the clock of the plant at a time of this history; `None` of recordings without dates.
+    /// The date and time of this history on the clock of the plant; `None` for recordings without dates.
     pub fn date(&self, at: f64) -> Option<String> {
         self.dated.then(|| instant(self.plant_time.shows(at), &self.plant_time.name))?
     }
 }
 
 impl Point {
-    /// What a diagnosis of a window says, with its beginning in s on the valve's clock.
+    /// The results of a window from its diagnosis, with its beginning in s on the valve's clock.
     pub fn new(diagnosis: &Diagnosis, file: &str, from_s: f64, duration_s: f64) -> Self {
         let Diagnosis { verdict, stiction, fitness, .. } = diagnosis;
         Self {

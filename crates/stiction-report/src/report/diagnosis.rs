@@ -174,7 +174,7 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
         Fact::new(name, words::rough(limit.value), "%")
     }));
     facts.extend([
-        Fact::new("rests on", diagnosis.verdict.basis.name(), ""),
+        Fact::new("basis", diagnosis.verdict.basis.name(), ""),
         Fact::new("families of methods that say it sticks", votes.sticks, ""),
         Fact::new("that it does not", votes.does_not_stick, ""),
         Fact::new("undecided", votes.undecided, ""),

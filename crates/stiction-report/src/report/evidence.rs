@@ -1,4 +1,4 @@
-//! What each method says, with a figure of what it says it by.
+//! The result of each method, with a figure of its evidence.
 
 use super::layout::{Card, Fact, number};
 use super::views::Context;
@@ -8,7 +8,7 @@ use stiction_diagnose::methods::Subject;
 
 pub use stiction_diagnose::methods::figure;
 
-/// What a method says of a loop, with its figure and its numbers; of one that abstains, why.
+/// The result of a method on a loop, with its figure and numbers. If it abstains, the reason.
 pub fn card(finding: &Finding, subject: Option<&Subject<'_>>, context: &Context<'_>) -> Card {
     let mut card =
         Card::new(finding.method.title, sentence(&finding.reason)).badge(finding.decision);

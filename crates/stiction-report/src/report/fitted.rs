@@ -1,4 +1,4 @@
-//! Whether the valve that was fitted explains what was recorded, and what an action would bring.
+//! Whether the fitted valve explains the recorded swing, and the effects of actions.
 
 use super::layout::{Block, Section, Table};
 use crate::words::rough;
@@ -12,13 +12,13 @@ use stiction_figure::figure::{Annotation, Figure, Panel, Scale, Series, colour};
 /// Names of the rows of the figure.
 const ROWS: &[&str] = &["", "PV swing", "OP swing", "period", ""];
 
-/// The loop behind a recording, and what an action would bring.
+/// The fitted loop of a recording, and the effects of actions.
 pub(super) struct Fitted {
     pub fit: Fit,
     pub prospects: Result<Prospects, String>,
 }
 
-/// The loop behind a valve that is accused; of others nobody has asked.
+/// The fitted loop of an accused valve. Other valves need none.
 pub(super) fn of_accused(diagnosis: &Diagnosis) -> Option<Fitted> {
     if diagnosis.verdict.class != VerdictClass::Sticks {
         return None;
@@ -28,7 +28,7 @@ pub(super) fn of_accused(diagnosis: &Diagnosis) -> Option<Fitted> {
     Some(Fitted { fit, prospects })
 }
 
-/// Adds what the fitted loop says.
+/// Adds the results of the fit.
 pub(super) fn told(mut section: Section, Fitted { fit, prospects }: &Fitted) -> Section {
     section = section.heading("Does the valve explain the swing?");
     match (fit.cycle.known(), fit.cycle.why_not()) {
@@ -46,14 +46,14 @@ pub(super) fn told(mut section: Section, Fitted { fit, prospects }: &Fitted) -> 
     section = section.with(parts(fit));
     match prospects {
         Ok(found) => {
-            section = section.heading("Actions, weighed").with(actions(found));
+            section = section.heading("Effects of actions").with(actions(found));
             if !found.advice.is_empty() {
                 section = section.with(Block::List { ordered: false, items: found.advice.clone() });
             }
         }
         Err(why) => {
             section = section.with(Block::Paragraph(format!(
-                "What an action would bring cannot be told: {why}. The verdict rests on more than this fit: carry out the \
+                "The effects of actions are unknown: {why}. The verdict does not rest on this fit alone. Do the \
                  manual test first."
             )));
         }
@@ -67,8 +67,8 @@ fn range(of: &Estimate) -> String {
 
 /// The parts of the loop with their intervals.
 fn parts(fit: &Fit) -> Table {
-    let caption = "The loop, identified from the recording: best values with 90 % intervals. S and J are those behind which this \
-                   process explains the PV; what is known of them without a process stands at the top.";
+    let caption = "The loop, identified from the recording: best values with 90 % intervals. S and J are the values \
+        with which this process explains the PV. The values without a process model are at the top.";
     let mut table = Table::new(caption).words("part").words("value").words("interval");
     let mut row = |name: &str, of: &Estimate, unit: &str| {
         let value = format!("{} {unit}", rough(of.value));
@@ -88,7 +88,7 @@ fn parts(fit: &Fit) -> Table {
     if let Some(p) = fit.process.known() {
         match &p.gain {
             Some(gain) => row("process: gain", gain, "PV units per %"),
-            None => row("process: first slope", &p.slope, "PV units per % and s"),
+            None => row("process: initial slope", &p.slope, "PV units per % and s"),
         }
         p.lag_s.iter().for_each(|lag| row("lag", lag, "s"));
         row("dead time", &p.dead_time_s, "s");
@@ -106,7 +106,7 @@ fn parts(fit: &Fit) -> Table {
     table
 }
 
-/// What was recorded beside what was predicted, each over what was recorded.
+/// The predicted quantities, each relative to the recorded one.
 fn figure(recorded: &Swing, predicted: &Predicted) -> Figure {
     let all = [
         (3.0, recorded.period_s, &predicted.period_s),
@@ -127,36 +127,36 @@ fn figure(recorded: &Swing, predicted: &Predicted) -> Figure {
         most = most.max(1.1 * high);
     }
     let breaks: Vec<usize> = (2..x.len()).step_by(2).collect();
-    let panel = Panel::new("predicted over recorded", "")
+    let panel = Panel::new("predicted / recorded", "")
         .x_range(0.0, most)
         .y_range(0.3, 3.7)
         .y_scale(Scale::Names(ROWS))
-        .with(Series::line("90 % of the loops drawn", x, y).colour(colour::BLUE).breaks(breaks))
+        .with(Series::line("90 % of the fitted loops", x, y).colour(colour::BLUE).breaks(breaks))
         .with(Series::points("median", middle, at).colour(colour::VERMILION))
         .note(Annotation::vertical_line(1.0, "as recorded"))
         .height(130.0);
     Figure::new("The limit cycle of the fitted loop beside the recorded swing")
         .caption(
-            "Where the bars reach the line, the fitted loop cycles by itself as the recording does. Noise and loads make \
-             a stem slip sooner than it would by itself.",
+            "If the bars reach the line, the fitted loop cycles by itself as recorded. Noise and loads make a stem \
+             slip sooner than it would by itself.",
         )
         .with(panel)
         .width(WIDTH)
 }
 
-/// What the actions would bring.
+/// The effects of the actions.
 fn actions(found: &Prospects) -> Table {
     let caption = format!(
-        "What each action would bring, on {} loops that the recording leaves possible: 5 and 95 % points, ranked by the \
-         upper end of the control error, times now.",
+        "Effects of each action, on {} loops that agree with the recording. Ranges are 5 to 95 % points, ranked by \
+         the upper end of the control error. \"x present\" is the ratio to the loop as it is.",
         found.loops
     );
     let table = Table::new(caption)
         .words("action")
-        .words("control error, times now")
-        .words("PV swing, times now")
+        .words("control error, x present")
+        .words("PV swing, x present")
         .words("PV swing, ±")
-        .words("valve travel, % per hour")
+        .words("valve travel, %/h")
         .words("benefit");
     found.actions.iter().fold(table, |table, row| {
         let benefit = match row.sure {

@@ -1,4 +1,4 @@
-//! Many loops as a folder of pages: an index that can be sorted, searched and narrowed down, and a page a loop.
+//! Many loops as a folder with a page per loop and an index that can be sorted, searched and filtered.
 
 use super::diagnosis::{by_rank, report};
 use super::layout::{Badge, STYLE, TABLES, badge, number};
@@ -14,42 +14,42 @@ use stiction_figure::page::relative;
 
 /// Name of the index.
 pub const INDEX: &str = "index.html";
-/// Folder of the loops' pages, beside it.
+/// Folder of the loops' pages, beside the index.
 const LOOPS: &str = "loops";
 /// Width of a small trend, px.
 const SMALL: f64 = 120.0;
 
-/// Reports on many loops, a page each, and an index of them.
+/// Reports on many loops, with a page for each and an index.
 #[derive(Debug, Clone)]
 pub struct Folder<'a> {
     tool: String,
-    /// The worst first.
+    /// The loops, worst first.
     loops: Vec<Loop<'a>>,
 }
 
 impl<'a> Folder<'a> {
-    /// A folder of some loops.
+    /// A folder of these loops.
     pub fn new(tool: impl Into<String>, loops: &[Loop<'a>]) -> Self {
         Self { tool: tool.into(), loops: by_rank(loops) }
     }
 
-    /// How many loops there are.
+    /// Number of loops.
     pub fn len(&self) -> usize {
         self.loops.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no loops.
     pub fn is_empty(&self) -> bool {
         self.loops.is_empty()
     }
 
-    /// Path of the page of a loop, from the folder on, with `/` between folders.
+    /// Path of the page of a loop, relative to the folder, with `/` between folders.
     pub fn path(&self, place: usize) -> String {
         let name = self.loops.get(place).map_or("", |each| &each.diagnosis.name);
         format!("{LOOPS}/{}", file_name(place, name))
     }
 
-    /// The page of a loop; one without loops if there is none at that place.
+    /// The page of a loop, or a page without loops if there is none at that place.
     ///
     /// # Errors
     /// As [`html`](super::html).
@@ -76,7 +76,7 @@ impl<'a> Folder<'a> {
                 body.index {
                     header { h1 { (title) } }
                     main { (self.chips()) (self.table()) }
-                    footer { p { (self.tool) ", results of form " (document::VERSION) } }
+                    footer { p { (self.tool) ", format version " (document::VERSION) } }
                     script { (PreEscaped(TABLES)) }
                 }
             }
@@ -84,7 +84,7 @@ impl<'a> Folder<'a> {
         page.into_string()
     }
 
-    /// A button for each grade that there is, with its count, and one for a row a valve.
+    /// A button for each occurring grade with its count, and a checkbox for one row per valve.
     fn chips(&self) -> Markup {
         let mut counts: BTreeMap<Grade, usize> = BTreeMap::new();
         for each in &self.loops {
@@ -99,13 +99,13 @@ impl<'a> Folder<'a> {
                     }
                 }
                 @if several {
-                    label { input type="checkbox" data-first; " one row a valve, its worst" }
+                    label { input type="checkbox" data-first; " only the worst row of each valve" }
                 }
             }
         }
     }
 
-    /// Of each loop, whether another one of the same name stands before it.
+    /// For each loop, whether an earlier one has the same name.
     fn later(&self) -> Vec<bool> {
         let mut seen = std::collections::BTreeSet::new();
         self.loops.iter().map(|each| !seen.insert(&each.diagnosis.name)).collect()
@@ -116,11 +116,11 @@ impl<'a> Folder<'a> {
             ("loop", false),
             ("type", false),
             ("verdict", false),
-            ("p that it sticks", true),
+            ("probability of sticking", true),
             ("S, %", true),
             ("period", true),
-            ("PV swings ±", true),
-            ("output travels, %/h", true),
+            ("PV swing ±", true),
+            ("OP travel, %/h", true),
             ("data", false),
             ("trend", false),
             ("file", false),
@@ -185,19 +185,19 @@ fn row(Loop { diagnosis, source }: &Loop<'_>, path: &str, later: bool) -> Markup
     }
 }
 
-/// The PV in little, or the OP where there is none.
+/// A small trend of the PV, or of the OP if there is no PV.
 fn trend(diagnosis: &Diagnosis) -> Markup {
     let drawn = small_trend(diagnosis, Small::Pv, SMALL);
     let drawn = drawn.or_else(|| small_trend(diagnosis, Small::Op, SMALL));
     html! { @if let Some(svg) = drawn { (PreEscaped(svg)) } }
 }
 
-/// Where a grade stands among all of them, the worst first.
+/// The rank of a grade, worst first.
 fn place_of(grade: Grade) -> usize {
     Grade::ALL.iter().position(|each| *each == grade).unwrap_or(Grade::ALL.len())
 }
 
-/// A number by which rows are sorted, with what is shown of it.
+/// A cell with the number used for sorting and its text.
 fn cell(of: Option<(f64, String)>) -> Markup {
     match of {
         Some((value, text)) => html! { td.number data-value=(number(value)) { (text) } },
@@ -205,13 +205,13 @@ fn cell(of: Option<(f64, String)>) -> Markup {
     }
 }
 
-/// The name of a page's file: the place of its loop, which no other has, and what of its name every file system
-/// can hold.
+/// The name of a page's file, made from the place of its loop, which is unique, and from the characters of its name
+/// that every file system allows.
 pub fn file_name(place: usize, name: &str) -> String {
     format!("{:05}-{}.html", place + 1, plain(name))
 }
 
-/// What of a name every file system can hold.
+/// The characters of a name that every file system allows.
 pub fn plain(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
     name.chars().take(60).map(plain).collect()

@@ -1,4 +1,4 @@
-//! The first screen of a loop: does it stick, how bad, what to do, and the trend that shows it.
+//! The first screen of a loop, with verdict, size, actions and trend.
 
 use super::fitted::Fitted;
 use super::layout::{Badge, Fact, Head, Tone};
@@ -9,12 +9,12 @@ use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade};
 use stiction_diagnose::fit::prospects::Remedy;
 use stiction_diagnose::recording::fitness::Class;
 
-/// Other causes that are named.
+/// Number of other causes that are listed.
 const CAUSES: usize = 3;
-/// Causes less likely than this are not worth a line.
+/// Causes less likely than this are not listed.
 const LEAST_LIKELY: f64 = 0.01;
 
-/// What an engineer with three minutes must see.
+/// The information that an engineer with three minutes needs.
 pub(super) fn head(
     diagnosis: &Diagnosis,
     source: &Source,
@@ -71,8 +71,7 @@ pub(super) fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     );
     facts.extend(stiction.j.map(|j| Fact::new("J, slip jump", words::interval(j), "")));
     if let Some(limit) = diagnosis.verdict.s_below {
-        let name =
-            format!("had it stuck by more, it would show ({:.0} %)", 100.0 * limit.confidence);
+        let name = format!("detection limit of S ({:.0} %)", 100.0 * limit.confidence);
         facts.push(Fact::new(name, rough(limit.value), "%"));
     }
     if let Some((signal, found)) = diagnosis.oscillation()
@@ -82,7 +81,7 @@ pub(super) fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
             "OP" => "%".to_owned(),
             _ => diagnosis.pv_unit.clone().unwrap_or_else(|| "PV units".to_owned()),
         };
-        // The error swings as the PV does about its set point.
+        // The error swings like the PV about its set point.
         let signal = if signal == "error" { "PV" } else { signal };
         let swings = found.amplitude.filter(|a| a.is_finite());
         let by = swings.map_or(String::new(), |a| format!("±{} {unit} ", rough(a)));
@@ -93,44 +92,43 @@ pub(super) fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
         ));
     }
     let travel = diagnosis.kpis.get("OP travel").and_then(|kpi| kpi.value);
-    facts.extend(travel.map(|t| Fact::new("the output travels", rough(t), "%/h")));
+    facts.extend(travel.map(|t| Fact::new("OP travel", rough(t), "%/h")));
     facts
 }
 
-/// What to do, first things first.
+/// The actions, most urgent first.
 pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<String> {
     let prospects = fitted.and_then(|fitted| fitted.prospects.as_ref().ok());
     let unexplained = fitted
         .and_then(|fitted| fitted.fit.cycle.known())
         .is_some_and(|cycle| cycle.explained == Some(false));
     let verdict = &diagnosis.verdict;
-    let test = || {
-        match (&verdict.confirm, &verdict.no_test) {
-        (Some(plan), _) => format!("Test the valve: {} (below)", plan.summary),
-        (None, Some(why)) => format!("No test can be planned: {why}"),
+    let test = || match (&verdict.confirm, &verdict.no_test) {
+        (Some(plan), _) => format!("Test the valve: {} (see below).", plan.summary),
+        (None, Some(why)) => format!("No test can be planned: {why}."),
         (None, None) => {
-            "Test the valve: in manual, small turns of the OP to and fro; watch the flow or the stem"
+            "Test the valve in manual with small OP reversals, and watch the flow or the stem."
                 .to_owned()
         }
-    }
     };
+    let fall = |ratio: f64| format!("{:.0}", 100.0 * (1.0 - ratio));
     let repair = || {
         let row = prospects.and_then(|found| {
             found.actions.iter().find(|row| row.action == Remedy::Repair && row.certain())
         });
         match row {
             Some(row) => format!(
-                "If confirmed, repair it (packing, actuator, positioner): the PV would swing {} to {} times as much as now",
-                rough(row.pv_swing_ratio.low),
-                rough(row.pv_swing_ratio.high)
+                "If confirmed, repair packing, actuator or positioner. PV swing would fall by {} to {} %.",
+                fall(row.pv_swing_ratio.high),
+                fall(row.pv_swing_ratio.low)
             ),
-            None => "If confirmed, have packing, actuator and positioner looked at".to_owned(),
+            None => "If confirmed, inspect packing, actuator and positioner.".to_owned(),
         }
     };
     let first = verdict.alternatives.first().map(|other| other.cause);
     let elsewhere = || match first {
         Some(Cause::StickingValve | Cause::NormalOperation) | None => None,
-        Some(cause) => Some(format!("Look first for {}", words::cause(cause.name()))),
+        Some(cause) => Some(format!("First rule out {}.", words::cause(cause.name()))),
     };
     match verdict.grade {
         Grade::Sticks => {
@@ -138,7 +136,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             all.push(repair());
             if unexplained {
                 all.push(
-                    "Look upstream, too: the fitted valve does not explain the swing (below)"
+                    "Look upstream, too. The fitted valve does not explain the swing (see below)."
                         .to_owned(),
                 );
             }
@@ -146,7 +144,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         }
         Grade::ProbablySticks => vec![test(), repair()],
         Grade::DoesNotRespond => {
-            vec!["See what it may be, and how to tell (below, why)".to_owned()]
+            vec!["Check the possible faults (see Why).".to_owned()]
         }
         Grade::Unclear => {
             let mut all: Vec<String> = elsewhere().into_iter().collect();
@@ -155,13 +153,13 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         }
         Grade::ProbablyFine | Grade::Fine => match elsewhere() {
             Some(look) => vec![look],
-            None => vec!["Leave the valve alone".to_owned()],
+            None => vec!["Leave the valve alone.".to_owned()],
         },
         Grade::CannotAnswer => words::what_would_answer(diagnosis).into_iter().collect(),
     }
 }
 
-/// The likeliest causes beside a sticking valve, with their likelihood.
+/// The likeliest causes besides a sticking valve, with their likelihood.
 pub(super) fn causes(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
     let others = diagnosis.verdict.alternatives.iter();
     let named = others
@@ -169,7 +167,7 @@ pub(super) fn causes(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
     named.take(CAUSES).map(|other| (other.cause.name().to_owned(), other.likelihood)).collect()
 }
 
-/// What is to be known of the data.
+/// Remarks on the data.
 pub(super) fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
     let fitness = &diagnosis.fitness;
     let caveats = fitness.measures.iter().filter(|m| m.class != Class::Fit).count();
@@ -184,7 +182,7 @@ pub(super) fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
 }
 
 impl Head {
-    /// The probability as a bar tells it, and in words.
+    /// The probability as the length of a bar, and in words.
     pub(super) fn likelihood(&self) -> Option<(f64, String)> {
         let p = self.probability?;
         Some((p.clamp(0.01, 0.99), percent(p)))

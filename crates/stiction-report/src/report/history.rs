@@ -7,11 +7,11 @@ use crate::document::{Valve, ValveHistory};
 use crate::words::{interval, percent, spoken};
 use stiction_diagnose::diagnose::Estimate;
 
-const INTRODUCTION: &str = "What each window of the recordings says of a valve on its own, what they say \
-    together, and whether the valve gets worse. Windows of one valve are not independent of each other: \
-    together they count for two independent ones at most.";
+const INTRODUCTION: &str = "Each window of the recordings is judged on its own and together with the others, to show \
+    whether the valve gets worse. Windows of one valve are not independent. Together they count as at most two \
+    independent windows.";
 
-/// The report on the histories of some valves: one self-contained HTML page.
+/// The report on the histories of some valves, as one self-contained HTML page.
 ///
 /// # Errors
 /// If a figure cannot be drawn, which is not expected.
@@ -20,7 +20,7 @@ pub fn history_html(history: &ValveHistory) -> Result<String, Error> {
         [one] => format!("History of {}", one.name),
         several => format!("History of {} valves", several.len()),
     };
-    let tool = format!("{}, results of form {}", history.tool, history.version);
+    let tool = format!("{}, format version {}", history.tool, history.version);
     let mut report = Report::new(title, tool).introduction(INTRODUCTION);
     for valve in &history.valves {
         for source in &valve.sources {
@@ -39,12 +39,12 @@ fn section(valve: &Valve) -> Section {
         section = section.reason(&repair.words);
     }
     section = section.fact(Fact::new("windows", valve.windows.len(), "")).fact(Fact::new(
-        "that count",
+        "windows that count",
         combined.decided,
         "",
     ));
     if let Some(p) = combined.probability {
-        section = section.fact(Fact::new("combined probability that it sticks", percent(p), ""));
+        section = section.fact(Fact::new("combined probability of sticking", percent(p), ""));
     }
     let points: Vec<Point> = valve
         .windows
@@ -63,7 +63,7 @@ fn section(valve: &Valve) -> Section {
         match over_time::figure(&points, valve.dated.then_some(0.0), &valve.plant_time, &marks) {
             Some(figure) => section.with(figure),
             None => section.with(Block::Paragraph(
-                "No window has a probability or an S, so there is nothing to draw.".to_owned(),
+                "No window has a probability or an S, so there is no figure.".to_owned(),
             )),
         };
     let table = Table::new("")
@@ -96,11 +96,11 @@ fn headline(valve: &Valve) -> String {
     let n = combined.observations;
     match combined.probability {
         Some(p) => format!(
-            "The {n} windows{which} together give a probability of {} that it sticks.",
+            "The {n} windows{which} together give a probability of sticking of {}.",
             percent(p)
         ),
         None => format!(
-            "{} of {n} windows{which} can be judged; together: {}.",
+            "{} of {n} windows{which} can be judged. Together: {}.",
             combined.decided, combined.grade
         ),
     }

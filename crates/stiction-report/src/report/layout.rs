@@ -1,4 +1,4 @@
-//! The pieces of a report and the page that holds them.
+//! The parts of a report, and the page that contains them.
 
 use crate::Error;
 use crate::document::Source;
@@ -17,7 +17,7 @@ pub use stiction_diagnose::spoken::number;
 /// The style of all pages.
 pub const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("../interactive.js");
-/// The script of tables that can be sorted, searched and narrowed down.
+/// The script of tables that can be sorted, searched and filtered.
 pub const TABLES: &str = include_str!("../tables.js");
 
 /// A report on one loop or several.
@@ -25,21 +25,21 @@ pub const TABLES: &str = include_str!("../tables.js");
 pub struct Report {
     /// Title of the page.
     pub title: String,
-    /// What it is about, a paragraph; empty for none.
+    /// Its introduction, a paragraph; empty for none.
     pub introduction: String,
-    /// What is said of all loops together, before the sections.
+    /// Content on all loops together, before the sections.
     pub blocks: Vec<Block>,
-    /// One section a loop, in the order in which they should be looked at.
+    /// One section per loop, in order of priority.
     pub sections: Vec<Section>,
-    /// What made the report, with its version, such as `stiction 0.1.0`.
+    /// Name and version of the program, such as `stiction 0.1.0`.
     pub tool: String,
-    /// The files it was made from.
+    /// The input files.
     pub sources: Vec<Source>,
-    /// The page that lists it among others, by its relative path; `None` of a report that stands alone.
+    /// Relative path of the page that lists this one among others; `None` for a separate report.
     pub home: Option<String>,
 }
 
-/// What a report says of one loop.
+/// The part of a report on one loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
     /// Name of the loop.
@@ -48,13 +48,13 @@ pub struct Section {
     pub badge: Badge,
     /// The conclusion as a sentence.
     pub headline: String,
-    /// What the first screen shows; `None` for the name, the conclusion and the facts alone.
+    /// Content of the first screen; `None` for only the name, the conclusion and the facts.
     pub head: Option<Head>,
-    /// Why, in sentences.
+    /// Reasons, in sentences.
     pub reasons: Vec<String>,
     /// The numbers that go with the conclusion.
     pub facts: Vec<Fact>,
-    /// All the rest.
+    /// All other content.
     pub blocks: Vec<Block>,
 }
 
@@ -65,34 +65,34 @@ pub struct Head {
     pub line: String,
     /// The probability that the valve sticks, where there is one.
     pub probability: Option<f64>,
-    /// How bad it is.
+    /// Numbers on the size of the problem.
     pub facts: Vec<Fact>,
-    /// What to do, first things first.
+    /// The actions, most urgent first.
     pub actions: Vec<String>,
-    /// What else it could be, with the likelihood of each.
+    /// Other possible causes, with the likelihood of each.
     pub causes: Vec<(String, f64)>,
-    /// What is to be known of the data.
+    /// Remarks on the data.
     pub remarks: Vec<String>,
     /// PV and OP over time.
     pub trend: Option<Figure>,
-    /// A cycle as long as it is on the axis of the trend.
+    /// Length of one cycle on the time axis of the trend.
     pub cycle: Option<f64>,
     /// PV over OP.
     pub map: Option<Figure>,
 }
 
-/// A word with a symbol; in colour on the screen, but not told by colour alone.
+/// A word with a symbol. On screen it has a colour, but the symbol alone is sufficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Badge {
     /// The symbol.
     pub symbol: &'static str,
     /// The word.
     pub word: &'static str,
-    /// What it means for the reader.
+    /// Its meaning for the reader.
     pub tone: Tone,
 }
 
-/// What a word means for the reader.
+/// The meaning of a word for the reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tone {
@@ -102,7 +102,7 @@ pub enum Tone {
     Warning,
     /// Nothing is wrong.
     Good,
-    /// It is not known.
+    /// The answer is unknown.
     Open,
 }
 
@@ -111,7 +111,7 @@ pub enum Tone {
 pub struct Fact {
     /// Its name.
     pub name: String,
-    /// The value as it should be read, such as [`number`] writes it.
+    /// The value as text, such as [`number`] writes it.
     pub value: String,
     /// Its unit; empty for none.
     pub unit: String,
@@ -129,22 +129,22 @@ pub enum Block {
     List {
         /// Whether the order matters.
         ordered: bool,
-        /// What it lists.
+        /// Its items.
         items: Vec<String>,
     },
     /// Names with values.
     Facts(Vec<Fact>),
     /// A table.
     Table(Table),
-    /// A figure under which its caption stands.
+    /// A figure with its caption below.
     Figure(Box<Figure>),
     /// Evidence: a sentence with its figure and its numbers.
     Card(Box<Card>),
-    /// What is shown on demand, and always in print.
+    /// Content shown on demand, and always in print.
     Details {
-        /// What is hidden.
+        /// The title of the content.
         summary: String,
-        /// It.
+        /// The content.
         blocks: Vec<Block>,
     },
 }
@@ -152,46 +152,45 @@ pub enum Block {
 /// A table.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Table {
-    /// What it shows.
+    /// Its caption.
     pub caption: String,
     /// Its columns.
     pub columns: Vec<Column>,
     /// Its rows; each has a cell for every column.
     pub rows: Vec<Vec<String>>,
-    /// Where the first cell of each row leads: a file near the page, by its relative path with `/` between
-    /// folders; empty for none.
+    /// Targets of links in the first cells of the rows, as relative paths with `/` between folders; empty for none.
     pub links: Vec<String>,
-    /// Whether the reader can sort its rows and look for words in them.
+    /// Whether the reader can sort and search its rows.
     pub sortable: bool,
 }
 
-/// The head of a column.
+/// The title of a column.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Column {
-    /// What it holds.
+    /// Its name.
     pub name: String,
     /// Unit of all its cells; empty for none.
     pub unit: String,
-    /// Whether its cells are numbers, which are aligned to the right.
+    /// Whether its cells are numbers, which are aligned right.
     pub number: bool,
 }
 
 /// A piece of evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Card {
-    /// What it is, such as the title of a method.
+    /// Its heading, such as the title of a method.
     pub heading: String,
-    /// What it says, as a word.
+    /// Its conclusion, as a word.
     pub badge: Option<Badge>,
-    /// What it says, as a sentence.
+    /// Its conclusion, as a sentence.
     pub sentence: String,
-    /// What it looks like.
+    /// Its figure.
     pub figure: Option<Figure>,
     /// Its numbers.
     pub facts: Vec<Fact>,
     /// More numbers.
     pub table: Option<Table>,
-    /// What to keep in mind.
+    /// Its caveats.
     pub caveats: Vec<String>,
 }
 
@@ -216,7 +215,7 @@ impl Report {
         self
     }
 
-    /// Names the page that lists it among others, by its relative path.
+    /// Sets the relative path of the page that lists this one among others.
     #[must_use]
     pub fn home(mut self, home: impl Into<String>) -> Self {
         self.home = Some(home.into());
@@ -237,7 +236,7 @@ impl Report {
         self
     }
 
-    /// Names a file that the report was made from, once however often it is told.
+    /// Adds an input file. Repeated files are listed once.
     #[must_use]
     pub fn source(mut self, source: &Source) -> Self {
         if !self.sources.contains(source) {
@@ -294,7 +293,7 @@ impl Report {
 }
 
 impl Section {
-    /// A section with nothing but a name and a conclusion.
+    /// A section with only a name and a conclusion.
     pub fn new(name: impl Into<String>, badge: Badge, headline: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -328,7 +327,7 @@ impl Section {
         self
     }
 
-    /// Adds what `fill` adds to an empty section, shown on demand; nothing if that is nothing.
+    /// Adds a fold with the content that `fill` adds to an empty section. Without content, adds nothing.
     #[must_use]
     pub fn fold(self, summary: impl Into<String>, fill: impl FnOnce(Self) -> Self) -> Self {
         let empty = Self::new("", self.badge, "");
@@ -402,14 +401,14 @@ impl From<Class> for Badge {
 }
 
 impl Badge {
-    /// As HTML, of the class `badge` and that of its tone: `bad`, `warning`, `good` or `open`.
+    /// As HTML of the class `badge` and the class of its tone: `bad`, `warning`, `good` or `open`.
     pub fn html(&self) -> String {
         badge(self).into_string()
     }
 
     /// Symbol and word, for a cell of a table.
     pub fn text(&self) -> String {
-        // Unbroken.
+        // With a non-breaking space.
         format!("{} {}", self.symbol, self.word).replace(' ', "\u{a0}")
     }
 }
@@ -427,7 +426,7 @@ impl Table {
         Self { caption: caption.into(), ..Self::default() }
     }
 
-    /// Lets the reader sort its rows and look for words in them.
+    /// Lets the reader sort and search its rows.
     #[must_use]
     pub fn sortable(mut self) -> Self {
         self.sortable = true;
@@ -457,7 +456,7 @@ impl Table {
 }
 
 impl Card {
-    /// A card that says something.
+    /// A card with a heading and a sentence.
     pub fn new(heading: impl Into<String>, sentence: impl Into<String>) -> Self {
         Self {
             heading: heading.into(),
@@ -470,7 +469,7 @@ impl Card {
         }
     }
 
-    /// Sets what it says as a word.
+    /// Sets its conclusion as a word.
     #[must_use]
     pub fn badge(mut self, badge: impl Into<Badge>) -> Self {
         self.badge = Some(badge.into());
@@ -506,12 +505,12 @@ impl Card {
     }
 }
 
-/// What is known of a page while it is written.
+/// The state of a page while it is written.
 #[derive(Default)]
 struct Page {
-    /// How many figures it has.
+    /// Number of its figures.
     figures: usize,
-    /// Whether it has tables that can be sorted.
+    /// Whether it has sortable tables.
     sortable: bool,
 }
 
@@ -543,7 +542,7 @@ impl Page {
                     @if !section.reasons.is_empty() { ul.reasons { (listed(&section.reasons)) } }
                     (facts(&head.facts))
                     @if !head.actions.is_empty() {
-                        p.do { "What to do" }
+                        p.do { "Actions" }
                         ol { (listed(&head.actions)) }
                     }
                 }
@@ -562,7 +561,7 @@ impl Page {
                         @if let Some(map) = &head.map { (self.figure(map)?) }
                         div {
                             @if !head.causes.is_empty() {
-                                p.do { "What else it could be" }
+                                p.do { "Other possible causes" }
                                 ul.causes {
                                     @for (name, likelihood) in &head.causes {
                                         li {
@@ -614,7 +613,7 @@ impl Page {
         })
     }
 
-    /// A figure without what a script needs: a page of many would weigh half as much again.
+    /// A figure without data for scripts, because many figures would make the page half as large again.
     fn still(&mut self, figure: &Figure) -> Result<Markup, Error> {
         let svg = figure.live(&self.id())?.svg;
         Ok(html! {
@@ -625,7 +624,7 @@ impl Page {
         })
     }
 
-    /// A name that no other figure of the page has.
+    /// A name that is unique among the figures of the page.
     fn id(&mut self) -> String {
         self.figures += 1;
         format!("figure-{}", self.figures)
@@ -666,7 +665,7 @@ impl Page {
                             tr {
                                 @for (cell, column) in row.iter().zip(&table.columns) {
                                     td class=[class(column)] {
-                                        // The first cell takes it.
+                                        // The first cell has a data-value.
                                         @if let Some(path) = link.take() {
                                             a href=(relative(path)) { (cell) }
                                         } @else {
@@ -731,7 +730,7 @@ fn facts(facts: &[Fact]) -> Markup {
 }
 
 impl Fact {
-    /// Its unit, of one thing in the singular.
+    /// Its unit, in the singular for one.
     fn counted(&self) -> &str {
         match &*self.unit {
             "samples" if self.value == "1" => "sample",
@@ -740,7 +739,7 @@ impl Fact {
     }
 }
 
-/// What a list holds.
+/// The items of a list.
 fn listed(texts: &[String]) -> Markup {
     html! { @for text in texts { li { (text) } } }
 }

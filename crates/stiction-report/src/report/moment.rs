@@ -4,13 +4,13 @@ use crate::words::spoken;
 use stiction_diagnose::diagnose::Diagnosis;
 use stiction_figure::figure::instant;
 
-/// The date and time of plant `at` s after the recording's zero, where they are known.
+/// The date and time of the plant at `at` s after the recording's zero, if known.
 pub(super) fn date(diagnosis: &Diagnosis, at: f64) -> Option<String> {
     let clock = &diagnosis.plant_time;
     instant(clock.shows(diagnosis.start? + at), &clock.name)
 }
 
-/// A time on the recording's clock as a date, where that is known.
+/// A time on the recording's clock as a date, if known.
 pub(super) fn moment(diagnosis: &Diagnosis, at: f64) -> String {
     date(diagnosis, at).unwrap_or_else(|| spoken(at))
 }

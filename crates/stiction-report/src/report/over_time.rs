@@ -5,7 +5,7 @@ use stiction_diagnose::drawing::{TimeAxis, WIDTH};
 use stiction_diagnose::recording::PlantTime;
 use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 
-/// What one window says, for the figure.
+/// The results of one window, for the figure.
 pub(super) struct Point {
     /// Its beginning, s.
     pub from: f64,
@@ -15,8 +15,8 @@ pub(super) struct Point {
     pub s: Option<Estimate>,
 }
 
-/// The figure of some windows on a clock that begins at `start`; `marks` are times with names, such as a
-/// repair. `None` where no window has a number.
+/// The figure of some windows on a clock that begins at `start`. `marks` are times with names, such as a repair.
+/// `None` if no window has a number.
 pub(super) fn figure(
     points: &[Point],
     start: Option<f64>,
@@ -29,8 +29,8 @@ pub(super) fn figure(
     let probabilities: Vec<(&Point, f64)> =
         points.iter().filter_map(|p| Some((p, 100.0 * p.probability?))).collect();
     if !probabilities.is_empty() {
-        let panel = panel(&axis, "probability that it sticks (%)").y_range(0.0, 100.0);
-        // Each value over its whole window.
+        let panel = panel(&axis, "probability of sticking (%)").y_range(0.0, 100.0);
+        // Each value spans its whole window.
         let (mut x, mut y) = (vec![], vec![]);
         for (point, value) in &probabilities {
             x.extend([axis.at(point.from), axis.at(point.from + point.duration)]);
@@ -72,7 +72,7 @@ pub(super) fn figure(
         }
     }
     let figure = Figure::new("")
-        .caption("Each window on its own: the probability that the valve sticks, and S with its interval.")
+        .caption("Probability of sticking, and S with its interval, of each window on its own.")
         .width(WIDTH);
     Some(panels.into_iter().fold(figure, Figure::with)).filter(|figure| figure.check().is_ok())
 }
@@ -81,7 +81,7 @@ fn panel(axis: &TimeAxis, y_label: &str) -> Panel {
     Panel::new(axis.label.clone(), y_label).x_scale(axis.scale).group("windows").height(130.0)
 }
 
-/// Pairs of points, each joined and apart from the others.
+/// Pairs of points. The points of a pair are joined, and pairs are separate.
 pub(super) fn runs(name: &str, x: Vec<f64>, y: Vec<f64>) -> Series {
     let breaks: Vec<usize> = (0..x.len()).step_by(2).collect();
     Series::line(name, x, y).breaks(breaks).colour(colour::BLUE)

@@ -1,4 +1,4 @@
-//! A trend in little: the last periods of a signal as a line, for a row of a table or a card.
+//! A small trend with the last periods of a signal as a line, for a row of a table or a card.
 
 use crate::words::spoken;
 use maud::html;
@@ -9,9 +9,9 @@ use stiction_diagnose::series::{max, min};
 
 /// Height, px.
 const HEIGHT: f64 = 24.0;
-/// Columns a px of width.
+/// Columns per px of width.
 const COLUMNS: f64 = 0.4;
-/// Periods that it shows.
+/// Number of periods shown.
 const PERIODS: f64 = 6.0;
 
 /// The signal of a small trend.
@@ -23,7 +23,7 @@ pub enum Small {
     Op,
 }
 
-/// The last periods of a signal as an SVG that is so many px wide, of the class `small`. Who shows it may stretch it.
+/// The last periods of a signal as an SVG of this width in px and of the class `small`. The page may stretch it.
 ///
 /// `None` if the signal is not recorded or does not move.
 pub fn small_trend(diagnosis: &Diagnosis, signal: Small, width: f64) -> Option<String> {
@@ -68,7 +68,7 @@ fn line(x: &[f64], low: f64, high: f64, width: f64) -> String {
         let part = &x[column * x.len() / columns..(column + 1) * x.len() / columns];
         let at = width * (column as f64 + 0.5) / columns as f64;
         let (least, most) = (min(part), max(part));
-        // In the order in which they came.
+        // In their original order.
         let rising = part.first() <= part.last();
         put(at, if rising { least } else { most });
         if most > least {

@@ -1,7 +1,7 @@
-//! What a report says of a loop, as data: for a page that is not written once but asks as it goes.
+//! The content of a report on a loop as data, for an interactive page.
 //!
-//! [`told`] is the first screen in words, cheap enough to follow a pointer; [`Folds`] is all the rest, whose figures are
-//! drawn when they are looked at.
+//! [`told`] returns the first screen in words and is fast enough to follow a pointer. [`Folds`] contains the rest,
+//! with figures that are drawn when they are shown.
 
 use super::diagnosis;
 use super::layout::{Badge, Block, Card, Fact, Table};
@@ -13,28 +13,28 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stiction_figure::Figure;
 
-/// What an engineer with three minutes must know of a loop.
+/// The information that an engineer with three minutes needs.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Told {
     /// The conclusion as a word.
     pub badge: Badge,
     /// The conclusion as a sentence or two.
     pub headline: String,
-    /// What a person concluded, if one did.
+    /// The conclusion of a person, if there is one.
     pub overruled: Option<String>,
-    /// The probability that it sticks, in words; null where there is none.
+    /// The probability of sticking, in words; null if there is none.
     pub probability: Option<String>,
     /// Type, time, sample time and file.
     pub line: String,
     /// The numbers that go with the conclusion.
     pub facts: Vec<Fact>,
-    /// What to do, first things first.
+    /// The actions, most urgent first.
     pub actions: Vec<String>,
-    /// The likeliest causes beside a sticking valve.
+    /// The likeliest causes besides a sticking valve.
     pub causes: Vec<Likely>,
-    /// What speaks for the conclusion, and what against it.
+    /// Evidence for and against the conclusion.
     pub sides: Vec<Side>,
-    /// What is to be known of the data.
+    /// Remarks on the data.
     pub remarks: Vec<String>,
 }
 
@@ -47,16 +47,16 @@ pub struct Likely {
     pub likelihood: String,
 }
 
-/// Reasons that point one way.
+/// Reasons for or against the conclusion.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Side {
-    /// Which way.
+    /// The heading of these reasons.
     pub heading: String,
     /// The reasons.
     pub reasons: Vec<String>,
 }
 
-/// What is told of a loop. What an action would bring is left to the [folds](Folds): that takes a fit.
+/// The first screen of a loop. The effects of actions are left to the [folds](Folds), because they need a fit.
 pub fn told(case: &Loop<'_>) -> Told {
     let Loop { diagnosis, source } = *case;
     let causes = head::causes(diagnosis)
@@ -80,12 +80,12 @@ pub fn told(case: &Loop<'_>) -> Told {
     }
 }
 
-/// All that a report tells beyond its first screen, in folds.
+/// All content of a report beyond its first screen, in folds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Folds(Vec<(String, Vec<Block>)>);
 
 impl Folds {
-    /// Those of a loop, whose diagnosis should hold its evidence.
+    /// The folds of a loop, whose diagnosis should contain its evidence.
     pub fn of(case: &Loop<'_>) -> Self {
         let folds = diagnosis::section(case).blocks.into_iter().filter_map(|block| match block {
             Block::Details { summary, blocks } => Some((summary, blocks)),
@@ -94,12 +94,12 @@ impl Folds {
         Self(folds.collect())
     }
 
-    /// What each is about, in their order.
+    /// The titles of the folds, in order.
     pub fn summaries(&self) -> Vec<String> {
         self.0.iter().map(|(summary, _)| summary.clone()).collect()
     }
 
-    /// What one of them tells, with its figures drawn; `None` if there is none of that number.
+    /// The content of a fold, with its figures drawn; `None` if there is no fold of that number.
     ///
     /// # Errors
     /// If a figure cannot be drawn.
@@ -114,58 +114,58 @@ impl Folds {
 pub enum Piece {
     /// A heading.
     Heading {
-        /// It.
+        /// The heading.
         text: String,
     },
     /// A paragraph.
     Paragraph {
-        /// It.
+        /// The paragraph.
         text: String,
     },
     /// A list, with numbers if the order matters.
     List {
         /// Whether the order matters.
         ordered: bool,
-        /// What it lists.
+        /// Its items.
         items: Vec<String>,
     },
     /// Names with values.
     Facts {
-        /// They.
+        /// The facts.
         facts: Vec<Fact>,
     },
     /// A table.
     Table {
-        /// It.
+        /// The table.
         table: Table,
     },
     /// A picture.
     Picture {
-        /// It, as SVG.
+        /// The picture, as SVG.
         svg: String,
-        /// What it shows.
+        /// Its caption.
         caption: String,
     },
-    /// What a method says.
+    /// The result of a method.
     Card {
         /// The method.
         heading: String,
-        /// What it says, as a word.
+        /// Its conclusion, as a word.
         badge: Option<Badge>,
-        /// What it says, as a sentence.
+        /// Its conclusion, as a sentence.
         sentence: String,
         /// Its numbers.
         facts: Vec<Fact>,
-        /// What to keep in mind.
+        /// Its caveats.
         caveats: Vec<String>,
         /// Its table and its picture.
         pieces: Vec<Piece>,
     },
-    /// What is shown on demand.
+    /// Content shown on demand.
     Details {
-        /// What is hidden.
+        /// The title of the content.
         summary: String,
-        /// It.
+        /// The content.
         pieces: Vec<Piece>,
     },
 }

@@ -1,5 +1,5 @@
-//! What a report opens with: the verdict, what speaks for and against it, what else it could be, how to
-//! confirm it, how much the valve sticks, and how that went over time.
+//! The sections on the verdict: evidence for and against it, other possible causes, the confirming test, the size of
+//! stiction, and its course over time.
 
 use super::layout::{Block, Fact, Section, Table, number};
 use super::over_time::{self, Point};
@@ -9,12 +9,12 @@ use stiction_diagnose::drawing::WIDTH;
 use stiction_diagnose::valve_test::TestPlan;
 use stiction_figure::figure::{Figure, Panel, Scale, Series, colour};
 
-/// Names of the rows of the figure of S and J: then come the definitions, by letters.
+/// Names of the rows in the figure of S and J. The definitions follow, by letters.
 const ROWS: &[&str] = &["", "J", "S", "a", "b", "c", "d", "e", "f", "g", "h", ""];
-/// Where the definitions begin in [`ROWS`].
+/// Index of the first definition in [`ROWS`].
 const DEFINITIONS: usize = 3;
 
-/// Adds why it was concluded, and what else it could be.
+/// Adds the reasons of the verdict and other possible causes.
 pub(super) fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
     if let Some(advice) = words::what_would_answer(diagnosis) {
         section = section.with(Block::Paragraph(advice));
@@ -24,37 +24,39 @@ pub(super) fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
     alternatives(section, diagnosis)
 }
 
-/// Why nothing responds, and how to tell the faults apart.
+/// Possible faults of a loop that does not respond, with a check for each.
 fn faults(section: Section, diagnosis: &Diagnosis) -> Section {
     let Some(silence) = diagnosis.silence() else { return section };
-    let caption =
-        format!("{}: the likeliest first.", sentence(silence.name()).trim_end_matches('.'));
-    let table = Table::new(caption).words("it may be").words("how to tell");
+    let caption = format!(
+        "{}, with the most likely fault first.",
+        sentence(silence.name()).trim_end_matches('.')
+    );
+    let table = Table::new(caption).words("fault").words("how to check");
     let table = Fault::behind(silence).iter().fold(table, |table, fault| {
         table.row([fault.name().to_owned(), sentence(fault.told_by())])
     });
-    section.heading("What it may be").with(table)
+    section.heading("Possible faults").with(table)
 }
 
-/// What speaks for the verdict, and what against it, each with its heading.
+/// Evidence for and against the verdict, with headings.
 pub(super) fn sides(diagnosis: &Diagnosis) -> Vec<(&'static str, &[String])> {
     let verdict = &diagnosis.verdict;
     let mut sides: Vec<(&'static str, &[String])> = vec![];
-    // What the methods of a majority say stands in their table.
+    // Results of the methods behind a majority are in their table.
     if !verdict.reasons.is_empty() && verdict.basis != Basis::Majority {
         let heading = match verdict.class {
-            VerdictClass::Sticks => "What speaks for sticking",
-            VerdictClass::DoesNotStick => "What speaks against sticking",
-            VerdictClass::DoesNotRespond => "What speaks for no response",
-            VerdictClass::CannotTell => "Why it cannot be told",
+            VerdictClass::Sticks => "Evidence for sticking",
+            VerdictClass::DoesNotStick => "Evidence against sticking",
+            VerdictClass::DoesNotRespond => "Evidence for no response",
+            VerdictClass::CannotTell => "Why the answer is open",
         };
         sides.push((heading, &verdict.reasons));
     }
     if !verdict.contradictions.is_empty() {
         let heading = match verdict.class {
-            VerdictClass::DoesNotStick => "What speaks for sticking",
-            VerdictClass::DoesNotRespond => "What speaks against that",
-            VerdictClass::Sticks | VerdictClass::CannotTell => "What speaks against sticking",
+            VerdictClass::DoesNotStick => "Evidence for sticking",
+            VerdictClass::DoesNotRespond => "Evidence against no response",
+            VerdictClass::Sticks | VerdictClass::CannotTell => "Evidence against sticking",
         };
         sides.push((heading, &verdict.contradictions));
     }
@@ -75,26 +77,26 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
     }
 }
 
-/// What bears a probability out, or does not.
+/// Quantities that support a probability or not.
 fn measured(weighing: &Weighing, class: VerdictClass) -> Block {
     let mut facts = vec![
         Fact::new(
-            "standard errors by which sticking predicts the PV better",
+            "advantage of sticking in predicting the PV, standard errors",
             number((10.0 * weighing.z).round() / 10.0),
             "",
         ),
         Fact::new(
-            "distance from the loops of training (above 1 not judged)",
+            "distance from the training loops (not judged above 1)",
             words::rough(weighing.distance),
             "",
         ),
-        Fact::new("range of the OP", words::rough(weighing.op_range), "%"),
+        Fact::new("OP range", words::rough(weighing.op_range), "%"),
     ];
-    // How small an S could have been missed is no question where one was found.
+    // If an S was found, its detection limit does not matter.
     if !matches!(class, VerdictClass::Sticks | VerdictClass::DoesNotRespond) {
         let limit = weighing.limit.map_or_else(|| "none".to_owned(), words::rough);
         let unit = if weighing.limit.is_some() { "%" } else { "" };
-        facts.push(Fact::new("smallest S that would have shown (95 %)", limit, unit));
+        facts.push(Fact::new("detection limit of S (95 %)", limit, unit));
     }
     Block::Facts(facts)
 }
@@ -114,21 +116,21 @@ fn alternatives(section: Section, diagnosis: &Diagnosis) -> Section {
         rows.push((Cause::StickingValve, probability, String::new()));
     }
     rows.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let table = Table::new("").words("cause").words("likelihood").words("what the data show");
+    let table = Table::new("").words("cause").words("likelihood").words("evidence in the data");
     let table = rows.into_iter().fold(table, |table, (cause, likelihood, because)| {
         table.row([cause.name().to_owned(), bar(likelihood), because])
     });
-    section.heading("What else it could be").with(table)
+    section.heading("Other possible causes").with(table)
 }
 
-/// A share of one as a bar of text and in percent.
+/// A share of one as a bar of text, with its percentage.
 fn bar(share: f64) -> String {
     let blocks = (10.0 * share.clamp(0.0, 1.0)).round() as usize;
     let bar = format!("{}{}", "█".repeat(blocks), "░".repeat(10 - blocks));
     format!("{bar}\u{a0}{}", percent(share).replace(' ', "\u{a0}"))
 }
 
-/// How to settle it: the test that the recording allows to size, or why there is none, else general advice.
+/// The confirming test, or the reason why there is none, else general advice.
 pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
     if let Some(plan) = &diagnosis.verdict.confirm {
         return planned(section, plan);
@@ -139,17 +141,16 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
     match diagnosis.verdict.class {
         VerdictClass::Sticks if diagnosis.verdict.basis != Basis::ValvePosition => {
             let items = [
-                "Put the controller in manual and hold the OP. An oscillation that the valve makes dies out.",
-                "Step the OP by small amounts up, then down, and watch the flow or the stem. A valve that \
-                 sticks does not follow the first steps after each turn.",
+                "Put the controller in manual and hold the OP. An oscillation caused by the valve dies out.",
+                "Step the OP by small amounts up, then down, and watch the flow or the stem. A valve that sticks \
+                 does not follow the first steps after each reversal.",
             ];
             let items = items.map(str::to_owned).to_vec();
             section.with(Block::List { ordered: true, items })
         }
         VerdictClass::DoesNotStick if diagnosis.verdict.alternatives.is_empty() => section.with(
             Block::Paragraph(
-                "If the loop oscillates, look at its tuning and at disturbances from other loops of the \
-                 same period first."
+                "If the loop oscillates, first check its tuning, and other loops with the same period."
                     .to_owned(),
             ),
         ),
@@ -157,15 +158,16 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
     }
 }
 
-/// The sheet of a test, without what is filled in by hand.
+/// The sheet of a test, without the fields for handwriting.
 fn planned(section: Section, plan: &TestPlan) -> Section {
     let items = plan.instructions.clone();
     let table = Table::new(
-        "The turns of part 1, from u0. `stiction test plan` prints the sheet, `stiction test read` reads the test.",
+        "The turns of part 1, relative to u0. `stiction test plan` prints the sheet, and `stiction test read` \
+         evaluates the test.",
     )
     .numbers("turn", "")
     .numbers("OP from u0", "%")
-    .numbers("hold at most", "");
+    .numbers("longest hold", "");
     let table = (1..).zip(&plan.grow).fold(table, |table, (k, turn)| {
         let sign = if turn.op < 0.0 { '\u{2212}' } else { '+' };
         table.row([format!("{k}"), format!("{sign}{}", rough(turn.op.abs())), spoken(turn.hold_s)])
@@ -173,7 +175,7 @@ fn planned(section: Section, plan: &TestPlan) -> Section {
     section.with(Block::List { ordered: true, items }).with(table)
 }
 
-/// S and J with their intervals, beside the competing definitions.
+/// S and J with their intervals, beside competing definitions.
 pub(super) fn size(section: Section, diagnosis: &Diagnosis) -> Section {
     let stiction = &diagnosis.stiction;
     if stiction.s.is_none() && stiction.j.is_none() && stiction.definitions.is_empty() {
@@ -181,10 +183,10 @@ pub(super) fn size(section: Section, diagnosis: &Diagnosis) -> Section {
     }
     let mut section = section;
     let coverage = stiction.coverage.map_or(String::new(), |share| {
-        format!(" The intervals are meant to hold with {:.0} %.", 100.0 * share)
+        format!(" The intervals have a nominal coverage of {:.0} %.", 100.0 * share)
     });
     if let Some(model) = &stiction.model {
-        section = section.with(Block::Paragraph(format!("Found with {model}.{coverage}")));
+        section = section.with(Block::Paragraph(format!("Estimated with {model}.{coverage}")));
     }
     if let Some(why) = &stiction.why_not {
         section = section.with(Block::Paragraph(sentence(why)));
@@ -195,11 +197,11 @@ pub(super) fn size(section: Section, diagnosis: &Diagnosis) -> Section {
     if stiction.definitions.is_empty() {
         return section;
     }
-    let table = Table::new("What is called \"stiction in percent\", side by side.")
+    let table = Table::new("Competing definitions of \"stiction in percent\".")
         .words("")
         .words("definition")
         .numbers("value", "")
-        .words("what it is");
+        .words("meaning");
     section.with(stiction.definitions.iter().enumerate().fold(table, |table, (k, each)| {
         let value =
             each.value.map_or("–".to_owned(), |v| format!("{}\u{a0}{}", rough(v), each.unit));
@@ -207,7 +209,7 @@ pub(super) fn size(section: Section, diagnosis: &Diagnosis) -> Section {
     }))
 }
 
-/// The letter of a definition; none for those beyond what the figure has rows for.
+/// The letter of a definition; empty if the figure has no row for it.
 fn letter(definition: usize) -> &'static str {
     ROWS.get(DEFINITIONS + definition).copied().unwrap_or_default()
 }
@@ -247,19 +249,19 @@ fn size_figure(diagnosis: &Diagnosis) -> Option<Figure> {
     if largest > 0.0 {
         panel = panel.x_range(0.0, 1.08 * largest);
     }
-    let mut caption = "S and J, points, with their intervals, lines".to_owned();
+    let mut caption = "Points show S and J, and lines their intervals".to_owned();
     if !definitions.is_empty() {
         let (values, places): (Vec<f64>, Vec<f64>) = definitions.into_iter().unzip();
         panel =
             panel.with(Series::points("other definitions", values, places).colour(colour::BLACK));
-        caption += "; above them the definitions of the table";
+        caption += "; the definitions of the table are above them";
     }
     let figure = Figure::new("").caption(format!("{caption}.")).width(WIDTH).with(panel);
     Some(figure).filter(|figure| figure.check().is_ok())
 }
 
 pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
-    // One window is the whole, of which all has been said.
+    // A single window is the whole recording, which is already covered.
     if diagnosis.windows.len() < 2 {
         return section;
     }
@@ -283,7 +285,7 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
         .numbers("probability", "")
         .numbers("S", "")
         .numbers("J", "")
-        .numbers("would have shown S above", "%");
+        .numbers("detection limit of S", "%");
     let table = diagnosis.windows.iter().fold(table, |table, w| {
         let estimate = |e: Option<_>| e.map_or("–".to_owned(), words::interval);
         table.row([
@@ -295,12 +297,12 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
             w.limit.map_or("–".to_owned(), words::rough),
         ])
     });
-    let summary = format!("The numbers of all {} windows", diagnosis.windows.len());
+    let summary = format!("Numbers of all {} windows", diagnosis.windows.len());
     section.with(Block::Details { summary, blocks: vec![table.into()] })
 }
 
-/// The probability as a fact; `None` where there is none.
+/// The probability as a fact; `None` if there is none.
 pub(super) fn probability(diagnosis: &Diagnosis) -> Option<Fact> {
     let p = diagnosis.verdict.probability?;
-    Some(Fact::new("probability that it sticks", percent(p), ""))
+    Some(Fact::new("probability of sticking", percent(p), ""))
 }

@@ -1,7 +1,7 @@
-//! Figures of what was recorded: trends, maps, correlation, spectrum, histograms.
+//! Figures of the recorded signals: trends, maps, correlation, spectrum and histograms.
 //!
-//! Each is made from segments of a recording. Where a signal that it needs is not recorded, or does
-//! not move, there is no figure.
+//! Each figure is made from segments of a recording. If a signal that it needs is not recorded or does not move,
+//! there is no figure.
 
 use std::f64::consts::TAU;
 
@@ -21,7 +21,7 @@ use stiction_figure::figure::{
 
 pub use stiction_diagnose::drawing::Context;
 
-/// Longer trends are reduced before they are drawn.
+/// Trends with more samples are reduced before they are drawn.
 const REDUCED_FROM: usize = 3_000;
 /// The panels of this group share the time axis.
 const TIME: &str = "time";
@@ -35,10 +35,10 @@ const HEAD_MAP_WIDTH: f64 = 430.0;
 const ELLIPSE: &str = "fitted ellipse";
 const SAMPLES: &str = "samples";
 
-/// SP and PV over OP and the valve position, all that is recorded, with one time axis.
+/// SP and PV above OP and valve position, as far as recorded, on one time axis.
 ///
-/// Between segments lines are broken and the time is shaded. If there are several, the bounds of the
-/// one at `judged`, on which the report rests, are marked. The mode stands in a strip above.
+/// Between segments, lines are interrupted and the background is shaded. If there are several segments, the bounds of
+/// the one at `judged`, on which the report rests, are marked. A strip above shows the mode.
 ///
 /// `None` without samples.
 pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Option<Figure> {
@@ -48,7 +48,7 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     let axis = context.time_axis(to);
     let at = |t: f64| axis.at(t);
 
-    // All segments as one series, with the pen lifted between.
+    // All segments form one series, with a break between them.
     let joined = |signal: &dyn Fn(&Segment) -> Option<Vec<f64>>| {
         let (mut x, mut y, mut breaks) = (Vec::new(), Vec::new(), Vec::new());
         for segment in &segments {
@@ -109,27 +109,26 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
 
     let samples: usize = segments.iter().map(|s| s.len()).sum();
     let mut caption = format!(
-        "Trends: {samples} samples every {} s over {}.",
+        "Trends of {samples} samples, every {} s, over {}.",
         number(first.sample_time),
         spoken(to - from)
     );
     if segments.len() > 1 {
         caption.push_str(
-            " Shaded: not on the grid, because of a gap or because the controller was \
-                          not in command.",
+            " Shaded times are not on the grid, because of a gap or because the controller was not in command.",
         );
     }
     if samples > REDUCED_FROM {
-        caption.push_str(" The lines are reduced to what can be seen; every extreme is kept.");
+        caption.push_str(" Lines are reduced to the visible resolution, with every extreme kept.");
     }
     let figure = Figure::new("").caption(caption).width(WIDTH);
     Some(panels.into_iter().fold(figure, Figure::with))
 }
 
-/// Slips above which they are not marked: they would hide the trend.
+/// Above this number, slips are not marked, because they would cover the trend.
 const MOST_SLIPS: usize = 300;
 
-/// Trends for the first screen: those of [`trends`], lower, with the slips of a valve that is suspected.
+/// Trends for the first screen, as in [`trends`] but lower, with the slips of a suspected valve.
 pub(super) fn head_trend(
     segments: &[Segment],
     judged: usize,
@@ -148,11 +147,11 @@ pub(super) fn head_trend(
             slips.iter().map(|k| (axis.at(times[*k]), segment.op[*k])).unzip();
         let slips = Series::points("slips", x, y).colour(colour::VERMILION);
         figure = figure.with(panel.with(slips));
-        figure.caption += " Points: where the valve that explains the PV best slips.";
+        figure.caption += " Points mark the slips of the valve model that explains the PV best.";
     }
     for panel in &mut figure.panels {
         if context.pv_unit.is_none() && panel.y_label.starts_with("PV") {
-            // There is no room for saying that the unit is not known.
+            // There is no room for a note on the unknown unit.
             panel.y_label.truncate(panel.y_label.find(" (").unwrap_or(panel.y_label.len()));
         }
         panel.height = Some(HEAD_HEIGHT);
@@ -165,13 +164,13 @@ pub(super) fn head_trend(
             let cycle = Annotation::x_band(axis.at(end - period), axis.at(end), "");
             let panels = figure.panels.into_iter();
             figure.panels = panels.map(|panel| panel.note(cycle.clone())).collect();
-            figure.caption += " Shaded at the end: one cycle.";
+            figure.caption += " The shaded end is one cycle.";
         }
     }
     Some(figure)
 }
 
-/// A cycle in the units of the axis of the trend; `None` where none is known.
+/// Length of a cycle in the units of the trend's axis; `None` if unknown.
 pub(super) fn cycle_on_axis(segments: &[Segment], context: &Context<'_>) -> Option<f64> {
     let axis = axis_of(segments, context)?;
     context.period_s.map(|period| axis.at(period) - axis.at(0.0))
@@ -184,23 +183,23 @@ fn axis_of(segments: &[Segment], context: &Context<'_>) -> Option<TimeAxis> {
 
 /// PV over OP for the first screen, with `s` drawn on it.
 ///
-/// `None` as of [`pv_op_map`].
+/// `None` as for [`pv_op_map`].
 pub fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Option<Figure> {
     let mut figure = pv_op_map(segment, context)?;
     let panel = figure.panels.first_mut()?;
     let from = context.last_periods(segment);
     let (op, pv) = (&segment.op[from..], &segment.pv.as_deref()?[from..]);
-    // The ellipse is a researcher's; it stands with the other definitions.
+    // The ellipse is shown with the other definitions.
     panel.series.retain(|series| ![ELLIPSE, SAMPLES].contains(&&*series.label));
     panel.annotations.retain(|note| !matches!(note, Annotation::Dimension { .. }));
     panel.height = Some(2.0 * HEAD_HEIGHT - 40.0);
     let lasting = spoken((segment.len() - from) as f64 * segment.sample_time);
-    figure.caption = format!("PV over OP in the last {lasting}; arrows point forward in time.");
+    figure.caption = format!("PV over OP in the last {lasting}. Arrows point forward in time.");
     if let Some(s) = s.filter(|s| *s > 0.0 && *s < 2.0 * span(op)) {
         let (middle, low) = (mean(op), stiction_diagnose::series::min(pv));
         let bar = Annotation::dimension((middle - s / 2.0, low), (middle + s / 2.0, low), "S", 0.0);
         *panel = panel.clone().note(bar);
-        figure.caption += " The bar is as long as S.";
+        figure.caption += " The bar shows the length of S.";
     }
     (figure.width, figure.panel_height) = (HEAD_MAP_WIDTH, None);
     Some(figure)
@@ -235,8 +234,8 @@ fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Stri
     (!spans.is_empty()).then(|| Strip { name: "mode".to_owned(), spans })
 }
 
-/// PV against OP over the last few periods, with arrows along the way; and, if the samples lie along
-/// one, the ellipse that fits them best with its width in the direction of the OP.
+/// PV over OP for the last few periods, with arrows along the path. If the samples lie along an ellipse, its best fit
+/// is drawn with its width in the direction of the OP.
 ///
 /// `None` if the PV is not recorded or either does not move.
 pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
@@ -281,8 +280,8 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
             ),
         );
         caption.push_str(&format!(
-            " The ellipse is fitted to these samples; the dimension is its width in the direction of the \
-             OP, {} %, which others call apparent stiction. It depends on the controller and is not S.",
+            " The ellipse is fitted to these samples. Its width in the direction of the OP, {} %, is sometimes \
+             called apparent stiction. It depends on the controller and is not S.",
             number(width)
         ));
     } else {
@@ -291,11 +290,11 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     Some(Figure::new("").caption(caption).width(620.0).panel_height(380.0).with(panel))
 }
 
-/// A point on paper, in data coordinates.
+/// A point in data coordinates.
 type Place = (f64, f64);
 
-/// Arrows along the path of a map, from points to points further on, where it moves enough for its
-/// direction to be seen. Neighbours are averaged, so that noise does not turn them.
+/// Arrows along the path of a map, where it moves far enough to have a direction. Neighbouring points are averaged,
+/// so that noise does not turn the arrows.
 fn directions(x: &[f64], y: &[f64]) -> Vec<(Place, Place)> {
     const ARROWS: usize = 10;
     let n = x.len();
@@ -309,8 +308,8 @@ fn directions(x: &[f64], y: &[f64]) -> Vec<(Place, Place)> {
     };
     let (width, height) = (span(x), span(y));
     let length = |a: Place, b: Place| ((b.0 - a.0) / width).hypot((b.1 - a.1) / height);
-    // Each begins a tenth of the samples after the last, or later, where the next segment of path is
-    // long enough.
+    // Each begins a tenth of the samples after the last one, or later, at the next segment of path that is long
+    // enough.
     let mut arrows: Vec<(Place, Place)> = Vec::new();
     let mut next = half;
     for tail in half..n.saturating_sub(half) {
@@ -326,7 +325,7 @@ fn directions(x: &[f64], y: &[f64]) -> Vec<(Place, Place)> {
     arrows
 }
 
-/// Correlation of OP and PV over the lag of the PV behind the OP.
+/// Cross-correlation of OP and PV over the lag of the PV behind the OP.
 ///
 /// `None` if the PV is not recorded or either does not move.
 pub fn op_pv_correlation(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
@@ -337,7 +336,7 @@ pub fn op_pv_correlation(segment: &Segment, context: &Context<'_>) -> Option<Fig
     let seconds = |lag: f64| lag * segment.sample_time;
     let axis = TimeAxis::of_lags("lag of the PV behind the OP", seconds(most as f64));
     let x: Vec<f64> = (-most..=most).map(|lag| axis.at(seconds(lag as f64))).collect();
-    // Of the extremes, the one nearest to zero is what the eye looks for.
+    // Among equal extremes, the one nearest to zero is shown.
     let extreme = (-most + 1..most)
         .filter(|&lag| {
             let (a, b, c) = (correlation.at(lag - 1), correlation.at(lag), correlation.at(lag + 1));
@@ -364,7 +363,7 @@ pub fn op_pv_correlation(segment: &Segment, context: &Context<'_>) -> Option<Fig
     Some(Figure::new("").caption(caption).width(WIDTH).panel_height(240.0).with(panel))
 }
 
-/// Autocorrelation of the control error and of the OP, with their crossings of zero.
+/// Autocorrelation of the control error and of the OP, with their zero crossings.
 ///
 /// `None` if neither moves.
 pub fn autocorrelations(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
@@ -399,16 +398,17 @@ pub fn autocorrelations(segment: &Segment, context: &Context<'_>) -> Option<Figu
     if panel.series.is_empty() {
         return None;
     }
-    let mut caption = "Autocorrelation, with its crossings of zero: equally far apart if the loop \
-                       cycles regularly."
-        .to_owned();
+    let mut caption =
+        "Autocorrelation with its zero crossings, which are equally spaced if the loop cycles \
+        regularly."
+            .to_owned();
     if !found.is_empty() {
-        caption.push_str(&format!(" Twice their mean distance: {}.", found.join(", ")));
+        caption.push_str(&format!(" Twice their mean distance is {}.", found.join(", ")));
     }
     Some(Figure::new("").caption(caption).width(WIDTH).panel_height(240.0).with(panel))
 }
 
-/// Power of the control error and of the OP over the period, with their highest peaks.
+/// Power of the control error and of the OP over the period, with the highest peaks.
 ///
 /// `None` if neither moves, or for fewer than 16 samples.
 pub fn spectrum(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
@@ -439,7 +439,7 @@ pub fn spectrum(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
             let listed: Vec<String> = tops.iter().map(|(_, p)| spoken(*p)).collect();
             found.push(format!("{name} {}", listed.join(", ")));
         }
-        // What is a million times weaker is noise of the arithmetic.
+        // Peaks a million times weaker are rounding noise.
         let share = |bin: usize| lines.power[bin].max(1e-6 * highest) / all;
         let bins = (1..lines.power.len()).rev().filter(|bin| period(*bin) <= longest);
         let (x, y): (Vec<f64>, Vec<f64>) =
@@ -451,7 +451,7 @@ pub fn spectrum(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
         if !tops.is_empty() {
             let (x, y): (Vec<f64>, Vec<f64>) =
                 tops.iter().map(|&(bin, _)| (axis.at(period(bin)), share(bin))).unzip();
-            // Names of several peaks would cover each other.
+            // Several names would cover each other.
             let marked = |x: f64| marks.iter().any(|m: &f64| (x / m).ln().abs() < 0.2);
             if !marked(x[0]) {
                 marks.push(x[0]);
@@ -469,24 +469,25 @@ pub fn spectrum(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
     let (low, high) =
         shares().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
     panel.y_range = Some((low / 2.0, high * 12.0));
-    let mut caption = "Spectrum under a Hann window; each signal has a total of 1.".to_owned();
+    let mut caption = "Spectrum with a Hann window. Each signal has a total power of 1.".to_owned();
     if !found.is_empty() {
         caption.push_str(&format!(
-            " Oscillations that stand out of the background, strongest first: {}.",
+            " Oscillations above the background, strongest first: {}.",
             found.join("; ")
         ));
     }
     Some(Figure::new("").caption(caption).width(WIDTH).panel_height(260.0).with(panel))
 }
 
-/// How often the control error and the OP take which values, beside Gaussians of their means and
-/// standard deviations.
+/// Histograms of the control error and the OP, with Gaussians of the same mean and standard deviation.
 ///
 /// `None` if neither moves.
 pub fn histograms(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
-    let mut figure = Figure::new("").columns(2).width(WIDTH).panel_height(230.0).caption(
-        "How often which value was taken. Dashed: a Gaussian of the same mean and standard deviation.",
-    );
+    let mut figure = Figure::new("")
+        .columns(2)
+        .width(WIDTH)
+        .panel_height(230.0)
+        .caption("Histograms, with dashed Gaussians of the same mean and standard deviation.");
     for (name, values, colour) in signals(segment) {
         if !(span(&values) > 0.0) {
             continue;
@@ -524,7 +525,7 @@ fn signals(segment: &Segment) -> Vec<(&'static str, Vec<f64>, usize)> {
     signals
 }
 
-/// Lags to look at, in samples: four periods, or a quarter of the segment if nothing cycles.
+/// Range of lags in samples: four periods, or a quarter of the segment if nothing cycles.
 fn most_lag(segment: &Segment, context: &Context<'_>) -> usize {
     let n = segment.len();
     let periods = context.period_of(segment).map(|p| (4.0 * p / segment.sample_time).ceil());
@@ -532,14 +533,13 @@ fn most_lag(segment: &Segment, context: &Context<'_>) -> usize {
     (wanted.clamp(4.0, 1e7) as usize).min(n / 2).max(1)
 }
 
-/// The oscillations that were told apart in a signal, strongest first: the bin in which each stands,
-/// and its period, s.
+/// The oscillations found in a signal, strongest first, each with its bin and its period in s.
 fn oscillations(values: &[f64], lines: &Periodogram, sample_time: f64) -> Vec<(usize, f64)> {
     let peaks = separate(&detrended(values), sample_time);
     let bins = peaks.iter().map(|peak| {
         let frequency = sample_time / peak.period_s;
         let next = lines.frequency.partition_point(|f| *f < frequency);
-        // The highest bin near by: the period of a band is not exactly that of its top.
+        // The highest bin nearby, because the period of a band is not exactly that of its peak.
         let near = next.saturating_sub(2).max(1)..(next + 2).min(lines.power.len());
         let bin = near.max_by(|a, b| lines.power[*a].total_cmp(&lines.power[*b]))?;
         Some((bin, peak.period_s))
@@ -547,7 +547,7 @@ fn oscillations(values: &[f64], lines: &Periodogram, sample_time: f64) -> Vec<(u
     bins.flatten().collect()
 }
 
-/// All views of one segment of a recording, in the order in which they should be read.
+/// All figures of one segment of a recording, in reading order.
 pub fn all(segments: &[Segment], judged: usize, context: &Context<'_>) -> Vec<Figure> {
     let Some(segment) = segments.get(judged) else { return Vec::new() };
     [

@@ -1,4 +1,4 @@
-//! Columns that say something of whole rows, and the tags of a long sheet.
+//! Columns that describe whole rows, and the tags of a long sheet.
 
 use super::given::{Given, conflict};
 use super::plan::{Recognised, Tag};
@@ -9,7 +9,7 @@ use crate::sheet::{Cells, Sheet};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// The columns that say something of whole rows: times, tags, values, a common quality.
+/// The columns that describe whole rows: times, tags, values, a common quality.
 pub struct AboutRows {
     pub roles: Vec<(usize, Role)>,
     given: HashSet<usize>,
@@ -32,7 +32,7 @@ impl AboutRows {
                 roles.push((i, role));
             }
         }
-        // What is given stands in place of what is recognised.
+        // Given roles replace recognised ones.
         let replaced: Vec<Role> =
             [Role::Time, Role::Date, Role::Tag, Role::Value, Role::Quality(None)]
                 .into_iter()
@@ -40,13 +40,13 @@ impl AboutRows {
                 .collect();
         roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
         let found = Self { roles, given };
-        // Words for the others count only in a long table.
+        // Words for the other roles count only in a long table.
         found.check_single(sheet, Role::Time, told.options.wording)?;
         found.check_single(sheet, Role::Date, told.options.wording)?;
         Ok(found)
     }
 
-    /// That only one column has `role`.
+    /// Checks that only one column has `role`.
     pub fn check_single(&self, sheet: &Sheet, role: Role, wording: Wording) -> Result<()> {
         let mut columns = self.roles.iter().filter(|(_, each)| *each == role);
         let (Some((a, _)), Some((b, _))) = (columns.next(), columns.next()) else { return Ok(()) };
@@ -64,7 +64,7 @@ impl AboutRows {
         let why = match role {
             Some(_) if self.given.contains(&column) => "it is given".to_owned(),
             Some(role) => format!("its name is a word for {role}"),
-            None => "its name is not known".to_owned(),
+            None => "its name is unknown".to_owned(),
         };
         Recognised {
             part: String::new(),
@@ -84,7 +84,7 @@ pub fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> 
             origin: sheet.origin.clone(),
             column: column.name.clone(),
             message: format!(
-                "holds numbers, but is to name tags; say which column does, as in {}",
+                "holds numbers, but should hold tags; name the column of tags, as in {}",
                 wording.of(Remedy::map_some("tag"))
             ),
         });

@@ -1,4 +1,4 @@
-//! Names become signals of loops.
+//! Assigns names to signals of loops.
 
 use super::assigned::{
     Assigned, join_acquisition, join_the_nameless, keep_those_with_op, leave_out_missing,
@@ -13,7 +13,7 @@ use crate::columns::role::Role;
 use crate::error::Result;
 use std::collections::{HashMap, HashSet};
 
-/// Tells which signal of which loop each of the `names` is, but for the columns that are about `rows`.
+/// Assigns each of the `names`, except those of columns about `rows`, to a signal of a loop.
 pub fn assign(
     content: &Content<'_>,
     names: &[&str],
@@ -50,7 +50,7 @@ pub fn assign(
             column: (*name).to_owned(),
             role: Role::Ignored,
             loop_name: None,
-            why: "no signal of a loop is called so".to_owned(),
+            why: "it is not the name of a signal of a loop".to_owned(),
         },
     });
     let mut assigned = Assigned { loops, recognised: recognised.collect(), missing, notes };
@@ -69,8 +69,8 @@ pub fn assign(
     Ok(assigned)
 }
 
-/// The loops that the candidates tell, each in the place of its role, with what was settled of them as notes. A candidate
-/// whose place is given to another is ignored.
+/// The loops of the candidates, each in the place of its role, with the decisions as notes. A candidate is ignored if
+/// its place is already given.
 fn loops(
     candidates: &mut [Option<Candidate>],
     settled: Vec<(usize, String)>,
@@ -97,7 +97,7 @@ fn loops(
             loops[*place].notes.push(note);
         }
     }
-    // Those that are given go first: what is recognised for their place is then not used.
+    // Given roles come first. Names recognised for their places are then not used.
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by_key(|i| candidates[*i].as_ref().is_some_and(|c| !c.given));
     for i in order {
@@ -109,7 +109,7 @@ fn loops(
         match *place {
             None => *place = Some(i),
             Some(other) if given.mapped(names[other]).is_some() && !candidate.given => {
-                candidate.why = format!("the {} is given as \"{}\"", candidate.role, names[other]);
+                candidate.why = format!("\"{}\" is given as the {}", names[other], candidate.role);
                 candidate.role = Role::Ignored;
             }
             Some(other) => {

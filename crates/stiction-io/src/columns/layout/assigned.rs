@@ -1,11 +1,11 @@
-//! Loops whose signals are assigned: which of them belong together, and which are read.
+//! Combines loops whose signals are assigned, and decides which loops are read.
 
 use super::plan::{LoopPlan, MissingLoop, Recognised};
 use crate::columns::role::{Role, SEPARATORS, Signal};
 use crate::names::list;
 use std::collections::{HashMap, HashSet};
 
-/// Loops, with what every name was recognised as.
+/// Loops, with the role recognised for every name.
 pub struct Assigned {
     pub loops: Vec<LoopPlan>,
     pub recognised: Vec<Recognised>,
@@ -13,7 +13,7 @@ pub struct Assigned {
     pub notes: Vec<String>,
 }
 
-/// Signals that tell no loop belong to the only loop that there is.
+/// Signals without a loop name belong to the only loop.
 pub fn join_the_nameless(assigned: &mut Assigned) {
     let Some(nameless) = assigned.loops.iter().position(|each| each.name.is_none()) else { return };
     if assigned.loops.len() != 2 {
@@ -40,7 +40,7 @@ pub fn join_the_nameless(assigned: &mut Assigned) {
     one.notes.extend(nameless.notes);
 }
 
-/// The PV of a data acquisition block, `FC101.DACA`, is that of the control block of the same point,
+/// The PV of a data acquisition block, `FC101.DACA`, becomes the PV of the control block of the same point,
 /// `FC101.PIDA`, if that has none.
 pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
     let point = |each: &LoopPlan| {
@@ -72,7 +72,7 @@ pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
         controller.qualities[pv] = controller.qualities[pv].or(quality);
         let name = controller.name.clone();
         controller.notes.push(format!(
-            "\"{}\" is taken as the PV, because it is of the same point",
+            "\"{}\" is interpreted as the PV, because it belongs to the same point",
             names[column]
         ));
         for moved in [Some(column), quality].into_iter().flatten() {
@@ -86,7 +86,7 @@ pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
     assigned.loops.retain(|each| each.names().next().is_some());
 }
 
-/// Loops of the mapping that lack a column or tag are not read by half.
+/// Loops of the mapping that lack a column or tag are not read incompletely.
 pub fn leave_out_missing(assigned: &mut Assigned) {
     let loops = assigned.recognised.iter().filter_map(|each| each.loop_name.as_ref());
     let here: HashSet<String> = loops.map(|name| name.to_lowercase()).collect();
@@ -101,7 +101,7 @@ pub fn leave_out_missing(assigned: &mut Assigned) {
     assigned.loops.retain(|each| !is_it(&each.name));
     for each in assigned.recognised.iter_mut().filter(|each| is_it(&each.loop_name)) {
         each.role = Role::Ignored;
-        "another column or tag of its loop is not there".clone_into(&mut each.why);
+        "another column or tag of its loop is missing".clone_into(&mut each.why);
     }
     for missing in assigned.missing.iter().filter(|each| each.is_partly_here) {
         assigned
@@ -110,7 +110,7 @@ pub fn leave_out_missing(assigned: &mut Assigned) {
     }
 }
 
-/// Without an OP there is no loop to look at; gives the PVs that are left without one.
+/// Loops without an OP are not read. Returns their PVs.
 pub fn keep_those_with_op(assigned: &mut Assigned) -> Vec<usize> {
     let lone = assigned.loops.iter().filter(|each| !each.has_op());
     let lone = lone.filter_map(|each| each.signal(Signal::Pv)).collect();
@@ -123,7 +123,7 @@ pub fn keep_those_with_op(assigned: &mut Assigned) -> Vec<usize> {
             _ => Some(format!("the loops {} have no OP and are not read", list(&named))),
         });
         if named.len() < without.len() {
-            let note = "the columns that tell no loop have no OP among them and are not read";
+            let note = "the columns without a loop name include no OP and are not read";
             assigned.notes.push(note.to_owned());
         }
         assigned.loops.retain(LoopPlan::has_op);

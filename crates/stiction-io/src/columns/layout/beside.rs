@@ -1,4 +1,4 @@
-//! Columns and tags that are told only by what stands beside them.
+//! Columns and tags that are recognised only by their neighbours.
 
 use super::candidate::Candidate;
 use super::content::Content;
@@ -7,8 +7,8 @@ use crate::remedy::{Remedy, Wording};
 use std::collections::HashSet;
 use stiction_diagnose::recording::Mode;
 
-/// Columns of 0 and 1 that tell whether a loop is in automatic, or in manual, where nothing else tells its
-/// mode. MAN goes before AUTO, which is not taken beside CAS: a loop in cascade may be in neither.
+/// Columns of 0 and 1 that show automatic or manual mode of a loop without another mode. MAN takes precedence over
+/// AUTO. AUTO is not used beside CAS, because a loop in cascade may be in neither.
 pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: &Content<'_>) {
     let mut found: Vec<(usize, role::Split, Mode)> = (0..names.len())
         .filter(|i| candidates[*i].is_none())
@@ -30,19 +30,19 @@ pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], conte
         if mode == Mode::Cascade || (mode == Mode::Automatic && cascades.contains(&key)) {
             continue;
         }
-        // A mode of no loop in particular may be that of any.
+        // A mode without a loop name may belong to any loop.
         let told = told.contains(&None) || !told.insert(key);
         let (role, why) = match (told, mode) {
-            (true, _) => (Role::Ignored, "the mode is told elsewhere"),
-            (false, Mode::Manual) => (split.role, "it tells by 0 and 1 whether it is in manual"),
-            (false, _) => (split.role, "it tells by 0 and 1 whether it is in automatic"),
+            (true, _) => (Role::Ignored, "another column gives the mode"),
+            (false, Mode::Manual) => (split.role, "its 0 and 1 show whether the loop is in manual"),
+            (false, _) => (split.role, "its 0 and 1 show whether the loop is in automatic"),
         };
         candidates[i] = Some(Candidate::recognised(split.loop_name, role, why));
     }
 }
 
-/// A flow, level, pressure or temperature is the PV where no other column that is left speaks of one, there is
-/// only one loop, and nothing else is the PV.
+/// A flow, level, pressure or temperature is the PV if it is the only remaining quantity, there is only one loop, and
+/// no other column is the PV.
 pub fn take_quantity(
     candidates: &mut [Option<Candidate>],
     names: &[&str],
@@ -66,14 +66,15 @@ pub fn take_quantity(
         return;
     }
     notes.push(format!(
-        "\"{name}\" is taken as the PV, because nothing else can be it; if it is not, give {}",
+        "\"{name}\" is interpreted as the PV, because no other column can be the PV; if it is not, give {}",
         wording.of(Remedy::map("ignore", name))
     ));
-    let why = "it is the only quantity that is measured";
+    let why = "it is the only measured quantity";
     candidates[*quantity] = Some(Candidate::recognised(loop_name, Role::Signal(Signal::Pv), why));
 }
 
-/// MV is the manipulated variable, which is the OP; beside another OP it is the measured valve. Gives a note for each.
+/// MV is the manipulated variable, which is the OP. Beside another OP it is the measured valve position. Adds a note
+/// for each.
 pub fn settle_mv(
     candidates: &mut [Option<Candidate>],
     names: &[&str],
@@ -85,7 +86,7 @@ pub fn settle_mv(
         candidates.iter().flatten().filter(is_it).map(key).collect()
     };
     let (with_op, with_vp) = (loops_with(Signal::Op), loops_with(Signal::Vp));
-    // A signal of no loop in particular may be that of any.
+    // A signal without a loop name may belong to any loop.
     let has = |loops: &HashSet<Option<String>>, of: &Candidate| {
         loops.contains(&None) || loops.contains(&key(of))
     };
@@ -98,14 +99,14 @@ pub fn settle_mv(
         let name = names[i];
         let (role, note) = if has_op && !has_vp {
             let note = format!(
-                "\"{name}\" stands beside an OP and is taken as the measured valve position (VP); if \
-                 it is not, give {}",
+                "\"{name}\" is beside an OP and is interpreted as the measured valve position (VP); if it is not, \
+                 give {}",
                 wording.of(Remedy::map("ignore", name))
             );
             (Role::Signal(Signal::Vp), note)
         } else {
             let note = format!(
-                "\"{name}\" is taken as the manipulated variable, the OP; if it is the measured valve \
+                "\"{name}\" is interpreted as the manipulated variable, the OP; if it is the measured valve \
                  position, give {}",
                 wording.of(Remedy::map("vp", name))
             );
@@ -114,7 +115,7 @@ pub fn settle_mv(
         if let Some(candidate) = &mut candidates[i] {
             candidate.role = role;
             candidate.why = if role == Role::Signal(Signal::Vp) {
-                "MV beside an OP is the measured valve".to_owned()
+                "MV beside an OP is the measured valve position".to_owned()
             } else {
                 "MV is the manipulated variable".to_owned()
             };

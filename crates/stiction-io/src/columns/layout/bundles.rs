@@ -1,4 +1,4 @@
-//! Which names of a file belong together, so that a part of it reads as it would within the whole.
+//! Groups the names of a file, so that reading a part gives the same result as reading the whole.
 
 use super::about_rows::AboutRows;
 use super::candidate::candidate;
@@ -8,27 +8,28 @@ use crate::columns::role::{self, Role, SEPARATORS, Signal};
 use crate::sheet::{Cells, Column, Sheet};
 use std::collections::{BTreeMap, HashSet};
 
-/// Which columns of a table say something of whole rows.
+/// The columns of a table that describe whole rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
     /// The column of times.
     pub time: usize,
-    /// The columns of tags and of values, where a row is a sample; none where a column is a signal.
+    /// The columns of tags and of values in a table with one row per sample; none in a table with one column per
+    /// signal.
     pub long: Option<(usize, usize)>,
-    /// All columns that say something of whole rows.
+    /// All columns that describe whole rows.
     pub about_rows: Vec<usize>,
 }
 
 /// Names that are read together.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Bundle {
-    /// The loops among them that have an OP, and the name of that.
+    /// The loops among them that have an OP, and the name of that OP.
     pub loops: Vec<(String, usize)>,
     /// All of them, as indices.
     pub names: Vec<usize>,
 }
 
-/// What the names of its columns tell of a table. `None` where they do not tell it all, or it has no times.
+/// The shape of a table, from the names of its columns. `None` if they do not show it, or if there are no times.
 pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
     let column = |name: &&str| Column {
         name: (*name).to_owned(),
@@ -47,8 +48,8 @@ pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
     })
 }
 
-/// The smallest sets of `names`, but for the columns about `rows`, that read alike alone and together. `None` where all
-/// must be read together: if there is one loop at most, or a name that may be of any.
+/// The smallest sets of `names`, except those of columns about `rows`, that give the same result alone and together.
+/// `None` if all must be read together, because there is at most one loop or a name that may belong to any loop.
 pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<Vec<Bundle>> {
     let given = Given::of(options);
     let is_of_any = |each: &crate::columns::options::Mapped| {
@@ -72,7 +73,7 @@ pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<
             }
         }
     }
-    // The PV of an acquisition block may be that of another block of its point.
+    // The PV of an acquisition block may belong to another block of its point.
     let point = |name: &str| {
         name.rsplit_once(SEPARATORS)
             .map(|(point, block)| (point.to_lowercase(), block.to_lowercase()))
@@ -89,7 +90,7 @@ pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<
     };
     let mut places: BTreeMap<String, usize> = BTreeMap::new();
     let mut bundles: Vec<Bundle> = vec![];
-    // A loop is called as its first name calls it.
+    // The first name of a loop determines how it is written.
     let mut called: BTreeMap<String, String> = BTreeMap::new();
     for (i, name, role) in found {
         let place = *places.entry(key(&name)).or_insert_with(|| {

@@ -1,9 +1,9 @@
-//! What a name alone says of its column or tag.
+//! Interprets the name of a column or tag on its own.
 
 use super::given::Given;
 use crate::columns::role::{self, Role, Signal};
 
-/// A name taken apart or given.
+/// A name split into its parts, or given.
 pub struct Candidate {
     pub loop_name: Option<String>,
     pub role: Role,
@@ -18,14 +18,14 @@ impl Candidate {
     }
 }
 
-/// What `name` is by what is given or, if nothing is, by its parts.
+/// The role of `name` as given or else from its parts.
 pub fn candidate(name: &str, given: &Given<'_>) -> Option<Candidate> {
     let options = given.options;
     let split = |why: &dyn Fn(&role::Split) -> String| {
         let by_pattern = options.pattern.as_ref().and_then(|p| p.split(name, &options.signals));
         let by_pattern = by_pattern.map(|split| {
             let pattern = options.pattern.as_ref().map_or("", |pattern| pattern.text());
-            let why = format!("it is built as {pattern}");
+            let why = format!("it matches the pattern {pattern}");
             (split, why)
         });
         by_pattern.or_else(|| {

@@ -1,11 +1,11 @@
-//! What the cells of a column or tag hold, as far as that tells what it is.
+//! Uses the cells of a column or tag to recognise its role.
 
 use super::plan::Place;
 use crate::cells::mode;
 use crate::cells::number::{self, DecimalMark};
 use crate::sheet::{Cells, Sheet};
 
-/// The cells of the names of a sheet, be they columns or tags.
+/// The cells of the names of a sheet, either columns or tags.
 pub struct Content<'a> {
     /// The sheet.
     pub sheet: &'a Sheet,
@@ -14,7 +14,7 @@ pub struct Content<'a> {
 }
 
 impl Content<'_> {
-    /// Whether all cells of `name` satisfy one of the tests, by what they are; none is true of no cells.
+    /// Whether all cells of `name` satisfy one of the tests for their kind. Without cells it is false.
     fn all(&self, name: usize, text: impl Fn(&str) -> bool, number: impl Fn(f64) -> bool) -> bool {
         let (column, rows) = match self.place {
             Place::Columns => (name, None),
@@ -36,7 +36,7 @@ impl Content<'_> {
         !self.all(name, |cell| !text(cell), |cell| !number(cell))
     }
 
-    /// Whether `name` holds numbers, some of them perhaps bad or missing.
+    /// Whether `name` holds numbers, possibly with bad or missing ones.
     pub fn is_numeric(&self, name: usize) -> bool {
         let by = |mark| {
             let is = move |cell: &str| number::parse(cell, mark).is_some();
@@ -46,7 +46,7 @@ impl Content<'_> {
         by(DecimalMark::Point) || by(DecimalMark::Comma)
     }
 
-    /// Whether `name` holds the positions of a switch, some of them perhaps bad or missing.
+    /// Whether `name` holds the positions of a switch, possibly with bad or missing ones.
     pub fn is_switch(&self, name: usize) -> bool {
         let is = |cell: &str| mode::is_on(cell).is_some();
         let is_number = |cell: f64| cell == 0.0 || cell == 1.0;
@@ -58,7 +58,7 @@ impl Content<'_> {
             )
     }
 
-    /// Whether `name` only counts rows, or tells times.
+    /// Whether `name` only counts rows or holds times.
     pub fn is_about_rows(&self, name: usize) -> bool {
         let Place::Columns = self.place else { return false };
         let counts = |value: Option<f64>, row: usize, first: f64| value == Some(first + row as f64);

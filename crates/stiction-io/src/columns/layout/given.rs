@@ -1,4 +1,4 @@
-//! What the user says of columns and tags.
+//! Columns and tags whose roles the user gives.
 
 use super::plan::MissingLoop;
 use crate::columns::options::{Mapped, ReadOptions};
@@ -9,7 +9,7 @@ use crate::remedy::{Remedy, Wording};
 use crate::sheet::Sheet;
 use std::collections::{HashMap, HashSet};
 
-/// What the user says of columns and tags, by their names.
+/// The user's information on columns and tags, by their names.
 pub struct Given<'o> {
     pub options: &'o ReadOptions,
     exactly: HashMap<&'o str, usize>,
@@ -18,13 +18,13 @@ pub struct Given<'o> {
 
 impl<'o> Given<'o> {
     pub fn of(options: &'o ReadOptions) -> Self {
-        // Of several the last counts.
+        // The last of several counts.
         let columns = || options.map.iter().enumerate().map(|(place, each)| (&*each.column, place));
         let in_lower_case = columns().map(|(column, place)| (column.to_lowercase(), place));
         Self { options, exactly: columns().collect(), in_lower_case: in_lower_case.collect() }
     }
 
-    /// What is said of the column or tag called `name`, with its unit or without.
+    /// The given role of the column or tag called `name`, with or without its unit.
     pub fn mapped(&self, name: &str) -> Option<&'o Mapped> {
         let loosely = |name: &str| self.in_lower_case.get(&name.to_lowercase());
         let place = self
@@ -35,7 +35,7 @@ impl<'o> Given<'o> {
     }
 }
 
-/// The loops for which the user names what is not there; what is named for no loop must be.
+/// The loops whose given columns are missing. A missing column that is given for no loop is an error.
 pub fn missing(
     sheet: &Sheet,
     names: &[&str],
@@ -56,8 +56,7 @@ pub fn missing(
         .collect();
     let (mut missing, mut seen): (Vec<MissingLoop>, _) = (vec![], HashSet::new());
     for mapped in options.map.iter().filter(|each| !known.contains(&each.column.to_lowercase())) {
-        let holds =
-            options.mapping.as_ref().map_or(String::new(), |file| format!(" ({file} holds)"));
+        let holds = options.mapping.as_ref().map_or(String::new(), |file| format!(" (in {file})"));
         let reason = format!(
             "has no {what} \"{}\", which is given as {}{holds}; its {what}s are {}",
             mapped.column,
@@ -74,7 +73,7 @@ pub fn missing(
     Ok(missing)
 }
 
-/// That two names are one signal or quality, with how to say which it is.
+/// A conflict of two names for one signal or quality, with the remedy.
 pub fn conflict(
     sheet: &Sheet,
     role: &str,
@@ -89,7 +88,7 @@ pub fn conflict(
     Error::Table {
         origin: sheet.origin.clone(),
         message: format!(
-            "\"{a}\" and \"{b}\" can both be the {role}{of_loop}; say which, as in {}",
+            "\"{a}\" and \"{b}\" can both be the {role}{of_loop}; choose one, as in {}",
             wording.of(Remedy::map(format!("{prefix}{option}"), a))
         ),
     }

@@ -1,22 +1,22 @@
-//! Tags of instruments by ISA-5.1: an area, letters, and the number of the loop.
+//! Instrument tags by ISA-5.1, with area, letters and loop number.
 
 use crate::columns::role::SEPARATORS;
 
-/// A tag taken apart, such as `10FIC101`.
+/// An instrument tag in parts, such as `10FIC101`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instrument {
-    /// What stands before the letters, such as `10`.
+    /// The part before the letters, such as `10`.
     area: String,
-    /// What is measured, such as `F`, or `PD` for a differential pressure.
+    /// The letters of the measured quantity, such as `F`, or `PD` for a differential pressure.
     measured: String,
-    /// The number of the loop, and what follows it.
+    /// The number of the loop, and any suffix.
     number: String,
-    /// Whether the letters say that it controls; otherwise they say that it measures.
+    /// Whether the letters stand for a controller. Otherwise they stand for a transmitter.
     controls: bool,
 }
 
 impl Instrument {
-    /// The instrument that `name` is of: the last of its parts that is a tag of a controller or transmitter.
+    /// The instrument in `name`: the last of its parts that is a tag of a controller or transmitter.
     pub fn of(name: &str) -> Option<Self> {
         name.rsplit(['/', '\\', ':', '|', '#', '.', ' ', ']', '[', '_']).find_map(Self::of_part)
     }
@@ -40,12 +40,12 @@ impl Instrument {
         })
     }
 
-    /// What the transmitter and the controller of a loop have in common: area, what is measured, number.
+    /// The common key of the transmitter and the controller of a loop: area, measured quantity, number.
     pub fn loop_key(&self) -> (&str, &str, &str) {
         (&self.area, &self.measured, &self.number)
     }
 
-    /// Whether this transmitter and that `controller` are of one loop.
+    /// Whether this transmitter and that `controller` belong to one loop.
     pub fn measures_for(&self, controller: &Self) -> bool {
         !self.controls && controller.controls && self.loop_key() == controller.loop_key()
     }

@@ -1,4 +1,4 @@
-//! What could not be made a column.
+//! Data that could not become a column.
 
 use super::candidate::candidate;
 use super::given::Given;
@@ -9,11 +9,11 @@ use crate::remedy::Remedy;
 use crate::sheet::{LeftOut, Sheet};
 use std::collections::{BTreeMap, HashMap};
 
-/// How many reasons why something is no column have a note of their own; the list of columns has them all.
+/// Number of reasons that get a note of their own. The list of columns has them all.
 const MOST_REASONS: usize = 20;
 
-/// Names what could not be made a column. A loop is not judged on half of its signals: where one of them is left out,
-/// and nothing stands for it, the loop is not read. A mode is no such signal, and neither is what is empty or single.
+/// Names the data that could not become a column. A loop with such a signal is not read, unless another column
+/// replaces the signal. Modes, and empty or single values, do not count as such signals.
 pub fn name_left_out(sheet: &Sheet, given: &Given<'_>, plan: &mut Plan) {
     let lower = |name: &Option<String>| name.as_ref().map(|name| name.to_lowercase());
     let mut places: HashMap<Option<String>, usize> =
@@ -39,7 +39,7 @@ pub fn name_left_out(sheet: &Sheet, given: &Given<'_>, plan: &mut Plan) {
             && (*holds_samples || is_given)
         {
             let only = plan.loops.first().filter(|_| plan.loops.len() == 1);
-            // What tells no loop belongs to the only one.
+            // Data without a loop name belong to the only loop.
             let is_only = only.is_some_and(|only| only.name.is_none() || loop_name.is_none());
             let place = match places.get(&lower(&loop_name)) {
                 Some(place) => *place,
@@ -52,7 +52,7 @@ pub fn name_left_out(sheet: &Sheet, given: &Given<'_>, plan: &mut Plan) {
             };
             if plan.loops[place].signal(signal).is_none() {
                 plan.loops[place].unread.get_or_insert(format!(
-                    "has \"{name}\", by its name the {}, but it {why}; mend it, or leave it out with {}",
+                    "has \"{name}\", by its name the {}, but it {why}; correct it, or leave it out with {}",
                     signal.name(),
                     given.options.wording.of(Remedy::map("ignore", name))
                 ));
@@ -65,7 +65,7 @@ pub fn name_left_out(sheet: &Sheet, given: &Given<'_>, plan: &mut Plan) {
     for (why, names) in by_reason.iter().take(MOST_REASONS) {
         plan.notes.push(match &names[..] {
             [name] => format!("\"{name}\" {why} and is not used"),
-            names => format!("{} are not used: each {why}", list(names)),
+            names => format!("{} are not used, because each {why}", list(names)),
         });
     }
     if !more.is_empty() {

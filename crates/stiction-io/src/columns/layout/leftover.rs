@@ -1,4 +1,4 @@
-//! Columns and tags that are not used, but may be a signal that a loop lacks: they are named, not taken.
+//! Unused columns and tags that may be a signal that a loop lacks. They are listed but not used.
 
 use super::instrument::Instrument;
 use super::plan::LoopPlan;
@@ -7,10 +7,10 @@ use crate::names::list;
 use crate::remedy::{Remedy, Wording};
 use std::collections::HashMap;
 
-/// The signals without which a diagnosis knows less.
+/// The signals that a diagnosis needs most.
 const WANTED: [Signal; 3] = [Signal::Pv, Signal::Sp, Signal::Mode];
 
-/// The role by which the user gives `signal` of a loop, the only one or one of several.
+/// The role by which the user gives `signal` of a loop.
 fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
     let signal = signal.name().to_lowercase();
     match &each.name {
@@ -19,8 +19,8 @@ fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
     }
 }
 
-/// Notes for loops without PV the transmitters among `candidates` whose tags have the number of their
-/// controllers, and gives the places of these.
+/// For loops without PV, suggests the transmitters among `candidates` with the same loop number, and returns their
+/// places.
 pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording) -> Vec<usize> {
     let mut offered = vec![];
     let tags: Vec<Option<Instrument>> =
@@ -37,8 +37,8 @@ pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording
             if tag.measures_for(&controller) {
                 let candidate = candidates[*place];
                 let note = format!(
-                    "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which \
-                     has none; if it is, give {}",
+                    "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which has none; if \
+                     it is, give {}",
                     wording.of(Remedy::map(role(each, Signal::Pv, false), candidate))
                 );
                 each.notes.push(note);
@@ -49,8 +49,8 @@ pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording
     offered
 }
 
-/// The note on numeric columns or tags that are not used; while a loop lacks a signal that they could be, with how to
-/// say so.
+/// The note on unused numeric columns or tags. If a loop lacks a signal that they could be, it shows how to assign
+/// them.
 pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<String> {
     let first = unused.first()?;
     let lacks = |each: &LoopPlan, signal: Signal| each.signal(signal).is_none();
@@ -72,7 +72,7 @@ pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<Str
     let missing: Vec<String> =
         missing.iter().map(|signal| format!("no {}", signal.name())).collect();
     Some(format!(
-        "{} {holds}, while {whose} {}; if one is such a signal, say so, as in {}",
+        "{} {holds}, while {whose} {}; if one is such a signal, assign it, as in {}",
         list(unused),
         missing.join(", "),
         wording.of(Remedy::map(role(poor, *signal, loops.len() == 1), first))

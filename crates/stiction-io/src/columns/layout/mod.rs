@@ -1,4 +1,4 @@
-//! Which columns or tags of a sheet are which signals of which loops.
+//! Assigns columns or tags of a sheet to signals of loops.
 
 mod about_rows;
 mod assign;
@@ -26,11 +26,10 @@ use content::Content;
 use given::{Given, missing};
 use left_out::name_left_out;
 
-/// Recognises what `sheet` holds.
+/// Recognises the loops of `sheet`.
 ///
 /// # Errors
-/// If a column that was named for no loop in particular is not there, or two columns are the same signal of
-/// the same loop.
+/// If a column that was given for no particular loop is missing, or two columns are the same signal of the same loop.
 pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
     let given = Given::of(options);
     let about_rows = AboutRows::find(sheet, &given)?;
@@ -62,7 +61,7 @@ fn wide(sheet: &Sheet, given: &Given<'_>, about_rows: &AboutRows) -> Result<Plan
         .collect();
     let mut assigned = assign(&content, &names, &rows, missing, given)?;
     for (column, role) in &about_rows.roles {
-        // A column that only its name makes one about rows may be a signal or quality all the same.
+        // A column that only looks as if it described rows, by its name, may still be a signal or quality.
         if matches!(role, Role::Time | Role::Date) {
             assigned.recognised[*column] = about_rows.recognised(names[*column], *column);
         }

@@ -1,15 +1,15 @@
-//! What a sheet holds: its loops, and which of its names are what of them.
+//! The content of a sheet: its loops, and the role of each name.
 
 use crate::columns::role::{Role, Signal};
 
-/// How a sheet holds its loops.
+/// The arrangement of loops in a sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
-    /// One loop, a column a signal.
+    /// One loop, one column per signal.
     OneLoop,
-    /// Several loops side by side, a column a signal.
+    /// Several loops side by side, one column per signal.
     Wide,
-    /// A row a sample, with the name of its tag.
+    /// One row per sample, with its tag.
     Long,
 }
 
@@ -17,47 +17,47 @@ impl Layout {
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
-            Self::OneLoop => "one loop, a column a signal",
-            Self::Wide => "wide: a column a signal of a loop",
-            Self::Long => "long: a row a sample, with its tag",
+            Self::OneLoop => "one loop, one column per signal",
+            Self::Wide => "wide: one column per signal of a loop",
+            Self::Long => "long: one row per sample, with its tag",
         }
     }
 }
 
-/// What a column or tag was recognised as, and why.
+/// The recognised role of a column or tag, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recognised {
     /// The part of the file, as in [`Sheet::part`](crate::sheet::Sheet::part).
     pub part: String,
     /// Name of the column, or of the tag of a long sheet.
     pub column: String,
-    /// What it is.
+    /// Its role.
     pub role: Role,
-    /// The loop it belongs to, where its name tells one.
+    /// The loop it belongs to, if its name shows one.
     pub loop_name: Option<String>,
-    /// Why, in words.
+    /// The reason, in words.
     pub why: String,
 }
 
-/// A loop that a mapping names, and that is not read because a column or tag is not there.
+/// A loop of a mapping that is not read, because a column or tag is missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingLoop {
     /// Its name.
     pub name: String,
-    /// Why it is not read, with what would help.
+    /// Why it is not read, with a remedy.
     pub reason: String,
-    /// Whether other signals of it are there; if not, it may be in another file.
+    /// Whether the file has other signals of it. If not, it may be in another file.
     pub is_partly_here: bool,
 }
 
-/// A loop: which names hold its signals and qualities, as indices of the names.
+/// A loop with the indices of the names of its signals and qualities.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoopPlan {
-    /// Its name; none if nothing tells one.
+    /// Its name; none if unknown.
     pub name: Option<String>,
-    /// What the user should know of it alone.
+    /// Notes for the user on this loop.
     pub notes: Vec<String>,
-    /// Why it is not read, where the file has a signal of it that could not be made a column.
+    /// Why it is not read, if the file has a signal of it that could not become a column.
     pub unread: Option<String>,
     pub(super) signals: [Option<usize>; 5],
     pub(super) qualities: [Option<usize>; 5],
@@ -65,12 +65,12 @@ pub struct LoopPlan {
 }
 
 impl LoopPlan {
-    /// The name that holds `signal`.
+    /// The name with `signal`.
     pub fn signal(&self, signal: Signal) -> Option<usize> {
         self.signals[signal as usize]
     }
 
-    /// The name that holds the quality of `signal`.
+    /// The name with the quality of `signal`.
     pub fn quality(&self, signal: Signal) -> Option<usize> {
         self.qualities[signal as usize].or(self.quality)
     }
@@ -94,21 +94,21 @@ impl LoopPlan {
     }
 }
 
-/// A tag of a long sheet and the rows that are its.
+/// A tag of a long sheet, with its rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tag {
     /// Its name.
     pub name: String,
-    /// Its rows, in their order.
+    /// Its rows, in order.
     pub rows: Vec<usize>,
 }
 
-/// Where the samples of a sheet are.
+/// The place of the samples in a sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {
-    /// In columns, which are the names of the loops.
+    /// In columns, whose names name the loops.
     Columns,
-    /// In rows, each of a tag; the tags are the names of the loops.
+    /// In rows with tags, which name the loops.
     Rows {
         /// The tags in order of their first row.
         tags: Vec<Tag>,
@@ -119,16 +119,16 @@ pub enum Place {
     },
 }
 
-/// What a sheet holds.
+/// The plan of a sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// How its loops lie in it.
+    /// The arrangement of its loops.
     pub layout: Layout,
-    /// Where the samples are.
+    /// The place of the samples.
     pub place: Place,
     /// The column of times; none if rows are evenly spaced.
     pub time: Option<usize>,
-    /// The column of days, where `time` is a time of day.
+    /// The column of days, if `time` is a time of day.
     pub date: Option<usize>,
     /// The loops that have an OP, in order of their first name.
     pub loops: Vec<LoopPlan>,
@@ -136,6 +136,6 @@ pub struct Plan {
     pub recognised: Vec<Recognised>,
     /// The loops of the mapping that lack a column or tag.
     pub missing: Vec<MissingLoop>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
