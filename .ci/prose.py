@@ -19,7 +19,7 @@ from pathlib import Path
 
 # A habit and what to write in its stead. `docs/style.md` explains them.
 HABITS = {
-    r"(?<!cannot )\b(?:tell|tells|told|telling)\b": "report, show, state; distinguish",
+    r"(?<!cannot[ -])\b(?:tell|tells|told|telling)\b": "report, show, state; distinguish",
     r"\b(?:speaks?|spoke) (?:for|against)\b": "evidence for, evidence against",
     r"\b(?:bears?|borne|bore) out\b": "supports, confirms",
     r"\bthe more so\b|\bwhat is so\b|\b(?:that|this|it) is so\b": "name the fact",
@@ -92,9 +92,10 @@ def rust(source: str) -> Iterator[Text]:
             doc.append(found["doc"][3:].strip())
             last = line
         else:
-            text = found["raw"] or found["text"]
-            if text:
-                yield line, re.sub(r"\\\n\s*", "", text).replace("\\n", " ").replace('\\"', '"')
+            text = re.sub(r"\\\n\s*", "", found["raw"] or found["text"] or "").replace("\\n", "\n").replace('\\"', '"')
+            # Examples below the help of a command are indented.
+            text = re.sub(r"^  .*$", "", text, flags=re.MULTILINE)
+            yield from ((line, paragraph) for _, paragraph in markdown(text))
     if doc:
         yield from ((begun + at - 1, text) for at, text in markdown("\n".join(doc)))
 
@@ -126,6 +127,7 @@ def prose(root: Path) -> Iterator[tuple[str, int, str]]:
                 # Code and addresses are not prose.
                 plain = re.sub(r"``.*?``|`[^`]*`", "`x`", text)
                 plain = re.sub(r"\]\([^)]*\)", "]", plain)
+                plain = re.sub(r"\{\w+\}", "{}", plain)
                 yield from ((name, line, sentence) for sentence in SENTENCE.split(plain) if len(sentence.split()) > 2)
 
 

@@ -512,7 +512,7 @@ def _trend(diagnosis: Diagnosis) -> str:
     recording = diagnosis.__dict__["_made_of"][0]
     above = [(name, signal) for name, signal in (("PV", segment.pv), ("SP", segment.sp)) if signal is not None]
     below = [(name, signal) for name, signal in (("OP", segment.op), ("VP", segment.vp)) if signal is not None]
-    unit = recording.pv_unit or "PV units"
+    unit = recording.pv_unit or "its units"
     rows = [(f"{' and '.join(name for name, _ in above)} ({unit})", above)] if above else []
     rows.append((f"{' and '.join(name for name, _ in below)} (% of span)", below))
     start, clock = diagnosis.start_time, diagnosis.plant_time

@@ -135,7 +135,7 @@ def test_the_version_is_the_librarys():
 
 @pytest.mark.parametrize(("old", "new"), [("stretches", "segments"), ("Stretch", "Segment")])
 def test_old_names_keep_working_with_a_note(old: str, new: str) -> None:
-    with pytest.warns(DeprecationWarning, match=f"called {new} now"):
+    with pytest.warns(DeprecationWarning, match=f"is now called {new}"):
         assert getattr(stiction, old) is getattr(stiction, new)
     with pytest.raises(AttributeError, match="no attribute 'nonesuch'"):
         _ = stiction.nonesuch

@@ -182,12 +182,12 @@ BAD = [
     (lambda: stiction.read(ROOT), OSError, "irectory|enied"),
     (lambda: stiction.read(3), TypeError, "path must be a path"),
     (lambda: stiction.read(STICKY, columns={"op": "OUT"}), ValueError, 'no column "OUT"'),
-    (lambda: stiction.read(STICKY, columns={"valve": "op"}), ValueError, '"valve" is no role'),
+    (lambda: stiction.read(STICKY, columns={"valve": "op"}), ValueError, '"valve" is not a role'),
     (lambda: stiction.read(STICKY, columns={"op": 3}), TypeError, r"columns\['op'\] must be a string"),
     (lambda: stiction.read(STICKY, columns=["op"]), TypeError, "columns must be a mapping"),
     (lambda: stiction.read(STICKY, mapping="nothing.toml"), FileNotFoundError, "nothing.toml"),
-    (lambda: stiction.read(STICKY, zone="Atlantis"), ValueError, 'zone: "Atlantis" is no time zone'),
-    (lambda: stiction.read(STICKY, time_format="iso"), ValueError, 'time_format: "iso" is no time format'),
+    (lambda: stiction.read(STICKY, zone="Atlantis"), ValueError, 'zone: "Atlantis" is not a time zone'),
+    (lambda: stiction.read(STICKY, time_format="iso"), ValueError, 'time_format: "iso" is not a time format'),
     (lambda: stiction.read(STICKY, sample_time=0), ValueError, "sample_time is 0, but must be"),
     (lambda: stiction.read(STICKY, loop_type="flo"), ValueError, "flow, level"),
     (lambda: stiction.read(STICKY, op_range=(100, 0)), ValueError, r"op_range is \(100, 0\)"),
@@ -236,11 +236,11 @@ def test_malformed_input_is_refused_by_name(call, error, words):
 TIMES = "2024-03-31 {:02}:00:00"
 ASKED = [
     ("t,pv\n0,1\n1,2\n", {}, 'as in columns={"op": "COLUMN"}'),
-    ("op,pv\n1,2\n3,4\n", {}, 'as in columns={"time": "COLUMN"}, or tell the time between rows, as in sample_time=1'),
-    ("t,op,out\n0,1,2\n1,2,3\n", {}, 'say which, as in columns={"op": "op"}'),
+    ("op,pv\n1,2\n3,4\n", {}, 'as in columns={"time": "COLUMN"}, or give the time between rows, as in sample_time=1'),
+    ("t,op,out\n0,1,2\n1,2,3\n", {}, 'choose one, as in columns={"op": "op"}'),
     ("t,op\n01/02/2024,1\n02/02/2024,2\n", {}, "give time_format "),
     ("t,op\nfoo,1\nbar,2\n", {}, "foo"),
-    ("t,op\n2024-01-01,1\n", {"time_format": "%H:%M"}, 'is no time by time_format="%H:%M"'),
+    ("t,op\n2024-01-01,1\n", {"time_format": "%H:%M"}, 'is not a time in the format time_format="%H:%M"'),
     ("t,op\n0,1\n1,weg\n", {}, 'give bad_text=["weg"]'),
     ("t,op,mode\n0,1,odd\n1,2,odd\n", {}, 'as in columns={"ignore": "mode"}'),
     ("t,op\n" + "".join(f"{TIMES.format(h)},1\n" for h in range(4)), {"zone": "Europe/Berlin"}, 'as in zone="+01"'),
@@ -261,7 +261,7 @@ def test_notes_name_keywords(tmp_path):
     path.write_text("time,mv\n2024-01-01 00:00:00,1\n2024-01-01 00:00:01,2\n")
     [made] = stiction.read(path)
     said = " ".join(made.notes)
-    assert "if it matters, give zone" in said and 'give columns={"vp": "mv"}' in said and " --" not in said
+    assert "if this matters, give zone" in said and 'give columns={"vp": "mv"}' in said and " --" not in said
 
 
 def test_what_is_masked_is_missing_where_samples_may_be_missing():

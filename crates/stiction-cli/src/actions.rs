@@ -44,7 +44,7 @@ pub fn single_loop<'a>(name: &str, scenario: &'a Scenario) -> Result<&'a ClosedL
 
 /// Column titles of [`cells`].
 const HEADS: [&str; 8] =
-    ["error", "worst", "PV std", "OP %/min", "stem %/min", "turns/h", "SP s", "load s"];
+    ["error", "worst", "PV std", "OP %/min", "stem %/min", "reversals/h", "SP s", "load s"];
 
 /// The measures of a row. The mean control error is given nominally and for the worst case, the others nominally.
 fn cells(row: &Row) -> [String; 8] {

@@ -68,13 +68,13 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated", "invented"],
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     positions: Option<u64>,
-    /// Simulate this many networks of coupled loops, to count groups and sources that are found
+    /// Simulate this many networks of coupled loops, to measure how often groups and sources are found
     #[arg(long, value_name = "N",
           conflicts_with_all = ["labels", "simulated", "invented", "positions", "methods", "only", "time", "csv",
                                 "report", "reports"],
           value_parser = clap::value_parser!(u64).range(1..=100_000))]
     networks: Option<u64>,
-    /// Simulate this many loops with a planned test, to count correct and open results
+    /// Simulate this many loops with a planned test, to measure how often the test is right
     #[arg(long, value_name = "N",
           conflicts_with_all = ["labels", "simulated", "invented", "positions", "networks", "methods", "only", "time",
                                 "csv", "report", "reports"],
@@ -228,7 +228,7 @@ fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
     let mut ranking = scoreboard::ranking(board, names);
     ranking.caption =
         "Ranking by each statistic (AUC), over recordings on which the method does not abstain. In the column \"of \
-         all\", a pair with a recording without a score counts half."
+         all\", a pair with an unscored recording counts half."
             .to_owned();
     tables.push(ranking);
     tables.extend(scoreboard::by_kind(board));

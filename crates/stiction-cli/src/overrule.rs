@@ -151,8 +151,7 @@ pub fn run(args: Args) -> Result<()> {
 fn list<'a>(kept: impl Iterator<Item = &'a Override>) -> String {
     let lines: Vec<String> = kept
         .map(|each| {
-            let mut line =
-                format!("{}: {}, because: {}", each.loop_name, each.verdict.name(), each.reason);
+            let mut line = format!("{}: {} ({})", each.loop_name, each.verdict.name(), each.reason);
             if let Some(by) = &each.by {
                 line += &format!("; by {by}");
             }

@@ -55,7 +55,7 @@ const CASES: &[Case] = &[
         "header-in-comment.csv",
         "",
         Ok("f op 0:50 1:51"),
-        &["the comment in row 1 is taken as the header"]
+        &["the comment in row 1 is used as the header"]
     ),
     case!("metadata.csv", "", Ok("FIC7(flow) op 0:50 1:51 pv 0:1 1:2"), &[]),
     case!("units-row.csv", "", Ok("f op 0:50 1:51 (0..100) pv 0:1 1:2"), &[]),
@@ -83,7 +83,7 @@ const CASES: &[Case] = &[
         "",
         Err(()),
         &[
-            "row 2, column \"quality\": \"purple\" is no known quality",
+            "row 2, column \"quality\": \"purple\" is not a known quality",
             "[quality] \"purple\" = \"bad\""
         ]
     ),
@@ -91,7 +91,7 @@ const CASES: &[Case] = &[
         "quality-undecided.csv",
         "",
         Err(()),
-        &["row 2, column \"quality\": 0 is a code of quality", "[quality]"]
+        &["row 2, column \"quality\": 0 is an ambiguous quality code", "[quality]"]
     ),
     case!(
         "quality-decided.csv",
@@ -116,7 +116,9 @@ const CASES: &[Case] = &[
         "mixed-marks.csv",
         "",
         Err(()),
-        &["row 3, column \"op\": \"51,5\" has a decimal \",\" where the file's others have \".\""]
+        &[
+            "row 3, column \"op\": \"51,5\" has a decimal \",\", but the other numbers of the file have \".\""
+        ]
     ),
     case!(
         "unit-in-cell.csv",
@@ -176,13 +178,13 @@ const CASES: &[Case] = &[
         "mv-alone.csv",
         "",
         Ok("f op 0:50 1:51 pv 0:1 1:2"),
-        &["\"mv\" is taken as the manipulated variable, the OP", "map vp=mv"]
+        &["\"mv\" is interpreted as the manipulated variable, the OP", "map vp=mv"]
     ),
     case!(
         "mv-beside-op.csv",
         "",
         Ok("f op 0:50 1:51 vp 0:49 1:49"),
-        &["\"mv\" stands beside an OP and is taken as the measured valve position"]
+        &["\"mv\" is beside an OP and is interpreted as the measured valve position"]
     ),
     case!(
         "given-for-a-loop.csv",
@@ -194,7 +196,7 @@ const CASES: &[Case] = &[
         "given-but-missing.csv",
         "[loop.FIC1]\npv = \"10FT1\"",
         Ok("f op 0:50"),
-        &["of the mapping, this file does not hold \"FIC1\""]
+        &["the file lacks these loops of the mapping: \"FIC1\""]
     ),
     case!(
         "wide.csv",
@@ -263,13 +265,13 @@ const CASES: &[Case] = &[
         "time-not-a-number.csv",
         "",
         Err(()),
-        &["row 3, column \"t\": \"later\" is no number, as times by numbers must be"]
+        &["row 3, column \"t\": \"later\" is not a number, as this time format requires"]
     ),
     case!(
         "mode-codes.csv",
         "",
         Ok("f op 0:50 1:51 2:52 mode 0:M 1:A 2:C"),
-        &["mode codes are read as 0 manual, 1 automatic, 2 cascade"]
+        &["mode codes are interpreted as 0 manual, 1 automatic, 2 cascade"]
     ),
     case!(
         "mode-own-codes.csv",
@@ -281,7 +283,7 @@ const CASES: &[Case] = &[
         "mode-unknown.csv",
         "",
         Err(()),
-        &["row 2, column \"mode\": \"warp\" is no known mode", "[modes] \"warp\" = \"auto\""]
+        &["row 2, column \"mode\": \"warp\" is not a known mode", "[modes] \"warp\" = \"auto\""]
     ),
     case!(
         "mode-missing.csv",
@@ -311,21 +313,21 @@ const CASES: &[Case] = &[
     case!("time-iso-z.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
     case!("time-iso-offset.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
     case!("time-compact.csv", "", Ok("f @1735689598 op 0:50 1:51"), &[]),
-    case!("time-iso-local.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
-    case!("time-day-first.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
+    case!("time-iso-local.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times have no zone"]),
+    case!("time-day-first.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times have no zone"]),
     case!(
         "time-month-first.csv",
         "",
         Ok("f @1735689598 op 0:50 1:51"),
-        &["the times tell no zone"]
+        &["the times have no zone"]
     ),
-    case!("time-month-name.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
-    case!("time-dots.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times tell no zone"]),
+    case!("time-month-name.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times have no zone"]),
+    case!("time-dots.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["the times have no zone"]),
     case!(
         "time-year-slashes.csv",
         "",
         Ok("f @1735689598 op 0:50 1:51"),
-        &["the times tell no zone"]
+        &["the times have no zone"]
     ),
     case!("time-fractions.csv", "", Ok("f @1735689598 op 0:50 0.25:51"), &[]),
     case!("time-epoch-s.csv", "", Ok("f @1735689598 op 0:50 1:51"), &["seconds since 1970"]),
@@ -491,7 +493,7 @@ const CASES: &[Case] = &[
         "time-pattern-wrong.csv",
         "time_format = \"%H:%M\"",
         Err(()),
-        &["row 2, column \"time\": \"noon\" is no time by time_format %H:%M"]
+        &["row 2, column \"time\": \"noon\" is not a time in the format time_format %H:%M"]
     ),
     case!(
         "time-ambiguous.csv",
@@ -514,14 +516,14 @@ const CASES: &[Case] = &[
         "",
         Err(()),
         &[
-            "row 3, column \"time\": \"06/13/2024 00:01\" is not written in the order of day and month of the rows above"
+            "row 3, column \"time\": \"06/13/2024 00:01\" has a different order of day and month from the rows above"
         ]
     ),
     case!(
         "time-no-day.csv",
         "",
         Err(()),
-        &["row 2, column \"time\": \"2023-02-29 00:00\" is no day of the calendar"]
+        &["row 2, column \"time\": \"2023-02-29 00:00\" is not a day of the calendar"]
     ),
     case!(
         "time-empty.csv",
@@ -540,7 +542,7 @@ const CASES: &[Case] = &[
         "dst-autumn.csv",
         "zone = \"Europe/Berlin\"",
         Ok("f @1729985400 op 0:1 1800:2 3600:3 5400:4 7200:5 9000:6"),
-        &["2 rows are taken as its first pass and 2 as its second"]
+        &["2 rows count as its first pass and 2 as its second"]
     ),
     case!(
         "dst-autumn-newest-first.csv",
@@ -593,7 +595,7 @@ const CASES: &[Case] = &[
         "time-days-in-t.csv",
         "time_format = \"excel\"",
         Ok("f @1678838401 op 0:50 1:51 2:52"),
-        &["the times tell no zone"]
+        &["the times have no zone"]
     ),
     case!(
         "time-days-in-t.csv",
@@ -651,8 +653,8 @@ const CASES: &[Case] = &[
         "",
         Err(()),
         &[
-            "row 3, column \"Timestamp\": has the time \"45000.0001\" of the row before but other values, as 2 \
-             of 4 rows do",
+            "row 3, column \"Timestamp\": has the time \"45000.0001\" of the row before but other values, like 2 \
+             of 4 rows",
             "sample_time 1"
         ]
     ),
@@ -669,12 +671,12 @@ const CASES: &[Case] = &[
         Err(()),
         &["column \"t\": steps by 1e-308 s", "which no recording does"]
     ),
-    case!("time-digits.csv", "", Err(()), &["row 2, column \"t\"", "is no time of a recording"]),
+    case!("time-digits.csv", "", Err(()), &["row 2, column \"t\"", "is not a time of a recording"]),
     case!(
         "time-far.csv",
         "",
         Err(()),
-        &["row 4, column \"time\": \"9999-12-31 00:00:00\"", "is no time of a recording"]
+        &["row 4, column \"time\": \"9999-12-31 00:00:00\"", "is not a time of a recording"]
     ),
     case!(
         "time-gap-endless.csv",
@@ -686,7 +688,9 @@ const CASES: &[Case] = &[
         "sample-time-in-days.csv",
         "",
         Err(()),
-        &["taken as seconds, would be 12 µs, as days 1 s: if so, give sample_time 1"]
+        &[
+            "interpreted as seconds, would be 12 µs, as days 1 s: if this is right, give sample_time 1"
+        ]
     ),
     case!("sample-time-in-days.csv", "sample_time = 1", Ok("f op 0:50 1:51"), &[]),
     case!("sample-time-tiny.csv", "", Err(()), &["said to be 1e-308 s, which no recording has"]),

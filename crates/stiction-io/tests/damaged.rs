@@ -151,7 +151,7 @@ fn parquet_cases() -> Vec<Case> {
         ("half.parquet", half, "is cut short: a Parquet file ends with \"PAR1\""),
         ("encrypted.parquet", encrypted, "is encrypted, which is not read; write it without"),
         ("plain.parquet", footer(&encrypted_columns), "is encrypted, which is not read"),
-        ("no_footer.parquet", no_footer, "says its footer has 4294967295 bytes"),
+        ("no_footer.parquet", no_footer, "claims a footer of 4294967295 bytes"),
         ("zeros.parquet", footer(&[0; 40]), "its footer is damaged"),
         ("deep.parquet", footer(&deep), "its footer is damaged; write the file again"),
         ("elements.parquet", footer(&many_elements), "its footer is damaged; write the file again"),
@@ -206,7 +206,7 @@ fn matlab_cases() -> Vec<Case> {
         ("none.mat", w.file(&[]), "has no variables; save some with save(..., '-v7')"),
         ("half.mat", plain[..plain.len() / 2].to_vec(), "is cut short: "),
         ("half_zip.mat", zip[..zip.len() / 2].to_vec(), "is cut short: "),
-        ("kind.mat", file(w.word(0x0009_0001)), "an element is of no known kind"),
+        ("kind.mat", file(w.word(0x0009_0001)), "an element is of an unknown kind"),
         ("class.mat", file(w.element(14, &w.word(0))), "is cut short; copy or save it again"),
         (
             "zlib.mat",

@@ -79,7 +79,7 @@ fn structs_of_structs() {
         assert_eq!(second.sample_time, Some(60.0));
         assert_eq!(numbers(second, "SP"), vec![100.0; ROWS]);
         assert_eq!(attributes(second), [("type", "1"), ("SP", "100")]);
-        assert_eq!(second.notes, ["SP is a single number, which is held"]);
+        assert_eq!(second.notes, ["SP is a single number, used for the whole recording"]);
         let expected = [
             ("raw", "has 7 values where most have 40"),
             ("limits", "has 2 values where most have 40"),
@@ -114,7 +114,8 @@ fn columns_of_a_matrix() {
     assert_eq!(numbers(&sheets[0], "OP"), each(op));
     assert_eq!(sheets[0].columns[3].cells, Cells::Text(vec!["MAN".into(); ROWS]));
     assert!(
-        left_out(&sheets[0]).contains(&("wide", "is a matrix of 3 rows and 5 columns, no vector"))
+        left_out(&sheets[0])
+            .contains(&("wide", "is a matrix of 3 rows and 5 columns, not a vector"))
     );
     let sheets = read("numbered.mat");
     assert_eq!((parts(&sheets), names(&sheets[0])), (vec!["run"], vec!["data(:,1)", "data(:,2)"]));

@@ -212,7 +212,7 @@ fn what_people_call_signals() {
         assert_eq!(shown(&reading.recordings[0]), expected, "{header}");
     }
     let reading = parse("t,Flow,Out\n0,1,50\n1,2,51\n", "").unwrap();
-    assert!(said(&reading).contains("\"Flow\" is taken as the PV"), "{}", said(&reading));
+    assert!(said(&reading).contains("\"Flow\" is interpreted as the PV"), "{}", said(&reading));
     assert!(said(&reading).contains("map ignore=Flow"), "{}", said(&reading));
 }
 
@@ -222,13 +222,13 @@ fn what_could_be_two_things_is_not_taken() {
     let reading = parse("t,Flow,Level,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
     let note = "\"Flow\", \"Level\" hold numbers and are not used, while the loop has no PV, no SP, \
-                no mode; if one is such a signal, say so, as in map pv=Flow";
+                no mode; if one is such a signal, assign it, as in map pv=Flow";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     let reading = parse("t,Flow,Flow 2,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
     let refused = parse("t,Sollwert,Setpoint,Out\n0,1,5,50\n", "").unwrap_err();
     let expected =
-        "\"Sollwert\" and \"Setpoint\" can both be the SP; say which, as in map sp=Sollwert";
+        "\"Sollwert\" and \"Setpoint\" can both be the SP; choose one, as in map sp=Sollwert";
     assert!(refused.contains(expected), "{refused}");
     // With a PV a flow is something else; with two loops nobody can say whose it is.
     for header in ["t,Flow,PV,OP", "t,Flow,FIC1.OP,LIC2.OP"] {
@@ -282,7 +282,10 @@ fn switches_tell_the_mode() {
     };
     let (found, note) = modes("t,FIC1.OP,FIC1.AUTO\n0,50,1\n1,51,0\n");
     assert_eq!(found, Some(vec![Mode::Automatic, Mode::Manual]));
-    assert!(note.contains("\"FIC1.AUTO\" is read as the mode: 1 automatic, 0 manual"), "{note}");
+    assert!(
+        note.contains("\"FIC1.AUTO\" is interpreted as the mode, with 1 automatic and 0 manual"),
+        "{note}"
+    );
     let (found, note) = modes("t,FIC1.OP,FIC1.AUTO,FIC1.MAN\n0,50,0,1\n1,51,0,0\n2,51,,\n");
     assert_eq!(found, Some(vec![Mode::Manual, Mode::Automatic, Mode::Other]));
     assert!(note.contains("map ignore=FIC1.MAN"), "{note}");
@@ -314,7 +317,7 @@ fn a_mapping_that_a_file_lacks_concerns_its_loop() {
     assert_eq!(missing, [("B", true, true), ("C", false, true)]);
     let note = said(&reading);
     assert!(note.contains("loop B is not read: the file has no column \"x2\""), "{note}");
-    assert!(note.contains("this file does not hold \"C\""), "{note}");
+    assert!(note.contains("lacks these loops of the mapping: \"C\""), "{note}");
     // A file that has nothing else is refused with the reason.
     let refused = parse("t,y2\n0,60\n", mapping).unwrap_err();
     assert!(refused.starts_with("f.csv: has no column \"x2\", which is given as PV"), "{refused}");

@@ -88,7 +88,9 @@ fn what_the_library_refuses_is_pointed_at_where_the_key_is_known() {
 #[test]
 fn signals_from_files_need_a_folder() {
     let text = LOOP.to_owned() + "[set_point]\nsignal = 'file'\nfile = 'a.csv'\ncolumn = 'u'\n";
-    assert!(error(&text).contains("line 15: set_point.file: signals can be read by scenarios in"));
+    assert!(
+        error(&text).contains("line 15: set_point.file: only scenarios in files can read signals")
+    );
 }
 
 /// Lines of scenarios, well formed or nearly so.

@@ -5,8 +5,9 @@
 //! * [`table`]: diagnoses as a table with one row per loop;
 //! * [`report`]: the interactive report on recorded loops;
 //! * [`sheet`]: tables as CSV, safe for spreadsheets;
-//! * [`test_sheet`]: the sheet of a valve test, to print and to fill in; [`test_answers`]: its figure; [`test_page`]:
-//!   the page of a test, and of two with a repair between them;
+//! * [`test_sheet`]: the sheet of a valve test, to print and to fill in;
+//! * [`test_answers`]: the figure of the PV's responses;
+//! * [`test_page`]: the page of a test, and of two with a repair between them;
 //! * [`scoreboard`]: the accuracy of the verdict and the methods, as tables and as a page.
 //!
 //! Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.

@@ -98,20 +98,17 @@ const RULES: [Rule; 14] = [
         let verdict = &page.diagnosis.verdict;
         let wanted: &[&str] = match verdict.grade {
             Grade::Sticks => &["The valve most likely sticks", "shows that the valve sticks"],
-            Grade::ProbablySticks => {
-                &["The valve probably sticks", "behaves like one with a sticking valve"]
-            }
+            Grade::ProbablySticks => &["The valve probably sticks", "indicate a sticking valve"],
             Grade::Unclear => &[
                 "is unclear",
-                "leaves it open",
+                "leaves open whether the valve sticks",
                 "compatible",
                 "does not look like",
-                "cannot be told from",
             ],
-            Grade::ProbablyFine => &["probably fine", "does not behave like"],
+            Grade::ProbablyFine => &["probably fine", "indicate that the valve does not stick"],
             Grade::Fine => &["most likely does not stick", "follows the controller"],
             Grade::DoesNotRespond => &["does not respond"],
-            Grade::CannotAnswer => &["cannot answer", "look mistaken", "is unclear"],
+            Grade::CannotAnswer => &["cannot answer", "are probably mixed up", "is unclear"],
         };
         let all = [
             "The valve most likely sticks",
@@ -136,9 +133,9 @@ const RULES: [Rule; 14] = [
         let grade = page.diagnosis.verdict.grade;
         let only = [
             ("Leave the valve alone", &[Fine, ProbablyFine][..]),
-            ("Test the valve:", &[Sticks, ProbablySticks]),
+            ("Test the valve", &[Sticks, ProbablySticks]),
             ("If confirmed,", &[Sticks, ProbablySticks]),
-            ("See what it may be", &[DoesNotRespond]),
+            ("Check the possible faults", &[DoesNotRespond]),
         ];
         let wrong = only.iter().find(|(said, of)| !of.contains(&grade) && page.starts(said));
         wrong.map(|(said, _)| format!("{grade}: {said}"))
@@ -164,8 +161,7 @@ const RULES: [Rule; 14] = [
     ("a recorded position is not asked for", |page| {
         page.diagnosis.segment()?.vp.as_ref()?;
         page.find(|text| {
-            text.contains("a recording of the valve position")
-                || text.contains("ecord the valve position")
+            text.contains("a recorded valve position") || text.contains("ecord the valve position")
         })
     }),
     ("a set point that is not recorded says nothing", |page| {
@@ -184,7 +180,10 @@ const RULES: [Rule; 14] = [
             .texts
             .iter()
             .filter_map(|text| {
-                text.split_once("stuck by more than ")?.1.split_once(" %").map(|(limit, _)| limit)
+                text.split_once("Stiction with S above ")?
+                    .1
+                    .split_once(" %")
+                    .map(|(limit, _)| limit)
             })
             .collect();
         said.dedup();
@@ -212,7 +211,7 @@ const RULES: [Rule; 14] = [
         let time = spoken::time(few.record_for_s?);
         page.find(|text| {
             text.contains("A recording ")
-                && text.contains(" longer, or steps")
+                && text.contains(" longer, OP steps")
                 && !text.contains(&time)
         })
         .or_else(|| page.find(|text| text.contains("looks stuck") && !text.contains(&time)))

@@ -124,7 +124,7 @@ fn long_recordings_make_small_files() {
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
     let run = sticky(121_000).unwrap();
     let trends = views::trends(&[segment(&run, 0, 121_000)], 0, &Context::default()).unwrap();
-    assert!(trends.caption.contains("every extreme is kept"));
+    assert!(trends.caption.contains("every extreme kept"));
 }
 
 /// The values of a packed list.

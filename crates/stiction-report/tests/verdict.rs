@@ -119,9 +119,9 @@ fn every_class_and_basis_has_its_words() {
     let mut diagnosis = full();
     use Basis::{Evidence, Majority, OpAlone, ValvePosition};
     use VerdictClass::{CannotTell, DoesNotRespond, DoesNotStick, Sticks};
-    let band = "It stays put until the controller output has moved about 4.1 % (3.4 to 4.9), then jumps about 2 %.";
+    let band = "After a reversal the stem stands still until the OP has travelled about 4.1 % (3.4 to 4.9), then jumps by about 2 %.";
     for (class, basis, p, expected) in [
-        (Sticks, Evidence, Some(0.931), format!("The valve most likely sticks: 93 %. {band}")),
+        (Sticks, Evidence, Some(0.931), format!("The valve most likely sticks (93 %). {band}")),
         (
             Sticks,
             ValvePosition,
@@ -138,21 +138,16 @@ fn every_class_and_basis_has_its_words() {
             DoesNotStick,
             Evidence,
             Some(0.04),
-            "The valve most likely does not stick: the probability that it does is 4 %.".into(),
+            "The valve most likely does not stick (probability of sticking 4 %).".into(),
         ),
         (DoesNotRespond, Evidence, Some(0.2), "The valve does not respond: ".into()),
-        (
-            CannotTell,
-            OpAlone,
-            Some(0.95),
-            "The pattern of the controller output leaves it open".into(),
-        ),
-        (CannotTell, OpAlone, None, "The pattern of the controller output".into()),
+        (CannotTell, OpAlone, Some(0.95), "The pattern of the OP leaves open".into()),
+        (CannotTell, OpAlone, None, "The pattern of the OP".into()),
         (
             CannotTell,
             Evidence,
             Some(0.5),
-            "Whether the valve sticks is unclear: the evidence leaves it at 50 %; ".into(),
+            "Whether the valve sticks is unclear: the probability is 50 %; ".into(),
         ),
         (
             CannotTell,
@@ -164,9 +159,9 @@ fn every_class_and_basis_has_its_words() {
             Sticks,
             Majority,
             None,
-            "Preliminary: the loop behaves like one with a sticking valve, say 3 of 4".into(),
+            "Preliminary: 3 of 4 families of methods that decide indicate a sticking valve".into(),
         ),
-        (DoesNotStick, Majority, None, "Preliminary: the loop does not behave".into()),
+        (DoesNotStick, Majority, None, "Preliminary: ".into()),
     ] {
         diagnosis.verdict = verdict(class, basis, p);
         let text = words::verdict(&diagnosis);
@@ -182,7 +177,7 @@ fn every_class_and_basis_has_its_words() {
     diagnosis.verdict = full().verdict;
     diagnosis.verdict.class = DoesNotStick;
     let text = words::verdict(&diagnosis);
-    assert!(text.ends_with("is an oscillation that comes in from outside."), "{text}");
+    assert!(text.ends_with("is an external oscillation."), "{text}");
 }
 
 #[test]
@@ -195,23 +190,23 @@ fn a_report_tells_all_that_a_model_can_say() {
     page("verdict.html", &html);
     let mut rest = html.as_str();
     for wanted in [
-        "The valve most likely sticks: 93 %",
-        "Overruled by J. Miller on 2026-03-02: the valve does not stick, because: new packing",
-        "What speaks for sticking",
+        "The valve most likely sticks (93 %)",
+        "Overruled by J. Miller on 2026-03-02: the valve does not stick (new packing",
+        "Evidence for sticking",
         "The PV has corners where the OP is a triangle.",
-        "What speaks against sticking",
-        "What else it could be",
+        "Evidence against sticking",
+        "Other possible causes",
         "sticking valve",
         "external oscillation",
         "The test",
         "<ol>",
         "Put the controller in manual. Note OP (u0) and PV.",
-        "The turns of part 1, from u0.",
+        "The turns of part 1, relative to u0.",
         "Over time",
-        "The numbers of all 6 windows",
+        "Numbers of all 6 windows",
         "Data quality",
         "How much it sticks",
-        "The intervals are meant to hold with 90 %.",
+        "The intervals have a nominal coverage of 90 %.",
         "apparent stiction",
     ] {
         let at =
@@ -270,7 +265,7 @@ fn what_does_not_respond_has_its_faults() {
     let diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
     assert_eq!(diagnosis.verdict.class, VerdictClass::DoesNotRespond);
     let text = words::verdict(&diagnosis);
-    assert!(text.contains("rests at its low end") && text.contains("line isolated"), "{text}");
+    assert!(text.contains("stays at its low end") && text.contains("line isolated"), "{text}");
     assert_eq!(words::what_would_answer(&diagnosis), None);
     let json = serde_json::to_value(&diagnosis).unwrap();
     let told = &json["no_response"];
@@ -281,7 +276,7 @@ fn what_does_not_respond_has_its_faults() {
     let case = Loop { diagnosis: &diagnosis, source: &source() };
     let html = report::html("tool", &[case]).unwrap();
     well_formed(&html);
-    for wanted in ["What it may be", "air or signal lost", "measure air supply and current"] {
+    for wanted in ["Possible faults", "air or signal lost", "measure air supply and current"] {
         assert!(html.contains(wanted), "{wanted}");
     }
 }
@@ -290,7 +285,9 @@ fn what_does_not_respond_has_its_faults() {
 fn a_probability_that_decides_nothing_says_why() {
     let mut diagnosis = full();
     let why = "a valve that sticks predicts the PV better";
-    for (p, wanted) in [(0.03, "does not clear"), (0.96, "does not accuse"), (0.5, "leaves it")] {
+    for (p, wanted) in
+        [(0.03, "is not cleared"), (0.96, "is not accused"), (0.5, "the probability is 50 %")]
+    {
         diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::Evidence, Some(p));
         diagnosis.verdict.reasons.push(why.to_owned());
         let text = words::verdict(&diagnosis);
@@ -304,10 +301,10 @@ fn a_cleared_valve_has_its_limit() {
     for basis in [Basis::Evidence, Basis::ValvePosition, Basis::Majority] {
         diagnosis.verdict = verdict(VerdictClass::DoesNotStick, basis, Some(0.03));
         let none = words::verdict(&diagnosis);
-        assert!(none.contains("is not known"), "{none}");
+        assert!(none.contains("is unknown"), "{none}");
         diagnosis.verdict.s_below = Some(Limit { value: 0.81, confidence: 0.95 });
         let text = words::verdict(&diagnosis);
-        assert!(text.contains("by more than 0.81 %") && text.contains("(95 %)"), "{text}");
+        assert!(text.contains("above 0.81 %") && text.contains("(95 % confidence)"), "{text}");
     }
 }
 
@@ -326,10 +323,7 @@ fn advice_fits_what_is_missing() {
         words: "looks stuck; 2 slips seen, 8 needed".to_owned(),
     });
     let advice = words::what_would_answer(&diagnosis).unwrap();
-    assert!(
-        advice.starts_with("A recording 12 h longer, or steps of the output by 4.5 %"),
-        "{advice}"
-    );
+    assert!(advice.starts_with("A recording 12 h longer, OP steps of 4.5 %"), "{advice}");
     let json = serde_json::to_value(&diagnosis).unwrap();
     assert_eq!((&json["few_slips"]["seen"], &json["few_slips"]["step"]), (&2.into(), &4.5.into()));
     // A position that was read is not asked for.
@@ -340,7 +334,7 @@ fn advice_fits_what_is_missing() {
     let text = words::verdict(&diagnosis);
     assert!(
         text.ends_with(
-            "from its measured position: the PV has corners where the OP is a triangle."
+            "measured position leaves open whether the valve sticks: the PV has corners where the OP is a triangle."
         ),
         "{text}"
     );
@@ -412,5 +406,5 @@ fn a_history_is_drawn_with_its_repair() {
     }
     let html = report::history_html(&history).unwrap();
     well_formed(&html);
-    assert!(html.contains("there is nothing to draw") && !html.contains("<svg"));
+    assert!(html.contains("there is no figure") && !html.contains("<svg"));
 }

@@ -94,7 +94,7 @@ impl<'a> Report<'a> {
 
 #[cfg(all(test, feature = "report"))]
 mod tests {
-    /// A report that cannot be written whole leaves the one that is there.
+    /// A failed write leaves the existing report unchanged.
     #[test]
     fn a_report_is_saved_whole_or_not_at_all() {
         let samples = concat!(env!("CARGO_MANIFEST_DIR"), "/../../samples/FIC101-sticky.csv");

@@ -1,4 +1,4 @@
-//! Networks of loops, to count groups and sources that are found.
+//! Networks of loops, to measure how often groups and sources are found.
 
 use crate::{output, progress, text};
 use anyhow::Result;

@@ -378,8 +378,12 @@ mod tests {
     const SHOWN: [(&str, Seen, Seen); 12] = [
         ("class", Err("is what the grade says where it decides"), Err("is so, too")),
         ("grade", Ok("DOES NOT RESPOND"), Ok("does not respond")),
-        ("probability", Err("is in the words, where it means something"), Ok("that it sticks")),
-        ("basis", Ok("Rests on: evidence in OP and PV"), Ok("evidence in OP and PV")),
+        (
+            "probability",
+            Err("is in the words, where it means something"),
+            Ok("probability of sticking"),
+        ),
+        ("basis", Ok("Basis: evidence in OP and PV"), Ok("evidence in OP and PV")),
         ("S_below", Err("is in the words on a cleared valve"), Err("is in the words, too")),
         ("votes", Err("every method has a line"), Ok("families of methods that say it sticks")),
         ("reasons", Ok("because - spoken for"), Ok("Spoken for.")),

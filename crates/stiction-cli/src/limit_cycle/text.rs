@@ -150,7 +150,7 @@ fn side_by_side(ends: &[Found]) -> String {
     };
     more("attracts", &|cycle| yes_no(cycle.stable));
     more("slips per period", &|cycle| cycle.slips.to_string());
-    more("deviation left after a period", &left_after_a_period);
+    more("deviation remaining after a period", &left_after_a_period);
     let mut right = vec![true; rows[0].len()];
     right[0] = false;
     text::columns(&rows, &right)

@@ -17,7 +17,7 @@ fn all_compensators_or_one() {
     assert!(out.contains("\nknocker ") && out.contains("Chosen for S = 4.00 %, J"), "{out}");
     assert!(out.contains("\nParameters\n  amplitude "), "{out}");
     let svg = read(&folder, "one.svg");
-    assert!(svg.contains("compensator on") && svg.contains("what the valve receives"));
+    assert!(svg.contains("compensator on") && svg.contains("signal to the valve"));
 
     let mut json = one.to_vec();
     json.truncate(8);

@@ -56,10 +56,10 @@ fn the_fitted_loop_is_a_scenario_that_other_commands_take() {
     assert_eq!((done.code, done.err.as_str()), (0, "note: the loop is in loop.toml\n"));
     let text = read(&folder, "loop.toml");
     assert!(text.contains("# s; ") && text.contains("[controller]  # PI"), "{text}");
-    assert!(read(&folder, "fit.svg").contains("fitted PV (its units)"));
-    // Limits and noise have no part in a limit cycle, and a note says so.
+    assert!(read(&folder, "fit.svg").contains("fitted PV (PV units)"));
+    // Limits and noise do not affect a limit cycle, and a note states this.
     let done = run(&folder, &["limit-cycle", "loop.toml", "--json"]);
-    assert!(done.code == 0 && done.err.contains("no part in the prediction"), "{}", done.err);
+    assert!(done.code == 0 && done.err.contains("do not affect the prediction"), "{}", done.err);
     let cycle: serde_json::Value = serde_json::from_str(&done.out).expect("JSON");
     let period = at(&cycle, "cycles/0/period_s");
     assert!((period / 74.0 - 1.0).abs() < 0.25, "{period}");
@@ -126,7 +126,7 @@ fn what_cannot_be_fitted_is_said_so() {
     let folder = folder("fit-refused");
     let file = sample("FIC101-sticky.csv");
     let two = ["fit", &file, &sample("FIC102-disturbed.csv"), "-o", "loop.toml"];
-    refuses(&folder, &two, "--output and --plot are for one loop; choose it with --loop");
+    refuses(&folder, &two, "--output and --plot need one loop, but there are 2");
     refuses(&folder, &["fit", &file, "--draws", "0"], "--draws is 0");
     refuses(&folder, &["what-if", &file, "--set", "valve.S=3"], "--set is for a scenario");
     refuses(&folder, &["what-if", "paper/closed-loop", "--loop", "A"], "are for a recording");

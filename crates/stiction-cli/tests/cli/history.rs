@@ -88,7 +88,7 @@ fn what_cannot_be_asked_is_refused() {
         (&["history", "FIC101-sticky.csv", "--window", "often"], "such as 8h"),
         (&["history", "FIC101-sticky.csv", "--window", "0"], "such as 8h"),
         (&["history", "FIC101-sticky.csv", "--repair", "noon"], "has no dates; give the time in s"),
-        (&["history", "FIC101-sticky.csv", "--loop", "X"], "there is no such loop"),
+        (&["history", "FIC101-sticky.csv", "--loop", "X"], "no such loop"),
         (
             &["history", "FIC101-sticky.csv", "later/FIC101-sticky.csv"],
             "is in 2 files, and some have no dates",
@@ -99,5 +99,5 @@ fn what_cannot_be_asked_is_refused() {
     }
     write(&folder, "FIC7.csv", repaired());
     let refused = run(&folder, &["history", "FIC7.csv", "--repair", "noon"]).refusal();
-    assert!(refused.contains("--repair: \"noon\" is no date and time such as"), "{refused}");
+    assert!(refused.contains("--repair: \"noon\" is not a date and time such as"), "{refused}");
 }

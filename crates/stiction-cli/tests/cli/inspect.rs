@@ -18,21 +18,21 @@ fn inspect_shows_what_is_taken_for_what() {
     assert_eq!(before, "wide.csv\n  format  CSV, UTF-8, delimiter semicolon, decimal mark ,\n");
     let expected = "
   times   column \"Time\", date and time, day first, Europe/Berlin
-  layout  one loop, a column a signal
+  layout  one loop, one column per signal
 columns
   Time            time          its name is a word for time
   FIC1.PV [m3/h]  PV of FIC1    it ends with PV, a word for PV
   FIC1.OP         OP of FIC1    it ends with OP, a word for OP
   FIC1.MODE       mode of FIC1  it ends with MODE, a word for mode
-  Room            not used      no signal of a loop is called so
+  Room            not used      it is not the name of a signal of a loop
 loop FIC1, flow
   from 2024-10-27T02:30:00+02:00 to 2024-10-27T02:00:00+01:00, 1800 s
   OP    3 good, 50 to 52.5
   PV    2 good, 1 bad, 1.5 to 1.7 m3/h
   mode  2 automatic, 1 manual
-note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP; if one is such a signal, say so, \
+note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP; if one is such a signal, assign it, \
 as in --map \"sp=Room\"
-note: from row 2 on, the hour that Europe/Berlin has twice in autumn: 2 rows are taken as its first \
+note: from row 2 on, the hour that Europe/Berlin has twice in autumn: 2 rows count as its first \
 pass and 1 as its second, by the order of the rows
 ";
     assert_eq!(rest, expected);
@@ -83,11 +83,7 @@ fn what_is_taken_wrongly_can_be_said() {
     write(&folder, "odd.csv.mapping.toml", mapping);
     let beside = run(&folder, &["inspect", "odd.csv"]);
     assert_eq!((beside.code, &beside.out), (0, &out));
-    assert!(
-        beside.err.contains("odd.csv.mapping.toml holds (--no-config leaves it out)"),
-        "{}",
-        beside.err
-    );
+    assert!(beside.err.contains("odd.csv.mapping.toml (--no-config ignores it)"), "{}", beside.err);
     assert_eq!(run(&folder, &["inspect", "odd.csv", "--mapping", "map.toml"]).quiet_success(), out);
     assert_ne!(run(&folder, &["inspect", "odd.csv", "--no-config"]).code, 0);
     // A mapping that is damaged stops the file it is of, and no other.
@@ -107,14 +103,14 @@ fn what_cannot_be_read_is_refused() {
     for (arguments, expected) in [
         (&["text.csv"][..], "text.csv, row 3, column \"op\": \"Kaputt\""),
         (&["none.csv"], "none.csv: "),
-        (&["pv.csv"], "say which it is, as in --map op=COLUMN"),
+        (&["pv.csv"], "name the column, as in --map op=COLUMN"),
         (&["pv.csv", "--mapping", "map.toml"], "map.toml, line 2: unknown key \"zon\""),
         (&["pv.csv", "--map", "op=out"], "has no column \"out\", which is given as OP"),
-        (&["pv.csv", "--map", "opp=pv"], "\"opp\" is no role; roles are time, date, op"),
-        (&["pv.csv", "--map", "op"], "no ROLE=COLUMN"),
-        (&["pv.csv", "--zone", "Berlin"], "\"Berlin\" is no time zone"),
-        (&["pv.csv", "--time-format", "iso"], "\"iso\" is no time format"),
-        (&["pv.csv", "--op-range", "100,0"], "the lower first, such as 0,100"),
+        (&["pv.csv", "--map", "opp=pv"], "\"opp\" is not a role; roles are time, date, op"),
+        (&["pv.csv", "--map", "op"], "not ROLE=COLUMN"),
+        (&["pv.csv", "--zone", "Berlin"], "\"Berlin\" is not a time zone"),
+        (&["pv.csv", "--time-format", "iso"], "\"iso\" is not a time format"),
+        (&["pv.csv", "--op-range", "100,0"], "the lower one first, such as 0,100"),
         (&["pv.csv", "--sample-time", "0"], "must be a number above 0"),
         (&["pv.csv", "--type", "flo"], "flow, level"),
     ] {
@@ -147,12 +143,12 @@ fn refusals_name_the_file_and_what_helps() {
         #[cfg(unix)]
         (&["inspect", "data"], "; name a file in this folder"),
         #[cfg(unix)]
-        (&["inspect", "a.csv/b.csv"], "; a folder is needed where a file is, so correct the path"),
+        (&["inspect", "a.csv/b.csv"], "a file where a folder is needed, so correct the path"),
         (
             &["diagnose", "a.csv", "--report", "a.csv/pages"],
-            "a.csv: is a file, and a folder is needed there",
+            "a.csv: is a file, but must be a folder",
         ),
-        (&["man", "a.csv"], "a.csv: is a file, and a folder is needed there"),
+        (&["man", "a.csv"], "a.csv: is a file, but must be a folder"),
     ] {
         let message = run(&folder, arguments).refusal();
         assert!(message.contains(expected), "{arguments:?} must say {expected}: {message}");

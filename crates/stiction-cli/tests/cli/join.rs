@@ -46,7 +46,7 @@ fn files_of_one_tag_are_one_row() {
     assert_eq!((found, err.as_str()), (vec!["FIC101 in day1.csv and 6 more".to_owned()], ""));
     let text = run(&folder, &[&["diagnose"], &files[..]].concat()).quiet_success();
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("put together from 7 files, \"day1.csv\", \"day2.csv\""), "{text}");
+    assert!(words.contains("joined from 7 files, \"day1.csv\", \"day2.csv\""), "{text}");
     // The order in which they are given does not matter, nor does a file that is given twice.
     let turned: Vec<&str> = files.iter().rev().copied().chain(["day3.csv"]).collect();
     let json = |files: &[&str]| run(&folder, &[&["diagnose", "--json"], files].concat()).json();
@@ -58,7 +58,10 @@ fn files_of_one_tag_are_one_row() {
     let said = ["override", "day2.csv", "--loop", "FIC101", "--verdict", "sticks", "--reason", "x"];
     run(&folder, &said).quiet_success();
     let notes = json(&files)["loops"][0]["notes"].to_string();
-    assert!(notes.contains("says that it sticks by day2.csv; it is of that file alone"), "{notes}");
+    assert!(
+        notes.contains("states that it sticks by day2.csv; it holds for that file alone"),
+        "{notes}"
+    );
     // Without the third file there is a gap.
     let gap: Vec<&str> = files.iter().filter(|file| **file != "day3.csv").copied().collect();
     assert_eq!(judged(&json(&gap))["segments"], 2);
@@ -79,7 +82,7 @@ fn files_of_one_tag_that_contradict_stay_apart() {
     write(&folder, "d.csv", recorded(TAGGED, 0, 360, false));
     let (found, err) = table(&folder, &["c.csv", "d.csv"]);
     assert_eq!(found.len(), 2, "{found:?}");
-    assert!(err.contains("they tell no dates; if they follow each other, give --join"), "{err}");
+    assert!(err.contains("they have no dates; if they follow each other, give --join"), "{err}");
 }
 
 #[test]
@@ -92,8 +95,8 @@ fn files_without_tags_are_joined_where_the_user_says_so() {
     assert_eq!(apart.out.matches(".csv, 1 windows").count(), 2, "{}", apart.out);
     assert_eq!(
         apart.err,
-        "note: FIC101-january.csv, FIC101-february.csv tell no tag and are taken as 2 valves; if they are \
-         recordings of FIC101, one after the other, give --join\n"
+        "note: FIC101-january.csv, FIC101-february.csv have no tag and count as 2 valves; if they are \
+         successive recordings of FIC101, give --join\n"
     );
     let joined = run(&folder, &[&["history", "--join", "--window", "50min"], &files[..]].concat());
     let text = joined.quiet_success();
@@ -116,7 +119,7 @@ fn what_cannot_be_joined_is_refused() {
         (["a.csv", "b.csv"], "b.csv: overlaps a.csv with different values of the SP"),
         (["a.csv", "c.csv"], "c.csv: has no dates, but a.csv has"),
         (["FIC101.csv", "FIC102.csv"], "FIC101.csv is of FIC101, but FIC102.csv of FIC102"),
-        (["a.csv", "two.csv"], "two.csv holds 2 loops, FIC1, FIC2; say which with --loop"),
+        (["a.csv", "two.csv"], "two.csv holds 2 loops, FIC1, FIC2; choose one with --loop"),
     ] {
         for command in ["history", "diagnose"] {
             let refused = run(&folder, &[&[command, "--join"], &files[..]].concat()).refusal();

@@ -34,8 +34,8 @@ half peak-to-peak OP                3.10801 %            2.97979 %   -4.1 %
 half peak-to-peak VP                2.10801 %            2.49118 %  +18.2 %
 half peak-to-peak PV                  1.99386              1.71374  -14.0 %
 attracts                                  yes                  yes
-slips a period                              2                    2
-left of a deviation after a period     0.1173                    -
+slips per period                            2                    2
+deviation remaining after a period     0.1173                    -
 
 percent per percent of  value           period      OP      VP      PV
 S                       5 %             +0.560  +0.897  +0.137  +0.537

@@ -157,7 +157,7 @@ fn refuses(folder: &Path, arguments: &[&str], expected: &str) {
 fn no_loop_is_refused(folder: &Path, command: &str) {
     write(folder, "bad.toml", "sample_time = 0.1\nduration = 10\n[valve]\nS = -5\nJ = 3\n");
     for (scenario, expected) in [
-        ("paper/flow-cascade", "is a cascade, and this command asks about a single loop"),
+        ("paper/flow-cascade", "is a cascade, and this command needs a single loop"),
         ("paper/step-linear", "is a valve on a test signal"),
         ("no-such", "no-such"),
         ("bad.toml", "bad.toml"),

@@ -393,10 +393,10 @@ fn malformed_stem_and_figure_commands() {
         (&["stem", "--set", "mass_kg=-1"], &["-1, but must be"]),
         (&["stem", "--set", "mass_kg=nan"], &["NaN, but must be"]),
         (&["stem", "--period", "0"], &["makes 1 samples"]),
-        (&["stem", "--period", "-1"], &["samples, but must make between 2 and"]),
+        (&["stem", "--period", "-1"], &["samples, but between 2 and"]),
         (&["stem", "--period", "nan"], &["NaN samples"]),
-        (&["stem", "--sample-time", "0"], &["inf samples, but must make between 2 and"]),
-        (&["stem", "--sample-time", "1e-9"], &["but must make between 2 and 100 million"]),
+        (&["stem", "--sample-time", "0"], &["inf samples, but between 2 and"]),
+        (&["stem", "--sample-time", "1e-9"], &["but between 2 and 100 million are allowed"]),
         (&["stem", "--amplitude", "inf"], &["amplitude is inf"]),
         (
             &["stem", "--input", "op.csv"],

@@ -163,7 +163,7 @@ fn a_recording_is_replaced_by_no_output() {
     let all: Vec<&str> = csv.iter().map(String::as_str).collect();
     let refused = run(&folder, &[&["diagnose", "--csv"][..], &all].concat());
     assert_eq!(refused.code, 2);
-    assert!(refused.err.contains("FIC101-sticky.csv is there already"), "{}", refused.err);
+    assert!(refused.err.contains("FIC101-sticky.csv exists already"), "{}", refused.err);
     assert_eq!(read(&folder, FILE), read(&samples(), FILE));
 }
 
@@ -292,7 +292,7 @@ fn a_full_disk_leaves_the_old_file_whole() {
     );
     let done = script(&work);
     let said = String::from_utf8_lossy(&done.expect("unshare starts").stdout).into_owned();
-    assert!(said.contains("\n2\na: sticks, because: seen; by J"), "{said}");
+    assert!(said.contains("\n2\na: sticks (seen); by J"), "{said}");
 }
 
 #[cfg(target_os = "linux")]

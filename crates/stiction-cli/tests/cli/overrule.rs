@@ -42,10 +42,7 @@ fn an_override_is_shown_beside_the_verdict_everywhere() {
     run(&folder, &["diagnose", FILE, "--report", "r.html"]);
     assert!(read(&folder, "r.html").contains("Overruled by J. Miller on 2026-03-02"));
     let list = run(&folder, &["override", ".", "--list"]).quiet_success();
-    assert!(
-        list.starts_with("FIC101-sticky: does not stick, because: new packing, stroked; by"),
-        "{list}"
-    );
+    assert!(list.starts_with("FIC101-sticky: does not stick (new packing, stroked); by"), "{list}");
 }
 
 #[test]
@@ -121,7 +118,7 @@ fn malformed_overrides_are_named_with_file_line_and_remedy() {
             let Done { code, err, .. } = run(&folder, command);
             assert_eq!(code, 0, "{err}");
             assert!(err.contains(KEPT) && err.contains(expected), "{expected}: {err}");
-            assert!(err.contains("does not hold until it is mended or removed"), "{err}");
+            assert!(err.contains("does not hold until it is corrected or removed"), "{err}");
         }
     }
     for (arguments, expected) in [
@@ -134,7 +131,7 @@ fn malformed_overrides_are_named_with_file_line_and_remedy() {
         (&["override", FILE, "--verdict", "sticks", "--reason", " "], "must not be empty"),
         (&["override", FILE, "--verdict", "sticks", "--reason", "x", "--until", "soon"], "--until"),
         (&["override", FILE, "--remove"], "--remove needs --loop"),
-        (&["override", "no.csv", "--list"], "no.csv: there is no such file"),
+        (&["override", "no.csv", "--list"], "no.csv: no such file"),
         (&["diagnose", FILE, "--fail-on", "maybe"], "known are sticks, does not stick"),
     ] {
         let _ = std::fs::remove_file(folder.join(KEPT));

@@ -14,7 +14,7 @@ fn a_plant_is_made_proposed_scanned_and_told() {
     assert_eq!(rows(&truth).1.len(), 3);
 
     let refused = run(&folder, &["plant", "-C", "north", "init", "data"]).refusal();
-    assert!(refused.contains("plant.toml is there already; --force"), "{refused}");
+    assert!(refused.contains("plant.toml exists already; --force"), "{refused}");
     let out = run(&folder, &["plant", "-C", "north", "init", "data", "--force"]).quiet_success();
     assert!(out.starts_with("3 loops in 2 files, "), "{out}");
     let proposed = read(&folder, "north/plant.toml");
@@ -35,7 +35,7 @@ fn a_plant_is_made_proposed_scanned_and_told() {
     let out = run(&folder, &["plant", "-C", "north", "scan"]).quiet_success();
     assert_eq!(out, "3 windows judged, 0 of them with an error; 3 loops in 2 files; run 0002\n");
     let out = run(&folder, &["plant", "-C", "north", "scan"]).quiet_success();
-    assert!(out.ends_with("nothing was new\n"), "{out}");
+    assert!(out.ends_with("nothing new\n"), "{out}");
     let told = run(&folder, &["plant", "-C", "north", "status"]).quiet_success();
     let head =
         "north: 3 loops, 2 days, 2026-03-02 to 2026-03-03, 6 windows, 0 with an error, 2 runs\n";

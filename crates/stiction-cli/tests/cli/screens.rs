@@ -118,7 +118,7 @@ fn a_dash_is_standard_input() {
     assert!(refused.contains("standard input can be read once"), "{refused}");
     let arguments = ["override", "-", "--verdict", "sticks", "--reason", "x"];
     let refused = fed(&folder, &arguments, &csv).refusal();
-    assert!(refused.contains("standard input has no place; name the file"), "{refused}");
+    assert!(refused.contains("standard input cannot have one; name the file"), "{refused}");
     #[cfg(unix)]
     {
         let done = command(&folder)
@@ -134,7 +134,7 @@ fn a_dash_is_standard_input() {
 #[cfg(unix)]
 #[test]
 fn what_never_ends_is_refused() {
-    refuses(&folder("endless"), &["inspect", "/dev/zero"], "may never end; write what it gives");
+    refuses(&folder("endless"), &["inspect", "/dev/zero"], "may never end; write its output");
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn times_that_tell_nothing_are_named_with_their_row() {
         (with(&|_, _| "9999-12-31".to_owned()), "column \"t\": "),
         (
             with(&|k, t| if k == 500 { "1e308".to_owned() } else { t.to_owned() }),
-            "row 502, column \"t\": \"1e308\", taken as seconds, is no time of a recording",
+            "row 502, column \"t\": \"1e308\", interpreted as seconds, is not a time of a recording",
         ),
     ] {
         write(&folder, "x.csv", text);

@@ -65,7 +65,7 @@ impl Heat {
             }
             let (low, high) = ends(values);
             if axis::is_constant(low, high) {
-                return Err(format!("has {axis} values too close to be told apart"));
+                return Err(format!("has {axis} values too close to each other"));
             }
         }
         let (wanted, found) = (self.x.len() * self.y.len(), self.tiles.len());

@@ -16,7 +16,7 @@ const MOST_SAMPLES: f64 = 20_000.0;
 /// A sentence with the missing part of the loop, and the reason.
 pub fn scenario(name: &str, fit: &Fit, duration_s: f64) -> Result<String, String> {
     let missing = |part: &str, why: Option<&str>| {
-        format!("{name}: no scenario without a {part}: {}", why.unwrap_or("it is not identified"))
+        format!("{name}: no scenario without a {part} ({})", why.unwrap_or("it is not identified"))
     };
     let controller =
         fit.controller.known().ok_or_else(|| missing("controller", fit.controller.why_not()))?;

@@ -251,7 +251,7 @@ fn a_mapping_is_tried_saved_and_read_again() {
 
     let wrong = json!({ "file": file, "mapping": { "columns": { "a": "open" } } });
     let (status, error) = lab.refused("recordings/mapping", &wrong);
-    assert!(status == 400 && error.contains("is no role; roles are"), "{error}");
+    assert!(status == 400 && error.contains("is not a role; roles are"), "{error}");
 
     let columns = json!({ "a": names[1], "b": names[2], "c": names[3] });
     let mapping = json!({ "columns": columns, "loop": { "strange": { "type": "flow" } } });

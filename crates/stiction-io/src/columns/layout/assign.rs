@@ -69,7 +69,7 @@ pub fn assign(
     Ok(assigned)
 }
 
-/// The loops of the candidates, each in the place of its role, with the decisions as notes. A candidate is ignored if
+/// The loops of the candidates, each at the place of its role, with the decisions as notes. A candidate is ignored if
 /// its place is already given.
 fn loops(
     candidates: &mut [Option<Candidate>],
